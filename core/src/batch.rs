@@ -1,0 +1,163 @@
+//! Batches: the unit of work that runners hand out.
+
+use core::fmt;
+
+use rand_core::{Rng, SeedableRng};
+
+use crate::{
+    Draws, Ending, Estimator, Functional, Kernel, Neighbour, Sampler, Source, Statistics, Stream,
+    Walk, walk,
+};
+
+/// Everything that a walk of one target depends on. A batch's statistics follow from a task and
+/// from walk numbers, and from nothing else.
+#[derive(Debug)]
+pub struct Task<'a, E, N: ?Sized, T, G> {
+    /// The equation and its chain.
+    pub equation: &'a E,
+    /// The neighbour equation.
+    pub neighbour: &'a N,
+    /// Where walks start, and what is estimated.
+    pub functional: &'a T,
+    /// (v, Φ), exact. `None`: φ(x0) v(x0) walk by walk, which is unbiased too; but for a spread-out
+    /// start its own variance stays in that of ζ.
+    pub neighbour_value: Option<f64>,
+    /// What a walk scores.
+    pub estimator: Estimator,
+    /// Where its draws come from.
+    pub stream: Stream<G>,
+    /// Most states of a walk; a walk that is cut off there is counted.
+    pub step_limit: u32,
+}
+
+/// The default of [`Task::step_limit`]: with absorption probability q ≥ 10⁻³ in every state a walk
+/// in 10⁴³⁰ gets there.
+pub const STEP_LIMIT: u32 = 1_000_000;
+
+/// A walk scored an infinity or NaN. The walk can be run again alone by [`Task::replay`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotFinite {
+    /// The number of the walk.
+    pub walk: u64,
+}
+
+impl fmt::Display for NotFinite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "walk {} scored a value that is not finite", self.walk)
+    }
+}
+
+impl core::error::Error for NotFinite {}
+
+impl<E, N, T, G> Task<'_, E, N, T, G>
+where
+    E: Sampler + Kernel + Source,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    T: Functional<E>,
+    G: Rng + SeedableRng,
+{
+    /// Runs walk number `walk` alone: the same scores as within its batch.
+    #[inline]
+    #[must_use]
+    pub fn replay(&self, walk: u64) -> Walk<E::Scalar> {
+        self.replay_as(self.estimator, walk)
+    }
+
+    #[inline(always)]
+    fn replay_as(&self, estimator: Estimator, number: u64) -> Walk<E::Scalar> {
+        walk(
+            self.equation,
+            self.neighbour,
+            self.functional,
+            estimator,
+            self.step_limit,
+            &mut Draws(self.stream.generator(number)),
+        )
+    }
+}
+
+/// Consecutive walks of a task and their statistics so far. Work on it may stop after any walk and
+/// go on later with the same bits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Batch {
+    next: u64,
+    end: u64,
+    statistics: Statistics,
+}
+
+impl Batch {
+    /// Batch number `index` of batches of `size` walks, the last of which ends at `walks` walks.
+    #[must_use]
+    pub fn new(index: u64, size: u64, walks: u64) -> Self {
+        let next = index.saturating_mul(size).min(walks);
+        Self {
+            next,
+            end: next.saturating_add(size).min(walks),
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// Runs at most `at_most` further walks.
+    ///
+    /// # Errors
+    /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the statistics; the batch
+    /// stands before it.
+    pub fn run<E, N, T, G>(
+        &mut self,
+        task: &Task<'_, E, N, T, G>,
+        at_most: u64,
+    ) -> Result<(), NotFinite>
+    where
+        E: Sampler + Kernel + Source,
+        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+        T: Functional<E>,
+        G: Rng + SeedableRng,
+    {
+        // The estimator is a constant within each arm, so no walk asks for it.
+        match task.estimator {
+            Estimator::Absorption => {
+                self.run_walks(task, at_most, |n| task.replay_as(Estimator::Absorption, n))
+            }
+            Estimator::Collision => {
+                self.run_walks(task, at_most, |n| task.replay_as(Estimator::Collision, n))
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn run_walks<E, N: ?Sized, T, G, F: crate::Real>(
+        &mut self,
+        task: &Task<'_, E, N, T, G>,
+        at_most: u64,
+        walk: impl Fn(u64) -> Walk<F>,
+    ) -> Result<(), NotFinite> {
+        // A local copy: the statistics stay in registers from walk to walk.
+        let mut statistics = self.statistics;
+        let end = self.end.min(self.next.saturating_add(at_most));
+        let mut outcome = Ok(());
+        while self.next < end {
+            let scores = walk(self.next);
+            if scores.ending == Ending::NotFinite {
+                outcome = Err(NotFinite { walk: self.next });
+                break;
+            }
+            statistics.push(&scores, task.neighbour_value);
+            self.next += 1;
+        }
+        self.statistics = statistics;
+        outcome
+    }
+
+    /// Whether all its walks have been run.
+    #[must_use]
+    pub const fn is_done(&self) -> bool {
+        self.next >= self.end
+    }
+
+    /// The statistics of the walks so far.
+    #[must_use]
+    pub const fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+}

@@ -1,0 +1,66 @@
+//! The equation u = T_K u + F in terms of an absorbing chain: p0, p, q, φ, k and F.
+
+use crate::{Real, Uniforms};
+
+/// A set X with a measure μ: what its points are, and in which scalar type one computes.
+pub trait StateSpace {
+    /// `f32` or `f64`.
+    type Scalar: Real;
+    /// A point of X. It may carry what its maker knew and others would have to find again (a
+    /// cell's or a segment's number), as long as it is a function of the point.
+    type Point: Copy;
+}
+
+/// The absorbing Markov chain: absorption probability q and transition density p.
+///
+/// ∫ p(x, y) dμ(y) = 1 − q(x), (4) of Heinrich 1995.
+pub trait Sampler: StateSpace {
+    /// q(x) ∈ [0, 1]: the probability that a walk ends in `x`.
+    fn absorption(&self, x: &Self::Point) -> Self::Scalar;
+
+    /// A point y with density p(x, y)/(1 − q(x)), by inversion: a pure function of `x` and of the
+    /// numbers drawn. `None`: the walk left the space, with the probability that this density
+    /// lacks to 1; it ends and scores nothing more.
+    fn step<U: Uniforms<Self::Scalar>>(
+        &self,
+        x: &Self::Point,
+        uniforms: &mut U,
+    ) -> Option<Self::Point>;
+}
+
+/// The transition density p as a function, where it is known: for tests and for quadrature.
+pub trait TransitionDensity: Sampler {
+    /// p(x, y) with respect to μ(dy).
+    fn density(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
+}
+
+/// The kernel in terms of the chain: K(x, y) = k(x, y) p(x, y).
+pub trait Kernel: StateSpace {
+    /// k(x, y) = K(x, y)/p(x, y).
+    fn kernel(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
+}
+
+/// The right-hand side of the equation.
+pub trait Source: StateSpace {
+    /// F(x); with absorption f(x) = F(x)/q(x).
+    fn source(&self, x: &Self::Point) -> Self::Scalar;
+}
+
+/// A functional Φ = φ p0 of the solution on the space of `E`, (2) of Heinrich 1995: where walks
+/// start and with which weight. The estimate is of (u, Φ).
+pub trait Functional<E: StateSpace> {
+    /// A point x0 with density p0, and φ(x0) = Φ(x0)/p0(x0).
+    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar);
+}
+
+/// The value of the solution in one point: every walk starts in it, φ = 1, and may be absorbed
+/// there (section 5 of Heinrich 1995). (v, Φ) = v(x0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct At<P>(pub P);
+
+impl<E: StateSpace> Functional<E> for At<E::Point> {
+    #[inline]
+    fn start<U: Uniforms<E::Scalar>>(&self, _: &mut U) -> (E::Point, E::Scalar) {
+        (self.0, num_traits::one())
+    }
+}

@@ -1,0 +1,137 @@
+//! Galerkin coefficients as a capability: a closed form, a table, or anything that answers.
+
+use num_traits::{one, zero};
+
+use super::small::{self, dot};
+use crate::Real;
+
+/// The coefficients K' of the Galerkin system v − K'v = F', (41), with B unknowns per cell.
+///
+/// K'_(ia)(jb) = μ(X_i)⁻¹ ∫_Xi ∫_Xj K(x,y) ψ_ia(x) ψ_jb(y) dμ(y) dμ(x), (39), or an approximation:
+/// approximate coefficients cost variance, not correctness.
+///
+/// Vectors hold the B unknowns of cell 0, then those of cell 1, and so on.
+pub trait Coefficients<const B: usize = 1> {
+    /// The scalar of the coefficients.
+    type Scalar: Real;
+
+    /// The number n of cells.
+    fn cells(&self) -> usize;
+
+    /// The block K'_(i·)(j·): rows a, columns b.
+    fn block(&self, i: usize, j: usize) -> [[Self::Scalar; B]; B];
+
+    /// Σ_a left_a K'_(ia)(jb) for every b.
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[Self::Scalar; B]) -> [Self::Scalar; B] {
+        let block = self.block(i, j);
+        core::array::from_fn(|b| dot(left, &block.map(|row| row[b])))
+    }
+
+    /// Σ_j Σ_b |K'_(ia)(jb)|, the largest over a.
+    fn row_sum(&self, i: usize) -> Self::Scalar {
+        let mut sums = [zero::<Self::Scalar>(); B];
+        for j in 0..self.cells() {
+            for (sum, row) in sums.iter_mut().zip(self.block(i, j)) {
+                for k in row {
+                    *sum += k.abs();
+                }
+            }
+        }
+        sums.into_iter().fold(zero(), Real::max)
+    }
+
+    /// out = K'v. Both have n·B entries.
+    fn apply(&self, v: &[Self::Scalar], out: &mut [Self::Scalar]) {
+        for (i, out) in out.chunks_exact_mut(B).enumerate() {
+            out.copy_from_slice(&row_times(self, i, v));
+        }
+    }
+
+    /// One Gauss–Seidel sweep of (41) in place. Returns the largest residual
+    /// |F'_ia + (K'v)_ia − v_ia| that it met, before it mended it. Both have n·B entries.
+    fn sweep(&self, source: &[Self::Scalar], v: &mut [Self::Scalar]) -> Self::Scalar {
+        let mut largest = zero();
+        for i in 0..self.cells() {
+            let old: [Self::Scalar; B] = small::block(v, i);
+            let right: [Self::Scalar; B] = small::block(source, i);
+            let product: [Self::Scalar; B] = row_times(self, i, v);
+            let residual = core::array::from_fn(|a| right[a] + product[a] - old[a]);
+            largest = residual.iter().fold(largest, |m, r| max_or_nan(m, r.abs()));
+            let step = small::solve(identity_minus(self.block(i, i)), residual);
+            for (v, step) in v.iter_mut().skip(i * B).zip(step) {
+                *v += step;
+            }
+        }
+        largest
+    }
+}
+
+/// Row i of K' times v.
+fn row_times<C: Coefficients<B> + ?Sized, const B: usize>(
+    coefficients: &C,
+    i: usize,
+    v: &[C::Scalar],
+) -> [C::Scalar; B] {
+    let mut sum = [zero::<C::Scalar>(); B];
+    for (j, v) in v.chunks_exact(B).enumerate() {
+        for (sum, row) in sum.iter_mut().zip(coefficients.block(i, j)) {
+            for (&k, &v) in row.iter().zip(v) {
+                *sum += k * v;
+            }
+        }
+    }
+    sum
+}
+
+fn identity_minus<F: Real, const B: usize>(mut block: [[F; B]; B]) -> [[F; B]; B] {
+    for (a, row) in block.iter_mut().enumerate() {
+        for (b, k) in row.iter_mut().enumerate() {
+            *k = if a == b { one::<F>() } else { zero() } - *k;
+        }
+    }
+    block
+}
+
+/// The larger of the two, NaN where either is: a residual that is not a number may not hide.
+#[inline]
+fn max_or_nan<F: Real>(a: F, b: F) -> F {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+/// Coefficients in a table of (n·B)² numbers, row by row: entry (i·B + a)·n·B + j·B + b is
+/// K'_(ia)(jb).
+#[derive(Clone, Copy, Debug)]
+pub struct Dense<'a, F> {
+    entries: &'a [F],
+    unknowns: usize,
+}
+
+impl<'a, F> Dense<'a, F> {
+    /// A table of n·B = `unknowns` rows; `None` where the slice has another length than
+    /// `unknowns`².
+    #[must_use]
+    pub fn new(entries: &'a [F], unknowns: usize) -> Option<Self> {
+        (unknowns.checked_mul(unknowns) == Some(entries.len()))
+            .then_some(Self { entries, unknowns })
+    }
+}
+
+impl<F: Real, const B: usize> Coefficients<B> for Dense<'_, F> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.unknowns / B
+    }
+
+    #[inline]
+    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
+        core::array::from_fn(|a| {
+            let row = (i * B + a) * self.unknowns;
+            match self.entries.get(row + j * B..) {
+                Some(rest) => small::block(rest, 0),
+                None => [F::NAN; B],
+            }
+        })
+    }
+}

@@ -1,0 +1,33 @@
+//! What a problem says of its cells.
+
+use crate::{Located, StateSpace};
+
+/// A partition of X into cells X_0 … X_(n−1), of positive measure and disjoint up to null sets.
+pub trait Partition: StateSpace {
+    /// n.
+    fn cells(&self) -> usize;
+    /// The number of the cell in which `x` lies.
+    fn locate(&self, x: &Self::Point) -> usize;
+}
+
+/// The functions ψ_i0 … ψ_i(B−1) on every cell, orthonormal with respect to μ/μ(X_i); ψ_i0 = 1.
+pub trait Basis<const B: usize = 1>: Partition {
+    /// ψ_i0(x) … ψ_i(B−1)(x), where i is the cell of `x`.
+    fn basis(&self, x: &Located<Self::Point>) -> [Self::Scalar; B];
+}
+
+/// The transition moments, **exact**: they alone carry the unbiasedness.
+pub trait TransitionMoments<const B: usize = 1>: Basis<B> {
+    /// M_j(x)_bc = ∫_Xj p(x,y) ψ_jb(y) ψ_jc(y) dμ(y), symmetric. M_j(x)_00 is p_j(x), the
+    /// transition mass (45): the probability that the step from `x` leads to cell `j`.
+    ///
+    /// It must be accurate relative to its own size: where a difference of nearly equal numbers
+    /// would cancel for small cells, rewrite it.
+    fn moments(&self, x: &Located<Self::Point>, j: usize) -> [[Self::Scalar; B]; B];
+}
+
+/// Exact first moments of the kernel, for pointwise pairs.
+pub trait PairIntegral<const B: usize = 1>: Basis<B> {
+    /// ∫_Xj K(x,y) ψ_jb(y) dμ(y) for b = 0 … B−1.
+    fn pair_integral(&self, x: &Located<Self::Point>, j: usize) -> [Self::Scalar; B];
+}

@@ -1,0 +1,247 @@
+//! The Galerkin solution v, and the neighbour source G that makes it exact.
+
+use core::fmt;
+
+use num_traits::{one, zero};
+
+use super::{Coefficients, Pairs};
+use crate::Real;
+
+/// How long to iterate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sweeps<F> {
+    /// This many sweeps, whatever is reached.
+    Fixed(u32),
+    /// Until a sweep meets no residual above `residual`, at most `at_most` sweeps.
+    UntilResidual {
+        /// In the units of F'.
+        residual: F,
+        /// The largest number of sweeps.
+        at_most: u32,
+    },
+}
+
+/// What an iteration came to. An unconverged v is legal: it costs variance, not correctness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solve<F> {
+    /// The number of sweeps.
+    pub sweeps: u32,
+    /// The largest residual that the last sweep met, before it mended it.
+    pub residual: F,
+}
+
+/// Why there is no neighbour equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GalerkinError {
+    /// A slice has another length than n·B.
+    Length {
+        /// n·B.
+        expected: usize,
+        /// The slice's.
+        found: usize,
+    },
+    /// The iteration diverges: a residual is not finite, or far above the first one.
+    Diverges {
+        /// The number of the sweep, from 1.
+        sweep: u32,
+    },
+    /// Σ_j |K'_ij| ≥ 1 or NaN in a row, so that E η(h,g) = (v,Φ) is not granted.
+    RowSum {
+        /// The number i of the cell.
+        row: usize,
+    },
+}
+
+impl fmt::Display for GalerkinError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { expected, found } => {
+                write!(
+                    f,
+                    "a vector of {expected} unknowns is needed, not of {found}"
+                )
+            }
+            Self::Diverges { sweep } => write!(
+                f,
+                "the Gauss-Seidel iteration diverges (sweep {sweep}): the coefficients are no contraction"
+            ),
+            Self::RowSum { row } => write!(
+                f,
+                "the coefficients of row {row} sum to 1 or more in absolute value: the mean of the \
+                 neighbour equation's walks need not exist; row sums below 1 are needed"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for GalerkinError {}
+
+/// The largest Σ_j |K'_ij| (over i and a). Below 1 it grants, for B = 1 and any choice of pairs in
+/// S and outside, that E η(h,g) = (v,Φ).
+///
+/// # Errors
+/// [`GalerkinError::RowSum`]: a row sum is 1 or more, or NaN.
+pub fn contraction<C: Coefficients<B>, const B: usize>(
+    coefficients: &C,
+) -> Result<C::Scalar, GalerkinError> {
+    let mut largest = zero();
+    for row in 0..coefficients.cells() {
+        let sum = coefficients.row_sum(row);
+        // Written so that NaN fails.
+        if !(sum < one()) {
+            return Err(GalerkinError::RowSum { row });
+        }
+        largest = Real::max(sum, largest);
+    }
+    Ok(largest)
+}
+
+/// Solves (41) approximately by Gauss–Seidel sweeps, from what `v` holds. `source` is F'; both have
+/// n·B entries.
+///
+/// # Errors
+/// [`GalerkinError::Length`], [`GalerkinError::Diverges`].
+pub fn gauss_seidel<C: Coefficients<B>, const B: usize>(
+    coefficients: &C,
+    source: &[C::Scalar],
+    v: &mut [C::Scalar],
+    sweeps: Sweeps<C::Scalar>,
+) -> Result<Solve<C::Scalar>, GalerkinError> {
+    check_length(coefficients, source)?;
+    check_length(coefficients, v)?;
+    let (residual, at_most) = match sweeps {
+        Sweeps::Fixed(sweeps) => (-one::<C::Scalar>(), sweeps),
+        Sweeps::UntilResidual { residual, at_most } => (residual, at_most),
+    };
+    let mut solve = Solve {
+        sweeps: 0,
+        residual: zero(),
+    };
+    let mut first = None;
+    while solve.sweeps < at_most {
+        solve.residual = coefficients.sweep(source, v);
+        solve.sweeps += 1;
+        let first = *first.get_or_insert(solve.residual);
+        // A convergent iteration may grow at first, but not by this much.
+        if !(solve.residual <= first * C::Scalar::from_f64(1e6)) || !solve.residual.is_finite() {
+            return Err(GalerkinError::Diverges {
+                sweep: solve.sweeps,
+            });
+        }
+        if solve.residual <= residual {
+            break;
+        }
+    }
+    Ok(solve)
+}
+
+/// G over S alone, (42): G_ia = v_ia − Σ_(i,j)∈S Σ_b K'_(ia)(jb) v_jb, into `g`. Both have n·B
+/// entries.
+///
+/// G must come from the same coefficients, pairs and v that the walk uses. For a walk in f32 round
+/// v first, compute G from it in f64, then round G.
+///
+/// # Errors
+/// [`GalerkinError::Length`].
+pub fn neighbour_source<C: Coefficients<B>, P: Pairs, const B: usize>(
+    coefficients: &C,
+    pairs: &P,
+    v: &[C::Scalar],
+    g: &mut [C::Scalar],
+) -> Result<(), GalerkinError> {
+    check_length(coefficients, v)?;
+    check_length(coefficients, g)?;
+    coefficients.apply(v, g);
+    for (i, (g, own)) in g.chunks_exact_mut(B).zip(v.chunks_exact(B)).enumerate() {
+        for j in pairs.outside(i, coefficients.cells()) {
+            let other: [C::Scalar; B] = super::small::block(v, j);
+            for (g, row) in g.iter_mut().zip(coefficients.block(i, j)) {
+                *g -= super::small::dot(&row, &other);
+            }
+        }
+        for (g, &own) in g.iter_mut().zip(own) {
+            *g = own - *g;
+        }
+    }
+    Ok(())
+}
+
+fn check_length<C: Coefficients<B>, const B: usize>(
+    coefficients: &C,
+    slice: &[C::Scalar],
+) -> Result<(), GalerkinError> {
+    let expected = coefficients.cells() * B;
+    if slice.len() == expected {
+        return Ok(());
+    }
+    Err(GalerkinError::Length {
+        expected,
+        found: slice.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GalerkinError, Sweeps, contraction, gauss_seidel};
+    use crate::galerkin::Dense;
+
+    #[test]
+    fn solves_a_small_system() {
+        let k = [0.1, 0.2, 0.3, 0.4];
+        let dense = Dense::new(&k, 2).unwrap();
+        let mut v = [0.0_f64; 2];
+        let sweeps = Sweeps::UntilResidual {
+            residual: 1e-15,
+            at_most: 100,
+        };
+        let solve = gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut v, sweeps).unwrap();
+        assert!(solve.sweeps < 100 && solve.residual <= 1e-15);
+        // (I − K') v = F' by hand: determinant 0.48.
+        assert!((v[0] - 1.0 / 0.48).abs() < 1e-14, "{v:?}");
+        assert!((v[1] - 2.1 / 0.48).abs() < 1e-14);
+        // The same as one cell with two unknowns: solved by the first sweep.
+        let mut block = [0.0_f64; 2];
+        gauss_seidel::<_, 2>(&dense, &[1.0, 2.0], &mut block, Sweeps::Fixed(1)).unwrap();
+        assert!((block[0] - v[0]).abs() < 1e-14 && (block[1] - v[1]).abs() < 1e-14);
+    }
+
+    #[test]
+    fn divergence_is_an_error() {
+        let k = [0.5, 2.0, 2.0, 0.5];
+        let dense = Dense::new(&k, 2).unwrap();
+        let mut v = [0.0; 2];
+        let sweeps = Sweeps::UntilResidual {
+            residual: 1e-15,
+            at_most: 10_000,
+        };
+        assert!(matches!(
+            gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut v, sweeps),
+            Err(GalerkinError::Diverges { .. })
+        ));
+        let nan = [f64::NAN, 0.0, 0.0, 0.0];
+        let dense = Dense::new(&nan, 2).unwrap();
+        assert_eq!(
+            gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut [0.0; 2], Sweeps::Fixed(3)),
+            Err(GalerkinError::Diverges { sweep: 1 })
+        );
+    }
+
+    #[test]
+    fn row_sums_of_one_or_nan_are_refused() {
+        let dense = [0.1, 0.2, -0.5, 0.5];
+        assert_eq!(
+            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
+            Err(GalerkinError::RowSum { row: 1 })
+        );
+        let dense = [0.1, f64::NAN, 0.5, 0.2];
+        assert_eq!(
+            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
+            Err(GalerkinError::RowSum { row: 0 })
+        );
+        let dense = [0.1, -0.2, 0.5, 0.25];
+        assert_eq!(
+            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
+            Ok(0.75)
+        );
+    }
+}

@@ -1,0 +1,73 @@
+//! The neighbour equation v = T_hp v + gq as the walk sees it: no degree, no kinds of pairs.
+
+use crate::StateSpace;
+
+/// A point and the cell that it lies in. The cell is found once per step and handed on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located<P> {
+    /// The point.
+    pub point: P,
+    /// The number of its cell, from 0.
+    pub cell: usize,
+}
+
+/// A neighbour equation v = T_hp v + G, (50) of Heinrich 1995, that holds **exactly** and whose
+/// solution v is known. The walks of the original equation follow it: its kernel is given with
+/// respect to the same transition density p.
+///
+/// The trait is object safe: where multiplying types is not worth it, box it.
+pub trait Neighbour: StateSpace {
+    /// Finds the cell of `x`.
+    fn locate(&self, x: Self::Point) -> Located<Self::Point>;
+
+    /// h(x, y). `k` is k(x, y), for the pairs on which h = k.
+    fn kernel(
+        &self,
+        x: &Located<Self::Point>,
+        y: &Located<Self::Point>,
+        k: Self::Scalar,
+    ) -> Self::Scalar;
+
+    /// G(x); with absorption g(x) = G(x)/q(x), (49).
+    fn source(&self, x: &Located<Self::Point>) -> Self::Scalar;
+
+    /// v(x).
+    fn value(&self, x: &Located<Self::Point>) -> Self::Scalar;
+}
+
+/// The neighbour equation 0 = 0. With it the preconditioned estimate is the plain one: for whoever
+/// wants plain Monte Carlo only.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoNeighbour<E>(core::marker::PhantomData<E>);
+
+impl<E> NoNeighbour<E> {
+    /// The equation 0 = 0 on the space of `E`.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(core::marker::PhantomData)
+    }
+}
+
+impl<E: StateSpace> StateSpace for NoNeighbour<E> {
+    type Scalar = E::Scalar;
+    type Point = E::Point;
+}
+
+impl<E: StateSpace> Neighbour for NoNeighbour<E> {
+    #[inline]
+    fn locate(&self, x: E::Point) -> Located<E::Point> {
+        Located { point: x, cell: 0 }
+    }
+    #[inline]
+    fn kernel(&self, _: &Located<E::Point>, _: &Located<E::Point>, _: E::Scalar) -> E::Scalar {
+        num_traits::zero()
+    }
+    #[inline]
+    fn source(&self, _: &Located<E::Point>) -> E::Scalar {
+        num_traits::zero()
+    }
+    #[inline]
+    fn value(&self, _: &Located<E::Point>) -> E::Scalar {
+        num_traits::zero()
+    }
+}

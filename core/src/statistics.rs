@@ -1,0 +1,293 @@
+//! What is kept of many walks: f64 means, variances and covariances that merge.
+
+use crate::{Ending, Real, Walk};
+
+/// How many walks ended in which way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Endings {
+    /// Absorbed.
+    pub absorbed: u64,
+    /// Left the space.
+    pub left: u64,
+    /// Cut off at the step limit: a possible bias.
+    pub step_limit: u64,
+}
+
+/// An estimate with its error bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The mean over the walks.
+    pub estimate: f64,
+    /// The standard error of that mean, std_dev/√walks. `None`: fewer than two walks, or none that
+    /// scored, so that nothing is known.
+    pub std_error: Option<f64>,
+    /// The standard deviation of one walk, √Var in Heinrich 1995. `None`: fewer than two walks.
+    pub std_dev: Option<f64>,
+}
+
+/// Statistics of the triples (η(k,f), η(h,g) − (v,Φ), ζ) over some walks of one target.
+///
+/// Always f64: an f32 sum of 4·10⁷ scores is wrong in its first digit. Welford's update within a
+/// batch, Chan's between. Var ζ is accumulated from ζ itself: as a difference of the others'
+/// variances it would lose all digits exactly where the method is good.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Statistics {
+    walks: u64,
+    states: u64,
+    endings: Endings,
+    plain_scored: u64,
+    scored: u64,
+    plain: Moments,
+    control: Moments,
+    zeta: Moments,
+    /// Σ (plain − its mean)(control − its mean).
+    cross: f64,
+}
+
+/// Mean and sum of squared deviations from it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Moments {
+    mean: f64,
+    squares: f64,
+}
+
+impl Moments {
+    /// Welford's update; returns the deviations from the old and from the new mean.
+    #[inline]
+    fn push(&mut self, x: f64, per_walk: f64) -> (f64, f64) {
+        let before = x - self.mean;
+        self.mean += before * per_walk;
+        let after = x - self.mean;
+        self.squares += before * after;
+        (before, after)
+    }
+
+    /// Chan's merge of `share` = n_other/n and `weight` = n_self n_other/n; returns the distance
+    /// of the means.
+    fn merge(&mut self, other: &Self, share: f64, weight: f64) -> f64 {
+        let distance = other.mean - self.mean;
+        self.mean += distance * share;
+        self.squares += other.squares + distance * distance * weight;
+        distance
+    }
+}
+
+impl Statistics {
+    /// Adds one walk. `value` is (v, Φ), exact, or `None` for the walk's own φ(x0) v(x0).
+    #[inline]
+    pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: Option<f64>) {
+        let plain = walk.plain.to_f64();
+        let eta = walk.control.to_f64();
+        let control = eta - value.unwrap_or(walk.value.to_f64());
+        self.walks += 1;
+        self.states += u64::from(walk.states);
+        match walk.ending {
+            Ending::Absorbed => self.endings.absorbed += 1,
+            Ending::Left => self.endings.left += 1,
+            Ending::StepLimit | Ending::NotFinite => self.endings.step_limit += 1,
+        }
+        self.plain_scored += u64::from(plain != 0.0);
+        self.scored += u64::from(plain != 0.0 || eta != 0.0);
+        let per_walk = 1.0 / self.walks as f64;
+        let (before, _) = self.plain.push(plain, per_walk);
+        let (_, after) = self.control.push(control, per_walk);
+        self.cross += before * after;
+        self.zeta.push(plain - control, per_walk);
+    }
+
+    /// Adds the walks of `other`, which follow those already here. Merging is not associative in
+    /// the last bits: merge batches in their order, never in order of arrival.
+    pub fn merge(&mut self, other: &Self) {
+        if other.walks == 0 {
+            return;
+        }
+        if self.walks == 0 {
+            *self = *other;
+            return;
+        }
+        let (n_self, n_other) = (self.walks as f64, other.walks as f64);
+        let share = n_other / (n_self + n_other);
+        let weight = n_self * share;
+        self.walks += other.walks;
+        self.states += other.states;
+        self.endings.absorbed += other.endings.absorbed;
+        self.endings.left += other.endings.left;
+        self.endings.step_limit += other.endings.step_limit;
+        self.plain_scored += other.plain_scored;
+        self.scored += other.scored;
+        let plain = self.plain.merge(&other.plain, share, weight);
+        let control = self.control.merge(&other.control, share, weight);
+        self.zeta.merge(&other.zeta, share, weight);
+        self.cross += other.cross + plain * control * weight;
+    }
+
+    /// The number of walks.
+    #[must_use]
+    pub const fn walks(&self) -> u64 {
+        self.walks
+    }
+
+    /// Visited states of all walks, starts included.
+    #[must_use]
+    pub const fn states(&self) -> u64 {
+        self.states
+    }
+
+    /// How the walks ended.
+    #[must_use]
+    pub const fn endings(&self) -> Endings {
+        self.endings
+    }
+
+    /// Walks in which either equation scored anything but 0.
+    #[must_use]
+    pub const fn scored(&self) -> u64 {
+        self.scored
+    }
+
+    /// The plain estimate (9): the mean of η(k,f).
+    #[must_use]
+    pub fn plain(&self) -> Estimate {
+        self.estimate(&self.plain, self.plain_scored)
+    }
+
+    /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g).
+    #[must_use]
+    pub fn preconditioned(&self) -> Estimate {
+        self.estimate(&self.zeta, self.scored)
+    }
+
+    /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
+    #[must_use]
+    pub fn control(&self) -> Estimate {
+        self.estimate(&self.control, self.scored)
+    }
+
+    /// The covariance of η(k,f) and η(h,g) − (v,Φ); `None` for fewer than two walks.
+    #[must_use]
+    pub fn covariance(&self) -> Option<f64> {
+        (self.walks > 1).then(|| self.cross / (self.walks - 1) as f64)
+    }
+
+    fn estimate(&self, moments: &Moments, scored: u64) -> Estimate {
+        let std_dev = (self.walks > 1).then(|| (moments.squares / (self.walks - 1) as f64).sqrt());
+        let std_error = std_dev.filter(|_| scored > 0);
+        Estimate {
+            estimate: moments.mean,
+            std_error: std_error.map(|deviation| deviation / (self.walks as f64).sqrt()),
+            std_dev,
+        }
+    }
+}
+
+/// The size of the error that rounding leaves and more walks do not lower:
+/// ε (|v| + |u|)/(1 − |kp|), where ε belongs to the scalar type, |v| and |u| are sizes of the two
+/// solutions and |kp| < 1 bounds ∫|k(x,y)|p(x,y) dμ(y).
+///
+/// ```
+/// let floor = fredholm_core::rounding_floor::<f32>(5.0, 6.0, 0.75);
+/// assert!((floor - 44.0 * f64::from(f32::EPSILON)).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn rounding_floor<F: Real>(v: f64, u: f64, kp: f64) -> f64 {
+    F::EPSILON.to_f64() * (v.abs() + u.abs()) / (1.0 - kp)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Statistics;
+    use crate::{Ending, Walk};
+
+    fn walk(plain: f64, control: f64) -> Walk<f64> {
+        Walk {
+            plain,
+            control,
+            value: 0.0,
+            states: 2,
+            ending: Ending::Absorbed,
+        }
+    }
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-12 * b.abs()
+    }
+
+    #[test]
+    fn agrees_with_two_passes_and_merges_in_any_cut() {
+        let scores: [(f64, f64); 7] = [
+            (1.0, 2.0),
+            (0.5, 0.0),
+            (3.0, 2.5),
+            (-1.0, 0.5),
+            (4.0, 4.5),
+            (2.0, 1.0),
+            (0.25, 0.5),
+        ];
+        let n = scores.len() as f64;
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| scores.iter().map(f).sum::<f64>() / n;
+        let (p, c) = (mean(&|s| s.0), mean(&|s| s.1));
+        let covariance = mean(&|s| (s.0 - p) * (s.1 - c)) * n / (n - 1.0);
+        let zeta = mean(&|s| s.0 - s.1);
+        let variance = mean(&|s| (s.0 - s.1 - zeta) * (s.0 - s.1 - zeta)) * n / (n - 1.0);
+        for cut in 0..=scores.len() {
+            let mut parts = [Statistics::default(), Statistics::default()];
+            for (i, s) in scores.iter().enumerate() {
+                // (v, Φ) = 1.5
+                parts[usize::from(i >= cut)].push(&walk(s.0, s.1), Some(1.5));
+            }
+            let [mut all, rest] = parts;
+            all.merge(&rest);
+            assert_eq!(all.walks(), 7);
+            assert_eq!(all.states(), 14);
+            assert!(close(all.plain().estimate, p));
+            assert!(close(all.preconditioned().estimate, 1.5 + zeta));
+            assert!(close(
+                all.preconditioned().std_dev.unwrap(),
+                variance.sqrt()
+            ));
+            assert!(close(all.covariance().unwrap(), covariance));
+            assert!(close(
+                all.plain().std_error.unwrap(),
+                all.plain().std_dev.unwrap() / n.sqrt()
+            ));
+        }
+    }
+
+    #[test]
+    fn nothing_scored_is_not_an_error_bar_of_zero() {
+        let mut statistics = Statistics::default();
+        assert_eq!(statistics.plain().std_dev, None);
+        for _ in 0..10 {
+            statistics.push(&walk(0.0, 0.0), None);
+        }
+        assert_eq!(statistics.plain().std_error, None);
+        assert_eq!(statistics.preconditioned().std_error, None);
+        statistics.push(&walk(0.0, 1.0), None);
+        assert_eq!(statistics.plain().std_error, None);
+        assert!(statistics.preconditioned().std_error.is_some());
+    }
+
+    /// f32 sums of this many equal scores stop growing at 2²⁴.
+    #[test]
+    fn a_long_run_of_f32_scores_keeps_its_mean() {
+        let score = Walk {
+            plain: 5.8_f32,
+            control: 5.7,
+            value: 5.7,
+            states: 1,
+            ending: Ending::Absorbed,
+        };
+        let mut batch = Statistics::default();
+        for _ in 0..4096 {
+            batch.push(&score, None);
+        }
+        let mut all = Statistics::default();
+        for _ in 0..100_000 {
+            all.merge(&batch);
+        }
+        assert!((all.plain().estimate - f64::from(5.8_f32)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,105 @@
+//! One walk, and what both equations score on it.
+
+use num_traits::{one, zero};
+
+use crate::{Functional, Kernel, Neighbour, Real, Sampler, Source, Uniforms};
+
+/// What a walk scores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Estimator {
+    /// η(k, f) = φ(x0) k(x0,x1) … k(x_{m−1},x_m) f(x_m), scored where the walk is absorbed: (7) of
+    /// Heinrich 1995. F may not vanish where q does not, or much of the work scores nothing.
+    Absorption,
+    /// η_c(k, F) = φ(x0) Σ_l k(x0,x1) … k(x_{l−1},x_l) F(x_l), scored in every state. q may vanish
+    /// where F does not.
+    Collision,
+}
+
+/// How a walk ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Ending {
+    /// Absorbed, with probability q(x_m).
+    Absorbed,
+    /// Left the space: [`Sampler::step`] returned `None`.
+    Left,
+    /// Cut off at the step limit: what it would have scored is missing, a possible bias.
+    StepLimit,
+    /// A score is infinite or NaN.
+    NotFinite,
+}
+
+/// One walk's scores. The preconditioned estimate is (v, Φ) + plain − control, (10) of Heinrich
+/// 1995, from one and the same walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walk<F> {
+    /// η(k, f): the plain estimate.
+    pub plain: F,
+    /// η(h, g): the neighbour equation's estimate.
+    pub control: F,
+    /// φ(x0) v(x0), whose mean is (v, Φ).
+    pub value: F,
+    /// Visited states, the start included.
+    pub states: u32,
+    /// How it ended.
+    pub ending: Ending,
+}
+
+/// Follows one walk of at most `step_limit` states and scores both equations on it.
+#[inline]
+pub fn walk<E, N, T, U>(
+    equation: &E,
+    neighbour: &N,
+    functional: &T,
+    estimator: Estimator,
+    step_limit: u32,
+    uniforms: &mut U,
+) -> Walk<E::Scalar>
+where
+    E: Sampler + Kernel + Source,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    T: Functional<E>,
+    U: Uniforms<E::Scalar>,
+{
+    let (x0, phi) = functional.start(uniforms);
+    let mut x = neighbour.locate(x0);
+    let mut walk = Walk {
+        plain: zero(),
+        control: zero(),
+        value: phi * neighbour.value(&x),
+        states: 0,
+        ending: Ending::StepLimit,
+    };
+    // φ k…k and φ h…h of the states so far.
+    let (mut weight_k, mut weight_h) = (phi, phi);
+    while walk.states < step_limit {
+        walk.states += 1;
+        if estimator == Estimator::Collision {
+            walk.plain += weight_k * equation.source(&x.point);
+            walk.control += weight_h * neighbour.source(&x);
+        }
+        let q = equation.absorption(&x.point);
+        if uniforms.uniform() < q {
+            if estimator == Estimator::Absorption {
+                let per_absorption = one::<E::Scalar>() / q;
+                walk.plain = weight_k * equation.source(&x.point) * per_absorption;
+                walk.control = weight_h * neighbour.source(&x) * per_absorption;
+            }
+            walk.ending = Ending::Absorbed;
+            break;
+        }
+        let Some(next) = equation.step(&x.point, uniforms) else {
+            walk.ending = Ending::Left;
+            break;
+        };
+        let y = neighbour.locate(next);
+        let k = equation.kernel(&x.point, &y.point);
+        weight_h *= neighbour.kernel(&x, &y, k);
+        weight_k *= k;
+        x = y;
+    }
+    if !(walk.plain.is_finite() && walk.control.is_finite() && walk.value.is_finite()) {
+        walk.ending = Ending::NotFinite;
+    }
+    walk
+}
