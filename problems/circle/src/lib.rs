@@ -1,1 +1,28 @@
-#![doc = "x"]
+#![doc = include_str!("../README.md")]
+#![no_std]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod cells;
+mod circle;
+mod double;
+mod emission;
+mod error;
+mod mean;
+mod pairs;
+mod residual;
+#[cfg(feature = "alloc")]
+mod solution;
+
+pub use cells::{Cell, Cells, Direction, guesses};
+pub use circle::{Circle, Point};
+pub use emission::{Arcs, Emission, Harmonic};
+pub use error::CircleError;
+pub use mean::MeanOver;
+pub use pairs::OffDiagonal;
+pub use residual::{Moment, Residual, moments};
+#[cfg(feature = "alloc")]
+pub use solution::{Solution, Tables};

@@ -1,0 +1,77 @@
+//! What can be wrong with a circle.
+
+use core::fmt;
+
+/// Why there is no such circle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CircleError {
+    /// No reflectance was given.
+    NoReflectance,
+    /// A reflectance is NaN or outside [0, 1).
+    Reflectance {
+        /// The number of its arc, from 0.
+        arc: usize,
+    },
+    /// The number of cells is 0, or more than 2³¹.
+    Cells,
+    /// The number of cells is not a multiple of the number of arcs.
+    NotAMultiple {
+        /// The number of cells.
+        cells: usize,
+        /// The number of arcs.
+        arcs: usize,
+    },
+    /// The absorption probability q0 is NaN or outside (0, 1).
+    Absorption,
+    /// A parameter of the emission is not finite, or its frequency is 0.
+    Emission,
+    /// A buffer has the wrong length.
+    Length {
+        /// The length that is needed.
+        expected: usize,
+        /// The length of the buffer.
+        found: usize,
+    },
+    /// There is no memory for the tables.
+    Memory {
+        /// The number of cells.
+        cells: usize,
+    },
+    /// The ends of an interval are not 0 ≤ from < to ≤ 2π.
+    Interval,
+}
+
+impl fmt::Display for CircleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoReflectance => write!(f, "at least one reflectance is needed"),
+            Self::Reflectance { arc } => write!(
+                f,
+                "the reflectance of arc {arc} must be at least 0 and below 1, or the series of \
+                 reflections does not converge"
+            ),
+            Self::Cells => write!(f, "the number of cells must be between 1 and 2^31"),
+            Self::NotAMultiple { cells, arcs } => write!(
+                f,
+                "the number of cells ({cells}) must be a multiple of the number of arcs ({arcs})"
+            ),
+            Self::Absorption => {
+                write!(
+                    f,
+                    "the absorption probability must lie strictly between 0 and 1"
+                )
+            }
+            Self::Emission => write!(
+                f,
+                "the emission must be finite, and its frequency at least 1"
+            ),
+            Self::Length { expected, found } => {
+                write!(f, "a buffer of length {expected} is needed, not of {found}")
+            }
+            Self::Memory { cells } => write!(f, "there is no memory for {cells} cells"),
+            Self::Interval => write!(f, "an interval needs 0 <= from < to <= 2 pi"),
+        }
+    }
+}
+
+impl core::error::Error for CircleError {}
