@@ -71,9 +71,10 @@ pub trait Real:
     /// The square root, correctly rounded.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// self · factor + summand with one rounding.
+    /// The rounding error of the product: self · factor − fl(self · factor), exact unless it
+    /// underflows or a factor is above 2¹⁰⁰⁰.
     #[must_use]
-    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    fn product_error(self, factor: Self) -> Self;
     /// The sine; radians.
     #[must_use]
     fn sin(self) -> Self;
@@ -102,7 +103,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ident, $digits:literal, $sqrt:ident, $fma:ident, $sin:ident, $cos:ident, $atan2:ident, $exp:ident, $ln:ident, $pow:ident) => {
+    ($float:ident, $digits:literal, $sqrt:ident, $product_error:ident, $sin:ident, $cos:ident, $atan2:ident, $exp:ident, $ln:ident, $pow:ident) => {
         impl Real for $float {
             const EPSILON: Self = $float::EPSILON;
             const NAN: Self = $float::NAN;
@@ -149,8 +150,8 @@ macro_rules! real {
                 libm::$sqrt(self)
             }
             #[inline]
-            fn mul_add(self, factor: Self, summand: Self) -> Self {
-                libm::$fma(self, factor, summand)
+            fn product_error(self, factor: Self) -> Self {
+                $product_error(self, factor)
             }
             #[inline]
             fn sin(self) -> Self {
@@ -180,8 +181,53 @@ macro_rules! real {
     };
 }
 
-real!(f32, 24, sqrtf, fmaf, sinf, cosf, atan2f, expf, logf, powf);
-real!(f64, 53, sqrt, fma, sin, cos, atan2, exp, log, pow);
+real!(
+    f32,
+    24,
+    sqrtf,
+    product_error_f32,
+    sinf,
+    cosf,
+    atan2f,
+    expf,
+    logf,
+    powf
+);
+real!(
+    f64,
+    53,
+    sqrt,
+    product_error_f64,
+    sin,
+    cos,
+    atan2,
+    exp,
+    log,
+    pow
+);
+
+/// A product of two 24-bit numbers is exact in f64.
+#[inline]
+fn product_error_f32(a: f32, b: f32) -> f32 {
+    (f64::from(a) * f64::from(b) - f64::from(a * b)) as f32
+}
+
+/// Dekker 1971. A fused multiply-add would be shorter, but most builds for x86 call a function for
+/// it.
+#[inline]
+fn product_error_f64(a: f64, b: f64) -> f64 {
+    let [a_high, a_low] = halves(a);
+    let [b_high, b_low] = halves(b);
+    (((a_high * b_high - a * b) + a_high * b_low) + a_low * b_high) + a_low * b_low
+}
+
+/// Veltkamp's splitting: two numbers of 26 bits whose sum is `x`.
+#[inline]
+fn halves(x: f64) -> [f64; 2] {
+    let shifted = 134_217_729.0 * x;
+    let high = shifted - (shifted - x);
+    [high, x - high]
+}
 
 #[cfg(test)]
 mod tests {
@@ -193,6 +239,20 @@ mod tests {
         assert_eq!(f64::unit_from_bits(u64::MAX), 1.0 - f64::EPSILON / 2.0);
         assert_eq!(<f32 as Real>::unit_from_bits(0), 0.0);
         assert_eq!(f64::unit_from_bits(1 << 63), 0.5);
+    }
+
+    #[test]
+    fn products_and_their_errors_are_exact() {
+        // (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰, and (1 + 2⁻¹³)² = 1 + 2⁻¹² + 2⁻²⁶.
+        let x = 1.0 + 2.0_f64.powi(-30);
+        assert_eq!(x * x, 1.0 + 2.0_f64.powi(-29));
+        assert_eq!(x.product_error(x), 2.0_f64.powi(-60));
+        let x = 1.0 + 2.0_f32.powi(-13);
+        assert_eq!(x * x, 1.0 + 2.0_f32.powi(-12));
+        assert_eq!(x.product_error(-x), -(2.0_f32.powi(-26)));
+        for (a, b) in [(0.1, 0.3), (1e-5, 7e8), (-2.5, 1.0 / 3.0)] {
+            assert_eq!(f64::product_error(a, b), f64::mul_add(a, b, -(a * b)));
+        }
     }
 
     #[test]

@@ -45,11 +45,10 @@ pub(super) fn solve<F: Real, const B: usize>(mut a: [[F; B]; B], mut rhs: [F; B]
 /// Σ_b a_b b_b.
 #[inline]
 pub(super) fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
-    let mut sum = zero();
-    for (&a, &b) in a.iter().zip(b) {
-        sum += a * b;
-    }
-    sum
+    // Starting from the first product saves adding it to zero, which the compiler must not drop.
+    let mut products = a.iter().zip(b).map(|(&a, &b)| a * b);
+    let first = products.next().unwrap_or_else(zero);
+    products.fold(first, |sum, product| sum + product)
 }
 
 /// The B unknowns of cell `i`; NaN where the slice is too short, so that no index can panic.

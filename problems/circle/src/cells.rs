@@ -16,48 +16,60 @@ pub struct Direction<F> {
 }
 
 impl<F: Real> Direction<F> {
-    /// |sin| of the angle between two directions, with a relative error of about 5 ε.
+    /// |sin| of the angle between two directions, with an absolute error of ε.
+    #[inline]
+    pub(crate) fn rough_sine(&self, other: &Self) -> F {
+        (self.sin * other.cos - self.cos * other.sin).abs()
+    }
+
+    /// |sin| of the angle between two directions, with a relative error of about 4 ε.
     ///
     /// The plain cross product has an absolute error of ε, which is a relative one of 4 ε while the
     /// sine is above ¼. Below, one pair of 30 on a fine partition, products and tables are taken
     /// to twice the precision.
     #[inline]
     pub(crate) fn sine(&self, other: &Self) -> F {
-        let sine = (self.sin * other.cos - self.cos * other.sin).abs();
+        let sine = self.rough_sine(other);
         if sine >= F::from_f64(0.25) {
             return sine;
         }
-        self.small_sine(other)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn small_sine(&self, other: &Self) -> F {
-        let (a, b) = (self.sin * other.cos, self.cos * other.sin);
-        let a_low = self.sin.mul_add(other.cos, -a);
-        let b_low = self.cos.mul_add(other.sin, -b);
+        rarely();
+        let (left, right) = (self.sin * other.cos, self.cos * other.sin);
+        let left_low = self.sin.product_error(other.cos);
+        let right_low = self.cos.product_error(other.sin);
         let low = (self.sin_low * other.cos - self.cos_low * other.sin)
             + (self.sin * other.cos_low - self.cos * other.sin_low);
-        ((a - b) + ((a_low - b_low) + low)).abs()
+        ((left - right) + ((left_low - right_low) + low)).abs()
     }
 }
+
+/// Tells the compiler that the code around the call is seldom reached. A call of the code itself,
+/// out of line, would make the common path save its registers.
+#[cold]
+fn rarely() {}
 
 /// What a walk looks up about a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell<F> {
     /// The half angle of the cell's middle.
     pub(crate) middle: Direction<F>,
-    /// The pseudo-angle at which the next cell begins.
-    pub(crate) end: F,
     /// ρ.
     pub(crate) reflectance: F,
 }
 
-/// The length of the table of guesses for `cells` cells.
+/// One of equal parts of the pseudo-angle: the first cell that ends behind the beginning of the
+/// part, and where that is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slot<F> {
+    end: F,
+    cell: u32,
+}
+
+/// The number of slots for `cells` cells.
 #[must_use]
-pub const fn guesses(cells: usize) -> usize {
-    // The pseudo-angle is at most π/2 times as dense as the angle: about every other guess is
-    // exact, and the search that follows takes at most two steps.
+pub const fn slots(cells: usize) -> usize {
+    // The derivative of the pseudo-angle is at least ¼, so a cell is at least π/4n of it wide, more
+    // than a slot's 1/2n: at most one cell ends within a slot.
     2 * cells
 }
 
@@ -68,12 +80,12 @@ pub const fn guesses(cells: usize) -> usize {
 #[derive(Clone, Copy, Debug)]
 pub struct Cells<'a, F> {
     cells: &'a [Cell<F>],
-    guesses: &'a [u32],
+    slots: &'a [Slot<F>],
 }
 
 impl<'a, F: Real> Cells<'a, F> {
     /// Fills the buffers: as many cells as `cells` has entries, `reflectance` on equal arcs of
-    /// [0, 2π), and [`guesses`]`(cells.len())` guesses.
+    /// [0, 2π), and [`slots`]`(cells.len())` slots.
     ///
     /// # Errors
     /// [`CircleError`] where a reflectance is outside [0, 1), the number of cells is no multiple of
@@ -81,15 +93,15 @@ impl<'a, F: Real> Cells<'a, F> {
     pub fn fill(
         reflectance: &[f64],
         cells: &'a mut [Cell<F>],
-        guesses: &'a mut [u32],
+        slots: &'a mut [Slot<F>],
     ) -> Result<Self, CircleError> {
         let n = cells.len();
         validate(reflectance, n)?;
-        let expected = crate::guesses(n);
-        if guesses.len() != expected {
+        let expected = crate::slots(n);
+        if slots.len() != expected {
             return Err(CircleError::Length {
                 expected,
-                found: guesses.len(),
+                found: slots.len(),
             });
         }
         let n_float = n as f64;
@@ -99,30 +111,27 @@ impl<'a, F: Real> Cells<'a, F> {
         let mut values = reflectance
             .iter()
             .flat_map(|r| core::iter::repeat_n(*r, per_arc));
-        for (i, cell) in cells.iter_mut().enumerate() {
-            let end = core::f64::consts::PI * ((i + 1) as f64 / n_float);
-            let end = pseudo_angle(Real::cos(end), Real::sin(end));
+        for cell in cells.iter_mut() {
             let [cos, sin] = middle;
             *cell = Cell {
                 middle: Direction {
                     cos: F::from_f64(cos.hi),
                     sin: F::from_f64(sin.hi),
-                    cos_low: low(cos),
-                    sin_low: low(sin),
+                    cos_low: low::<F>(cos),
+                    sin_low: low::<F>(sin),
                 },
-                end: F::from_f64(if i + 1 == n { 2.0 } else { end }),
                 reflectance: F::from_f64(values.next().unwrap_or(0.0)),
             };
             middle = rotate(middle, step);
         }
-        fill_guesses(cells, guesses);
-        Ok(Self { cells, guesses })
+        fill_slots(n, slots);
+        Ok(Self { cells, slots })
     }
 
     /// Buffers that [`fill`](Self::fill) has filled.
     #[cfg(feature = "alloc")]
-    pub(crate) const fn filled(cells: &'a [Cell<F>], guesses: &'a [u32]) -> Self {
-        Self { cells, guesses }
+    pub(crate) const fn filled(cells: &'a [Cell<F>], slots: &'a [Slot<F>]) -> Self {
+        Self { cells, slots }
     }
 
     /// The number n of cells.
@@ -152,14 +161,13 @@ impl<'a, F: Real> Cells<'a, F> {
     #[inline]
     pub(crate) fn locate(&self, cos: F, sin: F) -> u32 {
         let angle = pseudo_angle(cos, sin);
-        let slot = (angle * F::from_u32(self.guesses.len() as u32)).to_u32() as usize;
-        let last = self.cells.len() as u32 - 1;
-        // Half angle π is half angle 0: the end of the last cell belongs to it.
-        let mut cell = self.guesses.get(slot).copied().unwrap_or(last);
-        while self.get(cell as usize).is_some_and(|c| angle >= c.end) {
-            cell += 1;
-        }
-        cell
+        let number = (angle * F::from_u32(self.slots.len() as u32)).to_u32();
+        // Half angle π, which is half angle 0, is the end of the last cell and belongs to it.
+        let Some(slot) = self.slots.get(number as usize) else {
+            return self.cells.len() as u32 - 1;
+        };
+        // An addition and no branch: half of all branches would be predicted wrong.
+        slot.cell + u32::from(angle >= slot.end)
     }
 }
 
@@ -176,17 +184,30 @@ fn pseudo_angle<F: Real>(cos: F, sin: F) -> F {
     half - half * cos / (cos.abs() + sin)
 }
 
-/// guess g is the first cell that ends after g/guesses.
-fn fill_guesses<F: Real>(cells: &[Cell<F>], guesses: &mut [u32]) {
-    let count = F::from_u32(guesses.len() as u32);
-    let mut cell = 0;
-    for (g, guess) in guesses.iter_mut().enumerate() {
-        let start = F::from_u32(g as u32) / count;
-        while cells.get(cell).is_some_and(|c| c.end <= start) {
-            cell += 1;
+fn fill_slots<F: Real>(cells: usize, slots: &mut [Slot<F>]) {
+    let count = F::from_u32(slots.len() as u32);
+    let mut slot = Slot {
+        end: F::zero(),
+        cell: u32::MAX,
+    };
+    for (number, out) in slots.iter_mut().enumerate() {
+        while slot.end <= F::from_u32(number as u32) / count {
+            slot.cell = slot.cell.wrapping_add(1);
+            slot.end = end(slot.cell as usize + 1, cells);
         }
-        *guess = cell as u32;
+        *out = slot;
     }
+}
+
+/// The pseudo-angle at which the first `cells` of `all` cells end: a function of their ratio, so
+/// that arcs end at the same bits whatever the number of cells.
+fn end<F: Real>(cells: usize, all: usize) -> F {
+    if cells == all {
+        // Nothing is behind the last cell.
+        return F::from_f64(2.0);
+    }
+    let half_angle = core::f64::consts::PI * (cells as f64 / all as f64);
+    F::from_f64(pseudo_angle(Real::cos(half_angle), Real::sin(half_angle)))
 }
 
 pub(crate) fn validate(reflectance: &[f64], cells: usize) -> Result<(), CircleError> {

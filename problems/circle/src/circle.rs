@@ -344,7 +344,7 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
         [[if i == j {
             from.reflectance * self.diagonal
         } else {
-            from.reflectance * self.galerkin * to.middle.sine(&from.middle)
+            from.reflectance * self.galerkin * to.middle.rough_sine(&from.middle)
         }]]
     }
 

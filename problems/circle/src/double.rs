@@ -32,7 +32,8 @@ impl Double {
     /// self divided by a number that is exact in f64.
     fn over(self, divisor: f64) -> Self {
         let hi = self.hi / divisor;
-        let remainder = hi.mul_add_exact(-divisor, self.hi) + self.lo;
+        let product = hi * divisor;
+        let remainder = ((self.hi - product) - hi.product_error(divisor)) + self.lo;
         Self::quick(hi, remainder / divisor)
     }
 
@@ -50,17 +51,6 @@ impl Double {
             *sum = *sum + sign;
         }
         sums
-    }
-}
-
-/// Fused multiply-add by name, where the inherent method is not in core.
-trait MulAddExact {
-    fn mul_add_exact(self, factor: f64, summand: f64) -> f64;
-}
-
-impl MulAddExact for f64 {
-    fn mul_add_exact(self, factor: f64, summand: f64) -> f64 {
-        Real::mul_add(self, factor, summand)
     }
 }
 
@@ -88,7 +78,7 @@ impl Mul for Double {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let hi = self.hi * other.hi;
-        let lo = self.hi.mul_add_exact(other.hi, -hi);
+        let lo = self.hi.product_error(other.hi);
         Self::quick(hi, lo + (self.hi * other.lo + self.lo * other.hi))
     }
 }

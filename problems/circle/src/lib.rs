@@ -17,7 +17,7 @@ mod residual;
 #[cfg(feature = "alloc")]
 mod solution;
 
-pub use cells::{Cell, Cells, Direction, guesses};
+pub use cells::{Cell, Cells, Direction, Slot, slots};
 pub use circle::{Circle, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;

@@ -7,18 +7,18 @@ use fredholm_core::galerkin::{
     GalerkinError, Pairs, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
 };
 
-use crate::{Cell, Cells, Circle, CircleError, Emission, Moment, guesses, moments};
+use crate::{Cell, Cells, Circle, CircleError, Emission, Moment, Slot, moments, slots};
 
 /// The buffers of [`Cells`], owned.
 #[derive(Clone, Debug)]
 pub struct Tables<F> {
     cells: Vec<Cell<F>>,
-    guesses: Vec<u32>,
+    slots: Vec<Slot<F>>,
 }
 
 impl<F: Real> Tables<F> {
-    /// The tables of a circle with `reflectance` on equal arcs and `cells` cells: about 56 bytes a
-    /// cell in f64, 32 in f32.
+    /// The tables of a circle with `reflectance` on equal arcs and `cells` cells: 72 bytes a
+    /// cell in f64, 36 in f32.
     ///
     /// # Errors
     /// As [`Cells::fill`], and [`CircleError::Memory`].
@@ -26,22 +26,22 @@ impl<F: Real> Tables<F> {
         crate::cells::validate(reflectance, cells)?;
         let mut tables = Self {
             cells: Vec::new(),
-            guesses: Vec::new(),
+            slots: Vec::new(),
         };
         let reserved = tables.cells.try_reserve_exact(cells);
         reserved
-            .and_then(|()| tables.guesses.try_reserve_exact(guesses(cells)))
+            .and_then(|()| tables.slots.try_reserve_exact(slots(cells)))
             .map_err(|_| CircleError::Memory { cells })?;
         tables.cells.resize(cells, Cell::default());
-        tables.guesses.resize(guesses(cells), 0);
-        Cells::fill(reflectance, &mut tables.cells, &mut tables.guesses)?;
+        tables.slots.resize(slots(cells), Slot::default());
+        Cells::fill(reflectance, &mut tables.cells, &mut tables.slots)?;
         Ok(tables)
     }
 
     /// The cells.
     #[must_use]
     pub fn cells(&self) -> Cells<'_, F> {
-        Cells::filled(&self.cells, &self.guesses)
+        Cells::filled(&self.cells, &self.slots)
     }
 }
 
