@@ -102,19 +102,27 @@ fn sinc(x: f64) -> f64 {
 }
 
 /// Piecewise constant emission on equal arcs of [0, 2π).
+///
+/// ```
+/// use fredholm_circle::{Arcs, CircleError};
+///
+/// assert!(Arcs::new(&[1.0, 0.0, 0.0], 300).is_ok());
+/// let error = Arcs::new(&[1.0, 0.0, 0.0], 100).unwrap_err();
+/// assert_eq!(error, CircleError::NotAMultiple { cells: 100, arcs: 3 });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arcs<'a, F> {
-    values: &'a [F],
+pub struct Arcs<'a> {
+    values: &'a [f64],
     cells_per_arc: u32,
 }
 
-impl<'a, F: Real> Arcs<'a, F> {
+impl<'a> Arcs<'a> {
     /// `values` on as many equal arcs of a circle with `cells` cells.
     ///
     /// # Errors
     /// [`CircleError::Emission`] for a value that is not finite or none at all,
     /// [`CircleError::NotAMultiple`].
-    pub fn new(values: &'a [F], cells: usize) -> Result<Self, CircleError> {
+    pub fn new(values: &'a [f64], cells: usize) -> Result<Self, CircleError> {
         let arcs = values.len();
         if arcs == 0 || !values.iter().all(|v| v.is_finite()) {
             return Err(CircleError::Emission);
@@ -129,20 +137,20 @@ impl<'a, F: Real> Arcs<'a, F> {
         })
     }
 
-    fn value(&self, cell: u32) -> F {
+    fn value(&self, cell: u32) -> f64 {
         let arc = cell.checked_div(self.cells_per_arc).unwrap_or(0);
-        self.values.get(arc as usize).copied().unwrap_or(F::NAN)
+        self.values.get(arc as usize).copied().unwrap_or(f64::NAN)
     }
 }
 
-impl<F: Real> Emission<F> for Arcs<'_, F> {
+impl<F: Real> Emission<F> for Arcs<'_> {
     #[inline]
     fn emission(&self, x: &Point<F>, _: F) -> F {
-        self.value(x.cell())
+        F::from_f64(self.value(x.cell()))
     }
 
     fn cell_mean(&self, i: usize, _: usize, _: f64) -> f64 {
-        self.value(i as u32).to_f64()
+        self.value(i as u32)
     }
 
     fn validate(&self, cells: usize) -> Result<(), CircleError> {

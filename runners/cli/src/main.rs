@@ -1,2 +1,46 @@
-//! x
-fn main() {}
+//! The program `fredholm`: integral equations solved from a file, with an error bar.
+//!
+//! Results go to stdout, progress and remarks to stderr. Exit status: 0 done, 1 a failure on the
+//! way, 2 bad usage or input, 3 the asked error was not reached, 130 interrupted.
+
+mod args;
+mod circle;
+mod failure;
+mod figure;
+mod file;
+mod init;
+mod numbers;
+mod output;
+mod paper;
+mod progress;
+mod report;
+mod solve;
+mod threads;
+
+use std::process::ExitCode;
+
+use args::{Cli, Command};
+use clap::{CommandFactory, Parser};
+use failure::{Ended, Failure};
+
+fn main() -> ExitCode {
+    match run(&Cli::parse().command) {
+        Ok(ended) => ended.status(),
+        Err(failure) => failure.report(),
+    }
+}
+
+fn run(command: &Command) -> Result<Ended, Failure> {
+    match command {
+        Command::Paper(args) => paper::paper(args),
+        Command::Solve(args) => solve::solve(args),
+        Command::Check { file } => solve::check(file),
+        Command::Init { kind } => init::init(*kind),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "fredholm", &mut script);
+            std::io::Write::write_all(&mut std::io::stdout().lock(), &script)?;
+            Ok(Ended::Done)
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+use crate::file::{Estimator, Pairs, Scalar};
+
+/// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
+/// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
+#[derive(Debug, Parser)]
+#[command(
+    name = "fredholm",
+    version,
+    about,
+    long_about = None,
+    after_help = "\
+Begin with:
+  fredholm paper                 the experiment of Heinrich 1995, section 5
+  fredholm init circle > a.toml  a commented problem file
+  fredholm solve a.toml          solve it
+
+Exit status: 0 done; 1 a failure on the way; 2 bad usage or input; 3 the asked error was not
+reached (results are printed); 130 interrupted (what was finished is printed)."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Repeat the experiment of Heinrich 1995, section 5, beside the paper's numbers
+    Paper(PaperArgs),
+    /// Solve the problem of a file
+    #[command(after_help = "\
+Options override the file's values; the file's keys have the same names (`fredholm init circle`).
+A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and
+about 95 % of those twice as wide.")]
+    Solve(SolveArgs),
+    /// Validate a file; print cells, memory and predicted time; run nothing
+    Check {
+        /// The problem file (TOML)
+        file: PathBuf,
+    },
+    /// Print a commented problem file
+    Init {
+        /// The kind of problem
+        kind: Kind,
+    },
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// The kinds of problems.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Kind {
+    /// Flatland radiosity on the unit circle
+    Circle,
+}
+
+/// Options of `paper`.
+#[derive(Debug, Args)]
+pub(crate) struct PaperArgs {
+    /// The most walks for a point; the table has 10, 100, … up to it
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(10..))]
+    pub(crate) max_walks: u64,
+    /// Degree of the piecewise polynomials; this version has 0
+    #[arg(long, value_name = "p", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=0))]
+    pub(crate) degree: u32,
+    /// Seed of the reflectances, the points and the walks
+    #[arg(long, value_name = "S", default_value_t = 1995)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write table.csv, table.json and the figures error.svg and deviation.svg into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of every command that walks.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Threads; results do not depend on it [default: all cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Print one JSON document on stdout and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Options of `solve`.
+#[derive(Debug, Args)]
+pub(crate) struct SolveArgs {
+    /// The problem file (TOML)
+    pub(crate) file: PathBuf,
+    /// Number of cells
+    #[arg(long, value_name = "n")]
+    pub(crate) cells: Option<usize>,
+    /// Degree of the piecewise polynomials; this version has 0
+    #[arg(long, value_name = "p")]
+    pub(crate) degree: Option<usize>,
+    /// Walks for each target; with a target error the most
+    #[arg(long, value_name = "N")]
+    pub(crate) walks: Option<u64>,
+    /// Stop a target at this standard error
+    #[arg(long, value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// The target error is a part of the estimate's magnitude
+    #[arg(long)]
+    pub(crate) relative: bool,
+    /// Stop after this time with what has been done by then
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) time_limit: Option<f64>,
+    /// What a walk scores
+    #[arg(long, value_name = "NAME")]
+    pub(crate) estimator: Option<Estimator>,
+    /// Which pairs of cells the neighbour equation treats how
+    #[arg(long, value_name = "NAME")]
+    pub(crate) pairs: Option<Pairs>,
+    /// Floating-point type of the walks
+    #[arg(long)]
+    pub(crate) scalar: Option<Scalar>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}

@@ -1,0 +1,93 @@
+//! How a command can end, and what the shell is told.
+
+use core::fmt::{self, Display};
+use std::io;
+use std::process::ExitCode;
+
+use crate::file::InputError;
+
+/// Why a command did not do its work.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// Bad usage or input: status 2.
+    Input(String),
+    /// Something failed on the way: status 1.
+    Run(String),
+    /// Nobody reads our output any more: no message, status 0.
+    ClosedPipe,
+}
+
+impl Failure {
+    /// Bad usage or input.
+    pub(crate) fn input(message: impl Display) -> Self {
+        Self::Input(message.to_string())
+    }
+
+    /// Something failed on the way.
+    pub(crate) fn run(message: impl Display) -> Self {
+        Self::Run(message.to_string())
+    }
+
+    /// Says it on stderr and gives the status.
+    pub(crate) fn report(&self) -> ExitCode {
+        match self {
+            Self::ClosedPipe => ExitCode::SUCCESS,
+            Self::Run(_) => {
+                eprintln!("error: {self}");
+                ExitCode::from(1)
+            }
+            Self::Input(_) => {
+                eprintln!("error: {self}");
+                ExitCode::from(2)
+            }
+        }
+    }
+}
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(message) | Self::Run(message) => f.write_str(message),
+            Self::ClosedPipe => f.write_str("the output was closed"),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::input(error)
+    }
+}
+
+/// Writing to stdout.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            Self::ClosedPipe
+        } else {
+            Self::run(format_args!("cannot write the output: {error}"))
+        }
+    }
+}
+
+/// How a command that walks ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ended {
+    /// Everything was done: status 0.
+    Done,
+    /// The asked error was not reached: status 3.
+    ErrorNotReached,
+    /// Interrupted: status 130.
+    Interrupted,
+}
+
+impl Ended {
+    /// The status.
+    pub(crate) fn status(self) -> ExitCode {
+        match self {
+            Self::Done => ExitCode::SUCCESS,
+            Self::ErrorNotReached => ExitCode::from(3),
+            Self::Interrupted => ExitCode::from(130),
+        }
+    }
+}

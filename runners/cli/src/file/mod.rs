@@ -1,0 +1,372 @@
+//! The problem file: TOML read into typed values which remember their places.
+//!
+//! A solver that is fed a mistyped key must say so, at that key, and not fall
+//! back on a default. Derived deserialisation cannot promise this: it forgets
+//! where a value stood, and its untagged enums swallow unknown keys. So the
+//! tree of the TOML parser, which has the place of every key and value, is
+//! walked by hand: a [`Section`] gives out its keys one by one, and what nobody
+//! asked for is an error.
+//!
+//! [`read`] reports only what is wrong with the shape of the file: types,
+//! unknown or missing keys, unknown words. Whether the values make sense is
+//! asked in [`ProblemFile::validate`], because flags of the command line may
+//! replace values in between.
+
+mod place;
+mod section;
+mod validate;
+
+use clap::ValueEnum;
+use toml::de::{DeTable, DeValue};
+
+use place::Source;
+pub(crate) use place::{InputError, Place, Placed};
+use section::{Field, Section, unknown_word};
+pub(crate) use validate::common_multiple;
+
+/// The largest number of cells accepted.
+const MAX_CELLS: usize = 100_000_000;
+/// The largest number of walks in one batch.
+const MAX_BATCH: u64 = 1_000_000_000;
+/// The largest seed: TOML has no larger integers.
+const MAX_SEED: u64 = i64::MAX.unsigned_abs();
+/// The largest number of points of a grid target.
+const MAX_GRID: usize = 100_000;
+/// All that a problem file says.
+#[derive(Clone, Debug)]
+pub(crate) struct ProblemFile {
+    /// The section `[problem]`.
+    pub(crate) problem: Circle,
+    /// The section `[galerkin]`.
+    pub(crate) galerkin: Galerkin,
+    /// The section `[walk]`.
+    pub(crate) walk: Walk,
+    /// The `[[target]]` tables, in the order of the file.
+    pub(crate) targets: Vec<Target>,
+    /// Where targets stand, or should stand.
+    targets_place: Place,
+    /// Name and text of the file, for errors.
+    source: Source,
+}
+
+/// Radiosity on the circle: `[problem]` with `kind = "circle"`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Circle {
+    /// The reflectance on equal arcs of [0, 2 pi).
+    pub(crate) reflectance: Placed<Vec<Placed<f64>>>,
+    /// The emission.
+    pub(crate) emission: Emission,
+}
+
+/// The emission of a circle.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Emission {
+    /// The emission for which `constant + amplitude sin(frequency s)` is the
+    /// solution (Heinrich 1995, (57)-(58)).
+    Harmonic {
+        /// The constant part of the solution.
+        constant: Placed<f64>,
+        /// The amplitude of the wave.
+        amplitude: Placed<f64>,
+        /// The number of waves around the circle.
+        frequency: Placed<u32>,
+    },
+    /// Constant on each of so many equal arcs of [0, 2 pi).
+    Arcs(Placed<Vec<Placed<f64>>>),
+}
+
+/// The Galerkin scheme: `[galerkin]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Galerkin {
+    /// The number of cells; without one, the problem chooses.
+    pub(crate) cells: Option<Placed<usize>>,
+    /// The degree of the polynomials on a cell.
+    pub(crate) degree: Placed<usize>,
+    /// Which pairs of cells the neighbour equation treats how.
+    pub(crate) pairs: Placed<Pairs>,
+}
+
+/// The random walks: `[walk]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Walk {
+    /// The number of walks for each target.
+    pub(crate) walks: Placed<u64>,
+    /// q0, the probability that a walk is absorbed in a state.
+    pub(crate) absorption: Placed<f64>,
+    /// What a walk scores.
+    pub(crate) estimator: Placed<Estimator>,
+    /// The floating-point type of the walks.
+    pub(crate) scalar: Placed<Scalar>,
+    /// The seed of the random numbers.
+    pub(crate) seed: Placed<u64>,
+    /// The number of walks in one batch.
+    pub(crate) batch: Placed<u64>,
+    /// The error at which to stop early.
+    pub(crate) target_error: Option<Placed<f64>>,
+    /// Whether `target_error` is relative to the value.
+    pub(crate) relative: Placed<bool>,
+}
+
+/// One number, or one curve, to compute: `[[target]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Target {
+    /// What the results call it.
+    pub(crate) name: Placed<String>,
+    /// What it is.
+    pub(crate) what: What,
+}
+
+/// What a target computes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum What {
+    /// The solution at this angle.
+    At(Placed<f64>),
+    /// The mean of the solution over the circle.
+    OverAll,
+    /// The mean of the solution from one angle to another.
+    Over(Placed<f64>, Placed<f64>),
+    /// The solution at so many equally spaced angles.
+    Grid(Placed<usize>),
+}
+
+/// The choices of `pairs`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Pairs {
+    /// All pairs of different cells in S, the diagonal left out (Heinrich 1995, section 5)
+    Paper,
+    /// All pairs of different cells in S, the diagonal pointwise
+    Default,
+    /// All pairs pointwise: the neighbour equation differs in its source only
+    Pointwise,
+}
+
+/// The choices of `estimator`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Estimator {
+    /// A walk scores where it is absorbed
+    Absorption,
+    /// A walk scores in every state
+    Collision,
+}
+
+/// The choices of `scalar`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Scalar {
+    /// Single precision
+    F32,
+    /// Double precision
+    F64,
+}
+
+/// The word of a choice, as files, flags and results have it.
+pub(crate) fn word<T: ValueEnum>(choice: &T) -> String {
+    let value = choice.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Reads the problem file `name` with the content `text`.
+///
+/// Ranges are not looked at: call [`ProblemFile::validate`] once the flags of
+/// the command line have replaced what they replace.
+pub(crate) fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
+    let source = Source {
+        name: name.to_owned(),
+        text: text.to_owned(),
+    };
+    let tree = DeTable::parse(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        source.error(span, format_args!("not valid TOML: {}", error.message()))
+    })?;
+    let mut root = Section::new(&source, "at the top level", 0..0, tree.into_inner());
+    let problem = root.required("problem")?;
+    let galerkin = root.section("galerkin", "in `[galerkin]`")?;
+    let walk = root.section("walk", "in `[walk]`")?;
+    let targets = root.optional("target");
+    root.finish()?;
+
+    let targets_span = match &targets {
+        Some(field) => field.span.clone(),
+        None => text.len()..text.len(),
+    };
+    let problem = read_problem(problem.section("in `[problem]`")?)?;
+    let galerkin = read_galerkin(galerkin)?;
+    let walk = read_walk(walk)?;
+    let targets = targets.map_or(Ok(Vec::new()), read_targets)?;
+    Ok(ProblemFile {
+        problem,
+        galerkin,
+        walk,
+        targets,
+        targets_place: Place::File(targets_span),
+        source,
+    })
+}
+
+/// Reads `[problem]`, whose other keys depend on its `kind`.
+fn read_problem(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+    let kind = section.required("kind")?;
+    match kind.text()? {
+        "circle" => read_circle(section),
+        planned @ ("cube" | "room") => Err(kind.error(format_args!(
+            "`kind = \"{planned}\"` is planned, but not in this version; it has only \"circle\""
+        ))),
+        other => Err(kind.error(unknown_word("kind", other, &["circle".to_owned()]))),
+    }
+}
+
+/// Reads the rest of `[problem]` for a circle.
+fn read_circle(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+    let reflectance = section.required("reflectance")?.numbers()?;
+    let emission = read_emission(section.required("emission")?)?;
+    section.finish()?;
+    Ok(Circle {
+        reflectance,
+        emission,
+    })
+}
+
+/// Reads `emission`: a formula, or values on arcs.
+fn read_emission(field: Field<'_, '_>) -> Result<Emission, InputError> {
+    match field.value {
+        DeValue::Table(_) => read_harmonic(field.section("in `emission`")?),
+        DeValue::Array(_) | DeValue::Integer(_) | DeValue::Float(_) => {
+            Ok(Emission::Arcs(field.numbers()?))
+        }
+        _ => Err(field.mistyped(
+            "a number, an array of numbers, \
+             or a table { constant = ..., amplitude = ..., frequency = ... }",
+        )),
+    }
+}
+
+/// Reads the formula of an emission.
+fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
+    let constant = section.required("constant")?.number()?;
+    let amplitude = section.required("amplitude")?.number()?;
+    let frequency = section.required("frequency")?.integer()?;
+    section.finish()?;
+    Ok(Emission::Harmonic {
+        constant,
+        amplitude,
+        frequency,
+    })
+}
+
+/// Reads `[galerkin]`.
+fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
+    let cells = section.optional("cells");
+    let degree = section.optional("degree");
+    let pairs = section.optional("pairs");
+    section.finish()?;
+    Ok(Galerkin {
+        cells: cells.map(|field| field.integer()).transpose()?,
+        degree: or_default(degree, Field::integer, 0)?,
+        pairs: or_default(pairs, Field::word, Pairs::Default)?,
+    })
+}
+
+/// Reads `[walk]`.
+fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
+    let walks = section.optional("walks");
+    let absorption = section.optional("absorption");
+    let estimator = section.optional("estimator");
+    let scalar = section.optional("scalar");
+    let seed = section.optional("seed");
+    let batch = section.optional("batch");
+    let target_error = section.optional("target_error");
+    let relative = section.optional("relative");
+    section.finish()?;
+    Ok(Walk {
+        walks: or_default(walks, Field::integer, 100_000)?,
+        absorption: or_default(absorption, Field::number, 0.2)?,
+        estimator: or_default(estimator, Field::word, Estimator::Absorption)?,
+        scalar: or_default(scalar, Field::word, Scalar::F64)?,
+        seed: or_default(seed, Field::integer, 1)?,
+        batch: or_default(batch, Field::integer, 4096)?,
+        target_error: target_error.map(|field| field.number()).transpose()?,
+        relative: or_default(relative, Field::boolean, false)?,
+    })
+}
+
+/// Reads all `[[target]]` tables.
+fn read_targets(field: Field<'_, '_>) -> Result<Vec<Target>, InputError> {
+    let DeValue::Array(array) = &field.value else {
+        return Err(field.mistyped("a list of tables: write `[[target]]`"));
+    };
+    array
+        .iter()
+        .enumerate()
+        .map(|(index, item)| {
+            let table = field.element(index, item);
+            read_target(table.section("in `[[target]]`")?)
+        })
+        .collect()
+}
+
+/// Reads one `[[target]]`.
+fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
+    let name = section.required("name")?;
+    let mut chosen = ["at", "over", "grid"]
+        .into_iter()
+        .filter_map(|key| section.optional(key))
+        .collect::<Vec<_>>();
+    section.planned(
+        "weight",
+        "`weight` belongs to cubes, which are not in this version",
+    )?;
+    section.finish()?;
+    let name = Placed::file(name.span.clone(), name.text()?.to_owned());
+
+    // The tree is sorted by key; the reader of the file meets them in its order.
+    chosen.sort_by_key(|field| field.key.start);
+    let mut chosen = chosen.into_iter();
+    let Some(first) = chosen.next() else {
+        return Err(section.error(format_args!(
+            "target {:?} does not say what to compute: give one of \
+             `at = angle`, `over = \"all\"`, `over = [from, to]`, `grid = points`",
+            name.value
+        )));
+    };
+    if let Some(second) = chosen.next() {
+        return Err(section.source.error(
+            second.key.clone(),
+            format_args!(
+                "target {:?} has both `{}` and `{}`: give one; \
+                 a second question is a second `[[target]]`",
+                name.value, first.name, second.name
+            ),
+        ));
+    }
+    let what = match first.name.as_str() {
+        "at" => What::At(first.number()?),
+        "over" => read_over(first)?,
+        _ => What::Grid(first.integer()?),
+    };
+    Ok(Target { name, what })
+}
+
+/// Reads `over`: everything, or from one angle to another.
+fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
+    match &field.value {
+        DeValue::String(word) if word == "all" => return Ok(What::OverAll),
+        DeValue::Array(_) => {
+            if let [from, to] = field.numbers()?.value.as_slice() {
+                return Ok(What::Over(from.clone(), to.clone()));
+            }
+        }
+        _ => {}
+    }
+    Err(field.error("`over` must be \"all\" or two angles `[from, to]`"))
+}
+
+/// What `read` makes of the field, or the default where there is none.
+fn or_default<'s, 'i, T>(
+    field: Option<Field<'s, 'i>>,
+    read: impl FnOnce(&Field<'s, 'i>) -> Result<Placed<T>, InputError>,
+    default: T,
+) -> Result<Placed<T>, InputError> {
+    field.map_or_else(|| Ok(Placed::default(default)), |field| read(&field))
+}
+
+#[cfg(test)]
+mod tests;

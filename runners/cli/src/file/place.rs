@@ -1,0 +1,177 @@
+//! Where values stand, and errors that show it.
+
+use core::fmt::{self, Display};
+use core::ops::Range;
+
+/// The longest part of a source line shown in an error, in characters.
+pub(super) const SHOWN: usize = 100;
+
+/// Where a value comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// These bytes of the file.
+    File(Range<usize>),
+    /// The command-line flag of this name, dashes included.
+    Flag(&'static str),
+    /// Nobody gave the value.
+    Default,
+}
+
+/// A value and where it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Placed<T> {
+    /// The value.
+    pub(crate) value: T,
+    /// Where it comes from.
+    pub(crate) place: Place,
+}
+
+impl<T> Placed<T> {
+    /// A value given by the command-line flag `flag` (such as `--walks`).
+    pub(crate) fn flag(flag: &'static str, value: T) -> Self {
+        let place = Place::Flag(flag);
+        Self { value, place }
+    }
+
+    /// A value which stands in the file.
+    pub(super) fn file(span: Range<usize>, value: T) -> Self {
+        let place = Place::File(span);
+        Self { value, place }
+    }
+
+    /// A value which nobody gave.
+    pub(super) fn default(value: T) -> Self {
+        let place = Place::Default;
+        Self { value, place }
+    }
+}
+
+/// What is wrong with the input, rendered with the place in the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct InputError {
+    /// The whole message; may have several lines, without a last line break.
+    pub(super) rendered: String,
+}
+
+impl Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.rendered)
+    }
+}
+
+impl core::error::Error for InputError {}
+
+/// Name and text of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    /// What errors call the file.
+    pub(super) name: String,
+    /// Its content.
+    pub(super) text: String,
+}
+
+/// A place as people count.
+pub(super) struct Position<'t> {
+    /// The line, from 1.
+    pub(super) line: usize,
+    /// The number of characters before the place in its line.
+    pub(super) before: usize,
+    /// Where the place is, in bytes: on a character, in the line or at its end.
+    start: usize,
+    /// The line, without its end.
+    content: &'t str,
+}
+
+impl Source {
+    /// Renders an error at some bytes of the text.
+    pub(super) fn error(&self, span: Range<usize>, message: impl Display) -> InputError {
+        let Position {
+            line,
+            before,
+            start,
+            content,
+        } = self.locate(span.start);
+        let marked = self
+            .text
+            .get(start..self.floor(span.end))
+            .map_or(0, |text| text.chars().take_while(|c| *c != '\n').count());
+
+        // An array may be a very long line: show the part around the place.
+        let length = content.chars().count();
+        let skipped = if length > SHOWN {
+            before.saturating_sub(SHOWN / 2)
+        } else {
+            0
+        };
+        let shown = content
+            .chars()
+            .skip(skipped)
+            .take(SHOWN)
+            .map(printable)
+            .collect::<String>();
+        let left = if skipped > 0 { "…" } else { "" };
+        let right = if length - skipped > SHOWN { "…" } else { "" };
+        // Tabs stay tabs, so that the mark is under its character.
+        let indent = left
+            .chars()
+            .chain(shown.chars())
+            .take(left.chars().count() + before - skipped)
+            .map(|c| if c == '\t' { '\t' } else { ' ' })
+            .collect::<String>();
+        let room = shown.chars().count().saturating_sub(before - skipped);
+        let mark = "^".repeat(marked.min(room).max(1));
+
+        let name = &self.name;
+        let column = before + 1;
+        let number = line.to_string();
+        let gutter = " ".repeat(number.len());
+        InputError {
+            rendered: format!(
+                "{name}:{line}:{column}: {message}\n\
+                 {gutter} |\n\
+                 {number} | {left}{shown}{right}\n\
+                 {gutter} | {indent}{mark}"
+            ),
+        }
+    }
+
+    /// Where a byte of the text is.
+    pub(super) fn locate(&self, byte: usize) -> Position<'_> {
+        let text = self.text.as_str();
+        // An editor does not show a byte order mark.
+        let first = if text.starts_with('\u{feff}') { 3 } else { 0 };
+        let byte = self.floor(byte).max(first);
+        let line_start = text[first..byte]
+            .rfind('\n')
+            .map_or(first, |i| first + i + 1);
+        let rest = &text[line_start..];
+        let content = rest.split('\n').next().unwrap_or(rest);
+        let content = content.strip_suffix('\r').unwrap_or(content);
+        let start = byte.min(line_start + content.len());
+        Position {
+            line: text[..line_start].matches('\n').count() + 1,
+            before: text[line_start..start].chars().count(),
+            start,
+            content,
+        }
+    }
+
+    /// The last start of a character, or end of the text, not after a byte.
+    fn floor(&self, byte: usize) -> usize {
+        let byte = byte.min(self.text.len());
+        (0..=byte)
+            .rev()
+            .find(|&i| self.text.is_char_boundary(i))
+            .unwrap_or(0)
+    }
+}
+
+/// A character that a terminal may be given: control characters could move the
+/// caret or worse.
+fn printable(c: char) -> char {
+    if c.is_control() && c != '\t' {
+        '\u{fffd}'
+    } else {
+        c
+    }
+}

@@ -1,0 +1,316 @@
+//! Tables and values of the TOML tree, read one by one with their places.
+
+use core::fmt::Display;
+use core::ops::Range;
+
+use clap::ValueEnum;
+use toml::Spanned;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+use super::place::{InputError, Placed, Source};
+
+/// A table of the file, which gives out its keys one by one.
+pub(super) struct Section<'s, 'i> {
+    /// The file, for errors.
+    pub(super) source: &'s Source,
+    /// Where its keys stand, as errors say it: "in `[walk]`".
+    label: &'static str,
+    /// The header, or the whole table where it is written in one line.
+    pub(super) span: Range<usize>,
+    /// The keys not yet given out.
+    table: DeTable<'i>,
+    /// The keys asked for so far, there or not.
+    asked: Vec<&'static str>,
+}
+
+impl<'s, 'i> Section<'s, 'i> {
+    /// The section of which nothing was asked yet.
+    pub(super) fn new(
+        source: &'s Source,
+        label: &'static str,
+        span: Range<usize>,
+        table: DeTable<'i>,
+    ) -> Self {
+        Self {
+            source,
+            label,
+            span,
+            table,
+            asked: Vec::new(),
+        }
+    }
+
+    /// The value of a key which may be absent.
+    pub(super) fn optional(&mut self, key: &'static str) -> Option<Field<'s, 'i>> {
+        self.asked.push(key);
+        let (found, value) = self.table.remove_entry(key)?;
+        Some(Field {
+            source: self.source,
+            name: key.to_owned(),
+            key: found.span(),
+            span: value.span(),
+            value: value.into_inner(),
+        })
+    }
+
+    /// The value of a key which must be there.
+    pub(super) fn required(&mut self, key: &'static str) -> Result<Field<'s, 'i>, InputError> {
+        self.optional(key).ok_or_else(|| self.missing(key))
+    }
+
+    /// The table of a key, or an empty one where there is none.
+    pub(super) fn section(
+        &mut self,
+        key: &'static str,
+        label: &'static str,
+    ) -> Result<Self, InputError> {
+        match self.optional(key) {
+            Some(field) => field.section(label),
+            None => Ok(Self::new(
+                self.source,
+                label,
+                self.span.clone(),
+                DeTable::new(),
+            )),
+        }
+    }
+
+    /// An error if a key is there which only a later version reads.
+    pub(super) fn planned(&self, key: &str, message: &str) -> Result<(), InputError> {
+        match self.table.get_key_value(key) {
+            Some((key, _)) => Err(self.source.error(key.span(), message)),
+            None => Ok(()),
+        }
+    }
+
+    /// An error if a key is left which nobody asked for.
+    pub(super) fn finish(&self) -> Result<(), InputError> {
+        // The tree is sorted by key; the first in the file is meant.
+        match self.table.keys().min_by_key(|key| key.span().start) {
+            Some(key) => Err(self.unknown(key.get_ref(), key.span())),
+            None => Ok(()),
+        }
+    }
+
+    /// The error for a key which is not there.
+    pub(super) fn missing(&self, key: &str) -> InputError {
+        // A mistyped key is the likelier reason, and there is a place to show.
+        let typo = self
+            .table
+            .keys()
+            .filter(|other| distance_if_near(other.get_ref(), key).is_some())
+            .min_by_key(|other| other.span().start);
+        match typo {
+            Some(other) => self.unknown(other.get_ref(), other.span()),
+            None => self.error(format_args!("`{key}` is missing {}", self.label)),
+        }
+    }
+
+    /// The error for a key which does not exist.
+    pub(super) fn unknown(&self, key: &str, span: Range<usize>) -> InputError {
+        let hint = match nearest(key, &self.asked) {
+            Some(known) => format!("did you mean `{known}`?"),
+            None => format!("known here: {}", listed(&self.asked, '`', "and")),
+        };
+        let key = key.escape_debug();
+        let label = self.label;
+        self.source
+            .error(span, format_args!("unknown key `{key}` {label}; {hint}"))
+    }
+
+    /// An error about the whole section.
+    pub(super) fn error(&self, message: impl Display) -> InputError {
+        self.source.error(self.span.clone(), message)
+    }
+}
+
+/// A value of the file, not yet read as the type it must have.
+pub(super) struct Field<'s, 'i> {
+    /// The file, for errors.
+    pub(super) source: &'s Source,
+    /// What errors call it: its key, or `key[index]` for an element.
+    pub(super) name: String,
+    /// Where its key stands.
+    pub(super) key: Range<usize>,
+    /// Where it stands.
+    pub(super) span: Range<usize>,
+    /// What the parser read.
+    pub(super) value: DeValue<'i>,
+}
+
+impl<'s, 'i> Field<'s, 'i> {
+    /// An element of the array here.
+    pub(super) fn element(&self, index: usize, element: &Spanned<DeValue<'i>>) -> Self {
+        Self {
+            source: self.source,
+            name: format!("{}[{index}]", self.name),
+            key: self.key.clone(),
+            span: element.span(),
+            value: element.get_ref().clone(),
+        }
+    }
+
+    /// The table here.
+    pub(super) fn section(self, label: &'static str) -> Result<Section<'s, 'i>, InputError> {
+        match self.value {
+            DeValue::Table(table) => Ok(Section::new(self.source, label, self.span, table)),
+            _ => Err(self.mistyped("a table")),
+        }
+    }
+
+    /// The finite number here; an integer is one.
+    pub(super) fn number(&self) -> Result<Placed<f64>, InputError> {
+        let number = match &self.value {
+            DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
+            // Rounds beyond 2^53, as decimals are rounded.
+            DeValue::Integer(integer) => parse_integer(integer).map_or(f64::INFINITY, |n| n as f64),
+            _ => return Err(self.mistyped("a number")),
+        };
+        if number.is_finite() {
+            Ok(Placed::file(self.span.clone(), number))
+        } else {
+            Err(self.error(format_args!("`{}` must be a finite number", self.name)))
+        }
+    }
+
+    /// The numbers here: an array, or a single number as an array of one.
+    pub(super) fn numbers(&self) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
+        let numbers = match &self.value {
+            DeValue::Array(array) => array
+                .iter()
+                .enumerate()
+                .map(|(index, item)| self.element(index, item).number())
+                .collect::<Result<_, _>>()?,
+            DeValue::Integer(_) | DeValue::Float(_) => vec![self.number()?],
+            _ => return Err(self.mistyped("a number or an array of numbers")),
+        };
+        Ok(Placed::file(self.span.clone(), numbers))
+    }
+
+    /// The integer here.
+    pub(super) fn integer<T: TryFrom<i128>>(&self) -> Result<Placed<T>, InputError> {
+        let integer = match &self.value {
+            DeValue::Integer(integer) => integer,
+            DeValue::Float(float) => {
+                return Err(self.error(format_args!(
+                    "`{}` must be an integer, found {}{}",
+                    self.name,
+                    float.as_str(),
+                    as_integer(float.as_str())
+                )));
+            }
+            _ => return Err(self.mistyped("an integer")),
+        };
+        match parse_integer(integer).and_then(|value| T::try_from(value).ok()) {
+            Some(value) => Ok(Placed::file(self.span.clone(), value)),
+            None if integer.as_str().starts_with('-') => {
+                Err(self.error(format_args!("`{}` must not be negative", self.name)))
+            }
+            None => Err(self.error(format_args!("`{}` is too large", self.name))),
+        }
+    }
+
+    /// The string here.
+    pub(super) fn text(&self) -> Result<&str, InputError> {
+        self.value.as_str().ok_or_else(|| self.mistyped("a string"))
+    }
+
+    /// The boolean here.
+    pub(super) fn boolean(&self) -> Result<Placed<bool>, InputError> {
+        match self.value {
+            DeValue::Boolean(value) => Ok(Placed::file(self.span.clone(), value)),
+            _ => Err(self.mistyped("true or false")),
+        }
+    }
+
+    /// The choice whose word stands here.
+    pub(super) fn word<T: ValueEnum>(&self) -> Result<Placed<T>, InputError> {
+        let choices = T::value_variants();
+        let words = choices.iter().map(super::word).collect::<Vec<_>>();
+        let DeValue::String(text) = &self.value else {
+            return Err(self.mistyped(&listed(&words, '"', "or")));
+        };
+        let chosen = words.iter().position(|word| word == text);
+        match chosen.and_then(|index| choices.get(index)) {
+            Some(choice) => Ok(Placed::file(self.span.clone(), choice.clone())),
+            None => Err(self.error(unknown_word(&self.name, text, &words))),
+        }
+    }
+
+    /// The error for a value of the wrong type.
+    pub(super) fn mistyped(&self, wanted: &str) -> InputError {
+        let found = match &self.value {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "a boolean",
+            DeValue::Datetime(_) => "a date or time",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        };
+        let name = &self.name;
+        self.error(format_args!("`{name}` must be {wanted}, found {found}"))
+    }
+
+    /// An error about this value.
+    pub(super) fn error(&self, message: impl Display) -> InputError {
+        self.source.error(self.span.clone(), message)
+    }
+}
+
+/// The integer which the parser left as text, if it is not beyond all types.
+pub(super) fn parse_integer(integer: &DeInteger<'_>) -> Option<i128> {
+    i128::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+/// How to write a float such as 1e5 as an integer, if it is one.
+pub(super) fn as_integer(float: &str) -> String {
+    match float.parse::<f64>() {
+        Ok(value) if value.fract() == 0.0 && value.abs() < 1e15 => format!(": write {value:.0}"),
+        _ => String::new(),
+    }
+}
+
+/// What is wrong with a word that is none of `words`.
+pub(super) fn unknown_word(name: &str, found: &str, words: &[String]) -> String {
+    let hint = match nearest(found, words) {
+        Some(word) => format!("; did you mean \"{word}\"?"),
+        None => String::new(),
+    };
+    let words = listed(words, '"', "or");
+    format!("`{name}` must be {words}, found {found:?}{hint}")
+}
+
+/// The words in quotes, with commas and a last `joint`.
+pub(super) fn listed(words: &[impl Display], quote: char, joint: &str) -> String {
+    let mut list = String::new();
+    for (index, word) in words.iter().enumerate() {
+        if index > 0 && index + 1 == words.len() {
+            list += &format!(" {joint} ");
+        } else if index > 0 {
+            list += ", ";
+        }
+        list += &format!("{quote}{word}{quote}");
+    }
+    list
+}
+
+/// The one of `known` which `word` was most likely meant to be, if any is near.
+pub(super) fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
+    known
+        .iter()
+        .filter_map(|known| Some((distance_if_near(word, known.as_ref())?, known.as_ref())))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, known)| known)
+}
+
+/// How far a word is from a known one, if it may be meant: a few wrong letters,
+/// an abbreviation or an ending too many.
+pub(super) fn distance_if_near(word: &str, known: &str) -> Option<usize> {
+    let word = word.to_lowercase();
+    let distance = strsim::damerau_levenshtein(&word, known);
+    let extends = |long: &str, short: &str| short.len() >= 3 && long.starts_with(short);
+    let near =
+        distance <= known.len().div_ceil(3) || extends(known, &word) || extends(&word, known);
+    near.then_some(distance)
+}

@@ -1,0 +1,18 @@
+//! `fredholm init`.
+
+use std::io::Write;
+
+use crate::args::Kind;
+use crate::failure::{Ended, Failure};
+
+/// The commented file of a circle.
+pub(crate) const CIRCLE: &str = include_str!("../templates/circle.toml");
+
+/// Prints the file of a kind of problem.
+pub(crate) fn init(kind: Kind) -> Result<Ended, Failure> {
+    let template = match kind {
+        Kind::Circle => CIRCLE,
+    };
+    std::io::stdout().lock().write_all(template.as_bytes())?;
+    Ok(Ended::Done)
+}

@@ -1,0 +1,90 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::failure::Failure;
+
+/// A file that exists under its name only once it is complete. Opened before the work starts, so
+/// that a place that cannot be written to is an error at once.
+#[derive(Debug)]
+pub(crate) struct Output {
+    path: PathBuf,
+    file: NamedTempFile,
+}
+
+impl Output {
+    /// Makes sure that `path` can be written.
+    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        let refuse = |why: &dyn core::fmt::Display| {
+            Failure::input(format_args!("`--out {}`: {why}", path.display()))
+        };
+        if path.is_dir() {
+            return Err(refuse(&"this is a folder; a file is needed"));
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let file = tempfile::Builder::new()
+            .prefix(".fredholm-")
+            .tempfile_in(folder)
+            .map_err(|error| refuse(&format_args!("cannot write there: {error}")))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+        })
+    }
+
+    /// Writes the content and gives the file its name.
+    pub(crate) fn finish(mut self, content: &str) -> Result<(), Failure> {
+        let path = self.path;
+        let fail = |error: &dyn core::fmt::Display| {
+            Failure::run(format_args!("cannot write {}: {error}", path.display()))
+        };
+        self.file
+            .write_all(content.as_bytes())
+            .and_then(|()| self.file.as_file().sync_all())
+            .and_then(|()| open_to_others(&self.file))
+            .map_err(|error| fail(&error))?;
+        self.file
+            .persist(&path)
+            .map_err(|error| fail(&error.error))?;
+        Ok(())
+    }
+}
+
+/// Temporary files are private; results are as other files.
+fn open_to_others(file: &NamedTempFile) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file()
+            .set_permissions(fs::Permissions::from_mode(0o644))?;
+    }
+    let _ = file;
+    Ok(())
+}
+
+/// The files of a folder, which is made if it is not there.
+pub(crate) fn open_all<const N: usize>(
+    folder: &Path,
+    names: [&str; N],
+) -> Result<[Output; N], Failure> {
+    fs::create_dir_all(folder).map_err(|error| {
+        Failure::input(format_args!(
+            "`--out {}`: cannot make this folder: {error}",
+            folder.display()
+        ))
+    })?;
+    let mut outputs = Vec::with_capacity(N);
+    for name in names {
+        outputs.push(Output::open(&folder.join(name))?);
+    }
+    outputs
+        .try_into()
+        .map_err(|_| Failure::run("as many files as names"))
+}

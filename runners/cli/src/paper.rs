@@ -1,0 +1,464 @@
+//! `fredholm paper`: the experiment of Heinrich 1995, section 5, beside its printed numbers.
+
+use core::f64::consts::TAU;
+use std::io::Write;
+use std::time::Instant;
+
+use fredholm_circle::Harmonic;
+use fredholm_core::{Draws, Stream, Uniforms};
+use fredholm_rayon::{Plan, Stop};
+use serde::Serialize;
+
+use crate::args::PaperArgs;
+use crate::circle::{Light, Question, Scene, Setup};
+use crate::failure::{Ended, Failure};
+use crate::figure::{Curve, Figure, Style, log_log_svg};
+use crate::file::Pairs;
+use crate::numbers::{aligned, short, slope};
+use crate::output::open_all;
+use crate::progress::{Progress, catch_interrupts, interrupted};
+use crate::threads::with_threads;
+
+/// C = 5, D = 1, ℓ = 5.
+const LIGHT: Harmonic = Harmonic {
+    constant: 5.0,
+    amplitude: 1.0,
+    frequency: 5,
+};
+/// ρ*, the largest reflectance.
+const LARGEST_REFLECTANCE: f64 = 0.75;
+/// q0.
+const ABSORPTION: f64 = 0.2;
+/// n0 arcs and m0 points.
+const ARCS: usize = 10;
+const POINTS: usize = 10;
+
+/// The paper's table: n, N, e^rad, e^mc, e^pmc, √Var^mc, √Var^pmc.
+#[rustfmt::skip]
+const PRINTED: [(usize, u64, [f64; 5]); 16] = [
+    (10, 10, [0.286, 1.26, 0.139, 7.76, 0.621]),
+    (10, 100, [0.286, 0.644, 0.0398, 7.14, 0.659]),
+    (10, 1000, [0.286, 0.251, 0.0298, 7.77, 0.717]),
+    (10, 10_000, [0.286, 0.0655, 0.0208, 7.70, 0.693]),
+    (10, 100_000, [0.286, 0.0233, 0.0183, 7.67, 0.693]),
+    (100, 10, [0.0364, 1.26, 0.0150, 7.76, 0.0764]),
+    (100, 100, [0.0364, 0.644, 0.004_42, 7.14, 0.0891]),
+    (100, 1000, [0.0364, 0.251, 0.002_84, 7.77, 0.0955]),
+    (100, 10_000, [0.0364, 0.0655, 0.000_502, 7.70, 0.0983]),
+    (100, 100_000, [0.0364, 0.0233, 0.000_371, 7.67, 0.0980]),
+    (1000, 10, [0.003_44, 1.26, 0.000_973, 7.76, 0.007_04]),
+    (1000, 100, [0.003_44, 0.644, 0.000_349, 7.14, 0.008_03]),
+    (1000, 1000, [0.003_44, 0.251, 0.000_286, 7.77, 0.008_44]),
+    (1000, 10_000, [0.003_44, 0.0655, 0.000_078_1, 7.70, 0.009_06]),
+    (1000, 100_000, [0.003_44, 0.0233, 0.000_019_0, 7.67, 0.008_74]),
+    (1000, 1_000_000, [0.003_44, 0.007_20, 0.000_006_60, 7.68, 0.008_80]),
+];
+
+/// A row of the table: errors and standard deviations averaged over the points.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Row {
+    n: usize,
+    walks: u64,
+    e_rad: f64,
+    e_mc: f64,
+    e_pmc: f64,
+    sd_mc: f64,
+    sd_pmc: f64,
+    /// Standard errors, averaged over the points.
+    se_mc: f64,
+    se_pmc: f64,
+    paper: Option<Printed>,
+}
+
+/// The paper's row.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Printed {
+    e_rad: f64,
+    e_mc: f64,
+    e_pmc: f64,
+    sd_mc: f64,
+    sd_pmc: f64,
+}
+
+/// Fitted exponents; `None` where there are too few rows.
+#[derive(Clone, Debug, Serialize)]
+struct Rates {
+    /// √Var^pmc ~ n^…, from the rows with the most walks that every n has.
+    sd_pmc_against_n: Option<f64>,
+    /// Errors ~ N^… for every n.
+    errors_against_walks: Vec<ErrorRates>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct ErrorRates {
+    n: usize,
+    e_mc: Option<f64>,
+    e_pmc: Option<f64>,
+}
+
+/// Everything that `paper --json` prints.
+#[derive(Debug, Serialize)]
+struct Table {
+    seed: u64,
+    reflectance: Vec<f64>,
+    points: Vec<f64>,
+    seconds: f64,
+    rows: Vec<Row>,
+    rates: Rates,
+}
+
+/// The random choices that the paper does not print: ρ_i on [0, ρ*] and the points on [0, 2π),
+/// from draws that no walk uses.
+fn choices(seed: u64) -> (Vec<f64>, Vec<f64>) {
+    let mut draws = Draws(<Stream>::new(seed, u64::MAX).generator(0));
+    let mut uniform = |scale: f64| -> f64 {
+        let xi: f64 = draws.uniform();
+        xi * scale
+    };
+    let reflectance = (0..ARCS).map(|_| uniform(LARGEST_REFLECTANCE)).collect();
+    let points = (0..POINTS).map(|_| uniform(TAU)).collect();
+    (reflectance, points)
+}
+
+/// Runs `paper`.
+pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
+    let names = ["table.csv", "table.json", "error.svg", "deviation.svg"];
+    let outputs = match &args.out {
+        Some(folder) => Some(open_all(folder, names)?),
+        None => None,
+    };
+    catch_interrupts()?;
+    let table = with_threads(args.common.threads, || compute(args))??;
+    let json = {
+        let mut text = serde_json::to_string_pretty(&table).map_err(Failure::run)?;
+        text.push('\n');
+        text
+    };
+    // An interrupted table may have no rows to draw: then there are no files either.
+    if let (Some([csv, json_file, error, deviation]), false) = (outputs, interrupted()) {
+        csv.finish(&table.csv()?)?;
+        json_file.finish(&json)?;
+        error.finish(&log_log_svg(&table.error_figure()).map_err(Failure::run)?)?;
+        deviation.finish(&log_log_svg(&table.deviation_figure()).map_err(Failure::run)?)?;
+    }
+    let text = if args.common.json { json } else { table.text() };
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()?;
+    if interrupted() {
+        eprintln!("warning: interrupted; the rows that were finished are printed");
+        return Ok(Ended::Interrupted);
+    }
+    Ok(Ended::Done)
+}
+
+/// The rows of the table: 10, 100, … walks, up to 10⁵, at n = 1000 up to 10⁶.
+fn rows(most: u64) -> Vec<(usize, u64)> {
+    let mut rows = Vec::new();
+    for n in [10, 100, 1000] {
+        let mut walks = 10;
+        while walks <= most.min(if n == 1000 { u64::MAX } else { 100_000 }) {
+            rows.push((n, walks));
+            walks = walks.saturating_mul(10);
+        }
+    }
+    rows
+}
+
+fn compute(args: &PaperArgs) -> Result<Table, Failure> {
+    let start = Instant::now();
+    let (reflectance, points) = choices(args.seed);
+    let questions: Vec<Question> = points.iter().map(|&s| Question::At(s)).collect();
+    let wanted = rows(args.max_walks);
+    let walks: u64 = wanted.iter().map(|&(_, walks)| walks * POINTS as u64).sum();
+    let progress = Progress::new(walks);
+    let mut rows = Vec::new();
+    'all: for n in [10, 100, 1000] {
+        let setup = Setup::<f64>::new(Scene {
+            reflectance: &reflectance,
+            light: Light::Harmonic(LIGHT),
+            cells: n,
+            absorption: ABSORPTION,
+            pairs: Pairs::Paper,
+        })?;
+        let known = setup.known(&questions)?;
+        for &(_, walks) in wanted.iter().filter(|row| row.0 == n) {
+            let mut plan = Plan::new(walks);
+            plan.seed = args.seed;
+            let outcome = setup.run(&questions, &known, &plan, &progress)?;
+            if outcome.stop != Stop::Done {
+                break 'all;
+            }
+            let mean =
+                |value: &dyn Fn(usize) -> f64| (0..POINTS).map(value).sum::<f64>() / POINTS as f64;
+            let exact = |i: usize| LIGHT.solution(points[i]);
+            let plain = |i: usize| outcome.statistics[i].plain();
+            let preconditioned = |i: usize| outcome.statistics[i].preconditioned();
+            let printed = PRINTED.iter().find(|row| (row.0, row.1) == (n, walks));
+            rows.push(Row {
+                n,
+                walks,
+                e_rad: mean(&|i| (known[i].galerkin - exact(i)).abs()),
+                e_mc: mean(&|i| (plain(i).estimate - exact(i)).abs()),
+                e_pmc: mean(&|i| (preconditioned(i).estimate - exact(i)).abs()),
+                sd_mc: mean(&|i| plain(i).std_dev.unwrap_or(f64::NAN)),
+                sd_pmc: mean(&|i| preconditioned(i).std_dev.unwrap_or(f64::NAN)),
+                se_mc: mean(&|i| plain(i).std_error.unwrap_or(f64::NAN)),
+                se_pmc: mean(&|i| preconditioned(i).std_error.unwrap_or(f64::NAN)),
+                paper: printed.map(|&(_, _, [e_rad, e_mc, e_pmc, sd_mc, sd_pmc])| Printed {
+                    e_rad,
+                    e_mc,
+                    e_pmc,
+                    sd_mc,
+                    sd_pmc,
+                }),
+            });
+        }
+    }
+    progress.done();
+    Ok(Table {
+        seed: args.seed,
+        reflectance,
+        points,
+        seconds: start.elapsed().as_secs_f64(),
+        rates: rates(&rows),
+        rows,
+    })
+}
+
+fn rates(rows: &[Row]) -> Rates {
+    let log = |x: f64, y: f64| (x.ln(), y.ln());
+    let of = |n: usize| rows.iter().filter(move |row| row.n == n);
+    let common = [10, 100, 1000]
+        .into_iter()
+        .map(|n| of(n).map(|row| row.walks).max().unwrap_or(0))
+        .min();
+    let at_common = rows.iter().filter(|row| Some(row.walks) == common);
+    Rates {
+        sd_pmc_against_n: slope(at_common.map(|row| log(row.n as f64, row.sd_pmc))),
+        errors_against_walks: [10, 100, 1000]
+            .into_iter()
+            .map(|n| ErrorRates {
+                n,
+                e_mc: slope(of(n).map(|row| log(row.walks as f64, row.e_mc))),
+                e_pmc: slope(of(n).map(|row| log(row.walks as f64, row.e_pmc))),
+            })
+            .collect(),
+    }
+}
+
+impl Table {
+    /// The table for people.
+    fn text(&self) -> String {
+        let mut lines = vec![
+            [
+                "n",
+                "N",
+                "",
+                "e^rad",
+                "e^mc",
+                "e^pmc",
+                "√Var^mc",
+                "√Var^pmc",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
+        ];
+        for row in &self.rows {
+            let error = |e: f64, se: f64| with_spread(e, se);
+            lines.push(vec![
+                row.n.to_string(),
+                row.walks.to_string(),
+                "here".to_owned(),
+                short(row.e_rad),
+                error(row.e_mc, row.se_mc),
+                error(row.e_pmc, row.se_pmc),
+                short(row.sd_mc),
+                short(row.sd_pmc),
+            ]);
+            if let Some(paper) = row.paper {
+                let mut line = vec![String::new(), String::new(), "paper".to_owned()];
+                let values = [
+                    paper.e_rad,
+                    paper.e_mc,
+                    paper.e_pmc,
+                    paper.sd_mc,
+                    paper.sd_pmc,
+                ];
+                line.extend(values.map(short));
+                lines.push(line);
+            }
+        }
+        let rate = |rate: Option<f64>| rate.map_or("-".to_owned(), |rate| format!("{rate:.2}"));
+        let mut text = format!(
+            "Heinrich 1995, section 5: radiosity on the circle, averages over {POINTS} points, seed {}\n\
+             e: absolute error of the Galerkin solution (rad), of plain (mc) and of preconditioned\n\
+             Monte Carlo (pmc), in brackets the standard error; √Var: standard deviation of a walk.\n\
+             The paper's reflectances and points are random and not printed: sizes agree within a\n\
+             factor of about 3, rates should agree.\n\n{}\nfitted rates\n  √Var^pmc ~ n^{}\n",
+            self.seed,
+            aligned(&lines),
+            rate(self.rates.sd_pmc_against_n),
+        );
+        for rates in &self.rates.errors_against_walks {
+            text += &format!(
+                "  n = {:<4}  e^mc ~ N^{}   e^pmc ~ N^{}\n",
+                rates.n,
+                rate(rates.e_mc),
+                rate(rates.e_pmc)
+            );
+        }
+        text += &format!("\n{} s\n", short(self.seconds));
+        text
+    }
+
+    fn csv(&self) -> Result<String, Failure> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let header = [
+            "n",
+            "walks",
+            "e_rad",
+            "e_mc",
+            "e_pmc",
+            "sd_mc",
+            "sd_pmc",
+            "se_mc",
+            "se_pmc",
+            "paper_e_rad",
+            "paper_e_mc",
+            "paper_e_pmc",
+            "paper_sd_mc",
+            "paper_sd_pmc",
+        ];
+        writer.write_record(header).map_err(Failure::run)?;
+        for row in &self.rows {
+            let ours = [
+                row.e_rad, row.e_mc, row.e_pmc, row.sd_mc, row.sd_pmc, row.se_mc, row.se_pmc,
+            ];
+            let paper = row.paper.map_or([None; 5], |p| {
+                [p.e_rad, p.e_mc, p.e_pmc, p.sd_mc, p.sd_pmc].map(Some)
+            });
+            writer
+                .serialize((row.n, row.walks, ours, paper))
+                .map_err(Failure::run)?;
+        }
+        let bytes = writer.into_inner().map_err(Failure::run)?;
+        String::from_utf8(bytes).map_err(Failure::run)
+    }
+
+    /// The cells for which there are rows, with the row of the most walks.
+    fn last_rows(&self) -> Vec<Row> {
+        let mut last: Vec<Row> = Vec::new();
+        for row in &self.rows {
+            match last.last_mut() {
+                Some(before) if before.n == row.n => *before = *row,
+                _ => last.push(*row),
+            }
+        }
+        last
+    }
+
+    /// Errors against N.
+    fn error_figure(&self) -> Figure {
+        let mut curves = Vec::new();
+        let last = self.last_rows();
+        let points = |n: usize, y: &dyn Fn(&Row) -> f64| {
+            let rows = self.rows.iter().filter(|row| row.n == n);
+            rows.map(|row| (row.walks as f64, y(row)))
+                .collect::<Vec<_>>()
+        };
+        // Plain walks do not know of n: the longest curve is every other's continuation.
+        if let Some(longest) = last.last() {
+            curves.push(Curve {
+                name: "plain Monte Carlo".to_owned(),
+                points: points(longest.n, &|row| row.e_mc),
+                style: style(0, Some(1), false),
+            });
+        }
+        for (index, row) in last.iter().enumerate() {
+            curves.push(Curve {
+                name: format!("Galerkin, n = {}", row.n),
+                points: points(row.n, &|row| row.e_rad),
+                style: style(index + 1, None, true),
+            });
+            curves.push(Curve {
+                name: format!("preconditioned, n = {}", row.n),
+                points: points(row.n, &|row| row.e_pmc),
+                style: style(index + 1, Some([0, 2, 3][index % 3]), false),
+            });
+        }
+        if let Some(first) = curves
+            .first()
+            .and_then(|curve| curve.points.first().copied())
+        {
+            let end = curves[0].points.last().map_or(first.0, |last| last.0);
+            curves.push(Curve::power_law(
+                "slope −1/2",
+                -0.5,
+                (first.0, 0.3 * first.1),
+                end,
+            ));
+        }
+        Figure {
+            title: "Error against the number of walks".to_owned(),
+            x_label: "walks N for each point".to_owned(),
+            y_label: "mean absolute error of u over ten points".to_owned(),
+            curves,
+        }
+    }
+
+    /// √Var against n.
+    fn deviation_figure(&self) -> Figure {
+        let last = self.last_rows();
+        let points = |y: &dyn Fn(&Row) -> f64| {
+            last.iter()
+                .map(|row| (row.n as f64, y(row)))
+                .collect::<Vec<_>>()
+        };
+        let printed = |y: &dyn Fn(&Printed) -> f64| {
+            let rows = last.iter();
+            rows.filter_map(|row| Some((row.n as f64, y(&row.paper?))))
+                .collect::<Vec<_>>()
+        };
+        let mut curves = vec![
+            Curve {
+                name: "plain Monte Carlo".to_owned(),
+                points: points(&|row| row.sd_mc),
+                style: style(0, Some(1), false),
+            },
+            Curve {
+                name: "preconditioned".to_owned(),
+                points: points(&|row| row.sd_pmc),
+                style: style(1, Some(0), false),
+            },
+            Curve {
+                name: "preconditioned, as printed in the paper".to_owned(),
+                points: printed(&|row| row.sd_pmc),
+                style: style(5, Some(2), true),
+            },
+        ];
+        if let (Some(first), Some(end)) = (last.first(), last.last()) {
+            let from = (first.n as f64, 2.0 * first.sd_pmc);
+            curves.push(Curve::power_law("slope −1", -1.0, from, end.n as f64));
+        }
+        Figure {
+            title: "Standard deviation of a walk against the number of cells".to_owned(),
+            x_label: "cells n".to_owned(),
+            y_label: "√Var, mean over ten points".to_owned(),
+            curves,
+        }
+    }
+}
+
+fn style(colour: usize, marker: Option<usize>, dashed: bool) -> Style {
+    Style {
+        colour,
+        marker,
+        dashed,
+    }
+}
+
+/// An error with its standard error in brackets.
+fn with_spread(error: f64, std_error: f64) -> String {
+    format!("{} ({})", short(error), short(std_error))
+}

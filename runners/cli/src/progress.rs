@@ -1,0 +1,99 @@
+//! A bar on the terminal, and Ctrl-C.
+
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::time::Duration;
+use std::io::IsTerminal;
+use std::sync::OnceLock;
+
+use fredholm_core::Statistics;
+use fredholm_rayon::Observer;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::failure::Failure;
+
+/// Set by the first Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C ends the walks, and a second one the program.
+pub(crate) fn catch_interrupts() -> Result<(), Failure> {
+    static ONCE: OnceLock<bool> = OnceLock::new();
+    let caught = *ONCE.get_or_init(|| {
+        let handler = || {
+            if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        };
+        ctrlc::set_handler(handler).is_ok()
+    });
+    if caught {
+        Ok(())
+    } else {
+        Err(Failure::run("cannot catch interrupts"))
+    }
+}
+
+/// Whether Ctrl-C was pressed.
+pub(crate) fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// Shows the walks done and the largest error bar so far; silent where stderr is no terminal.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    /// Walks not yet shown: every thread adds to it, and the bar is told now and then.
+    pending: AtomicU64,
+}
+
+impl Progress {
+    /// A bar for so many walks.
+    pub(crate) fn new(walks: u64) -> Self {
+        let target = if std::io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr_with_hz(10)
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(Some(walks), target);
+        let template =
+            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {eta} left {msg}";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self {
+            bar,
+            pending: AtomicU64::new(0),
+        }
+    }
+
+    /// Says what is being worked on.
+    pub(crate) fn say(&self, message: String) {
+        self.bar.set_message(message);
+    }
+
+    /// Removes the bar.
+    pub(crate) fn done(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Observer for Progress {
+    fn walked(&self, walks: u64) {
+        const SHOW: u64 = 1 << 16;
+        if self.pending.fetch_add(walks, Ordering::Relaxed) + walks >= SHOW {
+            self.bar.inc(self.pending.swap(0, Ordering::Relaxed));
+        }
+    }
+
+    fn merged(&self, statistics: &[Statistics]) {
+        let largest = statistics
+            .iter()
+            .filter_map(|s| s.preconditioned().std_error)
+            .fold(0.0, f64::max);
+        self.say(format!("± {largest:.1e}"));
+    }
+
+    fn cancelled(&self) -> bool {
+        interrupted()
+    }
+}

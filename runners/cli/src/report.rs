@@ -1,0 +1,280 @@
+//! The answer of `solve`, as a table, as JSON and as CSV.
+
+use fredholm_core::{Estimate, Statistics};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::figure::{Band, Curve, Style, band_svg};
+use crate::numbers::{aligned, short, with_error};
+
+/// Everything that `solve --json` prints. Names are a promise; fields may be added.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    pub(crate) problem: &'static str,
+    pub(crate) cells: usize,
+    pub(crate) degree: usize,
+    pub(crate) pairs: String,
+    pub(crate) absorption: f64,
+    pub(crate) estimator: String,
+    pub(crate) scalar: String,
+    pub(crate) generator: &'static str,
+    pub(crate) batch: u64,
+    pub(crate) seed: u64,
+    /// Why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
+    pub(crate) stop: &'static str,
+    /// Gauss–Seidel sweeps of the Galerkin system, and the largest residual that the last one met.
+    pub(crate) sweeps: u32,
+    pub(crate) residual: f64,
+    /// Visited states, starts included, over all targets.
+    pub(crate) states: u64,
+    pub(crate) setup_seconds: f64,
+    pub(crate) walk_seconds: f64,
+    pub(crate) targets: Vec<TargetReport>,
+}
+
+/// One target's answer; a grid has one for every point.
+#[derive(Debug, Serialize)]
+pub(crate) struct TargetReport {
+    pub(crate) name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) at: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) over: Option<[f64; 2]>,
+    pub(crate) exact: Option<f64>,
+    pub(crate) galerkin: f64,
+    pub(crate) walks: u64,
+    pub(crate) rounding_floor: f64,
+    pub(crate) endings: EndingsReport,
+    pub(crate) plain: EstimateReport,
+    pub(crate) preconditioned: EstimateReport,
+}
+
+/// How walks ended.
+#[derive(Debug, Serialize)]
+pub(crate) struct EndingsReport {
+    pub(crate) absorbed: u64,
+    pub(crate) step_limit: u64,
+}
+
+/// An estimate; `None` where there is nothing to tell.
+#[derive(Debug, Serialize)]
+pub(crate) struct EstimateReport {
+    pub(crate) estimate: Option<f64>,
+    pub(crate) std_error: Option<f64>,
+    pub(crate) std_dev: Option<f64>,
+}
+
+impl EstimateReport {
+    /// Of so many walks.
+    pub(crate) fn new(estimate: Estimate, walks: u64) -> Self {
+        Self {
+            estimate: (walks > 0).then_some(estimate.estimate),
+            std_error: estimate.std_error,
+            std_dev: estimate.std_dev,
+        }
+    }
+
+    fn text(&self) -> String {
+        match self.estimate {
+            Some(estimate) => with_error(estimate, self.std_error),
+            None => "no walks".to_owned(),
+        }
+    }
+}
+
+impl EndingsReport {
+    /// Of these walks.
+    pub(crate) fn new(statistics: &Statistics) -> Self {
+        let endings = statistics.endings();
+        Self {
+            absorbed: endings.absorbed,
+            step_limit: endings.step_limit,
+        }
+    }
+}
+
+impl Report {
+    /// The table for people.
+    pub(crate) fn table(&self) -> String {
+        let mut rows = vec![
+            [
+                "target",
+                "exact",
+                "Galerkin",
+                "plain",
+                "preconditioned",
+                "gain",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
+        ];
+        for target in &self.targets {
+            let gain = match (target.plain.std_dev, target.preconditioned.std_dev) {
+                (Some(plain), Some(preconditioned)) if preconditioned > 0.0 && plain > 0.0 => {
+                    short(plain / preconditioned)
+                }
+                _ => "-".to_owned(),
+            };
+            rows.push(vec![
+                target.name.clone(),
+                target.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
+                format!("{:.6}", target.galerkin),
+                target.plain.text(),
+                target.preconditioned.text(),
+                gain,
+            ]);
+        }
+        format!(
+            "{}, {} cells, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
+             {} walks, {} states, set-up {} s, walks {} s\n",
+            self.problem,
+            self.cells,
+            self.pairs,
+            self.estimator,
+            self.scalar,
+            self.seed,
+            aligned(&rows),
+            self.targets.iter().map(|t| t.walks).sum::<u64>(),
+            self.states,
+            short(self.setup_seconds),
+            short(self.walk_seconds),
+        )
+    }
+
+    /// What a reader of the numbers should know besides.
+    pub(crate) fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        let mut remark = |found: usize, text: &str| {
+            if found > 0 {
+                let targets = if found == 1 { "target" } else { "targets" };
+                remarks.push(format!("{found} {targets}: {text}"));
+            }
+        };
+        let count = |condition: &dyn Fn(&TargetReport) -> bool| {
+            self.targets.iter().filter(|&t| condition(t)).count()
+        };
+        remark(
+            count(&|t| {
+                t.preconditioned
+                    .std_error
+                    .is_some_and(|e| e < t.rounding_floor)
+            }),
+            "the standard error is below the rounding floor, which more walks do not lower; \
+             use scalar = \"f64\" or believe the floor",
+        );
+        remark(
+            count(&|t| t.endings.step_limit > 0),
+            "walks were cut off at the step limit: a possible bias; raise `absorption`",
+        );
+        remark(
+            count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
+            "no walk scored anything, so there is no error bar",
+        );
+        remarks
+    }
+
+    /// One JSON document.
+    pub(crate) fn json(&self) -> Result<String, Failure> {
+        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// One row a target.
+    pub(crate) fn csv(&self) -> Result<String, Failure> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for target in &self.targets {
+            writer
+                .serialize(CsvRow::new(target))
+                .map_err(Failure::run)?;
+        }
+        let bytes = writer.into_inner().map_err(Failure::run)?;
+        String::from_utf8(bytes).map_err(Failure::run)
+    }
+
+    /// A picture of the grid target whose points are called `name[0]`, `name[1]`, …
+    pub(crate) fn svg(&self, name: &str) -> Result<String, Failure> {
+        let on_grid = |target: &&TargetReport| {
+            let rest = target.name.strip_prefix(name);
+            rest.is_some_and(|rest| rest.starts_with('['))
+        };
+        let points: Vec<&TargetReport> = self.targets.iter().filter(on_grid).collect();
+        let exact: Vec<_> = points
+            .iter()
+            .filter_map(|t| Some((t.at?, t.exact?)))
+            .collect();
+        let mut curves = Vec::new();
+        if !exact.is_empty() {
+            let style = Style {
+                colour: 0,
+                marker: None,
+                dashed: true,
+            };
+            curves.push(Curve {
+                name: "exact solution".to_owned(),
+                points: exact,
+                style,
+            });
+        }
+        let band = Band {
+            title: format!("{name}: the solution with its 95 % error band"),
+            x_label: "angle s in radians".to_owned(),
+            y_label: "u(s)".to_owned(),
+            name: "preconditioned walks".to_owned(),
+            points: points
+                .iter()
+                .filter_map(|t| {
+                    let estimate = &t.preconditioned;
+                    Some((t.at?, estimate.estimate?, estimate.std_error.unwrap_or(0.0)))
+                })
+                .collect(),
+            curves,
+            x_is_angle: true,
+        };
+        band_svg(&band).map_err(Failure::run)
+    }
+}
+
+/// A target in one line.
+#[derive(Serialize)]
+struct CsvRow<'a> {
+    name: &'a str,
+    at: Option<f64>,
+    from: Option<f64>,
+    to: Option<f64>,
+    exact: Option<f64>,
+    galerkin: f64,
+    walks: u64,
+    plain: Option<f64>,
+    plain_std_error: Option<f64>,
+    plain_std_dev: Option<f64>,
+    preconditioned: Option<f64>,
+    preconditioned_std_error: Option<f64>,
+    preconditioned_std_dev: Option<f64>,
+    rounding_floor: f64,
+    absorbed: u64,
+    step_limit: u64,
+}
+
+impl<'a> CsvRow<'a> {
+    fn new(target: &'a TargetReport) -> Self {
+        Self {
+            name: &target.name,
+            at: target.at,
+            from: target.over.map(|over| over[0]),
+            to: target.over.map(|over| over[1]),
+            exact: target.exact,
+            galerkin: target.galerkin,
+            walks: target.walks,
+            plain: target.plain.estimate,
+            plain_std_error: target.plain.std_error,
+            plain_std_dev: target.plain.std_dev,
+            preconditioned: target.preconditioned.estimate,
+            preconditioned_std_error: target.preconditioned.std_error,
+            preconditioned_std_dev: target.preconditioned.std_dev,
+            rounding_floor: target.rounding_floor,
+            absorbed: target.endings.absorbed,
+            step_limit: target.endings.step_limit,
+        }
+    }
+}
