@@ -2,72 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{
-    Arcs, Circle, Emission, Harmonic, MeanOver, OffDiagonal, Residual, Solution, Tables,
-};
-use fredholm_core::galerkin::{
-    Coefficients, PairKind, Pairs, Partition, Piecewise, TransitionMoments,
-};
-use fredholm_core::{
-    At, DefaultGenerator, Draws, Estimator, Functional, Located, Neighbour, Real, STEP_LIMIT,
-    Sampler, Source, Statistics, Stream, Task, Uniforms,
-};
-use fredholm_tests::check::{means, neighbour_equation, run};
+use fredholm_circle::{Circle, Tables};
+use fredholm_core::galerkin::{PairKind, Pairs, Partition, TransitionMoments};
+use fredholm_core::{DefaultGenerator, Draws, Located, Neighbour, Real, Sampler, Stream};
+use fredholm_tests::check::neighbour_equation;
+use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
 use fredholm_tests::quadrature::Quadrature;
-
-const RHO: [f64; 5] = [0.3, 0.7, 0.0, 0.55, 0.74];
-const LIGHT: Harmonic = Harmonic {
-    constant: 5.0,
-    amplitude: 1.0,
-    frequency: 5,
-};
-const PAPER: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::None,
-};
-const DEFAULT: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::Pointwise,
-};
-const IN_S: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::Galerkin,
-};
-
-/// The generic neighbour equation with these pairs, made as a user makes it.
-fn with_piecewise<F: Real, E: Emission<F> + Emission<f64> + Copy, S: Pairs + Copy, R>(
-    reflectance: &[f64],
-    cells: usize,
-    emission: E,
-    pairs: S,
-    then: impl FnOnce(
-        &Circle<'_, F, E>,
-        &Piecewise<'_, F, Circle<'_, F, E>, Circle<'_, F, E>, S>,
-        &[F],
-    ) -> R,
-) -> R {
-    let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
-    let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
-    let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
-    let (v, g) = (solution.rounded(), solution.source(&wide, &pairs).unwrap());
-    let tables = Tables::new(reflectance, cells).unwrap();
-    let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
-    let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g).unwrap();
-    then(&circle, &neighbour, &v)
-}
-
-fn with_residual<F: Real, E: Emission<F> + Emission<f64> + Copy, R>(
-    reflectance: &[f64],
-    cells: usize,
-    emission: E,
-    then: impl FnOnce(&Circle<'_, F, E>, &Residual<'_, '_, F, E>, &[F]) -> R,
-) -> R {
-    let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
-    let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
-    let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
-    let (v, moments) = (solution.rounded(), solution.moments(&wide.table()).unwrap());
-    let tables = Tables::new(reflectance, cells).unwrap();
-    let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
-    let residual = Residual::new(&circle, &v, &moments).unwrap();
-    then(&circle, &residual, &v)
-}
 
 #[test]
 fn the_neighbour_equation_holds_pointwise() {

@@ -442,7 +442,7 @@ impl Table {
             curves.push(Curve::power_law("slope −1", -1.0, from, end.n as f64));
         }
         Figure {
-            title: "Standard deviation of a walk against the number of cells".to_owned(),
+            title: "Standard deviation against cells".to_owned(),
             x_label: "cells n".to_owned(),
             y_label: "√Var, mean over ten points".to_owned(),
             curves,

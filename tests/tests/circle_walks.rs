@@ -1,0 +1,377 @@
+//! Walks on the circle against exact solutions: means, error bars, rates, bits.
+
+use core::f64::consts::TAU;
+
+use fredholm_circle::{Arcs, Circle, CircleError, Emission, Harmonic, MeanOver, Point};
+use fredholm_core::{
+    At, Batch, Ending, Estimator, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics,
+    Stream, Task, rounding_floor,
+};
+use fredholm_tests::check::{means, run};
+use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
+
+const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+
+/// The most standard errors that a mean of this file may be off: it makes about 500 comparisons,
+/// and if all is well one of them is beyond 4.9 with probability 0.0005.
+const STANDARD_ERRORS: f64 = 4.9;
+
+fn task<'a, F: Real, E: Emission<F>, N, T: Functional<Circle<'a, F, E>>>(
+    equation: &'a Circle<'a, F, E>,
+    neighbour: &'a N,
+    functional: &'a T,
+    neighbour_value: f64,
+    estimator: Estimator,
+    stream: Stream,
+) -> Task<'a, Circle<'a, F, E>, N, T, fredholm_core::DefaultGenerator> {
+    Task {
+        equation,
+        neighbour,
+        functional,
+        neighbour_value: Some(neighbour_value),
+        estimator,
+        stream,
+        step_limit: STEP_LIMIT,
+    }
+}
+
+/// u at a point, u's mean over [1, 4] and over the circle, with both estimators.
+fn check_means<F: Real, E: Emission<F> + Copy, N>(
+    circle: &Circle<'_, F, E>,
+    neighbour: &N,
+    v: &[F],
+    exact: [f64; 3],
+    walks: u64,
+    what: &str,
+) where
+    N: Neighbour<Scalar = F, Point = Point<F>>,
+{
+    let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+    let x0 = At(circle.point(0.3));
+    let at = neighbour.value(&neighbour.locate(x0.0)).to_f64();
+    let arc = MeanOver::new(circle, 1.0, 4.0).unwrap();
+    let all = MeanOver::new(circle, 0.0, TAU).unwrap();
+    for estimator in ESTIMATORS {
+        let stream = |target| Stream::new(11, target);
+        let cases: [(Statistics, f64); 3] = [
+            (
+                run(
+                    &task(circle, neighbour, &x0, at, estimator, stream(0)),
+                    walks,
+                ),
+                exact[0],
+            ),
+            (
+                run(
+                    &task(circle, neighbour, &arc, arc.of(v), estimator, stream(1)),
+                    walks,
+                ),
+                exact[1],
+            ),
+            (
+                run(
+                    &task(circle, neighbour, &all, all.of(v), estimator, stream(2)),
+                    walks,
+                ),
+                exact[2],
+            ),
+        ];
+        for (target, (statistics, exact)) in cases.iter().enumerate() {
+            let floor = rounding_floor::<F>(largest, *exact, 0.74);
+            means(statistics, *exact, STANDARD_ERRORS, floor)
+                .unwrap_or_else(|e| panic!("{what}, {estimator:?}, target {target}: {e}"));
+            assert_eq!(statistics.endings().absorbed, walks);
+        }
+    }
+}
+
+fn harmonic_exact(light: Harmonic) -> [f64; 3] {
+    [
+        light.solution(0.3),
+        light.mean(1.0, 4.0),
+        light.mean(0.0, TAU),
+    ]
+}
+
+#[test]
+fn means_are_the_solution_57_58_for_every_choice_of_pairs() {
+    fn check<F: Real>(cells: usize, walks: u64) {
+        for pairs in [PAPER, DEFAULT, IN_S] {
+            with_piecewise::<F, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, v| {
+                let what = format!("{pairs:?}, n = {cells}, eps {:e}", F::EPSILON);
+                check_means(circle, neighbour, v, harmonic_exact(LIGHT), walks, &what);
+            });
+        }
+        with_residual::<F, _, _>(&RHO, cells, LIGHT, |circle, neighbour, v| {
+            let what = format!("all pointwise, n = {cells}, eps {:e}", F::EPSILON);
+            check_means(circle, neighbour, v, harmonic_exact(LIGHT), walks, &what);
+        });
+    }
+    check::<f64>(10, 50_000);
+    check::<f64>(1000, 50_000);
+    check::<f32>(10, 50_000);
+    check::<f32>(1000, 200_000);
+}
+
+/// In f32 at many cells the standard error is far below the rounding floor.
+#[test]
+fn in_f32_the_error_stays_below_the_rounding_floor() {
+    with_piecewise::<f32, _, _, _>(&RHO, 100_000, LIGHT, DEFAULT, |circle, neighbour, v| {
+        check_means(
+            circle,
+            neighbour,
+            v,
+            harmonic_exact(LIGHT),
+            500_000,
+            "n = 100,000",
+        );
+    });
+}
+
+/// F = cos kθ, ρ = ½ on the whole circle: cos kθ is an eigenfunction with eigenvalue 1/(1 − 4k²).
+#[derive(Clone, Copy)]
+struct Cosine(u32);
+
+impl<F: Real> Emission<F> for Cosine {
+    fn emission(&self, x: &Point<F>, _: F) -> F {
+        F::from_f64((f64::from(self.0) * x.angle().to_f64()).cos())
+    }
+    fn cell_mean(&self, i: usize, cells: usize, _: f64) -> f64 {
+        // The midpoint rule: approximate coefficients are legal.
+        (f64::from(self.0) * TAU * (i as f64 + 0.5) / cells as f64).cos()
+    }
+    fn validate(&self, _: usize) -> Result<(), CircleError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn cosines_are_eigenfunctions() {
+    for k in 1..=4 {
+        let k_float = f64::from(k);
+        let factor = 1.0 / (1.0 - 0.5 / (1.0 - 4.0 * k_float * k_float));
+        if k == 1 {
+            assert!((factor - 6.0 / 7.0).abs() < 1e-15);
+        }
+        let exact = [
+            factor * (k_float * 0.3).cos(),
+            factor * ((k_float * 4.0).sin() - k_float.sin()) / (3.0 * k_float),
+            0.0,
+        ];
+        with_piecewise::<f64, _, _, _>(&[0.5], 200, Cosine(k), DEFAULT, |circle, neighbour, v| {
+            check_means(
+                circle,
+                neighbour,
+                v,
+                exact,
+                100_000,
+                &format!("cos {k} theta"),
+            );
+        });
+    }
+}
+
+#[test]
+fn a_furnace_is_one_everywhere() {
+    let furnace = Harmonic {
+        constant: 1.0,
+        amplitude: 0.0,
+        frequency: 1,
+    };
+    let rho = [0.9, 0.0, 0.33, 0.99, 0.5, 0.05, 0.71];
+    for pairs in [PAPER, DEFAULT] {
+        with_piecewise::<f64, _, _, _>(&rho, 210, furnace, pairs, |circle, neighbour, v| {
+            assert!(v.iter().all(|v| (v - 1.0).abs() < 1e-12));
+            check_means(circle, neighbour, v, [1.0; 3], 100_000, "furnace");
+        });
+    }
+}
+
+/// Against u = F + T_K v on 10⁵ cells, whose error is that of v, 10⁻⁵, damped twice over.
+#[test]
+fn piecewise_constant_emission_agrees_with_a_fine_deterministic_solution() {
+    const FINE: usize = 100_000;
+    let values = [1.0, 0.0, 0.25, 3.0];
+    let fine = Arcs::new(&values, FINE).unwrap();
+    let exact = with_residual::<f64, _, _>(&RHO, FINE, fine, |circle, residual, v| {
+        let u = |s: f64| {
+            let x = residual.locate(circle.point(s));
+            fredholm_core::Source::source(circle, &x.point) + residual.reflected(&x)
+        };
+        let mean = |from, to| MeanOver::new(circle, from, to).unwrap().of(v);
+        [u(0.3), mean(1.0, 4.0), mean(0.0, TAU)]
+    });
+    // The iterated solution has converged: a fifth of the cells gives the same.
+    let coarse = Arcs::new(&values, FINE / 5).unwrap();
+    with_residual::<f64, _, _>(&RHO, FINE / 5, coarse, |circle, residual, _| {
+        let x = residual.locate(circle.point(0.3));
+        let u = fredholm_core::Source::source(circle, &x.point) + residual.reflected(&x);
+        assert!((u - exact[0]).abs() < 1e-9, "{u} {}", exact[0]);
+    });
+    for cells in [20, 1000] {
+        let light = Arcs::new(&values, cells).unwrap();
+        with_piecewise::<f64, _, _, _>(&RHO, cells, light, DEFAULT, |circle, neighbour, v| {
+            check_means(circle, neighbour, v, exact, 200_000, "piecewise constant");
+        });
+    }
+}
+
+/// 1,000 seeds: 95 % intervals cover 93–97 %.
+#[test]
+fn error_bars_cover() {
+    const SEEDS: u64 = 1000;
+    println!("cells walks estimator   plain preconditioned");
+    for cells in [100, 1000] {
+        with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, DEFAULT, |circle, neighbour, _| {
+            let x0 = At(circle.point(0.3));
+            let v = neighbour.value(&neighbour.locate(x0.0));
+            let exact = LIGHT.solution(0.3);
+            for walks in [1000, 10_000] {
+                for estimator in ESTIMATORS {
+                    let mut covered = [0; 2];
+                    for seed in 0..SEEDS {
+                        let stream = Stream::new(seed, 0);
+                        let s = run(&task(circle, neighbour, &x0, v, estimator, stream), walks);
+                        for (covered, e) in covered.iter_mut().zip([s.plain(), s.preconditioned()])
+                        {
+                            let bar = 1.96 * e.std_error.unwrap();
+                            *covered += u32::from((e.estimate - exact).abs() <= bar);
+                        }
+                    }
+                    let percent = covered.map(|c| f64::from(c) * 100.0 / SEEDS as f64);
+                    let [plain, preconditioned] = percent;
+                    println!("{cells:5} {walks:5} {estimator:?} {plain:.1} {preconditioned:.1}");
+                    assert!(
+                        percent.iter().all(|p| (93.0..=97.0).contains(p)),
+                        "n = {cells}, N = {walks}, {estimator:?}: {percent:?} %"
+                    );
+                }
+            }
+        });
+    }
+}
+
+/// √Var falls like n^−0.95 ± 0.1 on the mean over X with the paper's pairs.
+#[test]
+fn the_standard_deviation_falls_like_one_over_n() {
+    let cells = [100, 300, 1000, 3000, 10_000];
+    let points: Vec<(f64, f64)> = cells
+        .iter()
+        .map(|&n| {
+            let rho = [0.11, 0.52, 0.7, 0.03, 0.33, 0.61, 0.74, 0.25, 0.4, 0.18];
+            with_piecewise::<f64, _, _, _>(&rho, n, LIGHT, PAPER, |circle, neighbour, v| {
+                let all = MeanOver::new(circle, 0.0, TAU).unwrap();
+                let stream = Stream::new(1, 0);
+                let estimator = Estimator::Absorption;
+                let task = task(circle, neighbour, &all, all.of(v), estimator, stream);
+                let std_dev = run(&task, 100_000).preconditioned().std_dev.unwrap();
+                println!("n = {n}: {std_dev:.3e}");
+                ((n as f64).ln(), std_dev.ln())
+            })
+        })
+        .collect();
+    let n = points.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+        / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>();
+    println!("slope {slope:.3}");
+    assert!((slope + 0.95).abs() <= 0.1, "{slope}");
+}
+
+/// Results are a promise: whoever changes these numbers marks it value-breaking in the CHANGELOG.
+#[test]
+fn results_never_change_a_bit() {
+    fn bits<F: Real>(estimator: Estimator) -> [u64; 2] {
+        with_piecewise::<F, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, v| {
+            let all = MeanOver::new(circle, 1.0, 4.0).unwrap();
+            let task = task(
+                circle,
+                neighbour,
+                &all,
+                all.of(v),
+                estimator,
+                Stream::new(1, 0),
+            );
+            let statistics = run(&task, 10_000);
+            [statistics.plain(), statistics.preconditioned()].map(|e| e.estimate.to_bits())
+        })
+    }
+    let found = [
+        bits::<f64>(Estimator::Absorption),
+        bits::<f64>(Estimator::Collision),
+        bits::<f32>(Estimator::Absorption),
+        bits::<f32>(Estimator::Collision),
+    ];
+    assert_eq!(found, EXPECTED, "{found:#x?}");
+}
+
+/// Plain and preconditioned: f64 absorption and collision, f32 absorption and collision.
+const EXPECTED: [[u64; 2]; 4] = [
+    [0x4014_54f6_3b6e_996b, 0x4013_f8cb_9175_69b1],
+    [0x4013_f0b8_4fc0_3203, 0x4013_f799_a2b7_5a5c],
+    [0x4014_54f6_36e6_a3b1, 0x4013_f8cb_881d_a1aa],
+    [0x4013_f0b8_4c34_d6a9, 0x4013_f799_9a76_f347],
+];
+
+/// A light that is not a number in a small interval.
+#[derive(Clone, Copy)]
+struct Hole;
+
+impl<F: Real> Emission<F> for Hole {
+    fn emission(&self, x: &Point<F>, _: F) -> F {
+        let s = x.angle().to_f64();
+        if (2.0..2.01).contains(&s) {
+            F::NAN
+        } else {
+            F::one()
+        }
+    }
+    fn cell_mean(&self, _: usize, _: usize, _: f64) -> f64 {
+        1.0
+    }
+    fn validate(&self, _: usize) -> Result<(), CircleError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_score_that_is_no_number_names_its_walk() {
+    with_piecewise::<f64, _, _, _>(&RHO, 100, Hole, DEFAULT, |circle, neighbour, _| {
+        let x0 = At(circle.point(0.3));
+        let task = task(
+            circle,
+            neighbour,
+            &x0,
+            1.0,
+            Estimator::Absorption,
+            Stream::new(1, 0),
+        );
+        let mut batch = Batch::new(0, 100_000, 100_000);
+        let NotFinite { walk } = batch.run(&task, u64::MAX).unwrap_err();
+        assert_eq!(task.replay(walk).ending, Ending::NotFinite);
+        assert_eq!(batch.statistics().walks(), walk);
+        assert_eq!(task.replay(walk - 1).ending, Ending::Absorbed);
+    });
+}
+
+#[test]
+fn walks_that_are_cut_off_are_counted() {
+    with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, _| {
+        let x0 = At(circle.point(0.3));
+        let mut task = task(
+            circle,
+            neighbour,
+            &x0,
+            1.0,
+            Estimator::Collision,
+            Stream::new(1, 0),
+        );
+        task.step_limit = 3;
+        let statistics = run(&task, 10_000);
+        let endings = statistics.endings();
+        assert_eq!(endings.absorbed + endings.step_limit, 10_000);
+        // 0.8³ = 0.512 go on after three states; four standard deviations are 200.
+        assert!(endings.step_limit.abs_diff(5120) < 200, "{endings:?}");
+    });
+}
