@@ -27,7 +27,7 @@ fn circle(c: &mut Criterion) {
         assert_eq!(states, statistics.states());
         group.throughput(Throughput::Elements(states));
         group.bench_function(BenchmarkId::new("engine", n), |b| {
-            b.iter(|| setup.engine(WALKS))
+            b.iter(|| setup.engine(WALKS));
         });
         group.bench_function(BenchmarkId::new("specialised", n), |b| {
             b.iter(|| specialised.run(WALKS));

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Circle, Emission, Harmonic, OffDiagonal, Point, Residual, Solution, Tables};
 use fredholm_core::Real;
-use fredholm_core::galerkin::{PairKind, Pairs, Partition, Piecewise};
+use fredholm_core::galerkin::{PairKind, Pairs, Partition, Piecewise, PointwiseSource};
 
 use crate::quadrature::{Quadrature, gauss_legendre};
 
@@ -30,7 +30,14 @@ pub const IN_S: OffDiagonal = OffDiagonal {
 };
 
 /// The generic neighbour equation on a circle.
-pub type OnCircle<'a, F, E, S> = Piecewise<'a, F, Circle<'a, F, E>, Circle<'a, F, E>, S>;
+pub type OnCircle<'a, F, E, S> = Piecewise<
+    'a,
+    F,
+    Circle<'a, F, E>,
+    Circle<'a, F, E>,
+    S,
+    PointwiseSource<'a, F, Circle<'a, F, E>, S>,
+>;
 
 /// Makes the generic neighbour equation with these pairs, q0 = 0.2, as a user makes it: everything in
 /// f64 first.
@@ -50,7 +57,7 @@ pub fn with_piecewise<F: Real, E: Emission<F> + Emission<f64> + Copy, S: Pairs +
     let (v, g) = (solution.rounded(), solution.source(&wide, &pairs).unwrap());
     let tables = Tables::new(reflectance, cells).unwrap();
     let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
-    let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g).unwrap();
+    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g).unwrap();
     then(&circle, &neighbour, &v)
 }
 

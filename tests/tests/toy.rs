@@ -1,7 +1,8 @@
 //! The seams of the core, on the toy problem: no other crate is involved.
 
 use fredholm_core::galerkin::{
-    GalerkinError, PairKind, Piecewise, Sweeps, contraction, gauss_seidel, neighbour_source,
+    Dense, GalerkinError, PairKind, Piecewise, PointwiseSource, Sweeps, contraction, gauss_seidel,
+    neighbour_source,
 };
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, NoNeighbour, Real, STEP_LIMIT, Stream, Task,
@@ -70,18 +71,20 @@ fn tables<F: Real, const B: usize>(pairs: Bands, spoil: f64) -> Result<Tables<F>
     })
 }
 
+/// The neighbour equation on the toy problem.
+type OnToy<'a, F, const B: usize> =
+    Piecewise<'a, F, Toy<F>, Dense<'a, F>, Bands, PointwiseSource<'a, F, Toy<F>, Bands, B>, B>;
+
 fn with_neighbour<F: Real, const B: usize, R>(
     pairs: Bands,
     spoil: f64,
-    then: impl FnOnce(
-        &Toy<F>,
-        &Piecewise<'_, F, Toy<F>, fredholm_core::galerkin::Dense<'_, F>, Bands, B>,
-    ) -> R,
+    then: impl FnOnce(&Toy<F>, &OnToy<'_, F, B>) -> R,
 ) -> R {
     let toy = Toy::<F>::new(CELLS);
     let tables = tables::<F, B>(pairs, spoil).unwrap();
     let coefficients = toy.coefficients::<B>(&tables.matrix);
-    let neighbour = Piecewise::new(&toy, &coefficients, pairs, &tables.v, &tables.g).unwrap();
+    let neighbour =
+        Piecewise::with_pointwise(&toy, &coefficients, pairs, &tables.v, &tables.g).unwrap();
     then(&toy, &neighbour)
 }
 
@@ -104,12 +107,31 @@ fn the_neighbour_equation_holds_pointwise() {
 }
 
 #[test]
+fn without_pointwise_pairs_the_source_is_a_table() {
+    let toy = Toy::<f64>::new(CELLS);
+    let tables = tables::<f64, 2>(PAPER, 0.0).unwrap();
+    let coefficients = toy.coefficients::<2>(&tables.matrix);
+    let new = |pairs| {
+        Piecewise::<_, _, _, _, _, 2>::new(&toy, &coefficients, pairs, &tables.v, &tables.g)
+    };
+    neighbour_equation(&toy, &new(PAPER).unwrap(), &FRACTIONS, 16.0).unwrap();
+    // With a table alone a pointwise pair would be a silent bias.
+    assert_eq!(new(MIXED).unwrap_err(), GalerkinError::Pointwise { row: 0 });
+}
+
+#[test]
 fn the_check_sees_a_source_that_belongs_to_other_pairs() {
     let toy = Toy::<f64>::new(CELLS);
     let tables = tables::<f64, 1>(PAPER, 0.0).unwrap();
     let coefficients = toy.coefficients::<1>(&tables.matrix);
-    let neighbour =
-        Piecewise::<_, _, _, _, 1>::new(&toy, &coefficients, MIXED, &tables.v, &tables.g).unwrap();
+    let neighbour = Piecewise::<_, _, _, _, _, 1>::with_pointwise(
+        &toy,
+        &coefficients,
+        MIXED,
+        &tables.v,
+        &tables.g,
+    )
+    .unwrap();
     let failure = neighbour_equation(&toy, &neighbour, &FRACTIONS, 16.0).unwrap_err();
     assert!(failure.distance > 1e12, "{failure}");
 }

@@ -34,5 +34,5 @@ mod solve;
 pub use coefficients::{Coefficients, Dense};
 pub use pairs::{PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
-pub use piecewise::Piecewise;
+pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
 pub use solve::{GalerkinError, Solve, Sweeps, contraction, gauss_seidel, neighbour_source};

@@ -2,34 +2,61 @@
 
 use num_traits::zero;
 
-use super::{Coefficients, GalerkinError, PairIntegral, PairKind, Pairs, TransitionMoments, small};
+use super::{
+    Basis, Coefficients, GalerkinError, PairIntegral, PairKind, Pairs, TransitionMoments, small,
+};
 use crate::{Located, Neighbour, Real, StateSpace};
+
+/// The source G of a neighbour equation, a function of the point and its cell.
+pub trait NeighbourSource: StateSpace {
+    /// G(x).
+    fn source(&self, x: &Located<Self::Point>) -> Self::Scalar;
+}
+
+/// G(x) = Σ_a G_ia ψ_ia(x) for x ∈ X_i: the source of (48), where there are no pointwise pairs.
+#[derive(Clone, Copy, Debug)]
+pub struct SourceTable<'a, F, P, const B: usize = 1> {
+    problem: &'a P,
+    values: &'a [F],
+}
+
+/// G(x) = Σ_a G_ia ψ_ia(x) − Σ_{j ∈ P(i)} Σ_b v_jb ∫_Xj K(x,y) ψ_jb(y) dμ(y) for x ∈ X_i, where
+/// P(i) are the pointwise pairs of row i.
+#[derive(Clone, Copy, Debug)]
+pub struct PointwiseSource<'a, F, P, S, const B: usize = 1> {
+    table: SourceTable<'a, F, P, B>,
+    pairs: S,
+    solution: &'a [F],
+}
 
 /// The neighbour equation that a Galerkin solution of B unknowns per cell solves exactly: one
 /// struct for every degree, whose first case B = 1 is (44)–(50) of Heinrich 1995.
 ///
 /// Made of the problem (cells, basis, exact moments), the coefficients K', the pairs, the solution
-/// v and the source G of [`neighbour_source`](super::neighbour_source).
+/// v, and the source G that [`neighbour_source`](super::neighbour_source) gives for all of them.
 #[derive(Clone, Copy, Debug)]
-pub struct Piecewise<'a, F, P, C, S, const B: usize = 1> {
+pub struct Piecewise<'a, F, P, C, S, G, const B: usize = 1> {
     problem: &'a P,
     coefficients: &'a C,
     pairs: S,
     solution: &'a [F],
-    source: &'a [F],
+    source: G,
 }
 
-impl<'a, F, P, C, S, const B: usize> Piecewise<'a, F, P, C, S, B>
+impl<'a, F, P, C, S, const B: usize> Piecewise<'a, F, P, C, S, SourceTable<'a, F, P, B>, B>
 where
     F: Real,
-    P: TransitionMoments<B> + PairIntegral<B> + StateSpace<Scalar = F>,
+    P: TransitionMoments<B> + StateSpace<Scalar = F>,
     C: Coefficients<B, Scalar = F>,
     S: Pairs,
 {
-    /// `solution` is v, `source` is G, both of n·B entries.
+    /// With pairs that are in S or left out. `solution` is v and `source` is G, both of n·B
+    /// entries.
     ///
     /// # Errors
     /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition.
+    /// [`GalerkinError::Pointwise`]: there is a pointwise pair, so that G is no table; see
+    /// [`with_pointwise`](Piecewise::with_pointwise).
     pub fn new(
         problem: &'a P,
         coefficients: &'a C,
@@ -37,35 +64,130 @@ where
         solution: &'a [F],
         source: &'a [F],
     ) -> Result<Self, GalerkinError> {
-        let expected = problem.cells() * B;
-        for found in [coefficients.cells() * B, solution.len(), source.len()] {
-            if found != expected {
-                return Err(GalerkinError::Length { expected, found });
-            }
+        check_sizes::<_, _, B>(problem, coefficients, [solution, source])?;
+        let cells = problem.cells();
+        if let Some(row) = (0..cells).find(|&i| pairs.pointwise(i, cells).next().is_some()) {
+            return Err(GalerkinError::Pointwise { row });
         }
         Ok(Self {
             problem,
             coefficients,
             pairs,
             solution,
-            source,
+            source: SourceTable {
+                problem,
+                values: source,
+            },
         })
     }
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, C, S, const B: usize> StateSpace
-    for Piecewise<'_, F, P, C, S, B>
+impl<'a, F, P, C, S, const B: usize> Piecewise<'a, F, P, C, S, PointwiseSource<'a, F, P, S, B>, B>
+where
+    F: Real,
+    P: TransitionMoments<B> + PairIntegral<B> + StateSpace<Scalar = F>,
+    C: Coefficients<B, Scalar = F>,
+    S: Pairs + Copy,
+{
+    /// With pairs of any kind, for a problem that has the exact integrals of pointwise ones.
+    /// `solution` is v and `source` is G over S, both of n·B entries.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition.
+    pub fn with_pointwise(
+        problem: &'a P,
+        coefficients: &'a C,
+        pairs: S,
+        solution: &'a [F],
+        source: &'a [F],
+    ) -> Result<Self, GalerkinError> {
+        check_sizes::<_, _, B>(problem, coefficients, [solution, source])?;
+        Ok(Self {
+            problem,
+            coefficients,
+            pairs,
+            solution,
+            source: PointwiseSource {
+                table: SourceTable {
+                    problem,
+                    values: source,
+                },
+                pairs,
+                solution,
+            },
+        })
+    }
+}
+
+fn check_sizes<P: Basis<B>, C: Coefficients<B, Scalar = P::Scalar>, const B: usize>(
+    problem: &P,
+    coefficients: &C,
+    vectors: [&[P::Scalar]; 2],
+) -> Result<(), GalerkinError> {
+    let expected = problem.cells() * B;
+    let [v, g] = vectors.map(<[_]>::len);
+    match [coefficients.cells() * B, v, g]
+        .into_iter()
+        .find(|&found| found != expected)
+    {
+        Some(found) => Err(GalerkinError::Length { expected, found }),
+        None => Ok(()),
+    }
+}
+
+impl<F: Real, P: StateSpace<Scalar = F>, const B: usize> StateSpace for SourceTable<'_, F, P, B> {
+    type Scalar = F;
+    type Point = P::Point;
+}
+
+impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSource
+    for SourceTable<'_, F, P, B>
+{
+    #[inline]
+    fn source(&self, x: &Located<P::Point>) -> F {
+        small::dot(&small::block(self.values, x.cell), &self.problem.basis(x))
+    }
+}
+
+impl<F: Real, P: StateSpace<Scalar = F>, S, const B: usize> StateSpace
+    for PointwiseSource<'_, F, P, S, B>
 {
     type Scalar = F;
     type Point = P::Point;
 }
 
-impl<F, P, C, S, const B: usize> Neighbour for Piecewise<'_, F, P, C, S, B>
+impl<F, P, S, const B: usize> NeighbourSource for PointwiseSource<'_, F, P, S, B>
 where
     F: Real,
-    P: TransitionMoments<B> + PairIntegral<B> + StateSpace<Scalar = F>,
+    P: PairIntegral<B> + StateSpace<Scalar = F>,
+    S: Pairs,
+{
+    #[inline]
+    fn source(&self, x: &Located<P::Point>) -> F {
+        let problem = self.table.problem;
+        let mut g = self.table.source(x);
+        for j in self.pairs.pointwise(x.cell, problem.cells()) {
+            let v = small::block(self.solution, j);
+            g -= small::dot(&v, &problem.pair_integral(x, j));
+        }
+        g
+    }
+}
+
+impl<F: Real, P: StateSpace<Scalar = F>, C, S, G, const B: usize> StateSpace
+    for Piecewise<'_, F, P, C, S, G, B>
+{
+    type Scalar = F;
+    type Point = P::Point;
+}
+
+impl<F, P, C, S, G, const B: usize> Neighbour for Piecewise<'_, F, P, C, S, G, B>
+where
+    F: Real,
+    P: TransitionMoments<B> + StateSpace<Scalar = F>,
     C: Coefficients<B, Scalar = F>,
     S: Pairs,
+    G: NeighbourSource<Scalar = F, Point = P::Point>,
 {
     #[inline]
     fn locate(&self, x: P::Point) -> Located<P::Point> {
@@ -91,12 +213,7 @@ where
 
     #[inline]
     fn source(&self, x: &Located<P::Point>) -> F {
-        let mut g = small::dot(&small::block(self.source, x.cell), &self.problem.basis(x));
-        for j in self.pairs.pointwise(x.cell, self.problem.cells()) {
-            let v = small::block(self.solution, j);
-            g -= small::dot(&v, &self.problem.pair_integral(x, j));
-        }
-        g
+        self.source.source(x)
     }
 
     #[inline]

@@ -50,6 +50,11 @@ pub enum GalerkinError {
         /// The number i of the cell.
         row: usize,
     },
+    /// A pair is pointwise where only pairs in S or outside are allowed.
+    Pointwise {
+        /// The number i of its row.
+        row: usize,
+    },
 }
 
 impl fmt::Display for GalerkinError {
@@ -69,6 +74,11 @@ impl fmt::Display for GalerkinError {
                 f,
                 "the coefficients of row {row} sum to 1 or more in absolute value: the mean of the \
                  neighbour equation's walks need not exist; row sums below 1 are needed"
+            ),
+            Self::Pointwise { row } => write!(
+                f,
+                "row {row} has a pointwise pair: its source is no table, the problem's exact \
+                 integrals are needed"
             ),
         }
     }

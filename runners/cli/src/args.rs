@@ -87,7 +87,7 @@ pub(crate) struct PaperArgs {
 #[derive(Debug, Args)]
 pub(crate) struct Common {
     /// Threads; results do not depend on it [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]

@@ -193,8 +193,8 @@ impl<'a, F: Real> Setup<'a, F> {
         let circle = self.scene.circle(&self.tables)?;
         match &self.source {
             NeighbourSource::Table(pairs, g) => {
-                let neighbour =
-                    Piecewise::new(&circle, &circle, *pairs, &self.v, g).map_err(Failure::run)?;
+                let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &self.v, g)
+                    .map_err(Failure::run)?;
                 walk(&circle, &neighbour, questions, known, plan, observer)
             }
             NeighbourSource::ClosedForm(moments) => {

@@ -267,7 +267,7 @@ impl Specialised {
                 (cos, sin, i) = (c, s, j);
             }
         }
-        std::hint::black_box((cross, scored, plain_scored));
+        core::hint::black_box((cross, scored, plain_scored));
         (means[2], squares[2] / (walks - 1) as f64, states)
     }
 }

@@ -1,0 +1,127 @@
+//! Solves a circle, from the tables to the estimate, in f32 and f64, with both estimators and both
+//! kinds of neighbour equations, without std, allocator or panic.
+//!
+//! The panic handler calls a function that does not exist: the program links only where the
+//! optimiser has proved that nothing can panic. Without std there is no allocator either, and no
+//! second panic handler.
+
+#![no_std]
+#![no_main]
+
+use fredholm_circle::{
+    Cell, Cells, Circle, Harmonic, MeanOver, Moment, OffDiagonal, Residual, Slot, moments, slots,
+};
+use fredholm_core::galerkin::{
+    PairKind, Piecewise, Sweeps, contraction, gauss_seidel, neighbour_source,
+};
+use fredholm_core::{
+    At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task,
+};
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+unsafe extern "C" {
+    /// Nowhere defined.
+    fn fredholm_can_panic() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // SAFETY: the call is never linked.
+    unsafe { fredholm_can_panic() }
+}
+
+const CELLS: usize = 100;
+
+/// What a device would keep: `None` where an input is refused.
+fn solve<F: Real>(reflectance: &[f64], absorption: f64, seed: u64) -> Option<[Statistics; 4]> {
+    let mut cells = [Cell::<F>::default(); CELLS];
+    let mut slots = [Slot::<F>::default(); slots(CELLS)];
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let cells = Cells::fill(reflectance, &mut cells, &mut slots).ok()?;
+    let circle = Circle::new(cells, light, absorption).ok()?;
+    let (mut source, mut v, mut g) = ([F::zero(); CELLS], [F::zero(); CELLS], [F::zero(); CELLS]);
+    circle.source_means(&mut source).ok()?;
+    contraction(&circle).ok()?;
+    gauss_seidel(&circle, &source, &mut v, Sweeps::Fixed(20)).ok()?;
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Pointwise,
+    };
+    neighbour_source(&circle, &pairs, &v, &mut g).ok()?;
+    let mut sums = [Moment::default(); CELLS];
+    moments(&cells, &v, &mut sums).ok()?;
+
+    let piecewise = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g).ok()?;
+    let residual = Residual::new(&circle, &v, &sums).ok()?;
+    Some([
+        walks(&circle, &piecewise, Estimator::Absorption, seed)?,
+        walks(&circle, &piecewise, Estimator::Collision, seed)?,
+        walks(&circle, &residual, Estimator::Absorption, seed)?,
+        walks(&circle, &residual, Estimator::Collision, seed)?,
+    ])
+}
+
+fn walks<F: Real, N>(
+    circle: &Circle<'_, F, Harmonic>,
+    neighbour: &N,
+    estimator: Estimator,
+    seed: u64,
+) -> Option<Statistics>
+where
+    N: Neighbour<Scalar = F, Point = fredholm_circle::Point<F>>,
+{
+    let mut all = Statistics::default();
+    let point = Task {
+        equation: circle,
+        neighbour,
+        functional: &At(circle.point(0.3)),
+        neighbour_value: None,
+        estimator,
+        stream: <Stream>::new(seed, 0),
+        step_limit: STEP_LIMIT,
+    };
+    let mean = Task {
+        functional: &MeanOver::new(circle, 0.0, 1.0).ok()?,
+        equation: circle,
+        neighbour,
+        neighbour_value: None,
+        estimator,
+        stream: <Stream>::new(seed, 1),
+        step_limit: STEP_LIMIT,
+    };
+    for index in 0..2 {
+        let mut batch = Batch::new(index, 1000, 2000);
+        batch.run(&point, 500).ok()?;
+        batch.run(&mean, 500).ok()?;
+        all.merge(batch.statistics());
+    }
+    Some(all)
+}
+
+/// Whether the estimate is near the solution, so that nothing is optimised away.
+fn near(statistics: Option<[Statistics; 4]>) -> bool {
+    statistics.is_some_and(|all| {
+        all.iter()
+            .all(|s| (4.0..7.0).contains(&s.preconditioned().estimate))
+    })
+}
+
+/// Status 0 if all estimates are near the solution.
+#[unsafe(no_mangle)]
+extern "C" fn main(arguments: i32, _: *const *const u8) -> i32 {
+    // Unknown to the compiler.
+    let seed = arguments as u64;
+    let reflectance = [0.3, 0.25 * f64::from(arguments)];
+    #[cfg(feature = "panic")]
+    assert!(seed < 10);
+    #[cfg(feature = "alloc")]
+    let seed = seed + alloc::vec![seed; arguments as usize].len() as u64;
+    let wide = near(solve::<f64>(&reflectance, 0.2, seed));
+    let narrow = near(solve::<f32>(&reflectance, 0.2, seed));
+    i32::from(!(wide && narrow))
+}
