@@ -4,3 +4,8 @@ pub mod check;
 pub mod circle;
 pub mod quadrature;
 pub mod toy;
+
+/// The README's examples are compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

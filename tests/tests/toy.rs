@@ -246,5 +246,12 @@ fn a_batch_stopped_anywhere_goes_on_with_the_same_bits() {
             parts.run(&task, at_most).unwrap();
         }
         assert_eq!(whole, parts);
+        // Also after having been saved and read again.
+        let mut saved = fredholm_core::Batch::new(2, 100, 250);
+        saved.run(&task, 20).unwrap();
+        let text = serde_json::to_string(&saved).unwrap();
+        let mut saved: fredholm_core::Batch = serde_json::from_str(&text).unwrap();
+        saved.run(&task, u64::MAX).unwrap();
+        assert_eq!(whole, saved);
     });
 }

@@ -66,6 +66,7 @@ pub(crate) enum Kind {
 
 /// Options of `paper`.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct PaperArgs {
     /// The most walks for a point; the table has 10, 100, … up to it
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(10..))]
@@ -96,6 +97,7 @@ pub(crate) struct Common {
 
 /// Options of `solve`.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct SolveArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,

@@ -1,10 +1,15 @@
 //! How a command can end, and what the shell is told.
 
 use core::fmt::{self, Display};
-use std::io;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use crate::file::InputError;
+
+/// Says a line on stderr. `eprintln!` would panic where nobody reads it any more.
+pub(crate) fn say(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
 
 /// Why a command did not do its work.
 #[derive(Debug)]
@@ -33,11 +38,11 @@ impl Failure {
         match self {
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Run(_) => {
-                eprintln!("error: {self}");
+                say(format_args!("error: {self}"));
                 ExitCode::from(1)
             }
             Self::Input(_) => {
-                eprintln!("error: {self}");
+                say(format_args!("error: {self}"));
                 ExitCode::from(2)
             }
         }

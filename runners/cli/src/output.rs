@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 use tempfile::NamedTempFile;
 
@@ -22,13 +22,20 @@ impl Output {
         let refuse = |why: &dyn core::fmt::Display| {
             Failure::input(format_args!("`--out {}`: {why}", path.display()))
         };
-        if path.is_dir() {
+        // A file's name does not end in a separator, though `Path` does not see it.
+        let bytes = path.as_os_str().as_encoded_bytes();
+        let separated = bytes.last().is_some_and(|&b| is_separator(char::from(b)));
+        if path.is_dir() || separated {
             return Err(refuse(&"this is a folder; a file is needed"));
         }
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
+        if !folder.is_dir() {
+            let why = format_args!("there is no folder {}", folder.display());
+            return Err(refuse(&why));
+        }
         let file = tempfile::Builder::new()
             .prefix(".fredholm-")
             .tempfile_in(folder)

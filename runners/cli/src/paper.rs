@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::args::PaperArgs;
 use crate::circle::{Light, Question, Scene, Setup};
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, say};
 use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
@@ -146,7 +146,7 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     if interrupted() {
-        eprintln!("warning: interrupted; the rows that were finished are printed");
+        say("warning: interrupted; the rows that were finished are printed");
         return Ok(Ended::Interrupted);
     }
     Ok(Ended::Done)
@@ -156,11 +156,9 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
 fn rows(most: u64) -> Vec<(usize, u64)> {
     let mut rows = Vec::new();
     for n in [10, 100, 1000] {
-        let mut walks = 10;
-        while walks <= most.min(if n == 1000 { u64::MAX } else { 100_000 }) {
-            rows.push((n, walks));
-            walks = walks.saturating_mul(10);
-        }
+        let most = if n == 1000 { most } else { most.min(100_000) };
+        let powers = core::iter::successors(Some(10_u64), |walks| walks.checked_mul(10));
+        rows.extend(powers.take_while(|&walks| walks <= most).map(|w| (n, w)));
     }
     rows
 }
@@ -170,7 +168,9 @@ fn compute(args: &PaperArgs) -> Result<Table, Failure> {
     let (reflectance, points) = choices(args.seed);
     let questions: Vec<Question> = points.iter().map(|&s| Question::At(s)).collect();
     let wanted = rows(args.max_walks);
-    let walks: u64 = wanted.iter().map(|&(_, walks)| walks * POINTS as u64).sum();
+    let walks = wanted.iter().fold(0_u64, |sum, &(_, walks)| {
+        sum.saturating_add(walks.saturating_mul(POINTS as u64))
+    });
     let progress = Progress::new(walks);
     let mut rows = Vec::new();
     'all: for n in [10, 100, 1000] {

@@ -74,10 +74,14 @@ impl EstimateReport {
         }
     }
 
-    fn text(&self) -> String {
-        match self.estimate {
-            Some(estimate) => with_error(estimate, self.std_error),
-            None => "no walks".to_owned(),
+    /// With its standard error or, where that is larger, what rounding leaves.
+    fn text(&self, floor: f64) -> String {
+        match (self.estimate, self.std_error) {
+            (None, _) => "no walks".to_owned(),
+            (Some(estimate), Some(error)) if error < floor => {
+                format!("{} (rounding)", with_error(estimate, Some(floor)))
+            }
+            (Some(estimate), error) => with_error(estimate, error),
         }
     }
 }
@@ -119,8 +123,8 @@ impl Report {
                 target.name.clone(),
                 target.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
                 format!("{:.6}", target.galerkin),
-                target.plain.text(),
-                target.preconditioned.text(),
+                target.plain.text(target.rounding_floor),
+                target.preconditioned.text(target.rounding_floor),
                 gain,
             ]);
         }

@@ -11,7 +11,7 @@ use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
 use crate::circle::{Known, Light, Question, Scene, Setup, light};
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, Scalar, What, common_multiple, word};
 use crate::output::Output;
 use crate::progress::{Progress, catch_interrupts};
@@ -266,15 +266,15 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     for remark in report.remarks() {
-        eprintln!("warning: {remark}");
+        say(format_args!("warning: {remark}"));
     }
     match report.stop {
-        "error_not_reached" => eprintln!(
+        "error_not_reached" => say(format_args!(
             "warning: the asked error was not reached within {} walks a target",
             plan.walks
-        ),
-        "time_limit" => eprintln!("warning: stopped at the time limit; these are partial results"),
-        "cancelled" => eprintln!("warning: interrupted; these are partial results"),
+        )),
+        "time_limit" => say("warning: stopped at the time limit; these are partial results"),
+        "cancelled" => say("warning: interrupted; these are partial results"),
         _ => {}
     }
     Ok(ended)
@@ -286,7 +286,7 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
         .filter(|limit| !limit.is_zero())
         .ok_or_else(|| {
             Failure::input(format_args!(
-                "`--time-limit {seconds}`: a number of seconds above 0 is needed"
+                "`--time-limit {seconds:?}`: a number of seconds from 1e-9 to 1e19 is needed"
             ))
         })
 }

@@ -14,9 +14,7 @@ use fredholm_circle::{
 use fredholm_core::galerkin::{
     PairKind, Piecewise, Sweeps, contraction, gauss_seidel, neighbour_source,
 };
-use fredholm_core::{
-    At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task,
-};
+use fredholm_core::{At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
