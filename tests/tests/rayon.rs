@@ -8,6 +8,7 @@ use fredholm_core::{At, Estimator, Functional, Neighbour, Real, Statistics, Unif
 use fredholm_rayon::{
     ENOUGH_BATCHES, Observer, Outcome, Plan, RunError, Stop, Target, TargetError, run,
 };
+use fredholm_tests::check::means;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 
 type OnScene<'a, F> = Circle<'a, F, Harmonic>;
@@ -170,6 +171,26 @@ fn a_time_limit_ends_a_run_of_any_batch_size() {
         assert_eq!(cut.stop, Stop::TimeLimit);
         assert!(cut.statistics.iter().any(|s| s.walks() > 0));
     }
+}
+
+/// Any generator of `rand_core` serves; it is part of what the bits depend on.
+#[test]
+fn another_generator_gives_other_bits_and_the_same_mean() {
+    with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, _| {
+        let x0 = circle.point(0.3);
+        let targets = [Target {
+            neighbour_value: Some(neighbour.value(&neighbour.locate(x0))),
+            functional: At(x0),
+        }];
+        let default: Plan = Plan::new(100_000);
+        let chacha: Plan<rand::rngs::ChaCha8Rng> = Plan::new(100_000);
+        let default = run(circle, neighbour, &targets, &default, &()).unwrap();
+        let chacha = run(circle, neighbour, &targets, &chacha, &()).unwrap();
+        assert_ne!(default.statistics, chacha.statistics);
+        for outcome in [default, chacha] {
+            means(&outcome.statistics[0], LIGHT.solution(0.3), 4.5, 1e-13).unwrap();
+        }
+    });
 }
 
 #[test]

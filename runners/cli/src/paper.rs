@@ -15,7 +15,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
-use crate::output::open_all;
+use crate::output::{Output, open_all};
 use crate::progress::{Progress, catch_interrupts, interrupted};
 use crate::threads::with_threads;
 
@@ -135,12 +135,10 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
         text
     };
     // An interrupted table may have no rows to draw: then there are no files either.
-    if let (Some([csv, json_file, error, deviation]), false) = (outputs, interrupted()) {
-        csv.finish(&table.csv()?)?;
-        json_file.finish(&json)?;
-        error.finish(&log_log_svg(&table.error_figure()).map_err(Failure::run)?)?;
-        deviation.finish(&log_log_svg(&table.deviation_figure()).map_err(Failure::run)?)?;
-    }
+    let written = match outputs {
+        Some(outputs) if !interrupted() => table.write(outputs, &json),
+        _ => Ok(()),
+    };
     let text = if args.common.json { json } else { table.text() };
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
@@ -149,7 +147,7 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
         say("warning: interrupted; the rows that were finished are printed");
         return Ok(Ended::Interrupted);
     }
-    Ok(Ended::Done)
+    written.map(|()| Ended::Done)
 }
 
 /// The rows of the table: 10, 100, … walks, up to 10⁵, at n = 1000 up to 10⁶.
@@ -344,6 +342,15 @@ impl Table {
         }
         let bytes = writer.into_inner().map_err(Failure::run)?;
         String::from_utf8(bytes).map_err(Failure::run)
+    }
+
+    /// Writes table.csv, table.json and the two figures.
+    fn write(&self, outputs: [Output; 4], json: &str) -> Result<(), Failure> {
+        let [csv, json_file, error, deviation] = outputs;
+        csv.finish(&self.csv()?)?;
+        json_file.finish(json)?;
+        error.finish(&log_log_svg(&self.error_figure()).map_err(Failure::run)?)?;
+        deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.

@@ -78,6 +78,7 @@ impl EstimateReport {
     fn text(&self, floor: f64) -> String {
         match (self.estimate, self.std_error) {
             (None, _) => "no walks".to_owned(),
+            (Some(estimate), None) if self.std_dev.is_none() => format!("{estimate:.6}, one walk"),
             (Some(estimate), Some(error)) if error < floor => {
                 format!("{} (rounding)", with_error(estimate, Some(floor)))
             }

@@ -6,13 +6,14 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimator, Real, Statistics, rounding_floor};
+use fredholm_core::{DEFAULT_GENERATOR, Estimator, Real, STEP_LIMIT, Statistics, rounding_floor};
 use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
 use crate::circle::{Known, Light, Question, Scene, Setup, light};
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, Scalar, What, common_multiple, word};
+use crate::numbers::short;
 use crate::output::Output;
 use crate::progress::{Progress, catch_interrupts};
 use crate::report::{EndingsReport, EstimateReport, Report, TargetReport};
@@ -250,13 +251,14 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     };
     let (report, ended) = with_threads(args.common.threads, job)??;
 
-    if let Some((format, output)) = output {
+    // Results that cannot be written to their file are printed nevertheless.
+    let written = output.map_or(Ok(()), |(format, output)| {
         output.finish(&match format {
             Format::Json => report.json()?,
             Format::Csv => report.csv()?,
             Format::Svg(name) => report.svg(&name)?,
-        })?;
-    }
+        })
+    });
     let text = if args.common.json {
         report.json()?
     } else {
@@ -277,7 +279,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
         "cancelled" => say("warning: interrupted; these are partial results"),
         _ => {}
     }
-    Ok(ended)
+    written.map(|()| ended)
 }
 
 fn time_limit(seconds: f64) -> Result<Duration, Failure> {
@@ -393,7 +395,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     refuse_beyond_memory(&file, needed, scene.cells)?;
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
     let walks = file.walk.walks.value as f64 * asked.len() as f64;
-    let states = walks / file.walk.absorption.value;
+    let states = walks * (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
     let seconds = scene.cells as f64 * SETUP_NANOSECONDS * 1e-9
         + states * STATE_NANOSECONDS * 1e-9 / threads as f64;
     let most = if file.walk.target_error.is_some() {
@@ -413,7 +415,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
         ("memory", format!("about {}", bytes(needed as u64))),
         (
             "time",
-            format!("{most}about {seconds:.1} s on {threads} threads"),
+            format!("{most}about {} s on {threads} threads", short(seconds)),
         ),
     ];
     let mut stdout = std::io::stdout().lock();

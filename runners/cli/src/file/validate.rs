@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::place::{InputError, Place, Placed};
 use super::{
-    Circle, Emission, Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, What,
+    Circle, Emission, Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, Scalar, What,
 };
 
 impl ProblemFile {
@@ -170,6 +170,15 @@ impl ProblemFile {
             0.0 < absorption && absorption < 1.0,
             "`absorption` must be more than 0, or walks never end, \
              and less than 1, or they never start",
+        )?;
+        let single = absorption as f32;
+        self.demand(
+            &walk.absorption,
+            walk.scalar.value != Scalar::F32 || (0.0 < single && single < 1.0),
+            format_args!(
+                "`absorption` is rounded to {single} in `scalar = \"f32\"`: use \"f64\", \
+                 or a number further from 0 and 1"
+            ),
         )?;
         self.demand(
             &walk.seed,
