@@ -5,8 +5,8 @@ use core::fmt;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Draws, Ending, Estimator, Functional, Kernel, Neighbour, Sampler, Source, Statistics, Stream,
-    Walk, walk,
+    Draws, Ending, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source, Statistics,
+    Stream, Walk, walk,
 };
 
 /// Everything that a walk of one target depends on. A batch's statistics follow from a task and
@@ -60,19 +60,30 @@ where
     #[inline]
     #[must_use]
     pub fn replay(&self, walk: u64) -> Walk<E::Scalar> {
-        self.replay_as(self.estimator, walk)
+        self.follow(self.estimator, walk).0
     }
 
+    /// Walk number `number`, and (v, Φ) or its own φ(x0) v(x0).
     #[inline(always)]
-    fn replay_as(&self, estimator: Estimator, number: u64) -> Walk<E::Scalar> {
-        walk(
+    fn follow(&self, estimator: Estimator, number: u64) -> (Walk<E::Scalar>, f64) {
+        let mut draws = Draws(self.stream.generator(number));
+        let (x0, phi) = self.functional.start(&mut draws);
+        let x0 = self.neighbour.locate(x0);
+        let value = match self.neighbour_value {
+            Some(value) => value,
+            None => (phi * self.neighbour.value(&x0)).to_f64(),
+        };
+        let start = (x0, phi);
+        let limit = self.step_limit;
+        let walk = walk(
             self.equation,
             self.neighbour,
-            self.functional,
+            start,
             estimator,
-            self.step_limit,
-            &mut Draws(self.stream.generator(number)),
-        )
+            limit,
+            &mut draws,
+        );
+        (walk, value)
     }
 }
 
@@ -117,32 +128,31 @@ impl Batch {
         // The estimator is a constant within each arm, so no walk asks for it.
         match task.estimator {
             Estimator::Absorption => {
-                self.run_walks(task, at_most, |n| task.replay_as(Estimator::Absorption, n))
+                self.run_walks(at_most, |n| task.follow(Estimator::Absorption, n))
             }
             Estimator::Collision => {
-                self.run_walks(task, at_most, |n| task.replay_as(Estimator::Collision, n))
+                self.run_walks(at_most, |n| task.follow(Estimator::Collision, n))
             }
         }
     }
 
     #[inline(always)]
-    fn run_walks<E, N: ?Sized, T, G, F: crate::Real>(
+    fn run_walks<F: Real>(
         &mut self,
-        task: &Task<'_, E, N, T, G>,
         at_most: u64,
-        walk: impl Fn(u64) -> Walk<F>,
+        walk: impl Fn(u64) -> (Walk<F>, f64),
     ) -> Result<(), NotFinite> {
         // A local copy: the statistics stay in registers from walk to walk.
         let mut statistics = self.statistics;
         let end = self.end.min(self.next.saturating_add(at_most));
         let mut outcome = Ok(());
         while self.next < end {
-            let scores = walk(self.next);
-            if scores.ending == Ending::NotFinite {
+            let (scores, value) = walk(self.next);
+            if scores.ending == Ending::NotFinite || !value.is_finite() {
                 outcome = Err(NotFinite { walk: self.next });
                 break;
             }
-            statistics.push(&scores, task.neighbour_value);
+            statistics.push(&scores, value);
             self.next += 1;
         }
         self.statistics = statistics;

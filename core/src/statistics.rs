@@ -4,7 +4,6 @@ use crate::{Ending, Real, Walk};
 
 /// How many walks ended in which way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Endings {
     /// Absorbed.
     pub absorbed: u64,
@@ -36,8 +35,8 @@ pub struct Estimate {
 pub struct Statistics {
     walks: u64,
     states: u64,
-    endings: Endings,
-    plain_scored: u64,
+    left: u64,
+    step_limit: u64,
     scored: u64,
     plain: Moments,
     control: Moments,
@@ -76,21 +75,22 @@ impl Moments {
 }
 
 impl Statistics {
-    /// Adds one walk. `value` is (v, Φ), exact, or `None` for the walk's own φ(x0) v(x0).
+    /// Adds one walk. `value` is (v, Φ), or the walk's own φ(x0) v(x0).
     #[inline]
-    pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: Option<f64>) {
+    pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: f64) {
         let plain = walk.plain.to_f64();
         let eta = walk.control.to_f64();
-        let control = eta - value.unwrap_or(walk.value.to_f64());
+        let control = eta - value;
         self.walks += 1;
         self.states += u64::from(walk.states);
         match walk.ending {
-            Ending::Absorbed => self.endings.absorbed += 1,
-            Ending::Left => self.endings.left += 1,
-            Ending::StepLimit | Ending::NotFinite => self.endings.step_limit += 1,
+            Ending::Absorbed => {}
+            Ending::Left => self.left += 1,
+            Ending::StepLimit | Ending::NotFinite => self.step_limit += 1,
         }
-        self.plain_scored += u64::from(plain != 0.0);
-        self.scored += u64::from(plain != 0.0 || eta != 0.0);
+        // Without their signs: −0 is nothing, too.
+        let bits = (plain.to_bits() | eta.to_bits()) << 1;
+        self.scored += u64::from(bits != 0);
         let per_walk = 1.0 / self.walks as f64;
         let (before, _) = self.plain.push(plain, per_walk);
         let (_, after) = self.control.push(control, per_walk);
@@ -113,10 +113,8 @@ impl Statistics {
         let weight = n_self * share;
         self.walks += other.walks;
         self.states += other.states;
-        self.endings.absorbed += other.endings.absorbed;
-        self.endings.left += other.endings.left;
-        self.endings.step_limit += other.endings.step_limit;
-        self.plain_scored += other.plain_scored;
+        self.left += other.left;
+        self.step_limit += other.step_limit;
         self.scored += other.scored;
         let plain = self.plain.merge(&other.plain, share, weight);
         let control = self.control.merge(&other.control, share, weight);
@@ -139,7 +137,11 @@ impl Statistics {
     /// How the walks ended.
     #[must_use]
     pub const fn endings(&self) -> Endings {
-        self.endings
+        Endings {
+            absorbed: self.walks - self.left - self.step_limit,
+            left: self.left,
+            step_limit: self.step_limit,
+        }
     }
 
     /// Walks in which either equation scored anything but 0.
@@ -151,19 +153,21 @@ impl Statistics {
     /// The plain estimate (9): the mean of η(k,f).
     #[must_use]
     pub fn plain(&self) -> Estimate {
-        self.estimate(&self.plain, self.plain_scored)
+        // Scores that are all 0, and no others, have mean 0 and no deviations from it.
+        let nothing = self.plain.mean == 0.0 && self.plain.squares == 0.0;
+        self.estimate(&self.plain, !nothing)
     }
 
     /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g).
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
-        self.estimate(&self.zeta, self.scored)
+        self.estimate(&self.zeta, self.scored > 0)
     }
 
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
     #[must_use]
     pub fn control(&self) -> Estimate {
-        self.estimate(&self.control, self.scored)
+        self.estimate(&self.control, self.scored > 0)
     }
 
     /// The covariance of η(k,f) and η(h,g) − (v,Φ); `None` for fewer than two walks.
@@ -172,9 +176,9 @@ impl Statistics {
         (self.walks > 1).then(|| self.cross / (self.walks - 1) as f64)
     }
 
-    fn estimate(&self, moments: &Moments, scored: u64) -> Estimate {
+    fn estimate(&self, moments: &Moments, scored: bool) -> Estimate {
         let std_dev = (self.walks > 1).then(|| (moments.squares / (self.walks - 1) as f64).sqrt());
-        let std_error = std_dev.filter(|_| scored > 0);
+        let std_error = std_dev.filter(|_| scored);
         Estimate {
             estimate: moments.mean,
             std_error: std_error.map(|deviation| deviation / (self.walks as f64).sqrt()),
@@ -205,7 +209,6 @@ mod tests {
         Walk {
             plain,
             control,
-            value: 0.0,
             states: 2,
             ending: Ending::Absorbed,
         }
@@ -236,7 +239,7 @@ mod tests {
             let mut parts = [Statistics::default(), Statistics::default()];
             for (i, s) in scores.iter().enumerate() {
                 // (v, Φ) = 1.5
-                parts[usize::from(i >= cut)].push(&walk(s.0, s.1), Some(1.5));
+                parts[usize::from(i >= cut)].push(&walk(s.0, s.1), 1.5);
             }
             let [mut all, rest] = parts;
             all.merge(&rest);
@@ -261,11 +264,11 @@ mod tests {
         let mut statistics = Statistics::default();
         assert_eq!(statistics.plain().std_dev, None);
         for _ in 0..10 {
-            statistics.push(&walk(0.0, 0.0), None);
+            statistics.push(&walk(0.0, 0.0), 0.0);
         }
         assert_eq!(statistics.plain().std_error, None);
         assert_eq!(statistics.preconditioned().std_error, None);
-        statistics.push(&walk(0.0, 1.0), None);
+        statistics.push(&walk(0.0, 1.0), 0.0);
         assert_eq!(statistics.plain().std_error, None);
         assert!(statistics.preconditioned().std_error.is_some());
     }
@@ -276,13 +279,12 @@ mod tests {
         let score = Walk {
             plain: 5.8_f32,
             control: 5.7,
-            value: 5.7,
             states: 1,
             ending: Ending::Absorbed,
         };
         let mut batch = Statistics::default();
         for _ in 0..4096 {
-            batch.push(&score, None);
+            batch.push(&score, 5.7);
         }
         let mut all = Statistics::default();
         for _ in 0..100_000 {

@@ -2,7 +2,7 @@
 
 use num_traits::{one, zero};
 
-use crate::{Functional, Kernel, Neighbour, Real, Sampler, Source, Uniforms};
+use crate::{Kernel, Located, Neighbour, Real, Sampler, Source, Uniforms};
 
 /// What a walk scores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -37,20 +37,19 @@ pub struct Walk<F> {
     pub plain: F,
     /// η(h, g): the neighbour equation's estimate.
     pub control: F,
-    /// φ(x0) v(x0), whose mean is (v, Φ).
-    pub value: F,
     /// Visited states, the start included.
     pub states: u32,
     /// How it ended.
     pub ending: Ending,
 }
 
-/// Follows one walk of at most `step_limit` states and scores both equations on it.
+/// Follows one walk of at most `step_limit` states from x0 with weight φ(x0), and scores both
+/// equations on it.
 #[inline]
-pub fn walk<E, N, T, U>(
+pub fn walk<E, N, U>(
     equation: &E,
     neighbour: &N,
-    functional: &T,
+    (x0, phi): (Located<E::Point>, E::Scalar),
     estimator: Estimator,
     step_limit: u32,
     uniforms: &mut U,
@@ -58,15 +57,12 @@ pub fn walk<E, N, T, U>(
 where
     E: Sampler + Kernel + Source,
     N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
-    T: Functional<E>,
     U: Uniforms<E::Scalar>,
 {
-    let (x0, phi) = functional.start(uniforms);
-    let mut x = neighbour.locate(x0);
+    let mut x = x0;
     let mut walk = Walk {
         plain: zero(),
         control: zero(),
-        value: phi * neighbour.value(&x),
         states: 0,
         ending: Ending::StepLimit,
     };
@@ -98,7 +94,8 @@ where
         weight_k *= k;
         x = y;
     }
-    if !(walk.plain.is_finite() && walk.control.is_finite() && walk.value.is_finite()) {
+    // An infinity or NaN in either stays one in the difference.
+    if !(walk.plain - walk.control).is_finite() {
         walk.ending = Ending::NotFinite;
     }
     walk

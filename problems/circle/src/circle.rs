@@ -5,7 +5,7 @@ use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
-use crate::cells::{Cell, Cells, Direction};
+use crate::cells::{Cells, Direction};
 use crate::residual::{Sum, middles};
 use crate::{CircleError, Emission};
 
@@ -17,7 +17,8 @@ use crate::{CircleError, Emission};
 pub struct Point<F> {
     cos: F,
     sin: F,
-    cell: u32,
+    // As wide as `Located::cell`, so that the compiler sees one number in both and not two.
+    cell: usize,
 }
 
 impl<F: Real> Point<F> {
@@ -36,27 +37,33 @@ impl<F: Real> Point<F> {
     /// The number of its cell.
     #[inline]
     #[must_use]
-    pub const fn cell(&self) -> u32 {
+    pub const fn cell(&self) -> usize {
         self.cell
     }
 
     /// sin ms: the imaginary part of (e^{is/2})^{2m}, by squaring.
     #[inline]
     pub(crate) fn sine_of_multiple(&self, m: u32) -> F {
-        // (cos, sin) of s, 2s, 4s, …, and of the multiple so far.
+        if m == 0 {
+            return F::zero();
+        }
+        // (cos, sin) of s, 2s, 4s, …; the multiple begins with the lowest bit that is set.
         let (mut cos, mut sin) = double_angle(self.cos, self.sin);
-        let (mut re, mut im) = (F::one(), F::zero());
         let mut bits = m;
-        loop {
+        while bits & 1 == 0 {
+            (cos, sin) = double_angle(cos, sin);
+            bits >>= 1;
+        }
+        let (mut re, mut im) = (cos, sin);
+        bits >>= 1;
+        while bits > 0 {
+            (cos, sin) = double_angle(cos, sin);
             if bits & 1 == 1 {
                 (re, im) = (re * cos - im * sin, re * sin + im * cos);
             }
             bits >>= 1;
-            if bits == 0 {
-                return im;
-            }
-            (cos, sin) = double_angle(cos, sin);
         }
+        im
     }
 
     #[inline]
@@ -199,24 +206,20 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         Point {
             cos,
             sin,
-            cell: self.cells.locate(cos, sin),
+            cell: self.cells.locate(cos, sin) as usize,
         }
     }
 
     #[inline]
-    pub(crate) fn cell(&self, i: usize) -> Option<&'a Cell<F>> {
-        self.cells.get(i)
-    }
-
-    #[inline]
     pub(crate) fn reflectance(&self, i: usize) -> F {
-        self.cell(i).map_or(F::NAN, |c| c.reflectance)
+        self.cells.get(i).map_or(F::NAN, |c| c.reflectance)
     }
 
     /// ∫_Xj ¼|sin((t − s)/2)| dt up to the factor sin A: |sin((m_j − s)/2)|, x outside cell j.
     #[inline]
     fn sine(&self, x: &Point<F>, j: usize) -> F {
-        self.cell(j)
+        self.cells
+            .get(j)
             .map_or(F::NAN, |c| c.middle.sine(&x.direction()))
     }
 
@@ -282,14 +285,14 @@ impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
 impl<F: Real, E: Emission<F>> Kernel for Circle<'_, F, E> {
     #[inline]
     fn kernel(&self, x: &Point<F>, _: &Point<F>) -> F {
-        self.reflectance(x.cell as usize) * self.per_survival
+        self.reflectance(x.cell) * self.per_survival
     }
 }
 
 impl<F: Real, E: Emission<F>> Source for Circle<'_, F, E> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
-        self.emission.emission(x, self.reflectance(x.cell as usize))
+        self.emission.emission(x, self.reflectance(x.cell))
     }
 }
 
@@ -299,7 +302,7 @@ impl<F: Real, E: Emission<F>> Partition for Circle<'_, F, E> {
     }
     #[inline]
     fn locate(&self, x: &Point<F>) -> usize {
-        x.cell as usize
+        x.cell
     }
 }
 
@@ -338,7 +341,7 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
 
     #[inline]
     fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
-        let (Some(from), Some(to)) = (self.cell(i), self.cell(j)) else {
+        let (Some(from), Some(to)) = (self.cells.get(i), self.cells.get(j)) else {
             return [[F::NAN]];
         };
         [[if i == j {

@@ -113,7 +113,7 @@ fn sinc(x: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arcs<'a> {
     values: &'a [f64],
-    cells_per_arc: u32,
+    cells_per_arc: usize,
 }
 
 impl<'a> Arcs<'a> {
@@ -127,7 +127,7 @@ impl<'a> Arcs<'a> {
         if arcs == 0 || !values.iter().all(|v| v.is_finite()) {
             return Err(CircleError::Emission);
         }
-        let cells_per_arc = u32::try_from(cells / arcs).unwrap_or(0);
+        let cells_per_arc = cells / arcs;
         if cells_per_arc == 0 || !cells.is_multiple_of(arcs) {
             return Err(CircleError::NotAMultiple { cells, arcs });
         }
@@ -137,9 +137,9 @@ impl<'a> Arcs<'a> {
         })
     }
 
-    fn value(&self, cell: u32) -> f64 {
+    fn value(&self, cell: usize) -> f64 {
         let arc = cell.checked_div(self.cells_per_arc).unwrap_or(0);
-        self.values.get(arc as usize).copied().unwrap_or(f64::NAN)
+        self.values.get(arc).copied().unwrap_or(f64::NAN)
     }
 }
 
@@ -150,7 +150,7 @@ impl<F: Real> Emission<F> for Arcs<'_> {
     }
 
     fn cell_mean(&self, i: usize, _: usize, _: f64) -> f64 {
-        self.value(i as u32)
+        self.value(i)
     }
 
     fn validate(&self, cells: usize) -> Result<(), CircleError> {

@@ -152,7 +152,7 @@ impl<F: Real, E: Emission<F>> Neighbour for Residual<'_, '_, F, E> {
     fn locate(&self, x: Point<F>) -> Located<Point<F>> {
         Located {
             point: x,
-            cell: x.cell() as usize,
+            cell: x.cell(),
         }
     }
     #[inline]

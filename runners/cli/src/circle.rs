@@ -171,7 +171,7 @@ impl<'a, F: Real> Setup<'a, F> {
         };
         let galerkin = match *question {
             Question::At(s) => {
-                let cell = circle.point(s).cell() as usize;
+                let cell = circle.point(s).cell();
                 self.v.get(cell).map_or(f64::NAN, |v| v.to_f64())
             }
             Question::Over(from, to) => {
