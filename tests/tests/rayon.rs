@@ -173,6 +173,29 @@ fn a_time_limit_ends_a_run_of_any_batch_size() {
     }
 }
 
+#[test]
+fn a_time_limit_ends_a_run_of_long_walks() {
+    let tables = fredholm_circle::Tables::<f64>::new(&RHO, 10).unwrap();
+    let circle = Circle::new(tables.cells(), LIGHT, 1e-12).unwrap();
+    let targets = [Target {
+        functional: At(circle.point(0.3)),
+        neighbour_value: Some(0.0),
+    }];
+    let mut plan: Plan = Plan::new(1_000_000);
+    plan.time_limit = Some(Duration::from_millis(50));
+    let start = std::time::Instant::now();
+    let none = fredholm_core::NoNeighbour::<OnScene<'_, f64>>::new();
+    let cut = run(&circle, &none, &targets, &plan, &()).unwrap();
+    assert_eq!(cut.stop, Stop::TimeLimit);
+    // A walk of a million states takes some 10 ms; a batch of them would take a minute.
+    assert!(start.elapsed() < Duration::from_secs(10));
+    assert!(cut.statistics[0].walks() > 0);
+    assert_eq!(
+        cut.statistics[0].endings().step_limit,
+        cut.statistics[0].walks()
+    );
+}
+
 /// Any generator of `rand_core` serves; it is part of what the bits depend on.
 #[test]
 fn another_generator_gives_other_bits_and_the_same_mean() {

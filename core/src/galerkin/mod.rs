@@ -35,4 +35,6 @@ pub use coefficients::{Coefficients, Dense};
 pub use pairs::{PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
-pub use solve::{GalerkinError, Solve, Sweeps, contraction, gauss_seidel, neighbour_source};
+pub use solve::{
+    GalerkinError, Solve, Sweeps, contraction, gauss_seidel, neighbour_source, radius_bounds,
+};

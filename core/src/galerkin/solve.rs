@@ -106,6 +106,47 @@ pub fn contraction<C: Coefficients<B>, const B: usize>(
     Ok(largest)
 }
 
+/// Bounds of the spectral radius of a matrix without negative entries, by `powers` steps of the power
+/// method from `w`: the smallest and the largest of (Aw)_i/w_i (Collatz 1942, Wielandt 1950). They
+/// are exact bounds where the matrix is irreducible on the entries that w has; `apply` is w ↦ Aw.
+///
+/// With the matrix of T_k²p it tells whether plain walks have a finite variance (spectral radius below
+/// 1): an estimate, as the matrix is an approximation of the operator.
+pub fn radius_bounds<F: Real>(
+    mut apply: impl FnMut(&[F], &mut [F]),
+    w: &mut [F],
+    next: &mut [F],
+    powers: u32,
+) -> [F; 2] {
+    let mut bounds = [zero(); 2];
+    for power in 0..powers {
+        apply(w, next);
+        let mut ratios = w
+            .iter()
+            .zip(next.iter())
+            .filter(|(w, _)| **w > zero())
+            .map(|(&w, &next)| next / w);
+        let first = ratios.next().unwrap_or_else(zero);
+        // The first step may empty entries that the matrix does not reach.
+        if power > 0 || powers == 1 {
+            bounds = ratios.fold([first; 2], |[low, high], ratio| {
+                [
+                    if ratio < low { ratio } else { low },
+                    Real::max(high, ratio),
+                ]
+            });
+        }
+        let largest = next.iter().fold(zero(), |m, &x| Real::max(x, m));
+        if !(largest > zero()) {
+            return [zero(); 2];
+        }
+        for (w, &next) in w.iter_mut().zip(next.iter()) {
+            *w = next / largest;
+        }
+    }
+    bounds
+}
+
 /// Solves (41) approximately by Gauss–Seidel sweeps, from what `v` holds. `source` is F'; both have
 /// n·B entries.
 ///
@@ -233,6 +274,27 @@ mod tests {
         assert_eq!(
             gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut [0.0; 2], Sweeps::Fixed(3)),
             Err(GalerkinError::Diverges { sweep: 1 })
+        );
+    }
+
+    #[test]
+    fn the_radius_of_a_small_matrix_lies_between_its_bounds() {
+        // [[2, 1, 0], [1, 2, 0], [0, 0, 0]] has eigenvalues 3, 1 and 0.
+        let apply = |w: &[f64], out: &mut [f64]| {
+            out.copy_from_slice(&[2.0 * w[0] + w[1], w[0] + 2.0 * w[1], 0.0]);
+        };
+        let mut w = [1.0, 0.1, 1.0];
+        let [low, high] = super::radius_bounds(apply, &mut w, &mut [0.0; 3], 3);
+        assert!(
+            2.0 < low && low < 3.0 && 3.0 < high && high < 3.4,
+            "{low} {high}"
+        );
+        let [low, high] = super::radius_bounds(apply, &mut w, &mut [0.0; 3], 60);
+        assert!((low - 3.0).abs() < 1e-14 && (high - 3.0).abs() < 1e-14);
+        let none = |_: &[f64], out: &mut [f64]| out.fill(0.0);
+        assert_eq!(
+            super::radius_bounds(none, &mut w, &mut [0.0; 3], 5),
+            [0.0; 2]
         );
     }
 

@@ -215,6 +215,12 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         self.cells.get(i).map_or(F::NAN, |c| c.reflectance)
     }
 
+    /// k on cell `i`: ρ_i/(1 − q0).
+    #[inline]
+    pub(crate) fn weight(&self, i: usize) -> F {
+        self.reflectance(i) * self.per_survival
+    }
+
     /// ∫_Xj ¼|sin((t − s)/2)| dt up to the factor sin A: |sin((m_j − s)/2)|, x outside cell j.
     #[inline]
     fn sine(&self, x: &Point<F>, j: usize) -> F {
@@ -285,7 +291,7 @@ impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
 impl<F: Real, E: Emission<F>> Kernel for Circle<'_, F, E> {
     #[inline]
     fn kernel(&self, x: &Point<F>, _: &Point<F>) -> F {
-        self.reflectance(x.cell) * self.per_survival
+        self.weight(x.cell)
     }
 }
 
@@ -328,7 +334,7 @@ impl<F: Real, E: Emission<F>> PairIntegral for Circle<'_, F, E> {
     #[inline]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; 1] {
         let [[mass]] = self.moments(x, j);
-        [self.reflectance(x.cell) * self.per_survival * mass]
+        [self.weight(x.cell) * mass]
     }
 }
 

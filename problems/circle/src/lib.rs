@@ -25,4 +25,4 @@ pub use mean::MeanOver;
 pub use pairs::OffDiagonal;
 pub use residual::{Moment, Residual, moments};
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, Tables};
+pub use solution::{Solution, Tables, second_moment_radius};

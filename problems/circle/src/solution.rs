@@ -4,7 +4,8 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    GalerkinError, Pairs, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
+    Coefficients, GalerkinError, Pairs, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
+    radius_bounds,
 };
 
 use crate::{Cell, Cells, Circle, CircleError, Emission, Moment, Slot, moments, slots};
@@ -43,6 +44,23 @@ impl<F: Real> Tables<F> {
     pub fn cells(&self) -> Cells<'_, F> {
         Cells::filled(&self.cells, &self.slots)
     }
+}
+
+/// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i²Ψ_ij/(1 − q0) on this
+/// circle's cells. Plain walks have a finite variance, and so have preconditioned ones up to the
+/// quality of h, if it is below 1; it is at most max ρ²/(1 − q0).
+#[must_use]
+pub fn second_moment_radius<E: Emission<f64>>(circle: &Circle<'_, f64, E>) -> f64 {
+    let n = circle.table().len();
+    let (mut w, mut next) = (alloc::vec![1.0; n], alloc::vec![0.0; n]);
+    let apply = |w: &[f64], out: &mut [f64]| {
+        circle.apply(w, out);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out *= circle.weight(i);
+        }
+    };
+    let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
+    upper
 }
 
 /// The Galerkin solution of a circle, computed in f64.

@@ -72,7 +72,7 @@ pub(crate) struct PaperArgs {
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(10..))]
     pub(crate) max_walks: u64,
     /// Degree of the piecewise polynomials; this version has 0
-    #[arg(long, value_name = "p", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=0))]
+    #[arg(long, value_name = "p", default_value_t = 0, value_parser = degree)]
     pub(crate) degree: u32,
     /// Seed of the reflectances, the points and the walks
     #[arg(long, value_name = "S", default_value_t = 1995)]
@@ -116,7 +116,7 @@ pub(crate) struct SolveArgs {
     /// The target error is a part of the estimate's magnitude
     #[arg(long)]
     pub(crate) relative: bool,
-    /// Stop after this time with what has been done by then
+    /// Stop walking after this time with what has been done by then; the set-up is not counted
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
     /// What a walk scores
@@ -133,7 +133,19 @@ pub(crate) struct SolveArgs {
     pub(crate) seed: Option<u64>,
     #[command(flatten)]
     pub(crate) common: Common,
+    /// Walk even where the variance of a walk is infinite, so that error bars mean nothing
+    #[arg(long)]
+    pub(crate) allow_infinite_variance: bool,
     /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// A degree that this version has.
+fn degree(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(0) => Ok(0),
+        Ok(_) => Err("only degree 0, piecewise constants, is in this version".to_owned()),
+        Err(_) => Err("a degree is a whole number".to_owned()),
+    }
 }

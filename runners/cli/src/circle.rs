@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use fredholm_circle::{
     Arcs, Circle, Emission, Harmonic, MeanOver, Moment, OffDiagonal, Point, Residual, Solution,
-    Tables,
+    Tables, second_moment_radius,
 };
 use fredholm_core::galerkin::{PairKind, Piecewise, Solve};
 use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
@@ -12,12 +12,16 @@ use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
 use crate::failure::Failure;
 use crate::file::{self, Pairs};
+use crate::progress::begin_walking;
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
 const TOLERANCE: f64 = 1e-14;
 /// Sweeps enough for reflectances up to 0.99.
 const SWEEPS: u32 = 1000;
+
+/// Cells enough to estimate a spectral radius.
+const COARSE: usize = 200;
 
 /// The light of a file.
 #[derive(Clone, Copy, Debug)]
@@ -213,6 +217,26 @@ impl<'a> Scene<'a> {
         Circle::new(tables.cells(), self.light, self.absorption).map_err(Failure::input)
     }
 
+    /// The estimated spectral radius of T_k²p: walks have an infinite variance unless it is below 1.
+    pub(crate) fn second_moment(&self) -> Result<f64, Failure> {
+        let largest = self.reflectance.iter().copied().fold(0.0, f64::max);
+        let bound = largest * largest / (1.0 - self.absorption);
+        if bound < 1.0 {
+            return Ok(bound);
+        }
+        // k is constant on arcs: a coarse partition of them shows what a fine one would.
+        let arcs = self.reflectance.len();
+        let tables = Tables::<f64>::new(self.reflectance, COARSE.next_multiple_of(arcs))
+            .map_err(Failure::input)?;
+        let dark = Light::Harmonic(Harmonic {
+            constant: 0.0,
+            amplitude: 0.0,
+            frequency: 1,
+        });
+        let circle = Circle::new(tables.cells(), dark, self.absorption).map_err(Failure::input)?;
+        Ok(second_moment_radius(&circle))
+    }
+
     /// Bytes of the tables at their largest.
     pub(crate) fn memory<F: Real>(&self) -> usize {
         let size = size_of::<F>();
@@ -248,6 +272,7 @@ where
             neighbour_value: Some(known.galerkin),
         });
     }
+    begin_walking();
     run(circle, neighbour, &targets, plan, observer).map_err(|error| match error {
         RunError::NotFinite { .. } => Failure::run(error),
         _ => Failure::input(error),

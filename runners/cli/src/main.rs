@@ -24,10 +24,12 @@ use clap::{CommandFactory, Parser};
 use failure::{Ended, Failure};
 
 fn main() -> ExitCode {
-    match run(&Cli::parse().command) {
+    let status = match run(&Cli::parse().command) {
         Ok(ended) => ended.status(),
         Err(failure) => failure.report(),
-    }
+    };
+    output::remove_unfinished();
+    status
 }
 
 fn run(command: &Command) -> Result<Ended, Failure> {

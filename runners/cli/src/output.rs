@@ -3,10 +3,30 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf, is_separator};
+use std::sync::Mutex;
 
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
+
+/// What an abrupt end must not leave behind: temporary files, and folders that were made for them.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn remember(path: &Path) {
+    if let Ok(mut unfinished) = UNFINISHED.lock() {
+        unfinished.push(path.to_owned());
+    }
+}
+
+/// Removes what an abrupt end would leave behind. Files that got their names are no longer found
+/// under the old ones, and folders that are not empty stay.
+pub(crate) fn remove_unfinished() {
+    if let Ok(mut unfinished) = UNFINISHED.lock() {
+        for path in unfinished.drain(..).rev() {
+            let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir(&path));
+        }
+    }
+}
 
 /// A file that exists under its name only once it is complete. Opened before the work starts, so
 /// that a place that cannot be written to is an error at once.
@@ -40,6 +60,7 @@ impl Output {
             .prefix(".fredholm-")
             .tempfile_in(folder)
             .map_err(|error| refuse(&format_args!("cannot write there: {error}")))?;
+        remember(file.path());
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -81,12 +102,16 @@ pub(crate) fn open_all<const N: usize>(
     folder: &Path,
     names: [&str; N],
 ) -> Result<[Output; N], Failure> {
+    let new = !folder.exists();
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format_args!(
             "`--out {}`: cannot make this folder: {error}",
             folder.display()
         ))
     })?;
+    if new {
+        remember(folder);
+    }
     let mut outputs = Vec::with_capacity(N);
     for name in names {
         outputs.push(Output::open(&folder.join(name))?);

@@ -3,33 +3,36 @@
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
-use std::sync::OnceLock;
 
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::failure::Failure;
+use crate::output::remove_unfinished;
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Whether walks are under way, which look at [`INTERRUPTED`] and have something to print.
+static WALKING: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C ends the walks, and a second one the program.
+/// From now on Ctrl-C ends the walks, whose results so far are then printed. During the set-up there
+/// are none, and a second Ctrl-C does not want to wait for them: both end the program at once.
 pub(crate) fn catch_interrupts() -> Result<(), Failure> {
-    static ONCE: OnceLock<bool> = OnceLock::new();
-    let caught = *ONCE.get_or_init(|| {
-        let handler = || {
-            if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        };
-        ctrlc::set_handler(handler).is_ok()
-    });
-    if caught {
-        Ok(())
-    } else {
-        Err(Failure::run("cannot catch interrupts"))
-    }
+    let handler = || {
+        let again = INTERRUPTED.swap(true, Ordering::Relaxed);
+        if again || !WALKING.load(Ordering::Relaxed) {
+            remove_unfinished();
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Failure::run(format_args!("cannot catch interrupts: {error}")))
+}
+
+/// Says that walks are under way from now on.
+pub(crate) fn begin_walking() {
+    WALKING.store(true, Ordering::Relaxed);
 }
 
 /// Whether Ctrl-C was pressed.

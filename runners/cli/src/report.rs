@@ -130,10 +130,11 @@ impl Report {
             ]);
         }
         format!(
-            "{}, {} cells, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
+            "{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
             self.problem,
             self.cells,
+            if self.cells == 1 { "" } else { "s" },
             self.pairs,
             self.estimator,
             self.scalar,

@@ -171,6 +171,24 @@ fn refuse_beyond_memory(file: &ProblemFile, needed: usize, cells: usize) -> Resu
     })
 }
 
+/// Refuses walks whose error bars would mean nothing.
+fn refuse_infinite_variance(file: &ProblemFile, scene: &Scene<'_>) -> Result<(), Failure> {
+    let radius = scene.second_moment()?;
+    if radius < 1.0 {
+        return Ok(());
+    }
+    // The radius is proportional to 1/(1 − q0).
+    let most = 1.0 - radius * (1.0 - scene.absorption);
+    let message = format!(
+        "the variance of a walk is infinite with `absorption` = {}: reflectance²/(1 − absorption) \
+         has an estimated spectral radius of {}, and it must be below 1; use an `absorption` below \
+         {most:.2e} (or --allow-infinite-variance: error bars then mean nothing)",
+        scene.absorption,
+        short(radius)
+    );
+    Err(file.refuse(&file.walk.absorption, message).into())
+}
+
 fn bytes(count: u64) -> String {
     let mega = count as f64 / 1e6;
     if mega < 1000.0 {
@@ -238,6 +256,9 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     let owned = Owned::new(&file);
     let scene = owned.scene(&file)?;
     let asked = questions(&file)?;
+    if !args.allow_infinite_variance {
+        refuse_infinite_variance(&file, &scene)?;
+    }
     refuse_beyond_memory(&file, memory(&file, &scene, asked.len()), scene.cells)?;
     let output = match &args.out {
         Some(path) => Some(open_output(path, &file)?),
@@ -391,6 +412,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     let owned = Owned::new(&file);
     let scene = owned.scene(&file)?;
     let asked = questions(&file)?;
+    refuse_infinite_variance(&file, &scene)?;
     let needed = memory(&file, &scene, asked.len());
     refuse_beyond_memory(&file, needed, scene.cells)?;
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);

@@ -498,3 +498,50 @@ fn a_folder_without_permission() {
     }
     mode(0o755);
 }
+
+/// k²p must be contracting, or error bars mean nothing: with a reflectance of 0.99 everywhere that
+/// is q0 < 1 − 0.99² = 0.0199.
+#[test]
+fn an_infinite_variance() {
+    let mirror = circle_with("[0.3, 0.7]", "[0.99, 0.99]");
+    let at = "0.2\n";
+    let words = [
+        "variance of a walk is infinite",
+        "an `absorption` below 1.99e-2",
+    ];
+    refused(&mirror, at, &words);
+    // Almost all light is absorbed on the way: few walks go far, and they weigh too much.
+    let impatient = circle_with("absorption = 0.2", "absorption = 0.9");
+    refused(&impatient, "0.9\n", &["infinite", "`absorption` below"]);
+
+    let folder = Folder::new();
+    let few = ["--walks", "100", "--json"];
+    let ran = folder.solve(
+        &mirror,
+        &[&few[..], &["--allow-infinite-variance"]].concat(),
+    );
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let patient = mirror.replace("absorption = 0.2", "absorption = 0.0198");
+    assert_eq!(folder.solve(&patient, &few).status, Some(0));
+    // One bright arc among dark ones is no reason to refuse: light that meets it seldom comes back.
+    let one = circle_with("[0.3, 0.7]", "[0.99, 0.0]");
+    assert_eq!(folder.solve(&one, &few).status, Some(0));
+}
+
+#[test]
+fn emissions_whose_squares_leave_the_range() {
+    for size in ["1e200", "1e-200", "-1e101"] {
+        let words = ["`constant`", "1e-100 and 1e100", "another unit"];
+        replaced(
+            "constant = 5.0",
+            &format!("constant = {size}"),
+            size,
+            &words,
+        );
+    }
+    let ran = Folder::new().solve(
+        &circle_with("constant = 5.0", "constant = 1e31"),
+        &["--scalar", "f32"],
+    );
+    assert_refused(&ran, &["`constant`", "1e30", "f32"]);
+}

@@ -95,8 +95,8 @@ impl core::error::Error for RunError {}
 /// Batches of a target in one round: rounds stay short enough to be watched.
 const LARGEST_ROUND: u64 = 4096;
 
-/// Walks between two looks at the clock and the observer.
-const SLICE: u64 = 4096;
+/// States between two looks at the clock and the observer: some milliseconds, however long walks are.
+const SLICE: u64 = 1 << 17;
 
 /// Runs the plan for every target on the threads of the current rayon pool.
 ///
@@ -303,7 +303,10 @@ where
 {
     loop {
         let before = batch.statistics().walks();
-        batch.run(task, SLICE)?;
+        // The first walk tells how long walks are, and those so far tell it better and better.
+        let states = batch.statistics().states().max(1);
+        let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
+        batch.run(task, (walks as u64).clamp(1, SLICE))?;
         clock.observer.walked(batch.statistics().walks() - before);
         if batch.is_done() || clock.stopped() {
             return Ok(());

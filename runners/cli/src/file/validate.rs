@@ -79,8 +79,8 @@ impl ProblemFile {
                 amplitude,
                 frequency,
             } => {
-                self.finite("constant", constant)?;
-                self.finite("amplitude", amplitude)?;
+                self.emitted("constant", constant)?;
+                self.emitted("amplitude", amplitude)?;
                 self.demand(
                     frequency,
                     frequency.value >= 1,
@@ -93,16 +93,25 @@ impl ProblemFile {
             Emission::Arcs(arcs) => arcs
                 .value
                 .iter()
-                .try_for_each(|value| self.finite("emission", value)),
+                .try_for_each(|value| self.emitted("emission", value)),
         }
     }
 
-    /// An error unless the value is a finite number.
-    fn finite(&self, name: &str, value: &Placed<f64>) -> Result<(), InputError> {
+    /// An error unless the squares of such an emission can be summed in the walks' scalar.
+    fn emitted(&self, name: &str, value: &Placed<f64>) -> Result<(), InputError> {
+        let (smallest, largest) = match self.walk.scalar.value {
+            Scalar::F32 => (1e-30, 1e30),
+            Scalar::F64 => (1e-100, 1e100),
+        };
+        let size = value.value.abs();
         self.demand(
             value,
-            value.value.is_finite(),
-            format_args!("`{name}` must be a finite number"),
+            size == 0.0 || (smallest..=largest).contains(&size),
+            format_args!(
+                "`{name}` must be 0 or of a size between {smallest:e} and {largest:e}, or its \
+                 squares leave the range of {}: choose another unit",
+                super::word(&self.walk.scalar.value)
+            ),
         )
     }
 
