@@ -45,7 +45,8 @@ pub struct Walk<F> {
 
 /// Follows one walk of at most `step_limit` states from x0 with weight φ(x0), and scores both
 /// equations on it.
-#[inline]
+// Into each estimator's loop over walks, where `estimator` is a constant.
+#[inline(always)]
 pub fn walk<E, N, U>(
     equation: &E,
     neighbour: &N,

@@ -393,7 +393,7 @@ fn the_paper_is_repeated() {
         let seed = seed.to_string();
         fredholm(&["paper", "--json", "--seed", &seed, "--max-walks", walks]).json()
     };
-    let repeats = |table: &serde_json::Value| {
+    let repeats = |table: &Value| {
         let printed = [(10.0, 0.693), (100.0, 0.098), (1000.0, 0.0088)];
         let near = printed.iter().all(|&(n, printed)| {
             let mut rows = list(table, "rows")
