@@ -439,7 +439,7 @@ impl Table {
                 style: style(1, Some(0), false),
             },
             Curve {
-                name: "preconditioned, as printed in the paper".to_owned(),
+                name: "the paper's numbers".to_owned(),
                 points: printed(&|row| row.sd_pmc),
                 style: style(5, Some(2), true),
             },

@@ -224,7 +224,6 @@ impl Report {
         }
         let band = Band {
             title: format!("{name}: the solution with its 95 % error band"),
-            x_label: "angle s in radians".to_owned(),
             y_label: "u(s)".to_owned(),
             name: "preconditioned walks".to_owned(),
             points: points
@@ -235,7 +234,6 @@ impl Report {
                 })
                 .collect(),
             curves,
-            x_is_angle: true,
         };
         band_svg(&band).map_err(Failure::run)
     }

@@ -248,7 +248,7 @@ pub(crate) fn assert_svg(path: &Path) {
         }
     }
     assert_eq!(open, Vec::<&str>::new());
-    assert!(text.contains("<poly"), "a figure has lines");
+    assert!(text.contains("<path "), "a figure has lines");
     assert!(!text.contains("NaN") && !text.contains("inf"));
 }
 
