@@ -2,9 +2,11 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{Circle, Emission, Harmonic, OffDiagonal, Point, Residual, Solution, Tables};
+use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Solution, Tables};
 use fredholm_core::Real;
-use fredholm_core::galerkin::{PairKind, Pairs, Partition, Piecewise, PointwiseSource};
+use fredholm_core::galerkin::{
+    OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
+};
 
 use crate::quadrature::{Quadrature, gauss_legendre};
 

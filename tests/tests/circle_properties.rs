@@ -1,8 +1,8 @@
 //! Whatever a circle's constructors accept, walks on it end with finite scores and no panic; what
 //! they refuse, they refuse by an error.
 
-use fredholm_circle::{Circle, CircleError, Harmonic, OffDiagonal, Residual, Solution, Tables};
-use fredholm_core::galerkin::{PairKind, Piecewise};
+use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Solution, Tables};
+use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
 use proptest::prelude::*;
 

@@ -39,7 +39,7 @@ fn on_threads<F: Real>(threads: usize, plan: &Plan, observer: &impl Observer) ->
 
 fn outcome<'a, F: Real>(
     circle: &OnScene<'a, F>,
-    neighbour: &OnCircle<'_, F, Harmonic, fredholm_circle::OffDiagonal>,
+    neighbour: &OnCircle<'_, F, Harmonic, fredholm_core::galerkin::OffDiagonal>,
     v: &[F],
     plan: &Plan,
     observer: &impl Observer,

@@ -32,7 +32,7 @@ mod small;
 mod solve;
 
 pub use coefficients::{Coefficients, Dense};
-pub use pairs::{PairKind, Pairs};
+pub use pairs::{OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
 pub use solve::{

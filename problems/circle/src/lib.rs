@@ -12,7 +12,6 @@ mod double;
 mod emission;
 mod error;
 mod mean;
-mod pairs;
 mod residual;
 #[cfg(feature = "alloc")]
 mod solution;
@@ -22,7 +21,6 @@ pub use circle::{Circle, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 pub use mean::MeanOver;
-pub use pairs::OffDiagonal;
 pub use residual::{Moment, Residual, moments};
 #[cfg(feature = "alloc")]
 pub use solution::{Solution, Tables, second_moment_radius};

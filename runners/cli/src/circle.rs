@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use fredholm_circle::{
-    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, OffDiagonal, Point, Residual, Solution,
-    Tables, second_moment_radius,
+    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, Residual, Solution, Tables,
+    second_moment_radius,
 };
-use fredholm_core::galerkin::{PairKind, Piecewise, Solve};
+use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise, Solve};
 use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 

@@ -9,11 +9,11 @@
 #![no_main]
 
 use fredholm_circle::{
-    Cell, Cells, Circle, Harmonic, MeanOver, Moment, OffDiagonal, Residual, Slot, moments, slots,
+    Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, moments, slots,
 };
 use fredholm_core::galerkin::{
-    Basis, Dense, PairKind, Pairs, Partition, Piecewise, Sweeps, TransitionMoments, contraction,
-    gauss_seidel, neighbour_source,
+    Basis, Dense, OffDiagonal, PairKind, Partition, Piecewise, Sweeps, TransitionMoments,
+    contraction, gauss_seidel, neighbour_source,
 };
 use fredholm_core::{
     At, Batch, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
@@ -151,13 +151,6 @@ impl TransitionMoments<2> for Linear {
         [[0.4, 0.0], [0.0, 0.4]]
     }
 }
-struct AllPairs;
-impl Pairs for AllPairs {
-    fn kind(&self, _: usize, _: usize) -> PairKind {
-        PairKind::Galerkin
-    }
-}
-
 /// Of u(0.7) = 0.84.
 fn linear(seed: u64) -> Option<Statistics> {
     // x and y in the basis: their coefficients on the two cells, so that K' is exact.
@@ -170,11 +163,14 @@ fn linear(seed: u64) -> Option<Statistics> {
         }
     }
     let coefficients = Dense::new(&table, 4)?;
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Galerkin,
+    };
     let (mut v, mut g) = (x, [0.0; 4]);
     gauss_seidel::<_, 2>(&coefficients, &x, &mut v, Sweeps::Fixed(5)).ok()?;
-    neighbour_source::<_, _, 2>(&coefficients, &AllPairs, &v, &mut g).ok()?;
+    neighbour_source::<_, _, 2>(&coefficients, &pairs, &v, &mut g).ok()?;
     let neighbour =
-        Piecewise::<_, _, _, _, _, 2>::new(&Linear, &coefficients, AllPairs, &v, &g).ok()?;
+        Piecewise::<_, _, _, _, _, 2>::new(&Linear, &coefficients, pairs, &v, &g).ok()?;
     let task = Task {
         equation: &Linear,
         neighbour: &neighbour,

@@ -6,8 +6,8 @@
 
 use core::f64::consts::{PI, TAU};
 
-use fredholm_circle::{Circle, Harmonic, OffDiagonal, Solution, Tables};
-use fredholm_core::galerkin::{Coefficients, PairKind, Piecewise};
+use fredholm_circle::{Circle, Harmonic, Solution, Tables};
+use fredholm_core::galerkin::{Coefficients, OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Draws, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task,
     Uniforms,
