@@ -1,0 +1,102 @@
+//! What can be wrong with a cube.
+
+use core::fmt;
+
+use fredholm_core::galerkin::GalerkinError;
+
+/// Why there is no such cube, table or solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CubeError {
+    /// The absorption probability q0 is NaN or outside (0, 1).
+    Absorption,
+    /// The number m of cells per axis is 0, m^D is above 2³² − 1, or the scalar cannot tell m cells
+    /// apart.
+    Cells,
+    /// The number of quadrature points per axis is not 1 to 5.
+    Points,
+    /// There is no such cell.
+    Cell {
+        /// The number that was asked for.
+        cell: usize,
+    },
+    /// A buffer has the wrong length.
+    Length {
+        /// The length that is needed.
+        expected: usize,
+        /// The length of the buffer.
+        found: usize,
+    },
+    /// There is no memory for a table.
+    Memory {
+        /// Its size; `None` where that is no number of this machine.
+        bytes: Option<usize>,
+    },
+    /// The kernel is infinite or NaN at a quadrature point (x, y), x in one cell and y in the other.
+    Kernel {
+        /// The number i of the cell of x; of an axis, for a factor of a product.
+        row: usize,
+        /// The number j of the cell of y, likewise.
+        column: usize,
+    },
+    /// The source is infinite or NaN at a quadrature point of a cell.
+    Source {
+        /// The number i of the cell.
+        row: usize,
+    },
+    /// There is no Galerkin solution.
+    Galerkin(GalerkinError),
+}
+
+impl fmt::Display for CubeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Absorption => {
+                write!(
+                    f,
+                    "the absorption probability must lie strictly between 0 and 1"
+                )
+            }
+            Self::Cells => write!(
+                f,
+                "at least one cell per axis is needed, at most 2^32 - 1 cells in all, and per axis \
+                 no more than the scalar can tell apart (2^24 in f32)"
+            ),
+            Self::Points => write!(f, "a rule has 1 to 5 quadrature points per axis"),
+            Self::Cell { cell } => write!(f, "there is no cell {cell}"),
+            Self::Length { expected, found } => {
+                write!(f, "a buffer of length {expected} is needed, not of {found}")
+            }
+            Self::Memory { bytes: Some(bytes) } => {
+                write!(
+                    f,
+                    "there is no memory for a table of {bytes} bytes; fewer cells, or a product \
+                     kernel, need less"
+                )
+            }
+            Self::Memory { bytes: None } => write!(
+                f,
+                "a table of this size cannot be addressed; fewer cells, or a product kernel, need \
+                 less"
+            ),
+            Self::Kernel { row, column } => write!(
+                f,
+                "the kernel is not finite at a quadrature point of cells {row} and {column}"
+            ),
+            Self::Source { row } => {
+                write!(
+                    f,
+                    "the source is not finite at a quadrature point of cell {row}"
+                )
+            }
+            Self::Galerkin(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for CubeError {}
+
+impl From<GalerkinError> for CubeError {
+    fn from(error: GalerkinError) -> Self {
+        Self::Galerkin(error)
+    }
+}

@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+mod cube;
+mod equation;
+mod error;
+mod mean;
+mod mesh;
+pub mod model;
+mod pairs;
+mod product;
+#[cfg(feature = "alloc")]
+mod product_tables;
+mod rule;
+#[cfg(feature = "alloc")]
+mod solution;
+mod table;
+
+pub use cube::Cube;
+pub use equation::{CellIntegral, Function, IntegralKernel};
+pub use error::CubeError;
+pub use mean::{Mean, Weighted};
+pub use pairs::{AllPairs, OffDiagonal};
+pub use product::{FactorIntegral, KernelFactors, Product};
+#[cfg(feature = "alloc")]
+pub use product_tables::ProductTables;
+pub use rule::Rule;
+#[cfg(feature = "alloc")]
+pub use solution::{Solution, rounded, second_moment_radius, table};
+pub use table::table_bytes;

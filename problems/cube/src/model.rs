@@ -1,0 +1,290 @@
+//! Model problems with exact solutions, on the cube of any dimension.
+//!
+//! Each is made of one factor: K(x,y) = Π_a K(x_a, y_a)/λ, u(x) = Π_a u(x_a) and
+//! F = u − Π_a ∫K(x_a, t) u(t) dt/λ are again an equation and its solution. The first five factors
+//! are those of Atkinson and Shampine 2008 (ACM TOMS 35, algorithm 876), written λu − ∫Ku there; λ
+//! must be larger than the bound of ∫|K| in their documentation, or the walks have no mean.
+//!
+//! Values are computed in f64 and rounded, so that the equation is the same in every scalar.
+
+use core::f64::consts::{FRAC_1_PI, LN_2, PI};
+
+use fredholm_core::Real;
+
+use crate::{FactorIntegral, Function, KernelFactors, Product};
+
+/// A model problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// Its kernel as one writes it.
+    pub name: &'static str,
+    /// K.
+    pub kernel: Product<ModelKernel>,
+    /// F.
+    pub source: ModelSource,
+    /// u.
+    pub solution: ModelSolution,
+    factor: Factor,
+    lambda: f64,
+}
+
+/// The kernel of a model problem, with exact integrals over boxes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelKernel {
+    factor: Factor,
+    per_lambda: f64,
+}
+
+/// The source of a model problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelSource {
+    factor: Factor,
+    per_lambda: f64,
+}
+
+/// The solution of a model problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelSolution {
+    factor: Factor,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Factor {
+    Quadratic,
+    Rational,
+    Quartic { c: f64 },
+    Distance,
+    Green { c: f64 },
+    Cosine,
+    Steep,
+}
+
+/// K = s t², u = t²; smooth. ∫|K| ≤ 1/3 in one dimension.
+#[must_use]
+pub fn quadratic(lambda: f64) -> Model {
+    Model::new("s t^2", Factor::Quadratic, lambda)
+}
+
+/// K = 1/(1 + 2s + t), u = t; smooth. ∫|K| ≤ ln 2.
+#[must_use]
+pub fn rational(lambda: f64) -> Model {
+    Model::new("1/(1 + 2s + t)", Factor::Rational, lambda)
+}
+
+/// K = s³t⁴, u = t^c with c > −1, whose smoothness is c where c is no integer. ∫|K| ≤ 1/5.
+#[must_use]
+pub fn quartic(c: f64, lambda: f64) -> Model {
+    Model::new("s^3 t^4", Factor::Quartic { c }, lambda)
+}
+
+/// K = |s − t|, u = t; a kink along the diagonal. ∫|K| ≤ 1/2.
+#[must_use]
+pub fn distance(lambda: f64) -> Model {
+    Model::new("|s - t|", Factor::Distance, lambda)
+}
+
+/// K = −s(1 − t) for s < t and −t(1 − s) else, u = t^c (1 − t) with c > −1; a kink along the
+/// diagonal: Green's function of the second derivative. ∫|K| ≤ 1/8.
+#[must_use]
+pub fn green(c: f64, lambda: f64) -> Model {
+    Model::new("-min(s,t)(1 - max(s,t))", Factor::Green { c }, lambda)
+}
+
+/// K = cos π(s + t), u = 1 + cos πt; smooth, of either sign. ∫|K| = 2/π.
+#[must_use]
+pub fn cosine(lambda: f64) -> Model {
+    Model::new("cos pi(s + t)", Factor::Cosine, lambda)
+}
+
+/// K = s t⁴, u = t; smooth. ∫|K| ≤ 1/5, so that with λ = ½ it has ‖K‖∞ = 2 and ∫|K| ≤ 2/5.
+///
+/// In one dimension the spectral radius of T_k²p is 1/(11 λ²(1 − q0)). With λ = 1/3 and q0 = 0.2 it
+/// is 1.02: the means exist, the variances do not.
+#[must_use]
+pub fn steep(lambda: f64) -> Model {
+    Model::new("s t^4", Factor::Steep, lambda)
+}
+
+impl Model {
+    fn new(name: &'static str, factor: Factor, lambda: f64) -> Self {
+        let per_lambda = 1.0 / lambda;
+        Self {
+            name,
+            kernel: Product(ModelKernel { factor, per_lambda }),
+            source: ModelSource { factor, per_lambda },
+            solution: ModelSolution { factor },
+            factor,
+            lambda,
+        }
+    }
+
+    /// ∫ u dx over [0,1]^D.
+    #[must_use]
+    pub fn mean<const D: usize>(&self) -> f64 {
+        power::<D>(self.factor.mean())
+    }
+
+    /// A bound of ∫ |K(x,y)| dy on [0,1]^D. Where it is below 1 the walks have means.
+    #[must_use]
+    pub fn contraction<const D: usize>(&self) -> f64 {
+        power::<D>(self.factor.bound()) / self.lambda.abs()
+    }
+
+    /// Whether the kernel has a kink where x_a = y_a.
+    #[must_use]
+    pub const fn has_kink(&self) -> bool {
+        matches!(self.factor, Factor::Distance | Factor::Green { .. })
+    }
+}
+
+fn power<const D: usize>(x: f64) -> f64 {
+    [x; D].into_iter().product()
+}
+
+impl Factor {
+    fn kernel(self, s: f64, t: f64) -> f64 {
+        match self {
+            Self::Quadratic => s * t * t,
+            Self::Rational => 1.0 / (1.0 + 2.0 * s + t),
+            Self::Quartic { .. } => s * s * s * fourth(t),
+            Self::Distance => (s - t).abs(),
+            Self::Green { .. } if s < t => -s * (1.0 - t),
+            Self::Green { .. } => -t * (1.0 - s),
+            Self::Cosine => Real::cos(PI * (s + t)),
+            Self::Steep => s * fourth(t),
+        }
+    }
+
+    fn solution(self, t: f64) -> f64 {
+        match self {
+            Self::Quadratic => t * t,
+            Self::Rational | Self::Distance | Self::Steep => t,
+            Self::Quartic { c } => t.pow(c),
+            Self::Green { c } => t.pow(c) * (1.0 - t),
+            Self::Cosine => 1.0 + Real::cos(PI * t),
+        }
+    }
+
+    /// ∫₀¹ K(s,t) u(t) dt.
+    fn image(self, s: f64) -> f64 {
+        match self {
+            Self::Quadratic => s / 5.0,
+            Self::Rational => {
+                let a = 1.0 + 2.0 * s;
+                1.0 - a * Real::ln((1.0 + a) / a)
+            }
+            Self::Quartic { c } => s * s * s / (c + 5.0),
+            Self::Distance => s * s * s / 3.0 - s / 2.0 + 1.0 / 3.0,
+            Self::Green { c } => {
+                s.pow(c + 2.0) / (c + 2.0) * (1.0 / (c + 1.0) - s / (c + 3.0))
+                    - 2.0 * s / ((c + 1.0) * (c + 2.0) * (c + 3.0))
+            }
+            Self::Cosine => 0.5 * Real::cos(PI * s) - 2.0 * FRAC_1_PI * Real::sin(PI * s),
+            Self::Steep => s / 6.0,
+        }
+    }
+
+    /// ∫ K(s,t) dt over low ≤ t ≤ high.
+    fn integral(self, s: f64, low: f64, high: f64) -> f64 {
+        let width = high - low;
+        // ∫t⁴ as a product with the width, so that nothing cancels in small cells.
+        let fifth = || {
+            let (a, b) = (low, high);
+            width * (fourth(a) + a * a * a * b + a * a * b * b + a * b * b * b + fourth(b)) / 5.0
+        };
+        // The parts of the interval on both sides of s.
+        let kink = s.max(low).min(high);
+        match self {
+            Self::Quadratic => s * width * (low * low + low * high + high * high) / 3.0,
+            Self::Rational => {
+                let a = 1.0 + 2.0 * s;
+                Real::ln((a + high) / (a + low))
+            }
+            Self::Quartic { .. } => s * s * s * fifth(),
+            Self::Distance => {
+                // Means of s − t and of t − s over the parts, with their widths.
+                (kink - low) * (s - 0.5 * (low + kink)) + (high - kink) * (0.5 * (kink + high) - s)
+            }
+            Self::Green { .. } => {
+                let below = (kink - low) * 0.5 * (low + kink) * (1.0 - s);
+                let above = (high - kink) * (1.0 - 0.5 * (kink + high)) * s;
+                -(below + above)
+            }
+            Self::Cosine => {
+                // sin π(s + high) − sin π(s + low)
+                let middle = PI * (s + 0.5 * (low + high));
+                2.0 * FRAC_1_PI * Real::cos(middle) * Real::sin(0.5 * PI * width)
+            }
+            Self::Steep => s * fifth(),
+        }
+    }
+
+    /// ∫₀¹ u.
+    fn mean(self) -> f64 {
+        match self {
+            Self::Quadratic => 1.0 / 3.0,
+            Self::Rational | Self::Distance | Self::Steep => 0.5,
+            Self::Quartic { c } => 1.0 / (c + 1.0),
+            Self::Green { c } => 1.0 / ((c + 1.0) * (c + 2.0)),
+            Self::Cosine => 1.0,
+        }
+    }
+
+    /// sup_s ∫₀¹ |K(s,t)| dt.
+    fn bound(self) -> f64 {
+        match self {
+            Self::Quadratic => 1.0 / 3.0,
+            Self::Rational => LN_2,
+            Self::Quartic { .. } | Self::Steep => 0.2,
+            Self::Distance => 0.5,
+            Self::Green { .. } => 0.125,
+            Self::Cosine => 2.0 * FRAC_1_PI,
+        }
+    }
+}
+
+fn fourth(x: f64) -> f64 {
+    let square = x * x;
+    square * square
+}
+
+impl<F: Real> KernelFactors<F> for ModelKernel {
+    #[inline]
+    fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let scale = self.scale(axis);
+        F::from_f64(scale * self.factor.kernel(x.to_f64(), y.to_f64()))
+    }
+}
+
+impl<F: Real> FactorIntegral<F> for ModelKernel {
+    #[inline]
+    fn factor_integral(&self, axis: usize, x: F, low: F, high: F) -> F {
+        let [x, low, high] = [x, low, high].map(Real::to_f64);
+        F::from_f64(self.scale(axis) * self.factor.integral(x, low, high))
+    }
+}
+
+impl ModelKernel {
+    /// 1/λ belongs to the first factor.
+    fn scale(&self, axis: usize) -> f64 {
+        if axis == 0 { self.per_lambda } else { 1.0 }
+    }
+}
+
+impl<F: Real, const D: usize> Function<F, D> for ModelSource {
+    fn value(&self, x: &[F; D]) -> F {
+        let (mut u, mut image) = (1.0, self.per_lambda);
+        for x in x {
+            u *= self.factor.solution(x.to_f64());
+            image *= self.factor.image(x.to_f64());
+        }
+        F::from_f64(u - image)
+    }
+}
+
+impl<F: Real, const D: usize> Function<F, D> for ModelSolution {
+    fn value(&self, x: &[F; D]) -> F {
+        let u = x.iter().map(|x| self.factor.solution(x.to_f64()));
+        F::from_f64(u.product())
+    }
+}

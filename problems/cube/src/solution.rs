@@ -1,0 +1,158 @@
+//! Owned tables, and the whole deterministic part in one call.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::{
+    Coefficients, Pairs, Partition, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
+    radius_bounds,
+};
+
+use crate::{Cube, CubeError, Function, IntegralKernel, Rule, table_bytes};
+
+/// A vector of `length` zeros, or an error in place of an abort.
+pub(crate) fn buffer<F: Real>(length: usize) -> Result<Vec<F>, CubeError> {
+    let mut buffer = Vec::new();
+    buffer
+        .try_reserve_exact(length)
+        .map_err(|_| CubeError::Memory {
+            bytes: length.checked_mul(size_of::<F>()),
+        })?;
+    buffer.resize(length, F::zero());
+    Ok(buffer)
+}
+
+/// The same numbers in the walk's scalar.
+///
+/// # Errors
+/// [`CubeError::Memory`].
+pub fn rounded<F: Real>(values: &[f64]) -> Result<Vec<F>, CubeError> {
+    let mut out = buffer(values.len())?;
+    for (out, &value) in out.iter_mut().zip(values) {
+        *out = F::from_f64(value);
+    }
+    Ok(out)
+}
+
+/// The table of K'_ij in [`table_bytes`] bytes, for `fredholm_core::galerkin::Dense`; see
+/// [`Cube::fill_row`].
+///
+/// # Errors
+/// [`CubeError::Memory`], [`CubeError::Kernel`].
+pub fn table<const D: usize, K, S>(
+    cube: &Cube<f64, D, K, S>,
+    rule: Rule,
+) -> Result<Vec<f64>, CubeError>
+where
+    K: IntegralKernel<f64, D>,
+    S: Function<f64, D>,
+{
+    let bytes = table_bytes(cube.cells()).ok_or(CubeError::Memory { bytes: None })?;
+    let mut table = buffer(bytes / size_of::<f64>())?;
+    cube.fill_table(rule, &mut table)?;
+    Ok(table)
+}
+
+/// The spectral radius of T_h²p where all pairs are in S, whose matrix is K'_ij² n/(1 − q0), bounded
+/// from above by 100 powers of it. Below 1 the neighbour equation's walks have a finite variance. As h
+/// is close to k, it is an estimate, from below, of that of T_k²p, on which the plain walks' depends.
+///
+/// O(n²) for each power.
+///
+/// # Errors
+/// [`CubeError::Memory`].
+pub fn second_moment_radius<C: Coefficients<Scalar = f64>>(
+    coefficients: &C,
+    absorption: f64,
+) -> Result<f64, CubeError> {
+    let n = coefficients.cells();
+    let (mut w, mut next) = (buffer(n)?, buffer(n)?);
+    w.fill(1.0);
+    let scale = n as f64 / (1.0 - absorption);
+    let apply = |w: &[f64], out: &mut [f64]| {
+        for (i, out) in out.iter_mut().enumerate() {
+            let row = w.iter().enumerate().map(|(j, w)| {
+                let [[k]] = coefficients.block(i, j);
+                k * k * w
+            });
+            *out = scale * row.sum::<f64>();
+        }
+    };
+    let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
+    Ok(upper)
+}
+
+/// The Galerkin solution of an equation on the cube, computed in f64.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// v_i.
+    pub v: Vec<f64>,
+    /// How the iteration went.
+    pub solve: Solve<f64>,
+    /// The largest Σ_j |K'_ij|.
+    pub contraction: f64,
+}
+
+impl Solution {
+    /// Solves (41) until no residual is above `tolerance` times the largest F'_i, at most `at_most`
+    /// sweeps. F' comes from `rule`.
+    ///
+    /// # Errors
+    /// [`CubeError::Source`], [`CubeError::Memory`], and as [`CubeError::Galerkin`] what
+    /// [`contraction`] and [`gauss_seidel`] say.
+    pub fn new<C, const D: usize, K, S>(
+        cube: &Cube<f64, D, K, S>,
+        coefficients: &C,
+        rule: Rule,
+        tolerance: f64,
+        at_most: u32,
+    ) -> Result<Self, CubeError>
+    where
+        C: Coefficients<Scalar = f64>,
+        K: IntegralKernel<f64, D>,
+        S: Function<f64, D>,
+    {
+        let contraction = contraction(coefficients)?;
+        let mut source = buffer(cube.cells())?;
+        cube.source_means(rule, &mut source)?;
+        let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
+        let mut v = buffer(source.len())?;
+        v.copy_from_slice(&source);
+        let sweeps = Sweeps::UntilResidual {
+            residual: tolerance * largest,
+            at_most,
+        };
+        let solve = gauss_seidel(coefficients, &source, &mut v, sweeps)?;
+        Ok(Self {
+            v,
+            solve,
+            contraction,
+        })
+    }
+
+    /// v in the walk's scalar.
+    ///
+    /// # Errors
+    /// [`CubeError::Memory`].
+    pub fn rounded<F: Real>(&self) -> Result<Vec<F>, CubeError> {
+        rounded(&self.v)
+    }
+
+    /// G for these coefficients and pairs in the walk's scalar, from v as rounded to it.
+    ///
+    /// # Errors
+    /// [`CubeError::Memory`], [`CubeError::Galerkin`]: the coefficients have another number of cells.
+    pub fn source<F: Real, C: Coefficients<Scalar = f64>, P: Pairs>(
+        &self,
+        coefficients: &C,
+        pairs: &P,
+    ) -> Result<Vec<F>, CubeError> {
+        let mut wide = buffer(self.v.len())?;
+        for (wide, &v) in wide.iter_mut().zip(&self.v) {
+            *wide = F::from_f64(v).to_f64();
+        }
+        let mut g = buffer(self.v.len())?;
+        neighbour_source(coefficients, pairs, &wide, &mut g)?;
+        rounded(&g)
+    }
+}
