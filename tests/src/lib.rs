@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod circle;
+pub mod cube;
 pub mod quadrature;
 pub mod toy;
 

@@ -48,7 +48,7 @@ pub trait Coefficients<const B: usize = 1> {
         }
     }
 
-    /// One Gauss–Seidel sweep of (41) in place. Returns the largest residual
+    /// One Gauss–Seidel sweep of (41) in place, or another step that converges to its solution. Returns the largest residual
     /// |F'_ia + (K'v)_ia − v_ia| that it met, before it mended it. Both have n·B entries.
     fn sweep(&self, source: &[Self::Scalar], v: &mut [Self::Scalar]) -> Self::Scalar {
         let mut largest = zero();

@@ -1,4 +1,4 @@
-//! The equation on [0,1]^D, its chain and its partition.
+//! The equation on [0, 1]^D, its chain and its partition.
 
 use core::fmt;
 
@@ -10,7 +10,7 @@ use fredholm_core::{
 use crate::mesh::Mesh;
 use crate::{CellIntegral, CubeError, Function, IntegralKernel};
 
-/// The model problem of Heinrich and Mathé 1993 on X = [0,1]^D:
+/// The model problem of Heinrich and Mathé 1993 on X = [0, 1]^D:
 ///
 /// ```text
 /// u(x) = ∫ K(x,y) u(y) dy + F(x)

@@ -1,6 +1,6 @@
 //! What a user gives: kernel and functions, as closures or as types.
 
-/// The kernel K of u(x) = ∫ K(x,y) u(y) dy + F(x) on [0,1]^D.
+/// The kernel K of u(x) = ∫ K(x,y) u(y) dy + F(x) on [0, 1]^D.
 ///
 /// Every closure `Fn(&[F; D], &[F; D]) -> F` is one, with the types of its arguments written out. A
 /// type that is one for every [`Real`](fredholm_core::Real) walks in `f32` and is set up in `f64`.
@@ -16,7 +16,7 @@ impl<F, const D: usize, T: Fn(&[F; D], &[F; D]) -> F> IntegralKernel<F, D> for T
     }
 }
 
-/// A function on [0,1]^D: a source, a weight, a known solution. Every closure `Fn(&[F; D]) -> F` is
+/// A function on [0, 1]^D: a source, a weight, a known solution. Every closure `Fn(&[F; D]) -> F` is
 /// one.
 pub trait Function<F, const D: usize> {
     /// Its value at `x`.

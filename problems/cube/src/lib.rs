@@ -10,7 +10,6 @@ mod error;
 mod mean;
 mod mesh;
 pub mod model;
-mod pairs;
 mod product;
 #[cfg(feature = "alloc")]
 mod product_tables;
@@ -23,7 +22,6 @@ pub use cube::Cube;
 pub use equation::{CellIntegral, Function, IntegralKernel};
 pub use error::CubeError;
 pub use mean::{Mean, Weighted};
-pub use pairs::{AllPairs, OffDiagonal};
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]
 pub use product_tables::ProductTables;

@@ -118,13 +118,13 @@ impl Model {
         }
     }
 
-    /// ∫ u dx over [0,1]^D.
+    /// ∫ u dx over [0, 1]^D.
     #[must_use]
     pub fn mean<const D: usize>(&self) -> f64 {
         power::<D>(self.factor.mean())
     }
 
-    /// A bound of ∫ |K(x,y)| dy on [0,1]^D. Where it is below 1 the walks have means.
+    /// A bound of ∫ |K(x,y)| dy on [0, 1]^D. Where it is below 1 the walks have means.
     #[must_use]
     pub fn contraction<const D: usize>(&self) -> f64 {
         power::<D>(self.factor.bound()) / self.lambda.abs()
