@@ -19,8 +19,8 @@ pub struct Task<'a, E, N: ?Sized, T, G> {
     pub neighbour: &'a N,
     /// Where walks start, and what is estimated.
     pub functional: &'a T,
-    /// (v, Φ), exact. `None`: φ(x0) v(x0) walk by walk, which is unbiased too; but for a spread-out
-    /// start its own variance stays in that of ζ.
+    /// (v, Φ), exact. `None`: [`Functional::neighbour_value`] walk by walk, which is unbiased too; but
+    /// for a spread-out start its own variance stays in that of ζ.
     pub neighbour_value: Option<f64>,
     /// What a walk scores.
     pub estimator: Estimator,
@@ -63,7 +63,7 @@ where
         self.follow(self.estimator, walk).0
     }
 
-    /// Walk number `number`, and (v, Φ) or its own φ(x0) v(x0).
+    /// Walk number `number`, and (v, Φ) or its own part of it.
     #[inline(always)]
     fn follow(&self, estimator: Estimator, number: u64) -> (Walk<E::Scalar>, f64) {
         let mut draws = Draws(self.stream.generator(number));
@@ -71,7 +71,10 @@ where
         let x0 = self.neighbour.locate(x0);
         let value = match self.neighbour_value {
             Some(value) => value,
-            None => (phi * self.neighbour.value(&x0)).to_f64(),
+            None => {
+                let v = self.neighbour.value(&x0);
+                self.functional.neighbour_value(&x0, phi, v)
+            }
         };
         let start = (x0, phi);
         let limit = self.step_limit;

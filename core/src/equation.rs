@@ -1,6 +1,6 @@
 //! The equation u = T_K u + F in terms of an absorbing chain: p0, p, q, φ, k and F.
 
-use crate::{Real, Uniforms};
+use crate::{Located, Real, Uniforms};
 
 /// A set X with a measure μ: what its points are, and in which scalar type one computes.
 pub trait StateSpace {
@@ -51,6 +51,13 @@ pub trait Source: StateSpace {
 pub trait Functional<E: StateSpace> {
     /// A point x0 with density p0, and φ(x0) = Φ(x0)/p0(x0).
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar);
+
+    /// A number whose mean over p0 is (v, Φ), from a start x0, φ(x0) and v(x0), for where (v, Φ) is not
+    /// known: φ(x0) v(x0), unless a functional has one that varies less. Its variance stays in that of ζ.
+    fn neighbour_value(&self, x0: &Located<E::Point>, phi: E::Scalar, v: E::Scalar) -> f64 {
+        let _ = x0;
+        (phi * v).to_f64()
+    }
 }
 
 /// The value of the solution in one point: every walk starts in it, φ = 1, and may be absorbed

@@ -44,7 +44,14 @@ pub trait Coefficients<const B: usize = 1> {
     /// out = K'v. Both have n·B entries.
     fn apply(&self, v: &[Self::Scalar], out: &mut [Self::Scalar]) {
         for (i, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&row_times(self, i, v));
+            out.copy_from_slice(&row_times(self, i, v, |k| k));
+        }
+    }
+
+    /// out = |K'|w, with the absolute value of every entry. Both have n·B entries.
+    fn apply_absolute(&self, w: &[Self::Scalar], out: &mut [Self::Scalar]) {
+        for (i, out) in out.chunks_exact_mut(B).enumerate() {
+            out.copy_from_slice(&row_times(self, i, w, Real::abs));
         }
     }
 
@@ -55,7 +62,7 @@ pub trait Coefficients<const B: usize = 1> {
         for i in 0..self.cells() {
             let old: [Self::Scalar; B] = small::block(v, i);
             let right: [Self::Scalar; B] = small::block(source, i);
-            let product: [Self::Scalar; B] = row_times(self, i, v);
+            let product: [Self::Scalar; B] = row_times(self, i, v, |k| k);
             let residual = core::array::from_fn(|a| right[a] + product[a] - old[a]);
             largest = residual.iter().fold(largest, |m, r| max_or_nan(m, r.abs()));
             let step = small::solve(identity_minus(self.block(i, i)), residual);
@@ -67,17 +74,18 @@ pub trait Coefficients<const B: usize = 1> {
     }
 }
 
-/// Row i of K' times v.
+/// Row i of K', its entries changed by `entry`, times v.
 fn row_times<C: Coefficients<B> + ?Sized, const B: usize>(
     coefficients: &C,
     i: usize,
     v: &[C::Scalar],
+    entry: impl Fn(C::Scalar) -> C::Scalar,
 ) -> [C::Scalar; B] {
     let mut sum = [zero::<C::Scalar>(); B];
     for (j, v) in v.chunks_exact(B).enumerate() {
         for (sum, row) in sum.iter_mut().zip(coefficients.block(i, j)) {
             for (&k, &v) in row.iter().zip(v) {
-                *sum += k * v;
+                *sum += entry(k) * v;
             }
         }
     }

@@ -36,5 +36,6 @@ pub use pairs::{OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
 pub use solve::{
-    GalerkinError, Solve, Sweeps, contraction, gauss_seidel, neighbour_source, radius_bounds,
+    GalerkinError, Solve, Sweeps, contraction, contraction_of_powers, gauss_seidel,
+    neighbour_source, radius_bounds,
 };

@@ -38,7 +38,8 @@ pub enum CubeError {
         /// The number j of the cell of y, likewise.
         column: usize,
     },
-    /// The source is infinite or NaN at a quadrature point of a cell.
+    /// The source, or another function whose means are taken, is infinite or NaN at a quadrature point
+    /// of a cell.
     Source {
         /// The number i of the cell.
         row: usize,
@@ -85,7 +86,7 @@ impl fmt::Display for CubeError {
             Self::Source { row } => {
                 write!(
                     f,
-                    "the source is not finite at a quadrature point of cell {row}"
+                    "the function is not finite at a quadrature point of cell {row}"
                 )
             }
             Self::Galerkin(error) => error.fmt(f),

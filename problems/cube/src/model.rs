@@ -53,10 +53,11 @@ enum Factor {
     Quadratic,
     Rational,
     Quartic { c: f64 },
-    Distance,
+    Distance { r: u32 },
     Green { c: f64 },
     Cosine,
     Steep,
+    Cubic,
 }
 
 /// K = s t², u = t²; smooth. ∫|K| ≤ 1/3 in one dimension.
@@ -77,10 +78,11 @@ pub fn quartic(c: f64, lambda: f64) -> Model {
     Model::new("s^3 t^4", Factor::Quartic { c }, lambda)
 }
 
-/// K = |s − t|, u = t; a kink along the diagonal. ∫|K| ≤ 1/2.
+/// K = |s − t|^r, u = t: for odd r a family of smoothness r, whose r-th derivative jumps along the
+/// diagonal (r = 1: a kink). ∫|K| ≤ 1/(r + 1).
 #[must_use]
-pub fn distance(lambda: f64) -> Model {
-    Model::new("|s - t|", Factor::Distance, lambda)
+pub fn distance(r: u32, lambda: f64) -> Model {
+    Model::new("|s - t|^r", Factor::Distance { r }, lambda)
 }
 
 /// K = −s(1 − t) for s < t and −t(1 − s) else, u = t^c (1 − t) with c > −1; a kink along the
@@ -105,6 +107,13 @@ pub fn steep(lambda: f64) -> Model {
     Model::new("s t^4", Factor::Steep, lambda)
 }
 
+/// K = s³ t, u = t; smooth, of rank 1: T_K has the spectral radius 1/5, while ∫|K| grows to 1/2. With
+/// λ = 0.45 ‖T_K‖∞ = 10/9, and the walks have means and variances all the same.
+#[must_use]
+pub fn cubic(lambda: f64) -> Model {
+    Model::new("s^3 t", Factor::Cubic, lambda)
+}
+
 impl Model {
     fn new(name: &'static str, factor: Factor, lambda: f64) -> Self {
         let per_lambda = 1.0 / lambda;
@@ -124,16 +133,20 @@ impl Model {
         power::<D>(self.factor.mean())
     }
 
-    /// A bound of ∫ |K(x,y)| dy on [0, 1]^D. Where it is below 1 the walks have means.
+    /// A bound of the spectral radius of T_|K| on [0, 1]^D. Where it is below 1 the walks have means.
     #[must_use]
     pub fn contraction<const D: usize>(&self) -> f64 {
         power::<D>(self.factor.bound()) / self.lambda.abs()
     }
 
-    /// Whether the kernel has a kink where x_a = y_a.
+    /// Whether the kernel is of finite smoothness where x_a = y_a.
     #[must_use]
     pub const fn has_kink(&self) -> bool {
-        matches!(self.factor, Factor::Distance | Factor::Green { .. })
+        match self.factor {
+            Factor::Distance { r } => r % 2 == 1,
+            Factor::Green { .. } => true,
+            _ => false,
+        }
     }
 }
 
@@ -147,18 +160,19 @@ impl Factor {
             Self::Quadratic => s * t * t,
             Self::Rational => 1.0 / (1.0 + 2.0 * s + t),
             Self::Quartic { .. } => s * s * s * fourth(t),
-            Self::Distance => (s - t).abs(),
+            Self::Distance { r } => power_of((s - t).abs(), r),
             Self::Green { .. } if s < t => -s * (1.0 - t),
             Self::Green { .. } => -t * (1.0 - s),
             Self::Cosine => Real::cos(PI * (s + t)),
             Self::Steep => s * fourth(t),
+            Self::Cubic => s * s * s * t,
         }
     }
 
     fn solution(self, t: f64) -> f64 {
         match self {
             Self::Quadratic => t * t,
-            Self::Rational | Self::Distance | Self::Steep => t,
+            Self::Rational | Self::Distance { .. } | Self::Steep | Self::Cubic => t,
             Self::Quartic { c } => t.pow(c),
             Self::Green { c } => t.pow(c) * (1.0 - t),
             Self::Cosine => 1.0 + Real::cos(PI * t),
@@ -174,13 +188,18 @@ impl Factor {
                 1.0 - a * Real::ln((1.0 + a) / a)
             }
             Self::Quartic { c } => s * s * s / (c + 5.0),
-            Self::Distance => s * s * s / 3.0 - s / 2.0 + 1.0 / 3.0,
+            Self::Distance { r } => {
+                let (p, rest) = (f64::from(r) + 1.0, 1.0 - s);
+                power_of(s, r + 2) / (p * (p + 1.0))
+                    + power_of(rest, r + 1) * (rest / (p + 1.0) + s / p)
+            }
             Self::Green { c } => {
                 s.pow(c + 2.0) / (c + 2.0) * (1.0 / (c + 1.0) - s / (c + 3.0))
                     - 2.0 * s / ((c + 1.0) * (c + 2.0) * (c + 3.0))
             }
             Self::Cosine => 0.5 * Real::cos(PI * s) - 2.0 * FRAC_1_PI * Real::sin(PI * s),
             Self::Steep => s / 6.0,
+            Self::Cubic => s * s * s / 3.0,
         }
     }
 
@@ -201,9 +220,13 @@ impl Factor {
                 Real::ln((a + high) / (a + low))
             }
             Self::Quartic { .. } => s * s * s * fifth(),
-            Self::Distance => {
-                // Means of s − t and of t − s over the parts, with their widths.
-                (kink - low) * (s - 0.5 * (low + kink)) + (high - kink) * (0.5 * (kink + high) - s)
+            Self::Distance { r } => {
+                // ∫ of t^r from a to b as a product with the width, so that nothing cancels.
+                let part = |a: f64, b: f64| {
+                    let sum: f64 = (0..=r).map(|l| power_of(a, l) * power_of(b, r - l)).sum();
+                    (b - a) * sum / (f64::from(r) + 1.0)
+                };
+                part(s - kink, s - low) + part(kink - s, high - s)
             }
             Self::Green { .. } => {
                 let below = (kink - low) * 0.5 * (low + kink) * (1.0 - s);
@@ -216,6 +239,7 @@ impl Factor {
                 2.0 * FRAC_1_PI * Real::cos(middle) * Real::sin(0.5 * PI * width)
             }
             Self::Steep => s * fifth(),
+            Self::Cubic => s * s * s * width * 0.5 * (low + high),
         }
     }
 
@@ -223,24 +247,29 @@ impl Factor {
     fn mean(self) -> f64 {
         match self {
             Self::Quadratic => 1.0 / 3.0,
-            Self::Rational | Self::Distance | Self::Steep => 0.5,
+            Self::Rational | Self::Distance { .. } | Self::Steep | Self::Cubic => 0.5,
             Self::Quartic { c } => 1.0 / (c + 1.0),
             Self::Green { c } => 1.0 / ((c + 1.0) * (c + 2.0)),
             Self::Cosine => 1.0,
         }
     }
 
-    /// sup_s ∫₀¹ |K(s,t)| dt.
+    /// sup_s ∫₀¹ |K(s,t)| dt; for [`cubic`] the spectral radius.
     fn bound(self) -> f64 {
         match self {
             Self::Quadratic => 1.0 / 3.0,
             Self::Rational => LN_2,
-            Self::Quartic { .. } | Self::Steep => 0.2,
-            Self::Distance => 0.5,
+            Self::Quartic { .. } | Self::Steep | Self::Cubic => 0.2,
+            Self::Distance { r } => 1.0 / (f64::from(r) + 1.0),
             Self::Green { .. } => 0.125,
             Self::Cosine => 2.0 * FRAC_1_PI,
         }
     }
+}
+
+/// x^n, the same bits on every machine.
+fn power_of(x: f64, n: u32) -> f64 {
+    (0..n).fold(1.0, |power, _| power * x)
 }
 
 fn fourth(x: f64) -> f64 {

@@ -96,8 +96,9 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
         self.entries.get(start..start + m).unwrap_or(&[])
     }
 
-    /// out = K'v, axis by axis in place; `fibre` has m entries.
-    fn multiply(&self, v: &[F], out: &mut [F], fibre: &mut [F]) {
+    /// out = K'v with the factors' entries changed by `entry`, axis by axis in place; `fibre` has m
+    /// entries.
+    fn multiply(&self, v: &[F], out: &mut [F], fibre: &mut [F], entry: impl Fn(F) -> F) {
         out.copy_from_slice(v);
         let m = fibre.len();
         let mut stride = self.mesh.cells();
@@ -115,7 +116,7 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
                         let sum = row
                             .iter()
                             .zip(&*fibre)
-                            .fold(F::zero(), |s, (&k, &v)| s + k * v);
+                            .fold(F::zero(), |s, (&k, &v)| s + entry(k) * v);
                         if let Some(out) = block.get_mut(i) {
                             *out = sum;
                         }
@@ -157,14 +158,24 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
     fn apply(&self, v: &[F], out: &mut [F]) {
         match buffer(self.mesh.per_axis() as usize) {
             Ok(mut fibre) if v.len() == self.cells() && v.len() == out.len() => {
-                self.multiply(v, out, &mut fibre);
+                self.multiply(v, out, &mut fibre, |k| k);
             }
             _ => ByEntry(self).apply(v, out),
         }
     }
 
+    /// As [`apply`](Self::apply): the absolute value of a product is that of the factors.
+    fn apply_absolute(&self, w: &[F], out: &mut [F]) {
+        match buffer(self.mesh.per_axis() as usize) {
+            Ok(mut fibre) if w.len() == self.cells() && w.len() == out.len() => {
+                self.multiply(w, out, &mut fibre, Real::abs);
+            }
+            _ => ByEntry(self).apply_absolute(w, out),
+        }
+    }
+
     /// O(D m n): a sweep of Jacobi's iteration, which needs all of K'v at once and converges where
-    /// the row sums are below 1. Allocates n numbers; where there is no memory for them, a
+    /// the spectral radius of |K'| is below 1. Allocates n numbers; where there is no memory for them, a
     /// Gauss–Seidel sweep in O(n²).
     fn sweep(&self, source: &[F], v: &mut [F]) -> F {
         let Ok(mut product) = buffer(v.len()) else {

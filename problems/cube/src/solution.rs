@@ -4,11 +4,14 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    Coefficients, Pairs, Partition, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
-    radius_bounds,
+    Coefficients, Pairs, Partition, Solve, Sweeps, contraction_of_powers, gauss_seidel,
+    neighbour_source, radius_bounds,
 };
 
 use crate::{Cube, CubeError, Function, IntegralKernel, Rule, table_bytes};
+
+/// The most powers of a matrix that are looked at for its spectral radius.
+const POWERS: u32 = 100;
 
 /// A vector of `length` zeros, or an error in place of an abort.
 pub(crate) fn buffer<F: Real>(length: usize) -> Result<Vec<F>, CubeError> {
@@ -54,7 +57,7 @@ where
 }
 
 /// The spectral radius of T_h²p where all pairs are in S, whose matrix is K'_ij² n/(1 − q0), bounded
-/// from above by 100 powers of it. Below 1 the neighbour equation's walks have a finite variance. As h
+/// from above by powers of it. Below 1 the neighbour equation's walks have a finite variance. As h
 /// is close to k, it is an estimate, from below, of that of T_k²p, on which the plain walks' depends.
 ///
 /// O(n²) for each power.
@@ -78,7 +81,7 @@ pub fn second_moment_radius<C: Coefficients<Scalar = f64>>(
             *out = scale * row.sum::<f64>();
         }
     };
-    let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
+    let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }
 
@@ -89,7 +92,7 @@ pub struct Solution {
     pub v: Vec<f64>,
     /// How the iteration went.
     pub solve: Solve<f64>,
-    /// The largest Σ_j |K'_ij|.
+    /// The largest Σ_j |K'_ij| or, where that is not below 1, a bound of the spectral radius of |K'|.
     pub contraction: f64,
 }
 
@@ -99,7 +102,7 @@ impl Solution {
     ///
     /// # Errors
     /// [`CubeError::Source`], [`CubeError::Memory`], and as [`CubeError::Galerkin`] what
-    /// [`contraction`] and [`gauss_seidel`] say.
+    /// [`contraction_of_powers`] and [`gauss_seidel`] say.
     pub fn new<C, const D: usize, K, S>(
         cube: &Cube<f64, D, K, S>,
         coefficients: &C,
@@ -112,11 +115,10 @@ impl Solution {
         K: IntegralKernel<f64, D>,
         S: Function<f64, D>,
     {
-        let contraction = contraction(coefficients)?;
-        let mut source = buffer(cube.cells())?;
+        let (mut source, mut v) = (buffer(cube.cells())?, buffer(cube.cells())?);
+        let contraction = contraction_of_powers(coefficients, &mut source, &mut v, POWERS)?;
         cube.source_means(rule, &mut source)?;
         let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
-        let mut v = buffer(source.len())?;
         v.copy_from_slice(&source);
         let sweeps = Sweeps::UntilResidual {
             residual: tolerance * largest,

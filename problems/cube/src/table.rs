@@ -70,15 +70,26 @@ where
     /// F'_i, the mean of F over every cell, (40), by `rule`.
     ///
     /// # Errors
+    /// As [`means`](Self::means).
+    pub fn source_means(&self, rule: Rule, out: &mut [f64]) -> Result<(), CubeError> {
+        self.means(self.right_hand_side(), rule, out)
+    }
+
+    /// The mean of a function over every cell, by `rule`.
+    ///
+    /// # Errors
     /// [`CubeError::Length`] where `out` has not n entries, [`CubeError::Source`] where a value is
     /// not finite.
-    pub fn source_means(&self, rule: Rule, out: &mut [f64]) -> Result<(), CubeError> {
+    pub fn means<T>(&self, function: &T, rule: Rule, out: &mut [f64]) -> Result<(), CubeError>
+    where
+        T: Function<f64, D>,
+    {
         check_length(self.cells(), out.len())?;
         let mesh = self.mesh();
         for (i, out) in out.iter_mut().enumerate() {
             *out = rule
                 .in_cell(mesh.places(i), mesh.per_axis())
-                .map(|(x, weight)| weight * self.right_hand_side().value(&x))
+                .map(|(x, weight)| weight * function.value(&x))
                 .sum();
             if !out.is_finite() {
                 return Err(CubeError::Source { row: i });
