@@ -9,8 +9,8 @@ use fredholm_core::{
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
-    Cube, CubeError, Mean, Product, ProductTables, Rule, Solution, Weighted, rounded,
-    second_moment_radius, table, table_bytes,
+    Cube, CubeError, Mean, Product, ProductTables, Rule, Solution, Weighted, absolute_radius,
+    rounded, table, table_bytes,
 };
 use fredholm_tests::check::{
     cells_are_found, coefficients_are_integrals, density_integrates, masses_do_not_collapse, means,
@@ -279,8 +279,17 @@ fn product_tables_are_dense_tables() {
         for (a, b) in by_dense.iter().zip(&by_product) {
             close(*a, *b);
         }
-        let radius = second_moment_radius(&dense, ABSORPTION).unwrap();
-        close(product.second_moment_radius(ABSORPTION).unwrap(), radius);
+        let radius = absolute_radius(&dense).unwrap();
+        let by_axes = product.absolute_radius().unwrap();
+        assert!(
+            (by_axes - radius).abs() <= 2e-6 * radius,
+            "{by_axes} {radius}"
+        );
+        let of_all = absolute_radius(&product).unwrap();
+        assert!(
+            (of_all - radius).abs() <= 2e-6 * radius,
+            "{of_all} {radius}"
+        );
     }
     at::<1>(7);
     at::<2>(5);
@@ -438,9 +447,16 @@ fn an_infinite_variance_is_seen_beforehand() {
         let cube = Cube::<f64, 1, _, _>::new(model.kernel, model.source, 50, absorption).unwrap();
         let tables = ProductTables::new(&cube, rule).unwrap();
         Solution::new(&cube, &tables, rule, 1e-14, 1000).unwrap();
-        tables.second_moment_radius(absorption).unwrap()
+        let square = |x: &[f64; 1], y: &[f64; 1]| {
+            let k: f64 = fredholm_cube::IntegralKernel::kernel(&model.kernel, x, y);
+            k * k
+        };
+        let cube = Cube::new(square, model.source, 50, absorption).unwrap();
+        let squares = table(&cube, rule).unwrap();
+        let dense = Dense::new(&squares, 50).unwrap();
+        absolute_radius(&dense).unwrap() / (1.0 - absorption)
     };
-    // 1/(11 λ² (1 − q0)), from below.
+    // 1/(11 λ² (1 − q0)).
     assert!((radius(1.0 / 3.0, 0.2) - 9.0 / 8.8).abs() < 0.01);
     assert!(radius(1.0 / 3.0, 0.2) > 1.0);
     assert!(radius(1.0 / 3.0, 0.1) < 1.0);

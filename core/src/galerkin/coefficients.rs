@@ -107,6 +107,41 @@ fn max_or_nan<F: Real>(a: F, b: F) -> F {
     if a >= b || a.is_nan() { a } else { b }
 }
 
+/// Coefficients in f64 as walks in `F` see them, rounded entry by entry: one table for both.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounded<'a, C, F> {
+    coefficients: &'a C,
+    scalar: core::marker::PhantomData<F>,
+}
+
+impl<'a, C, F> Rounded<'a, C, F> {
+    /// These coefficients.
+    #[must_use]
+    pub const fn new(coefficients: &'a C) -> Self {
+        Self {
+            coefficients,
+            scalar: core::marker::PhantomData,
+        }
+    }
+}
+
+impl<C: Coefficients<B, Scalar = f64>, F: Real, const B: usize> Coefficients<B>
+    for Rounded<'_, C, F>
+{
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.coefficients.cells()
+    }
+
+    #[inline]
+    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
+        self.coefficients
+            .block(i, j)
+            .map(|row| row.map(F::from_f64))
+    }
+}
+
 /// Coefficients in a table of (n·B)² numbers, row by row: entry (i·B + a)·n·B + j·B + b is
 /// K'_(ia)(jb).
 #[derive(Clone, Copy, Debug)]

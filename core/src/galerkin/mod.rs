@@ -31,8 +31,8 @@ mod piecewise;
 mod small;
 mod solve;
 
-pub use coefficients::{Coefficients, Dense};
-pub use pairs::{OffDiagonal, PairKind, Pairs};
+pub use coefficients::{Coefficients, Dense, Rounded};
+pub use pairs::{AllPointwise, OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
 pub use solve::{

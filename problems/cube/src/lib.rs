@@ -27,5 +27,5 @@ pub use product::{FactorIntegral, KernelFactors, Product};
 pub use product_tables::ProductTables;
 pub use rule::Rule;
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, rounded, second_moment_radius, table};
+pub use solution::{Solution, absolute_radius, empty_table, rounded, table};
 pub use table::table_bytes;

@@ -7,7 +7,7 @@ use fredholm_core::galerkin::{Coefficients, Dense};
 
 use crate::mesh::Mesh;
 use crate::product::product;
-use crate::solution::{buffer, rounded, second_moment_radius};
+use crate::solution::{absolute_radius, buffer, rounded};
 use crate::{Cube, CubeError, Function, KernelFactors, Product, Rule};
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every
@@ -70,17 +70,17 @@ impl<const D: usize> ProductTables<f64, D> {
         })
     }
 
-    /// As [`second_moment_radius`], for any number of cells: that of a product is the product of
-    /// those of the factors.
+    /// As [`absolute_radius`], for any number of cells: that of a product is the product of those of the
+    /// factors.
     ///
     /// # Errors
     /// [`CubeError::Memory`].
-    pub fn second_moment_radius(&self, absorption: f64) -> Result<f64, CubeError> {
+    pub fn absolute_radius(&self) -> Result<f64, CubeError> {
         let m = self.mesh.per_axis() as usize;
-        let mut radius = 1.0 / (1.0 - absorption);
+        let mut radius = 1.0;
         for table in self.entries.chunks_exact(m * m) {
             if let Some(axis) = Dense::new(table, m) {
-                radius *= second_moment_radius(&axis, 0.0)?;
+                radius *= absolute_radius(&axis)?;
             }
         }
         Ok(radius)

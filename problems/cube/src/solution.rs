@@ -50,37 +50,34 @@ where
     K: IntegralKernel<f64, D>,
     S: Function<f64, D>,
 {
-    let bytes = table_bytes(cube.cells()).ok_or(CubeError::Memory { bytes: None })?;
-    let mut table = buffer(bytes / size_of::<f64>())?;
+    let mut table = empty_table(cube.cells())?;
     cube.fill_table(rule, &mut table)?;
     Ok(table)
 }
 
-/// The spectral radius of T_h²p where all pairs are in S, whose matrix is K'_ij² n/(1 − q0), bounded
-/// from above by powers of it. Below 1 the neighbour equation's walks have a finite variance. As h
-/// is close to k, it is an estimate, from below, of that of T_k²p, on which the plain walks' depends.
-///
-/// O(n²) for each power.
+/// Room for the table of n = `cells` cells, all zero: for whoever fills rows in parallel by
+/// [`Cube::fill_row`].
 ///
 /// # Errors
 /// [`CubeError::Memory`].
-pub fn second_moment_radius<C: Coefficients<Scalar = f64>>(
-    coefficients: &C,
-    absorption: f64,
-) -> Result<f64, CubeError> {
+pub fn empty_table(cells: usize) -> Result<Vec<f64>, CubeError> {
+    let bytes = table_bytes(cells).ok_or(CubeError::Memory { bytes: None })?;
+    buffer(bytes / size_of::<f64>())
+}
+
+/// The spectral radius of |K'|, bounded from above by powers of it. O(n²) for each power.
+///
+/// Of the coefficients of K² in place of K, divided by 1 − q0, it is an estimate of that of T_k²p: below 1
+/// the walks have a finite variance. That of T_h²p is smaller where all pairs are in S, since its matrix
+/// has the squares of means in place of the means of squares.
+///
+/// # Errors
+/// [`CubeError::Memory`].
+pub fn absolute_radius<C: Coefficients<Scalar = f64>>(coefficients: &C) -> Result<f64, CubeError> {
     let n = coefficients.cells();
     let (mut w, mut next) = (buffer(n)?, buffer(n)?);
     w.fill(1.0);
-    let scale = n as f64 / (1.0 - absorption);
-    let apply = |w: &[f64], out: &mut [f64]| {
-        for (i, out) in out.iter_mut().enumerate() {
-            let row = w.iter().enumerate().map(|(j, w)| {
-                let [[k]] = coefficients.block(i, j);
-                k * k * w
-            });
-            *out = scale * row.sum::<f64>();
-        }
-    };
+    let apply = |w: &[f64], out: &mut [f64]| coefficients.apply_absolute(w, out);
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }

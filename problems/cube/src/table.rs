@@ -75,6 +75,16 @@ where
         self.means(self.right_hand_side(), rule, out)
     }
 
+    /// The points of `rule` in cell `cell` and their weights, which sum to 1.
+    pub fn points(
+        &self,
+        rule: Rule,
+        cell: usize,
+    ) -> impl Iterator<Item = ([f64; D], f64)> + use<D, K, S> {
+        let mesh = self.mesh();
+        rule.in_cell(mesh.places(cell), mesh.per_axis())
+    }
+
     /// The mean of a function over every cell, by `rule`.
     ///
     /// # Errors

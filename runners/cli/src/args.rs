@@ -18,7 +18,7 @@ use crate::file::{Estimator, Pairs, Scalar};
     after_help = "\
 Begin with:
   fredholm paper                 the experiment of Heinrich 1995, section 5
-  fredholm init circle > a.toml  a commented problem file
+  fredholm init cube > a.toml    a commented problem file, for your equation on [0, 1]^d
   fredholm solve a.toml          solve it
 
 Exit status: 0 done; 1 a failure on the way; 2 bad usage or input; 3 the asked error was not
@@ -62,6 +62,8 @@ about 95 % of those twice as wide.")]
 pub(crate) enum Kind {
     /// Flatland radiosity on the unit circle
     Circle,
+    /// Any kernel on [0, 1]^d, as a formula
+    Cube,
 }
 
 /// Options of `paper`.
@@ -101,7 +103,7 @@ pub(crate) struct Common {
 pub(crate) struct SolveArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Number of cells
+    /// Number of cells; of a cube per axis
     #[arg(long, value_name = "n")]
     pub(crate) cells: Option<usize>,
     /// Degree of the piecewise polynomials; this version has 0

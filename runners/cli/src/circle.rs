@@ -1,5 +1,6 @@
 //! A circle from its file to statistics: set-up, targets, walks.
 
+use core::f64::consts::TAU;
 use std::time::Instant;
 
 use fredholm_circle::{
@@ -11,8 +12,11 @@ use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
 use crate::failure::Failure;
-use crate::file::{self, Pairs};
-use crate::progress::begin_walking;
+use crate::file::{self, Pairs, Placed, ProblemFile, Scalar, What};
+use crate::problem::{
+    Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+};
+use crate::progress::{Progress, begin_walking};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -80,15 +84,6 @@ pub(crate) enum Question {
     Over(f64, f64),
 }
 
-/// An answer's deterministic part.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
-    /// (u, Φ), where it is known.
-    pub(crate) exact: Option<f64>,
-    /// (v, Φ).
-    pub(crate) galerkin: f64,
-}
-
 /// The tables of a scene: all that is computed before the walks.
 #[derive(Debug)]
 pub(crate) struct Setup<'a, F> {
@@ -145,11 +140,6 @@ impl<'a, F: Real> Setup<'a, F> {
             contraction: solution.contraction,
             seconds: start.elapsed().as_secs_f64(),
         })
-    }
-
-    /// max |v|.
-    pub(crate) fn largest(&self) -> f64 {
-        self.v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))
     }
 
     /// The deterministic part of the answers.
@@ -236,16 +226,16 @@ impl<'a> Scene<'a> {
         let circle = Circle::new(tables.cells(), dark, self.absorption).map_err(Failure::input)?;
         Ok(second_moment_radius(&circle))
     }
+}
 
-    /// Bytes of the tables at their largest.
-    pub(crate) fn memory<F: Real>(&self) -> usize {
-        let size = size_of::<F>();
-        // Tables of 9 numbers a cell in f64 for the set-up, with F', v, G and a copy of v; then the
-        // walk's own with v and G or two moments.
-        let setup = 9 * 8 + 4 * 8 + 3 * size;
-        let walk = 9 * size + 3 * size + 8;
-        self.cells.saturating_mul(setup.max(walk))
-    }
+/// Bytes of the tables of so many cells, at their largest.
+fn memory<F: Real>(cells: usize) -> usize {
+    let size = size_of::<F>();
+    // Tables of 9 numbers a cell in f64 for the set-up, with F', v, G and a copy of v; then the
+    // walk's own with v and G or two moments.
+    let setup = 9 * 8 + 4 * 8 + 3 * size;
+    let walk = 9 * size + 3 * size + 8;
+    cells.saturating_mul(setup.max(walk))
 }
 
 fn walk<'c, F: Real, E: Emission<F> + Sync, N>(
@@ -295,24 +285,150 @@ impl<F: Real, E: Emission<F>> Functional<Circle<'_, F, E>> for Start<'_, '_, F, 
     }
 }
 
-/// The light of a file, for a circle with so many cells.
-pub(crate) fn light<'a>(
-    emission: &file::Emission,
-    values: &'a [f64],
+/// Cells where the file has none: the first number from here on that fits the arcs.
+const DEFAULT_CELLS: usize = 100;
+/// Seconds of a visited state, on the machines this was measured on.
+const STATE: f64 = 25e-9;
+/// Seconds of the set-up for a cell: tables, and sweeps of a few nanoseconds each.
+const CELL: f64 = 800e-9;
+
+/// A circle of a file.
+#[derive(Debug)]
+pub(crate) struct CircleFile<'f> {
+    file: &'f ProblemFile,
+    circle: &'f file::Circle,
+    reflectance: Vec<f64>,
+    emission: Vec<f64>,
     cells: usize,
-) -> Result<Light<'a>, Failure> {
-    match emission {
-        file::Emission::Harmonic {
-            constant,
-            amplitude,
-            frequency,
-        } => Ok(Light::Harmonic(Harmonic {
-            constant: constant.value,
-            amplitude: amplitude.value,
-            frequency: frequency.value,
-        })),
-        file::Emission::Arcs(_) => Arcs::new(values, cells)
-            .map(Light::Arcs)
-            .map_err(Failure::input),
+    asked: Vec<Asked>,
+}
+
+impl<'f> CircleFile<'f> {
+    /// The circle of this file.
+    pub(crate) fn new(file: &'f ProblemFile, circle: &'f file::Circle) -> Result<Self, Failure> {
+        let values = |array: &[Placed<f64>]| array.iter().map(|value| value.value).collect();
+        let arcs = circle.reflectance.value.len();
+        let (emission, unit) = match &circle.emission {
+            file::Emission::Harmonic { .. } => (Vec::new(), arcs),
+            file::Emission::Arcs(array) => {
+                let unit = file::common_multiple(arcs, array.value.len());
+                (values(&array.value), unit)
+            }
+        };
+        let asked = asked(file, |what| match what {
+            What::At(at) => at.value.iter().map(|at| Where::Angle(at.value)).collect(),
+            What::OverAll => vec![Where::Arc(0.0, TAU)],
+            What::Over(from, to) => vec![Where::Arc(from.value, to.value)],
+            What::Grid(points) => (0..points.value)
+                .map(|i| Where::Angle(TAU * i as f64 / points.value as f64))
+                .collect(),
+            // Validation has refused it.
+            What::Weight(_) => Vec::new(),
+        })?;
+        Ok(Self {
+            file,
+            circle,
+            reflectance: values(&circle.reflectance.value),
+            emission,
+            cells: match &file.galerkin.cells {
+                Some(cells) => cells.value,
+                None => DEFAULT_CELLS.next_multiple_of(unit),
+            },
+            asked,
+        })
+    }
+
+    fn scene(&self) -> Result<Scene<'_>, Failure> {
+        let light = match &self.circle.emission {
+            file::Emission::Harmonic {
+                constant,
+                amplitude,
+                frequency,
+            } => Light::Harmonic(Harmonic {
+                constant: constant.value,
+                amplitude: amplitude.value,
+                frequency: frequency.value,
+            }),
+            file::Emission::Arcs(_) => {
+                Light::Arcs(Arcs::new(&self.emission, self.cells).map_err(Failure::input)?)
+            }
+        };
+        Ok(Scene {
+            reflectance: &self.reflectance,
+            light,
+            cells: self.cells,
+            absorption: self.file.walk.absorption.value,
+            pairs: self.file.galerkin.pairs.value,
+        })
+    }
+
+    fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let setup = Setup::<F>::new(self.scene()?)?;
+        let questions: Vec<Question> = self
+            .asked
+            .iter()
+            .filter_map(|asked| match asked.place {
+                Where::Angle(s) => Some(Question::At(s)),
+                Where::Arc(from, to) => Some(Question::Over(from, to)),
+                _ => None,
+            })
+            .collect();
+        let known = setup.known(&questions)?;
+        let start = Instant::now();
+        let outcome = setup.run(&questions, &known, plan, progress)?;
+        Ok(Answer {
+            known,
+            floors: floors(&setup.v, setup.contraction, &outcome),
+            outcome,
+            solve: setup.solve,
+            setup_seconds: setup.seconds,
+            walk_seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+impl Problem for CircleFile<'_> {
+    fn kind(&self) -> &'static str {
+        "circle"
+    }
+
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn asked(&self) -> &[Asked] {
+        &self.asked
+    }
+
+    fn memory(&self) -> usize {
+        // Neither light nor anything else of the scene counts.
+        let tables = match self.file.walk.scalar.value {
+            Scalar::F32 => memory::<f32>(self.cells),
+            Scalar::F64 => memory::<f64>(self.cells),
+        };
+        tables.saturating_add(self.asked.len().saturating_mul(1024))
+    }
+
+    fn cost(&self) -> Cost {
+        Cost {
+            setup: self.cells as f64 * CELL,
+            state: STATE,
+        }
+    }
+
+    fn refuse_infinite_variance(&self) -> Result<(), Failure> {
+        let radius = self.scene()?.second_moment()?;
+        if radius < 1.0 {
+            return Ok(());
+        }
+        let what = "reflectance²/(1 − absorption)";
+        Err(infinite_variance(self.file, what, radius))
+    }
+
+    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        match self.file.walk.scalar.value {
+            Scalar::F32 => self.answer_in::<f32>(plan, progress),
+            Scalar::F64 => self.answer_in::<f64>(plan, progress),
+        }
     }
 }

@@ -62,16 +62,25 @@ pub(crate) struct Figure {
     pub(crate) curves: Vec<Curve>,
 }
 
-/// A profile over the angle with its error band, on linear axes.
+/// The abscissa of a profile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Axis {
+    /// An angle s from 0 to 2π.
+    Angle,
+    /// x from 0 to 1.
+    Unit,
+}
+
+/// A profile with its error band, on linear axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     /// Above it.
     pub(crate) title: String,
-    /// What the ordinate is.
-    pub(crate) y_label: String,
+    /// The abscissa.
+    pub(crate) axis: Axis,
     /// What the legend calls the profile.
     pub(crate) name: String,
-    /// Angle, value, standard error.
+    /// Abscissa, value, standard error.
     pub(crate) points: Vec<(f64, f64, f64)>,
     /// Curves to compare with.
     pub(crate) curves: Vec<Curve>,
@@ -150,11 +159,14 @@ pub(crate) fn band_svg(band: &Band) -> Result<String, NothingToDraw> {
     for curve in &band.curves {
         plots.extend(draw(curve, curve.points.clone()));
     }
-    let layout = layout(&plots, &band.title, "angle s in radians", &band.y_label)
-        .with_x_axis_min(0.0)
-        .with_x_axis_max(TAU)
-        .with_x_tick_step(TAU / 4.0)
-        .with_x_tick_format(TickFormat::Custom(Arc::new(quarter_turn)));
+    let layout = match band.axis {
+        Axis::Angle => layout(&plots, &band.title, "angle s in radians", "u(s)")
+            .with_x_axis_max(TAU)
+            .with_x_tick_step(TAU / 4.0)
+            .with_x_tick_format(TickFormat::Custom(Arc::new(quarter_turn))),
+        Axis::Unit => layout(&plots, &band.title, "x", "u(x)").with_x_axis_max(1.0),
+    };
+    let layout = layout.with_x_axis_min(0.0);
     Ok(kuva::render_to_svg(plots, layout))
 }
 
@@ -231,7 +243,9 @@ fn quarter_turn(angle: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Band, Curve, Figure, NothingToDraw, Style, band_svg, log_log_svg, power_of_ten};
+    use super::{
+        Axis, Band, Curve, Figure, NothingToDraw, Style, band_svg, log_log_svg, power_of_ten,
+    };
 
     fn figure(points: Vec<(f64, f64)>) -> Figure {
         Figure {
@@ -276,7 +290,7 @@ mod tests {
     fn a_band_of_any_number_of_points() {
         let mut band = Band {
             title: "profile".to_owned(),
-            y_label: "u".to_owned(),
+            axis: Axis::Angle,
             name: "walks".to_owned(),
             points: vec![(0.0, 1.0, 0.1), (3.0, 2.0, 0.0), (1.0, f64::NAN, 0.1)],
             curves: Vec::new(),

@@ -5,13 +5,16 @@
 
 mod args;
 mod circle;
+mod cube;
 mod failure;
 mod figure;
 mod file;
+mod formula;
 mod init;
 mod numbers;
 mod output;
 mod paper;
+mod problem;
 mod progress;
 mod report;
 mod solve;

@@ -4,14 +4,20 @@ use fredholm_core::{Estimate, Statistics};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::figure::{Band, Curve, Style, band_svg};
+use crate::figure::{Axis, Band, Curve, Style, band_svg};
 use crate::numbers::{aligned, short, with_error};
 
 /// Everything that `solve --json` prints. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     pub(crate) problem: &'static str,
+    /// d, of cubes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) dimension: Option<usize>,
+    /// As the file counts them: of a cube, per axis.
     pub(crate) cells: usize,
+    /// Cells in all.
+    pub(crate) unknowns: usize,
     pub(crate) degree: usize,
     pub(crate) pairs: String,
     pub(crate) absorption: f64,
@@ -37,9 +43,11 @@ pub(crate) struct Report {
 pub(crate) struct TargetReport {
     pub(crate) name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) at: Option<f64>,
+    pub(crate) at: Option<Coordinates>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) over: Option<[f64; 2]>,
+    pub(crate) over: Option<Over>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) weight: Option<String>,
     pub(crate) exact: Option<f64>,
     pub(crate) galerkin: f64,
     pub(crate) walks: u64,
@@ -47,6 +55,43 @@ pub(crate) struct TargetReport {
     pub(crate) endings: EndingsReport,
     pub(crate) plain: EstimateReport,
     pub(crate) preconditioned: EstimateReport,
+}
+
+/// A point: an angle, or coordinates.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Coordinates {
+    One(f64),
+    Many(Vec<f64>),
+}
+
+impl Coordinates {
+    /// The abscissa of a grid's point.
+    fn first(&self) -> Option<f64> {
+        match self {
+            Self::One(s) => Some(*s),
+            Self::Many(x) => x.first().copied(),
+        }
+    }
+
+    /// As one entry of a table.
+    fn text(&self) -> String {
+        match self {
+            Self::One(s) => s.to_string(),
+            Self::Many(x) => {
+                let texts: Vec<String> = x.iter().map(f64::to_string).collect();
+                texts.join(" ")
+            }
+        }
+    }
+}
+
+/// Of what a mean is taken.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Over {
+    Interval([f64; 2]),
+    Word(&'static str),
 }
 
 /// How walks ended.
@@ -130,11 +175,13 @@ impl Report {
             ]);
         }
         format!(
-            "{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
+            "{}{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
             self.problem,
-            self.cells,
-            if self.cells == 1 { "" } else { "s" },
+            self.dimension
+                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            self.unknowns,
+            if self.unknowns == 1 { "" } else { "s" },
             self.pairs,
             self.estimator,
             self.scalar,
@@ -207,7 +254,7 @@ impl Report {
         let points: Vec<&TargetReport> = self.targets.iter().filter(on_grid).collect();
         let exact: Vec<_> = points
             .iter()
-            .filter_map(|t| Some((t.at?, t.exact?)))
+            .filter_map(|t| Some((t.at.as_ref()?.first()?, t.exact?)))
             .collect();
         let mut curves = Vec::new();
         if !exact.is_empty() {
@@ -224,13 +271,18 @@ impl Report {
         }
         let band = Band {
             title: format!("{name}: the solution with its 95 % error band"),
-            y_label: "u(s)".to_owned(),
+            axis: if self.problem == "circle" {
+                Axis::Angle
+            } else {
+                Axis::Unit
+            },
             name: "preconditioned walks".to_owned(),
             points: points
                 .iter()
                 .filter_map(|t| {
                     let estimate = &t.preconditioned;
-                    Some((t.at?, estimate.estimate?, estimate.std_error.unwrap_or(0.0)))
+                    let at = t.at.as_ref()?.first()?;
+                    Some((at, estimate.estimate?, estimate.std_error.unwrap_or(0.0)))
                 })
                 .collect(),
             curves,
@@ -243,9 +295,10 @@ impl Report {
 #[derive(Serialize)]
 struct CsvRow<'a> {
     name: &'a str,
-    at: Option<f64>,
+    at: Option<String>,
     from: Option<f64>,
     to: Option<f64>,
+    weight: Option<&'a str>,
     exact: Option<f64>,
     galerkin: f64,
     walks: u64,
@@ -262,11 +315,16 @@ struct CsvRow<'a> {
 
 impl<'a> CsvRow<'a> {
     fn new(target: &'a TargetReport) -> Self {
+        let interval = match target.over {
+            Some(Over::Interval(interval)) => Some(interval),
+            _ => None,
+        };
         Self {
             name: &target.name,
-            at: target.at,
-            from: target.over.map(|over| over[0]),
-            to: target.over.map(|over| over[1]),
+            at: target.at.as_ref().map(Coordinates::text),
+            from: interval.map(|over| over[0]),
+            to: interval.map(|over| over[1]),
+            weight: target.weight.as_deref(),
             exact: target.exact,
             galerkin: target.galerkin,
             walks: target.walks,

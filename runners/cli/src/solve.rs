@@ -1,32 +1,21 @@
 //! `fredholm solve` and `fredholm check`.
 
-use core::f64::consts::TAU;
 use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
-use std::time::Instant;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimator, Real, STEP_LIMIT, Statistics, rounding_floor};
+use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics};
 use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
-use crate::circle::{Known, Light, Question, Scene, Setup, light};
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, Scalar, What, common_multiple, word};
+use crate::file::{self, Placed, ProblemFile, What, word};
 use crate::numbers::short;
 use crate::output::Output;
+use crate::problem::{self, Asked, Known, Problem, Where};
 use crate::progress::{Progress, catch_interrupts};
-use crate::report::{EndingsReport, EstimateReport, Report, TargetReport};
+use crate::report::{Coordinates, EndingsReport, EstimateReport, Over, Report, TargetReport};
 use crate::threads::with_threads;
-
-/// Cells where the file has none: the first number from here on that fits the arcs.
-const DEFAULT_CELLS: usize = 100;
-
-/// A question with its name.
-struct Asked {
-    name: String,
-    question: Question,
-}
 
 /// Reads and validates a file, with the command line's values in place of its own.
 fn read(path: &Path, replace: impl FnOnce(&mut ProblemFile)) -> Result<ProblemFile, Failure> {
@@ -65,95 +54,12 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     }
 }
 
-/// The number of cells: the file's, or one that fits its arcs.
-fn cells(file: &ProblemFile) -> usize {
-    let arcs = file.problem.reflectance.value.len();
-    let unit = match &file.problem.emission {
-        file::Emission::Harmonic { .. } => arcs,
-        file::Emission::Arcs(values) => common_multiple(arcs, values.value.len()),
-    };
-    match &file.galerkin.cells {
-        Some(cells) => cells.value,
-        None => DEFAULT_CELLS.next_multiple_of(unit),
-    }
-}
-
-/// Every target of the file; a grid is one for each of its points.
-fn questions(file: &ProblemFile) -> Result<Vec<Asked>, Failure> {
-    let mut all = Vec::new();
-    for target in &file.targets {
-        let name = &target.name.value;
-        let mut ask = |name: String, question| all.push(Asked { name, question });
-        match &target.what {
-            What::At(angle) => ask(name.clone(), Question::At(angle.value)),
-            What::OverAll => ask(name.clone(), Question::Over(0.0, TAU)),
-            What::Over(from, to) => ask(name.clone(), Question::Over(from.value, to.value)),
-            What::Grid(points) => {
-                for i in 0..points.value {
-                    let angle = TAU * i as f64 / points.value as f64;
-                    ask(format!("{name}[{i}]"), Question::At(angle));
-                }
-            }
-        }
-    }
-    let mut names: Vec<&str> = all.iter().map(|asked| asked.name.as_str()).collect();
-    names.sort_unstable();
-    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(Failure::input(format_args!(
-            "two targets are named {:?}, one of them a point of a grid: rename one",
-            pair[0]
-        )));
-    }
-    Ok(all)
-}
-
-/// The values of an array.
-fn values(array: &Placed<Vec<Placed<f64>>>) -> Vec<f64> {
-    array.value.iter().map(|value| value.value).collect()
-}
-
-/// What stands in the file, as the circle wants it.
-struct Owned {
-    reflectance: Vec<f64>,
-    emission: Vec<f64>,
-}
-
-impl Owned {
-    fn new(file: &ProblemFile) -> Self {
-        let emission = match &file.problem.emission {
-            file::Emission::Harmonic { .. } => Vec::new(),
-            file::Emission::Arcs(array) => values(array),
-        };
-        Self {
-            reflectance: values(&file.problem.reflectance),
-            emission,
-        }
-    }
-
-    fn scene(&self, file: &ProblemFile) -> Result<Scene<'_>, Failure> {
-        let cells = cells(file);
-        let light: Light<'_> = light(&file.problem.emission, &self.emission, cells)?;
-        Ok(Scene {
-            reflectance: &self.reflectance,
-            light,
-            cells,
-            absorption: file.walk.absorption.value,
-            pairs: file.galerkin.pairs.value,
-        })
-    }
-}
-
-/// Bytes of the tables and of what is kept for each target.
-fn memory(file: &ProblemFile, scene: &Scene<'_>, targets: usize) -> usize {
-    let tables = match file.walk.scalar.value {
-        Scalar::F32 => scene.memory::<f32>(),
-        Scalar::F64 => scene.memory::<f64>(),
-    };
-    tables.saturating_add(targets.saturating_mul(1024))
-}
-
 /// Refuses what does not fit into the memory that is free now.
-fn refuse_beyond_memory(file: &ProblemFile, needed: usize, cells: usize) -> Result<(), Failure> {
+pub(crate) fn refuse_beyond_memory(
+    file: &ProblemFile,
+    problem: &dyn Problem,
+) -> Result<(), Failure> {
+    let needed = problem.memory();
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let available = system.available_memory();
@@ -161,32 +67,19 @@ fn refuse_beyond_memory(file: &ProblemFile, needed: usize, cells: usize) -> Resu
         return Ok(());
     }
     let message = format!(
-        "{cells} cells need {} of memory, and {} are free: use fewer cells",
+        "{} cells need {} of memory, and {} are free: use fewer cells{}",
+        problem.unknowns(),
         bytes(needed as u64),
-        bytes(available)
+        bytes(available),
+        match &file.problem {
+            file::Problem::Cube(_) => ", or `kernel_factors` if the kernel is a product",
+            file::Problem::Circle(_) => "",
+        }
     );
     Err(match &file.galerkin.cells {
         Some(cells) => file.refuse(cells, message).into(),
         None => Failure::input(message),
     })
-}
-
-/// Refuses walks whose error bars would mean nothing.
-fn refuse_infinite_variance(file: &ProblemFile, scene: &Scene<'_>) -> Result<(), Failure> {
-    let radius = scene.second_moment()?;
-    if radius < 1.0 {
-        return Ok(());
-    }
-    // The radius is proportional to 1/(1 − q0).
-    let most = 1.0 - radius * (1.0 - scene.absorption);
-    let message = format!(
-        "the variance of a walk is infinite with `absorption` = {}: reflectance²/(1 − absorption) \
-         has an estimated spectral radius of {}, and it must be below 1; use an `absorption` below \
-         {most:.2e} (or --allow-infinite-variance: error bars then mean nothing)",
-        scene.absorption,
-        short(radius)
-    );
-    Err(file.refuse(&file.walk.absorption, message).into())
 }
 
 fn bytes(count: u64) -> String {
@@ -253,23 +146,18 @@ fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Fail
 pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |file| replace(file, args))?;
     let time_limit = args.time_limit.map(time_limit).transpose()?;
-    let owned = Owned::new(&file);
-    let scene = owned.scene(&file)?;
-    let asked = questions(&file)?;
+    let problem = problem::of_file(&file)?;
+    refuse_beyond_memory(&file, &*problem)?;
     if !args.allow_infinite_variance {
-        refuse_infinite_variance(&file, &scene)?;
+        problem.refuse_infinite_variance()?;
     }
-    refuse_beyond_memory(&file, memory(&file, &scene, asked.len()), scene.cells)?;
     let output = match &args.out {
         Some(path) => Some(open_output(path, &file)?),
         None => None,
     };
     catch_interrupts()?;
     let plan = plan(&file, time_limit);
-    let job = || match file.walk.scalar.value {
-        Scalar::F32 => answer::<f32>(&file, scene, &asked, &plan),
-        Scalar::F64 => answer::<f64>(&file, scene, &asked, &plan),
-    };
+    let job = || answer(&file, &*problem, &plan);
     let (report, ended) = with_threads(args.common.threads, job)??;
 
     // Results that cannot be written to their file are printed nevertheless.
@@ -315,52 +203,46 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 }
 
 /// Sets up, walks, and says what came.
-fn answer<F: Real>(
+fn answer(
     file: &ProblemFile,
-    scene: Scene<'_>,
-    asked: &[Asked],
+    problem: &dyn Problem,
     plan: &Plan,
 ) -> Result<(Report, Ended), Failure> {
-    let walks = plan.walks.saturating_mul(asked.len() as u64);
-    let progress = Progress::new(walks);
+    let asked = problem.asked();
+    let progress = Progress::new(plan.walks.saturating_mul(asked.len() as u64));
     progress.say("setting up".to_owned());
-    let setup = Setup::<F>::new(scene)?;
-    let questions: Vec<Question> = asked.iter().map(|asked| asked.question).collect();
-    let known = setup.known(&questions)?;
-    let start = Instant::now();
-    let outcome = setup.run(&questions, &known, plan, &progress)?;
-    let walk_seconds = start.elapsed().as_secs_f64();
+    let answer = problem.answer(plan, &progress)?;
     progress.done();
 
-    let (stop, ended) = ending(&outcome, plan);
-    let largest = setup.largest();
+    let (stop, ended) = ending(&answer.outcome, plan);
+    let statistics = answer.outcome.statistics.iter();
     let targets = asked
         .iter()
-        .zip(&known)
-        .zip(&outcome.statistics)
-        .map(|((asked, known), statistics)| {
-            let u = statistics.preconditioned().estimate;
-            let floor = rounding_floor::<F>(largest, u, setup.contraction);
+        .zip(&answer.known)
+        .zip(statistics.clone().zip(&answer.floors))
+        .map(|((asked, known), (statistics, &floor))| {
             target_report(asked, known, statistics, floor)
         })
         .collect();
     let report = Report {
-        problem: "circle",
-        cells: scene.cells,
+        problem: problem.kind(),
+        dimension: problem.dimension(),
+        cells: problem.cells(),
+        unknowns: problem.unknowns(),
         degree: file.galerkin.degree.value,
-        pairs: word(&scene.pairs),
-        absorption: scene.absorption,
+        pairs: word(&file.galerkin.pairs.value),
+        absorption: file.walk.absorption.value,
         estimator: word(&file.walk.estimator.value),
         scalar: word(&file.walk.scalar.value),
         generator: DEFAULT_GENERATOR,
         batch: plan.batch,
         seed: plan.seed,
         stop,
-        sweeps: setup.solve.sweeps,
-        residual: setup.solve.residual,
-        states: outcome.statistics.iter().map(Statistics::states).sum(),
-        setup_seconds: setup.seconds,
-        walk_seconds,
+        sweeps: answer.solve.sweeps,
+        residual: answer.solve.residual,
+        states: statistics.map(Statistics::states).sum(),
+        setup_seconds: answer.setup_seconds,
+        walk_seconds: answer.walk_seconds,
         targets,
     };
     Ok((report, ended))
@@ -383,14 +265,22 @@ fn target_report(
     rounding_floor: f64,
 ) -> TargetReport {
     let walks = statistics.walks();
-    let (at, over) = match asked.question {
-        Question::At(s) => (Some(s), None),
-        Question::Over(from, to) => (None, Some([from, to])),
-    };
     TargetReport {
         name: asked.name.clone(),
-        at,
-        over,
+        at: match &asked.place {
+            Where::Angle(s) => Some(Coordinates::One(*s)),
+            Where::Point(x) => Some(Coordinates::Many(x.clone())),
+            _ => None,
+        },
+        over: match asked.place {
+            Where::Arc(from, to) => Some(Over::Interval([from, to])),
+            Where::All => Some(Over::Word("all")),
+            _ => None,
+        },
+        weight: match &asked.place {
+            Where::Weight(text) => Some(text.clone()),
+            _ => None,
+        },
         exact: known.exact,
         galerkin: known.galerkin,
         walks,
@@ -401,40 +291,48 @@ fn target_report(
     }
 }
 
-/// Nanoseconds of a visited state on one thread, on the machines this was measured on.
-const STATE_NANOSECONDS: f64 = 25.0;
-/// Nanoseconds of the set-up for a cell: tables, and sweeps of a few nanoseconds each.
-const SETUP_NANOSECONDS: f64 = 800.0;
+/// "100", "10 per axis, 1000 in all".
+fn cells_text(problem: &dyn Problem) -> String {
+    match problem.dimension() {
+        Some(2..) => format!(
+            "{} per axis, {} in all",
+            problem.cells(),
+            problem.unknowns()
+        ),
+        _ => problem.cells().to_string(),
+    }
+}
 
 /// Runs `check`.
 pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     let file = read(path, |_| ())?;
-    let owned = Owned::new(&file);
-    let scene = owned.scene(&file)?;
-    let asked = questions(&file)?;
-    refuse_infinite_variance(&file, &scene)?;
-    let needed = memory(&file, &scene, asked.len());
-    refuse_beyond_memory(&file, needed, scene.cells)?;
+    let problem = problem::of_file(&file)?;
+    refuse_beyond_memory(&file, &*problem)?;
+    problem.refuse_infinite_variance()?;
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
-    let walks = file.walk.walks.value as f64 * asked.len() as f64;
+    let targets = problem.asked().len();
+    let walks = file.walk.walks.value as f64 * targets as f64;
     let states = walks * (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
-    let seconds = scene.cells as f64 * SETUP_NANOSECONDS * 1e-9
-        + states * STATE_NANOSECONDS * 1e-9 / threads as f64;
+    let cost = problem.cost();
+    let seconds = (cost.setup + states * cost.state) / threads as f64;
     let most = if file.walk.target_error.is_some() {
         "at most "
     } else {
         ""
     };
     let rows = [
-        ("problem", "circle".to_owned()),
-        ("cells", scene.cells.to_string()),
-        ("pairs", word(&scene.pairs)),
+        ("problem", problem.kind().to_owned()),
+        ("cells", cells_text(&*problem)),
+        ("pairs", word(&file.galerkin.pairs.value)),
         ("estimator", word(&file.walk.estimator.value)),
         ("scalar", word(&file.walk.scalar.value)),
-        ("targets", asked.len().to_string()),
+        ("targets", targets.to_string()),
         ("walks", format!("{most}{walks}")),
         ("states", format!("{most}about {states:.1e}")),
-        ("memory", format!("about {}", bytes(needed as u64))),
+        (
+            "memory",
+            format!("about {}", bytes(problem.memory() as u64)),
+        ),
         (
             "time",
             format!("{most}about {} s on {threads} threads", short(seconds)),

@@ -12,6 +12,8 @@
 //! asked in [`ProblemFile::validate`], because flags of the command line may
 //! replace values in between.
 
+mod circle;
+mod cube;
 mod place;
 mod section;
 mod validate;
@@ -19,13 +21,14 @@ mod validate;
 use clap::ValueEnum;
 use toml::de::{DeTable, DeValue};
 
+pub(crate) use circle::{Circle, Emission, common_multiple};
+pub(crate) use cube::{Cube, KernelText};
 use place::Source;
 pub(crate) use place::{InputError, Place, Placed};
 use section::{Field, Section, unknown_word};
-pub(crate) use validate::common_multiple;
 
 /// The largest number of cells accepted.
-const MAX_CELLS: usize = 100_000_000;
+pub(crate) const MAX_CELLS: usize = 100_000_000;
 /// The largest number of walks in one batch.
 const MAX_BATCH: u64 = 1_000_000_000;
 /// The largest seed: TOML has no larger integers.
@@ -36,7 +39,7 @@ const MAX_GRID: usize = 100_000;
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemFile {
     /// The section `[problem]`.
-    pub(crate) problem: Circle,
+    pub(crate) problem: Problem,
     /// The section `[galerkin]`.
     pub(crate) galerkin: Galerkin,
     /// The section `[walk]`.
@@ -49,41 +52,26 @@ pub(crate) struct ProblemFile {
     source: Source,
 }
 
-/// Radiosity on the circle: `[problem]` with `kind = "circle"`.
+/// What is to be solved: `[problem]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Circle {
-    /// The reflectance on equal arcs of [0, 2 pi).
-    pub(crate) reflectance: Placed<Vec<Placed<f64>>>,
-    /// The emission.
-    pub(crate) emission: Emission,
-}
-
-/// The emission of a circle.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Emission {
-    /// The emission for which `constant + amplitude sin(frequency s)` is the
-    /// solution (Heinrich 1995, (57)-(58)).
-    Harmonic {
-        /// The constant part of the solution.
-        constant: Placed<f64>,
-        /// The amplitude of the wave.
-        amplitude: Placed<f64>,
-        /// The number of waves around the circle.
-        frequency: Placed<u32>,
-    },
-    /// Constant on each of so many equal arcs of [0, 2 pi).
-    Arcs(Placed<Vec<Placed<f64>>>),
+pub(crate) enum Problem {
+    /// Radiosity on the circle.
+    Circle(Circle),
+    /// An equation on [0, 1]^d.
+    Cube(Cube),
 }
 
 /// The Galerkin scheme: `[galerkin]`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Galerkin {
-    /// The number of cells; without one, the problem chooses.
+    /// The number of cells, for a cube of cells per axis; without one, the problem chooses.
     pub(crate) cells: Option<Placed<usize>>,
     /// The degree of the polynomials on a cell.
     pub(crate) degree: Placed<usize>,
     /// Which pairs of cells the neighbour equation treats how.
     pub(crate) pairs: Placed<Pairs>,
+    /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
+    pub(crate) points: Option<Placed<usize>>,
 }
 
 /// The random walks: `[walk]`.
@@ -119,22 +107,25 @@ pub(crate) struct Target {
 /// What a target computes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum What {
-    /// The solution at this angle.
-    At(Placed<f64>),
-    /// The mean of the solution over the circle.
+    /// The solution at this angle, or this point.
+    At(Placed<Vec<Placed<f64>>>),
+    /// The mean of the solution over the space.
     OverAll,
     /// The mean of the solution from one angle to another.
     Over(Placed<f64>, Placed<f64>),
-    /// The solution at so many equally spaced angles.
+    /// The solution at so many equally spaced angles, or points of [0, 1].
     Grid(Placed<usize>),
+    /// The integral of the solution times this formula.
+    Weight(Placed<String>),
 }
 
 /// The choices of `pairs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Pairs {
-    /// All pairs of different cells in S, the diagonal left out (Heinrich 1995, section 5)
+    /// As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S
     Paper,
-    /// All pairs of different cells in S, the diagonal pointwise
+    /// All pairs in S, but for a kernel with a kink at x = y (circle; cube with `kernel_integral`) the
+    /// diagonal pointwise
     Default,
     /// All pairs pointwise: the neighbour equation differs in its source only
     Pointwise,
@@ -203,53 +194,17 @@ pub(crate) fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
 }
 
 /// Reads `[problem]`, whose other keys depend on its `kind`.
-fn read_problem(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+fn read_problem(mut section: Section<'_, '_>) -> Result<Problem, InputError> {
     let kind = section.required("kind")?;
+    let known = ["circle", "cube"].map(str::to_owned);
     match kind.text()? {
-        "circle" => read_circle(section),
-        planned @ ("cube" | "room") => Err(kind.error(format_args!(
-            "`kind = \"{planned}\"` is planned, but not in this version; it has only \"circle\""
-        ))),
-        other => Err(kind.error(unknown_word("kind", other, &["circle".to_owned()]))),
-    }
-}
-
-/// Reads the rest of `[problem]` for a circle.
-fn read_circle(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
-    let reflectance = section.required("reflectance")?.numbers()?;
-    let emission = read_emission(section.required("emission")?)?;
-    section.finish()?;
-    Ok(Circle {
-        reflectance,
-        emission,
-    })
-}
-
-/// Reads `emission`: a formula, or values on arcs.
-fn read_emission(field: Field<'_, '_>) -> Result<Emission, InputError> {
-    match field.value {
-        DeValue::Table(_) => read_harmonic(field.section("in `emission`")?),
-        DeValue::Array(_) | DeValue::Integer(_) | DeValue::Float(_) => {
-            Ok(Emission::Arcs(field.numbers()?))
-        }
-        _ => Err(field.mistyped(
-            "a number, an array of numbers, \
-             or a table { constant = ..., amplitude = ..., frequency = ... }",
+        "circle" => circle::read(section).map(Problem::Circle),
+        "cube" => cube::read(section).map(Problem::Cube),
+        "room" => Err(kind.error(
+            "`kind = \"room\"` is planned, but not in this version; it has \"circle\" and \"cube\"",
         )),
+        other => Err(kind.error(unknown_word("kind", other, &known))),
     }
-}
-
-/// Reads the formula of an emission.
-fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
-    let constant = section.required("constant")?.number()?;
-    let amplitude = section.required("amplitude")?.number()?;
-    let frequency = section.required("frequency")?.integer()?;
-    section.finish()?;
-    Ok(Emission::Harmonic {
-        constant,
-        amplitude,
-        frequency,
-    })
 }
 
 /// Reads `[galerkin]`.
@@ -257,11 +212,13 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let cells = section.optional("cells");
     let degree = section.optional("degree");
     let pairs = section.optional("pairs");
+    let points = section.optional("points");
     section.finish()?;
     Ok(Galerkin {
         cells: cells.map(|field| field.integer()).transpose()?,
         degree: or_default(degree, Field::integer, 0)?,
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
+        points: points.map(|field| field.integer()).transpose()?,
     })
 }
 
@@ -306,14 +263,10 @@ fn read_targets(field: Field<'_, '_>) -> Result<Vec<Target>, InputError> {
 /// Reads one `[[target]]`.
 fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let name = section.required("name")?;
-    let mut chosen = ["at", "over", "grid"]
+    let mut chosen = ["at", "over", "weight", "grid"]
         .into_iter()
         .filter_map(|key| section.optional(key))
         .collect::<Vec<_>>();
-    section.planned(
-        "weight",
-        "`weight` belongs to cubes, which are not in this version",
-    )?;
     section.finish()?;
     let name = Placed::file(name.span.clone(), name.text()?.to_owned());
 
@@ -323,7 +276,8 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let Some(first) = chosen.next() else {
         return Err(section.error(format_args!(
             "target {:?} does not say what to compute: give one of \
-             `at = angle`, `over = \"all\"`, `over = [from, to]`, `grid = points`",
+             `at = …` (an angle, or a point of the cube), `over = \"all\"`, \
+             `over = [from, to]` (circle), `weight = \"…\"` (cube), `grid = points`",
             name.value
         )));
     };
@@ -338,8 +292,9 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         ));
     }
     let what = match first.name.as_str() {
-        "at" => What::At(first.number()?),
+        "at" => What::At(first.numbers()?),
         "over" => read_over(first)?,
+        "weight" => What::Weight(first.string()?),
         _ => What::Grid(first.integer()?),
     };
     Ok(Target { name, what })

@@ -135,6 +135,25 @@ impl Source {
         }
     }
 
+    /// Renders an error at a part of the string value that stands at `span`. Where the file spells the
+    /// value differently (with escapes), the whole string is shown.
+    pub(super) fn error_within(
+        &self,
+        span: &Range<usize>,
+        value: &str,
+        part: Range<usize>,
+        message: impl Display,
+    ) -> InputError {
+        let written = self.text.get(span.clone()).unwrap_or("");
+        match written.find(value) {
+            Some(start) if !value.is_empty() => {
+                let start = span.start + start;
+                self.error(start + part.start..start + part.end, message)
+            }
+            _ => self.error(span.clone(), message),
+        }
+    }
+
     /// Where a byte of the text is.
     pub(super) fn locate(&self, byte: usize) -> Position<'_> {
         let text = self.text.as_str();

@@ -75,14 +75,6 @@ impl<'s, 'i> Section<'s, 'i> {
         }
     }
 
-    /// An error if a key is there which only a later version reads.
-    pub(super) fn planned(&self, key: &str, message: &str) -> Result<(), InputError> {
-        match self.table.get_key_value(key) {
-            Some((key, _)) => Err(self.source.error(key.span(), message)),
-            None => Ok(()),
-        }
-    }
-
     /// An error if a key is left which nobody asked for.
     pub(super) fn finish(&self) -> Result<(), InputError> {
         // The tree is sorted by key; the first in the file is meant.
@@ -213,6 +205,24 @@ impl<'s, 'i> Field<'s, 'i> {
     /// The string here.
     pub(super) fn text(&self) -> Result<&str, InputError> {
         self.value.as_str().ok_or_else(|| self.mistyped("a string"))
+    }
+
+    /// The string here, to keep.
+    pub(super) fn string(&self) -> Result<Placed<String>, InputError> {
+        Ok(Placed::file(self.span.clone(), self.text()?.to_owned()))
+    }
+
+    /// The strings here: an array.
+    pub(super) fn strings(&self) -> Result<Placed<Vec<Placed<String>>>, InputError> {
+        let DeValue::Array(array) = &self.value else {
+            return Err(self.mistyped("an array of strings"));
+        };
+        let strings = array
+            .iter()
+            .enumerate()
+            .map(|(index, item)| self.element(index, item).string())
+            .collect::<Result<_, _>>()?;
+        Ok(Placed::file(self.span.clone(), strings))
     }
 
     /// The boolean here.

@@ -55,6 +55,13 @@ const PROBLEM: &str = "reflectance = [0.3, 0.7]\nemission = [1, 0, 2]";
 /// A good `[[target]]`.
 const TARGET: &str = "name = \"a\"\nat = 0";
 
+fn circle(file: &ProblemFile) -> &Circle {
+    match &file.problem {
+        Problem::Circle(circle) => circle,
+        Problem::Cube(cube) => panic!("{cube:?}"),
+    }
+}
+
 fn good(text: &str) -> ProblemFile {
     let file = read("t.toml", text).and_then(|file| file.validate().map(|()| file));
     file.unwrap_or_else(|error| panic!("{error}"))
@@ -104,14 +111,14 @@ fn values(numbers: &Placed<Vec<Placed<f64>>>) -> Vec<f64> {
 #[test]
 fn full_file() {
     let file = good(FULL);
-    assert_eq!(values(&file.problem.reflectance), [0.3, 0.7]);
+    assert_eq!(values(&circle(&file).reflectance), [0.3, 0.7]);
     let Emission::Harmonic {
         constant,
         amplitude,
         frequency,
-    } = &file.problem.emission
+    } = &circle(&file).emission
     else {
-        panic!("{:?}", file.problem.emission);
+        panic!("{:?}", circle(&file).emission);
     };
     assert_eq!((constant.value, amplitude.value), (5.0, 1.0));
     assert_eq!(frequency.value, 5);
@@ -128,7 +135,7 @@ fn full_file() {
     assert!(file.walk.relative.value);
     let names = file.targets.iter().map(|target| target.name.value.as_str());
     assert_eq!(names.collect::<Vec<_>>(), ["a", "mean", "half", "profile"]);
-    assert!(matches!(&file.targets[0].what, What::At(at) if at.value == 0.3));
+    assert!(matches!(&file.targets[0].what, What::At(at) if values(at) == [0.3]));
     assert!(matches!(&file.targets[1].what, What::OverAll));
     assert!(matches!(
         &file.targets[2].what,
@@ -144,8 +151,8 @@ fn places_are_those_of_the_values() {
         Place::File(span) => &FULL[span.clone()],
         other => panic!("{other:?}"),
     };
-    assert_eq!(shows(&file.problem.reflectance.place), "[0.3, 0.7]");
-    assert_eq!(shows(&file.problem.reflectance.value[1].place), "0.7");
+    assert_eq!(shows(&circle(&file).reflectance.place), "[0.3, 0.7]");
+    assert_eq!(shows(&circle(&file).reflectance.value[1].place), "0.7");
     assert_eq!(shows(&file.walk.walks.place), "0x10");
     assert_eq!(shows(&file.targets[3].name.place), "\"profile\"");
 }
@@ -155,8 +162,8 @@ fn defaults() {
     let text = "problem = { kind = 'circle', reflectance = 0, emission = 1 }\n\
                     target = [{ name = 'a', at = 1 }]";
     let file = good(text);
-    assert_eq!(values(&file.problem.reflectance), [0.0]);
-    assert!(matches!(&file.problem.emission, Emission::Arcs(arcs) if values(arcs) == [1.0]));
+    assert_eq!(values(&circle(&file).reflectance), [0.0]);
+    assert!(matches!(&circle(&file).emission, Emission::Arcs(arcs) if values(arcs) == [1.0]));
     assert_eq!(file.galerkin.cells, None);
     assert_eq!(file.galerkin.degree, Placed::default(0));
     assert_eq!(file.galerkin.pairs, Placed::default(Pairs::Default));
@@ -203,7 +210,7 @@ fn unknown_keys() {
     fails(&walk("wlaks = 1"), 8, 1, "wlaks", &words);
     let words = [
         "in `[galerkin]`",
-        "known here: `cells`, `degree` and `pairs`",
+        "known here: `cells`, `degree`, `pairs` and `points`",
     ];
     fails(&galerkin("  mesh = 1"), 6, 3, "mesh", &words);
     // A typo is reported as such even where the right key is missing.
@@ -242,7 +249,7 @@ fn unknown_keys() {
         12,
         1,
         "weight",
-        &["belongs to cubes", "not in this version"],
+        &["both `at` and `weight`"],
     );
     // The first in the file, though the parser sorts by key.
     fails(&walk("zz = 1\naa = 1"), 8, 1, "zz", &["`zz`"]);
@@ -288,10 +295,9 @@ fn missing_keys() {
 #[test]
 fn kinds() {
     let text = |kind: &str| format!("[problem]\nkind = {kind}\nsides = 3\n");
-    for kind in ["\"cube\"", "\"room\""] {
-        fails(&text(kind), 2, 8, kind, &["planned", "not in this version"]);
-    }
-    let words = ["`kind` must be \"circle\", found \"ball\""];
+    let room = "\"room\"";
+    fails(&text(room), 2, 8, room, &["planned", "not in this version"]);
+    let words = ["`kind` must be \"circle\" or \"cube\", found \"ball\""];
     fails(&text("'ball'"), 2, 8, "'ball'", &words);
     fails(
         &text("'circel'"),
@@ -719,4 +725,146 @@ fn near_words() {
     assert_eq!(nearest("Walk", &known), Some("walks"));
     assert_eq!(nearest("seeds", &known), Some("seed"));
     assert_eq!(nearest("temperature", &known), None);
+}
+
+/// A file of a cube: its `[problem]`, what else it has before targets, and a target.
+fn cube(problem: &str, rest: &str, target: &str) -> String {
+    format!("[problem]\nkind = \"cube\"\n{problem}\n{rest}\n[[target]]\nname = \"a\"\n{target}\n")
+}
+
+#[test]
+fn a_cube_in_every_spelling() {
+    let of = |text: &str| match good(text).problem {
+        Problem::Cube(cube) => cube,
+        Problem::Circle(circle) => panic!("{circle:?}"),
+    };
+    let plain = of(&cube(
+        "dimension = 1\nkernel = 'x * y1'\nsource = '1'",
+        "",
+        "at = 0.5",
+    ));
+    assert_eq!(plain.dimension.value, 1);
+    assert!(matches!(plain.kernel, KernelText::General(text) if text.value == "x * y1"));
+    assert!(plain.integral.is_none() && plain.solution.is_none());
+    let full = "dimension = 2\nkernel_factors = ['abs(x - y)', 'x < y ? x : y']\n\
+                kernel_integral = ['0.5 * (y - x) * abs(y - x)', 'x < y ? x * y : y^2 / 2']\n\
+                source = 'x1 + x2'\nsolution = 'pi'";
+    let rest = "[galerkin]\ncells = 3\npairs = 'pointwise'\npoints = 5";
+    for target in ["at = [0, 1]", "over = 'all'", "weight = 'x1 * exp(-x2)'"] {
+        let full = of(&cube(full, rest, target));
+        assert!(matches!(full.kernel, KernelText::Factors(texts) if texts.value.len() == 2));
+    }
+}
+
+#[test]
+fn what_cubes_refuse() {
+    let problem = "dimension = 2\nkernel = 'x1 * y2'\nsource = 'x1'";
+    let all = "over = 'all'";
+    let of = |problem: &str| cube(problem, "", all);
+    // Line 3 is the dimension, 4 the kernel, 5 the source.
+    fails(
+        &of("dimension = 7\nkernel = '1'\nsource = '1'"),
+        3,
+        13,
+        "7",
+        &["from 1 to 6"],
+    );
+    let kernel = |text: &str| of(&format!("dimension = 2\nkernel = {text}\nsource = '1'"));
+    fails(
+        &kernel("'x1 * (y1 + z)'"),
+        4,
+        22,
+        "z",
+        &["unknown name `z`", "x1 to x2 and y1 to y2"],
+    );
+    fails(&kernel("'x1 * y3'"), 4, 16, "y3", &["unknown name `y3`"]);
+    fails(&kernel("'x1 * + '"), 4, 18, "'", &["unexpected end"]);
+    fails(
+        &kernel("'1 + foo(x1)'"),
+        4,
+        15,
+        "foo",
+        &["unknown function `foo`", "sqrt"],
+    );
+    fails(&kernel("'x1 y1'"), 4, 14, "y1", &["unexpected"]);
+    // Where the file spells it with escapes, the whole string is shown.
+    let escaped = r#""x1 \u002B z""#;
+    fails(&kernel(escaped), 4, 10, escaped, &["unknown name `z`"]);
+    fails(&kernel("3"), 4, 10, "3", &["`kernel` must be a string"]);
+    fails(
+        &of("dimension = 2\nkernel = '1'\nsource = 'y1'"),
+        5,
+        11,
+        "y1",
+        &["coordinates here are x1 to x2"],
+    );
+    fails(
+        &of("dimension = 2\nkernel = '1'\nkernel_factors = ['1', '1']\nsource = '1'"),
+        5,
+        1,
+        "kernel_factors",
+        &["one of `kernel` and `kernel_factors`"],
+    );
+    fails(
+        &of("dimension = 2\nsource = '1'"),
+        1,
+        1,
+        "[problem]",
+        &["`kernel`", "missing"],
+    );
+    fails(
+        &of("dimension = 2\nkernel_factors = ['x * y']\nsource = '1'"),
+        4,
+        18,
+        "['x * y']",
+        &["2 formulas", "not 1"],
+    );
+    fails(
+        &of("dimension = 2\nkernel_factors = ['x * y', 'x2']\nsource = '1'"),
+        4,
+        29,
+        "x2",
+        &["unknown name `x2`", "x and y"],
+    );
+    fails(
+        &of(&format!("{problem}\nkernel_integral = 'x1'")),
+        6,
+        19,
+        "'x1'",
+        &["`kernel_factors`"],
+    );
+    fails(
+        &of("dimension = 1\nkernel = '1'\nkernel_integral = ['y']\nsource = '1'"),
+        5,
+        19,
+        "['y']",
+        &["must be one formula"],
+    );
+    fails(
+        &cube(problem, "[galerkin]\npairs = 'pointwise'", all),
+        7,
+        9,
+        "'pointwise'",
+        &["`kernel_integral`"],
+    );
+    fails(
+        &cube(problem, "[galerkin]\npoints = 6", all),
+        7,
+        10,
+        "6",
+        &["from 1 to 5"],
+    );
+    let target = |what: &str| cube(problem, "", what);
+    fails(&target("at = 0.5"), 9, 6, "0.5", &["2 coordinates"]);
+    fails(&target("at = [0.5, 1.5]"), 9, 12, "1.5", &["from 0 to 1"]);
+    fails(&target("over = [0, 1]"), 9, 9, "0", &["weight"]);
+    fails(&target("grid = 3"), 9, 8, "3", &["dimension = 1"]);
+    fails(&target("weight = 'x'"), 9, 11, "x", &["unknown name `x`"]);
+    // And what circles do not have.
+    let text = small(PROBLEM, "points = 2", "", TARGET);
+    fails(&text, 6, 10, "2", &["`points` belongs to cubes"]);
+    let text = small(PROBLEM, "", "", "name = 'a'\nweight = 'x'");
+    fails(&text, 11, 10, "'x'", &["`weight` belongs to cubes"]);
+    let text = small(PROBLEM, "", "", "name = 'a'\nat = [1, 2]");
+    fails(&text, 11, 6, "[1, 2]", &["one angle"]);
 }

@@ -1,21 +1,22 @@
 //! What values must be, and what they ask of one another.
 
-use core::f64::consts::TAU;
 use core::fmt::{Debug, Display};
+use core::ops::Range;
 use std::collections::HashMap;
 
 use super::place::{InputError, Place, Placed};
-use super::{
-    Circle, Emission, Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, Scalar, What,
-};
+use super::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, Problem, ProblemFile, Scalar};
 
 impl ProblemFile {
     /// Checks every range, and what the values ask of one another.
     ///
     /// To be called after the flags of the command line have replaced values.
     pub(crate) fn validate(&self) -> Result<(), InputError> {
-        self.validate_problem()?;
         self.validate_galerkin()?;
+        match &self.problem {
+            Problem::Circle(circle) => circle.validate(self)?,
+            Problem::Cube(cube) => cube.validate(self)?,
+        }
         self.validate_walk()?;
         self.validate_targets()
     }
@@ -42,7 +43,7 @@ impl ProblemFile {
     }
 
     /// An error about a value unless it is `good`.
-    fn demand<T: Debug>(
+    pub(super) fn demand<T: Debug>(
         &self,
         placed: &Placed<T>,
         good: bool,
@@ -55,95 +56,25 @@ impl ProblemFile {
         }
     }
 
-    /// Checks `[problem]`.
-    fn validate_problem(&self) -> Result<(), InputError> {
-        let Circle {
-            reflectance,
-            emission,
-        } = &self.problem;
-        if reflectance.value.is_empty() {
-            let message = "`reflectance` must have at least one number";
-            return Err(self.error(&reflectance.place, message));
-        }
-        for rho in &reflectance.value {
-            self.demand(
-                rho,
-                (0.0..1.0).contains(&rho.value),
-                "a reflectance must be at least 0 and less than 1: \
-                 only then does the series of reflections converge",
-            )?;
-        }
-        match emission {
-            Emission::Harmonic {
-                constant,
-                amplitude,
-                frequency,
-            } => {
-                self.emitted("constant", constant)?;
-                self.emitted("amplitude", amplitude)?;
-                self.demand(
-                    frequency,
-                    frequency.value >= 1,
-                    "`frequency` must be at least 1",
-                )
-            }
-            Emission::Arcs(arcs) if arcs.value.is_empty() => {
-                Err(self.error(&arcs.place, "`emission` must have at least one number"))
-            }
-            Emission::Arcs(arcs) => arcs
-                .value
-                .iter()
-                .try_for_each(|value| self.emitted("emission", value)),
-        }
-    }
-
-    /// An error unless the squares of such an emission can be summed in the walks' scalar.
-    fn emitted(&self, name: &str, value: &Placed<f64>) -> Result<(), InputError> {
-        let (smallest, largest) = match self.walk.scalar.value {
-            Scalar::F32 => (1e-30, 1e30),
-            Scalar::F64 => (1e-100, 1e100),
-        };
-        let size = value.value.abs();
-        self.demand(
-            value,
-            size == 0.0 || (smallest..=largest).contains(&size),
-            format_args!(
-                "`{name}` must be 0 or of a size between {smallest:e} and {largest:e}, or its \
-                 squares leave the range of {}: choose another unit",
-                super::word(&self.walk.scalar.value)
-            ),
-        )
-    }
-
-    /// Checks `[galerkin]`.
+    /// Checks `[galerkin]`, as far as problems do not.
     fn validate_galerkin(&self) -> Result<(), InputError> {
-        let Galerkin { cells, degree, .. } = &self.galerkin;
+        let Galerkin {
+            cells,
+            degree,
+            points,
+            ..
+        } = &self.galerkin;
         self.demand(
             degree,
             degree.value == 0,
             "only `degree = 0`, piecewise constant functions, is in this version",
         )?;
-        let reflectance = &self.problem.reflectance;
-        let (arcs, unit) = match &self.problem.emission {
-            Emission::Harmonic { .. } => (
-                format!("{} of `reflectance`", counted(reflectance.value.len())),
-                reflectance.value.len(),
-            ),
-            Emission::Arcs(emission) => (
-                format!(
-                    "{} of `reflectance` and of the {} of `emission`",
-                    counted(reflectance.value.len()),
-                    counted(emission.value.len())
-                ),
-                common_multiple(reflectance.value.len(), emission.value.len()),
-            ),
-        };
-        if unit > MAX_CELLS {
-            let message = format!(
-                "the number of cells must be a multiple of the {arcs}; the smallest, {unit}, \
-                 is beyond the {MAX_CELLS} cells that this program keeps tables for"
-            );
-            return Err(self.error(&reflectance.place, message));
+        if let Some(points) = points {
+            self.demand(
+                points,
+                (1..=5).contains(&points.value),
+                "`points` must be from 1 to 5",
+            )?;
         }
         let Some(cells) = cells else { return Ok(()) };
         self.demand(cells, cells.value >= 1, "`cells` must be at least 1")?;
@@ -154,14 +85,15 @@ impl ProblemFile {
                 "`cells` must be at most {MAX_CELLS}: \
                  beyond that the tables need more memory than this program asks for"
             ),
-        )?;
+        )
+    }
+
+    /// Checks the number of points of a grid.
+    pub(super) fn validate_grid(&self, points: &Placed<usize>) -> Result<(), InputError> {
         self.demand(
-            cells,
-            cells.value.is_multiple_of(unit),
-            format_args!(
-                "the number of cells must be a multiple of the {arcs}; nearest: {}",
-                neighbours(cells.value, unit)
-            ),
+            points,
+            (1..=MAX_GRID).contains(&points.value),
+            format_args!("`grid` must be from 1 to {MAX_GRID} points"),
         )
     }
 
@@ -236,36 +168,24 @@ impl ProblemFile {
                     format_args!("a second target named {:?}{first}", name.value),
                 ));
             }
-            self.validate_what(&target.what)?;
+            match &self.problem {
+                Problem::Circle(circle) => circle.validate_what(self, &target.what)?,
+                Problem::Cube(cube) => cube.validate_what(self, &target.what)?,
+            }
         }
         Ok(())
     }
 
-    /// Checks what a target asks for.
-    fn validate_what(&self, what: &What) -> Result<(), InputError> {
-        match what {
-            What::At(angle) => self.demand(
-                angle,
-                (0.0..TAU).contains(&angle.value),
-                format_args!("the angle `at` must be at least 0 and less than 2 pi = {TAU}"),
-            ),
-            What::OverAll => Ok(()),
-            What::Over(from, to) => {
-                let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
-                let whole = 0.0..=TAU;
-                self.demand(from, whole.contains(&from.value), &message)?;
-                self.demand(to, whole.contains(&to.value), &message)?;
-                self.demand(
-                    to,
-                    from.value < to.value,
-                    "the second angle of `over` must be more than the first",
-                )
-            }
-            What::Grid(points) => self.demand(
-                points,
-                (1..=MAX_GRID).contains(&points.value),
-                format_args!("`grid` must be from 1 to {MAX_GRID} points"),
-            ),
+    /// An error about a part of a text that stands in the file, such as a formula.
+    pub(crate) fn error_within(
+        &self,
+        text: &Placed<String>,
+        part: Range<usize>,
+        message: impl Display,
+    ) -> InputError {
+        match &text.place {
+            Place::File(span) => self.source.error_within(span, &text.value, part, message),
+            _ => self.refuse(text, message),
         }
     }
 
@@ -278,33 +198,5 @@ impl ProblemFile {
             }
             _ => String::new(),
         }
-    }
-}
-
-/// "1 arc", "2 arcs".
-fn counted(arcs: usize) -> String {
-    let plural = if arcs == 1 { "" } else { "s" };
-    format!("{arcs} arc{plural}")
-}
-
-/// The smallest number which both numbers divide; both are at least 1.
-pub(crate) fn common_multiple(a: usize, b: usize) -> usize {
-    let (mut divisor, mut rest) = (a, b);
-    while rest != 0 {
-        (divisor, rest) = (rest, divisor % rest);
-    }
-    (a / divisor).saturating_mul(b)
-}
-
-/// The multiples of `unit` below and above, where they are numbers of cells.
-fn neighbours(cells: usize, unit: usize) -> String {
-    let below = cells / unit * unit;
-    let above = below + unit;
-    if below == 0 {
-        above.to_string()
-    } else if above > MAX_CELLS {
-        below.to_string()
-    } else {
-        format!("{below} or {above}")
     }
 }

@@ -1,0 +1,747 @@
+//! A cube from its file to statistics: formulas, set-up, targets, walks.
+
+use core::fmt;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use fredholm_core::galerkin::{
+    AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition, Piecewise,
+    Rounded,
+};
+use fredholm_core::{At, Functional, Located, Neighbour, Real, Uniforms};
+use fredholm_cube::{
+    CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
+    ProductTables, Rule, Solution, Weighted, absolute_radius, empty_table, rounded, table_bytes,
+};
+use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
+
+use crate::failure::Failure;
+use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
+use crate::formula::Formula;
+use crate::problem::{
+    Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+};
+use crate::progress::{Progress, begin_walking};
+
+/// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
+/// nothing else.
+const TOLERANCE: f64 = 1e-14;
+/// The most sweeps.
+const SWEEPS: u32 = 1000;
+/// Seconds of a visited state without the kernel, on the machines this was measured on.
+const STATE: f64 = 25e-9;
+/// About so many cells in all where the file does not say.
+const DEFAULT_CELLS: f64 = 1000.0;
+
+/// The first value of a formula that was not finite.
+type Watch = OnceLock<String>;
+
+/// The formulas of a file in one scalar.
+#[derive(Debug)]
+pub(crate) struct Formulas<F: 'static> {
+    /// K, or its factors.
+    kernel: Vec<Formula<'static, F>>,
+    product: bool,
+    /// ∫₀^y K, or of its factors.
+    integral: Vec<Formula<'static, F>>,
+    source: Formula<'static, F>,
+    solution: Option<Formula<'static, F>>,
+    watch: Watch,
+}
+
+impl<F: Real> Formulas<F> {
+    pub(crate) fn new(cube: &file::Cube) -> Result<Self, Failure> {
+        let one = |text: &Placed<String>| {
+            // Validation has checked it.
+            Formula::kept(&text.value).map_err(|error| Failure::input(error.message))
+        };
+        let list = |text: &KernelText| match text {
+            KernelText::General(text) => Ok(vec![one(text)?]),
+            KernelText::Factors(texts) => texts.value.iter().map(one).collect(),
+        };
+        Ok(Self {
+            kernel: list(&cube.kernel)?,
+            product: matches!(cube.kernel, KernelText::Factors(_)),
+            integral: cube.integral.as_ref().map_or(Ok(Vec::new()), list)?,
+            source: one(&cube.source)?,
+            solution: cube.solution.as_ref().map(one).transpose()?,
+            watch: Watch::new(),
+        })
+    }
+
+    fn kernel(&self) -> FileKernel<'_, F> {
+        FileKernel(self)
+    }
+
+    fn function<'a>(&'a self, name: &'a str, formula: Formula<'static, F>) -> FileFunction<'a, F> {
+        FileFunction {
+            name,
+            formula,
+            watch: &self.watch,
+        }
+    }
+
+    /// The equation on [0, 1]^D with m = `per_axis`.
+    fn cube<const D: usize>(
+        &self,
+        per_axis: usize,
+        absorption: f64,
+    ) -> Result<Cube<F, D, FileKernel<'_, F>, FileFunction<'_, F>>, Failure> {
+        let source = self.function("source", self.source);
+        Cube::new(self.kernel(), source, per_axis, absorption).map_err(Failure::input)
+    }
+}
+
+/// The kernel of a file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FileKernel<'a, F: 'static>(&'a Formulas<F>);
+
+/// A value, watched.
+#[inline]
+fn finite<F: Real>(watch: &Watch, value: F, what: impl FnOnce() -> String) -> F {
+    if !value.is_finite() {
+        watch.get_or_init(what);
+    }
+    value
+}
+
+/// "0.5" or "[0.5, 0.25]".
+fn point<F: fmt::Display>(x: &[F]) -> String {
+    let texts: Vec<String> = x.iter().map(F::to_string).collect();
+    match texts.as_slice() {
+        [one] => one.clone(),
+        _ => format!("[{}]", texts.join(", ")),
+    }
+}
+
+impl<F: Real, const D: usize> IntegralKernel<F, D> for FileKernel<'_, F> {
+    #[inline]
+    fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
+        if self.0.product {
+            let factor = |a: usize| self.factor(a, x[a], y[a]);
+            return (0..D).map(factor).fold(F::one(), |k, factor| k * factor);
+        }
+        let Some(formula) = self.0.kernel.first() else {
+            return F::NAN;
+        };
+        let value = formula.value(x, y);
+        finite(&self.0.watch, value, || {
+            format!("`kernel` is {value} at x = {}, y = {}", point(x), point(y))
+        })
+    }
+}
+
+impl<F: Real> KernelFactors<F> for FileKernel<'_, F> {
+    #[inline]
+    fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let Some(formula) = self.0.kernel.get(axis) else {
+            return F::NAN;
+        };
+        let value = formula.value(&[x], &[y]);
+        finite(&self.0.watch, value, || {
+            format!("`kernel_factors[{axis}]` is {value} at x = {x}, y = {y}")
+        })
+    }
+}
+
+impl<F: Real, const D: usize> CellIntegral<F, D> for FileKernel<'_, F> {
+    #[inline]
+    fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F {
+        let axes = self
+            .0
+            .integral
+            .iter()
+            .zip(x.iter().zip(low.iter().zip(high)));
+        axes.fold(F::one(), |product, (formula, (&x, (&low, &high)))| {
+            let at = |y: F| {
+                let value = formula.value(&[x], &[y]);
+                finite(&self.0.watch, value, || {
+                    format!("`kernel_integral` is {value} at x = {x}, y = {y}")
+                })
+            };
+            product * (at(high) - at(low))
+        })
+    }
+}
+
+/// A function of a file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FileFunction<'a, F: 'static> {
+    name: &'a str,
+    formula: Formula<'static, F>,
+    watch: &'a Watch,
+}
+
+impl<F: Real, const D: usize> Function<F, D> for FileFunction<'_, F> {
+    #[inline]
+    fn value(&self, x: &[F; D]) -> F {
+        let value = self.formula.value(x, &[]);
+        finite(self.watch, value, || {
+            format!("`{}` is {value} at x = {}", self.name, point(x))
+        })
+    }
+}
+
+/// Galerkin coefficients in f64.
+#[derive(Debug)]
+pub(crate) enum Table<const D: usize> {
+    /// Of any kernel.
+    Dense(Vec<f64>),
+    /// Of a product.
+    Product(ProductTables<f64, D>),
+}
+
+/// What is computed before the walks, in f64.
+#[derive(Debug)]
+pub(crate) struct Setup<const D: usize> {
+    pub(crate) table: Table<D>,
+    pub(crate) solution: Solution,
+    pub(crate) seconds: f64,
+}
+
+/// Sets up on all threads.
+pub(crate) fn set_up<const D: usize>(
+    formulas: &Formulas<f64>,
+    per_axis: usize,
+    rule: Rule,
+    absorption: f64,
+) -> Result<Setup<D>, Failure> {
+    let start = Instant::now();
+    let explain = |error| explained(error, &formulas.watch);
+    let cube = formulas.cube::<D>(per_axis, absorption)?;
+    let source = *cube.right_hand_side();
+    let (table, solution) = if formulas.product {
+        let product =
+            Cube::<f64, D, _, _>::new(Product(formulas.kernel()), source, per_axis, absorption);
+        let tables = product
+            .and_then(|cube| ProductTables::new(&cube, rule))
+            .map_err(explain)?;
+        let solution = Solution::new(&cube, &tables, rule, TOLERANCE, SWEEPS).map_err(explain)?;
+        (Table::Product(tables), solution)
+    } else {
+        let n = cube.cells();
+        let mut entries = empty_table(n).map_err(explain)?;
+        fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row)).map_err(explain)?;
+        let dense =
+            Dense::new(&entries, n).ok_or_else(|| Failure::run("a table has a wrong size"))?;
+        let solution = Solution::new(&cube, &dense, rule, TOLERANCE, SWEEPS).map_err(explain)?;
+        (Table::Dense(entries), solution)
+    };
+    Ok(Setup {
+        table,
+        solution,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// An error of the set-up, with what was not finite where that is the reason.
+fn explained(error: CubeError, watch: &Watch) -> Failure {
+    match error {
+        CubeError::Kernel { .. } | CubeError::Source { .. } => match watch.get() {
+            Some(what) => Failure::input(format_args!("{what}: a finite number is needed there")),
+            None => Failure::input(error),
+        },
+        CubeError::Galerkin(GalerkinError::Radius) => Failure::input(
+            "the walks of this equation have no mean: |K| has an estimated spectral radius of 1 or \
+             more, and it must be below 1; a smaller kernel is needed",
+        ),
+        _ => Failure::input(error),
+    }
+}
+
+/// The solution's mean, or that of its product with a weight, where two quadrature rules agree on it.
+fn integral<const D: usize>(function: impl Fn(&[f64; D]) -> f64) -> Option<f64> {
+    let nothing = |_: &[f64; D], _: &[f64; D]| 0.0;
+    let rule = Rule::new(5).ok()?;
+    let mean = |per_axis: usize| {
+        let cube = Cube::new(nothing, |_: &[f64; D]| 0.0, per_axis, 0.5).ok()?;
+        let mut means = vec![0.0; cube.cells()];
+        cube.means(&function, rule, &mut means).ok()?;
+        Some(means.iter().sum::<f64>() / means.len() as f64)
+    };
+    let cells = match D {
+        1 => [200, 300],
+        2 => [12, 18],
+        3 => [4, 6],
+        4 => [2, 3],
+        _ => [1, 2],
+    };
+    let [coarse, fine] = cells.map(mean);
+    let (coarse, fine) = (coarse?, fine?);
+    let agree = (coarse - fine).abs() <= 1e-12 * fine.abs().max(1e-300);
+    agree.then_some(fine)
+}
+
+/// A cube of a file.
+#[derive(Debug)]
+pub(crate) struct CubeFile<'f> {
+    file: &'f ProblemFile,
+    cube: &'f file::Cube,
+    /// m.
+    per_axis: usize,
+    asked: Vec<Asked>,
+}
+
+impl<'f> CubeFile<'f> {
+    /// The cube of this file.
+    pub(crate) fn new(file: &'f ProblemFile, cube: &'f file::Cube) -> Result<Self, Failure> {
+        let dimension = cube.dimension.value as u32;
+        let default = DEFAULT_CELLS.powf(1.0 / f64::from(dimension)).floor();
+        let cells = file.galerkin.cells.as_ref();
+        let per_axis = cells.map_or(default.max(2.0) as usize, |cells| cells.value);
+        if let Some(cells) = cells
+            && per_axis
+                .checked_pow(dimension)
+                .is_none_or(|n| n > file::MAX_CELLS)
+        {
+            let message = format!(
+                "{per_axis} cells per axis are too many in {dimension} dimensions: at most {} cells in \
+                 all",
+                file::MAX_CELLS
+            );
+            return Err(file.refuse(cells, message).into());
+        }
+        let asked = asked(file, |what| match what {
+            What::At(at) => vec![Where::Point(at.value.iter().map(|x| x.value).collect())],
+            What::OverAll => vec![Where::All],
+            What::Weight(text) => vec![Where::Weight(text.value.clone())],
+            What::Grid(points) => {
+                let last = points.value.saturating_sub(1).max(1) as f64;
+                (0..points.value)
+                    .map(|i| Where::Point(vec![i as f64 / last]))
+                    .collect()
+            }
+            // Validation has refused it.
+            What::Over(..) => Vec::new(),
+        })?;
+        Ok(Self {
+            file,
+            cube,
+            per_axis,
+            asked,
+        })
+    }
+
+    fn absorption(&self) -> f64 {
+        self.file.walk.absorption.value
+    }
+
+    /// Points of a cell and axis: one more than the degree is enough.
+    fn rule(&self) -> Result<Rule, Failure> {
+        let points = self.file.galerkin.points.as_ref();
+        Rule::new(points.map_or(1, |points| points.value)).map_err(Failure::input)
+    }
+
+    /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is smaller, where all
+    /// pairs are in S: its matrix has the squares of means in place of the means of squares.
+    fn second_moment<const D: usize>(&self) -> Result<f64, Failure> {
+        let formulas = Formulas::<f64>::new(self.cube)?;
+        let kernel = formulas.kernel();
+        let explain = |error| explained(error, &formulas.watch);
+        let dark = |_: &[f64; D]| 0.0;
+        let absorption = self.absorption();
+        if formulas.product {
+            let square = |a: usize, x: f64, y: f64| {
+                let factor = kernel.factor(a, x, y);
+                factor * factor
+            };
+            // Tables of axes alone are made: the number of cells does not matter as long as it is one.
+            let per_axis = [200, 200, 200, 200, 80, 40][D - 1];
+            let radius = Cube::<f64, D, _, _>::new(Product(square), dark, per_axis, absorption)
+                .and_then(|cube| ProductTables::new(&cube, Rule::new(2)?))
+                .and_then(|tables| tables.absolute_radius())
+                .map_err(explain)?;
+            return Ok(radius / (1.0 - absorption));
+        }
+        let (per_axis, points) = [(200, 2), (14, 2), (6, 2), (4, 1), (3, 1), (2, 1)][D - 1];
+        let square = |x: &[f64; D], y: &[f64; D]| {
+            let k = kernel.kernel(x, y);
+            k * k
+        };
+        let cube = Cube::new(square, dark, per_axis, absorption).map_err(explain)?;
+        let rule = Rule::new(points).map_err(explain)?;
+        let n = cube.cells();
+        let mut entries = empty_table(n).map_err(explain)?;
+        fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row)).map_err(explain)?;
+        let dense =
+            Dense::new(&entries, n).ok_or_else(|| Failure::run("a table has a wrong size"))?;
+        let radius = absolute_radius(&dense).map_err(explain)?;
+        Ok(radius / (1.0 - absorption))
+    }
+
+    fn answer_in<F: Real, const D: usize>(
+        &self,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
+        let wide = Formulas::<f64>::new(self.cube)?;
+        if self.cube.integral.is_some() {
+            self.check_integral::<D>(&wide)?;
+        }
+        let setup = set_up::<D>(&wide, self.per_axis, self.rule()?, self.absorption())?;
+        let formulas = Formulas::<F>::new(self.cube)?;
+        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        match &setup.table {
+            Table::Dense(entries) => {
+                let dense = Dense::new(entries, cube.cells())
+                    .ok_or_else(|| Failure::run("a table has a wrong size"))?;
+                self.walk(&setup, &dense, (&wide, &formulas), &cube, plan, progress)
+            }
+            Table::Product(tables) => {
+                self.walk(&setup, tables, (&wide, &formulas), &cube, plan, progress)
+            }
+        }
+    }
+
+    /// Walks with these coefficients.
+    fn walk<F: Real, C: Coefficients<Scalar = f64> + Sync, const D: usize>(
+        &self,
+        setup: &Setup<D>,
+        coefficients: &C,
+        (wide, formulas): (&Formulas<f64>, &Formulas<F>),
+        cube: &FileCube<'_, F, D>,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
+        let Setup { solution, .. } = setup;
+        let v = solution.rounded::<F>().map_err(Failure::run)?;
+        let narrow = Rounded::new(coefficients);
+        let diagonal = match self.file.galerkin.pairs.value {
+            Pairs::Default if self.cube.integral.is_some() => PairKind::Pointwise,
+            _ => PairKind::Galerkin,
+        };
+        let pairs = OffDiagonal { diagonal };
+        let g = if self.file.galerkin.pairs.value == Pairs::Pointwise {
+            solution.source(coefficients, &AllPointwise)
+        } else {
+            solution.source(coefficients, &pairs)
+        };
+        let g = g.map_err(Failure::run)?;
+        let neighbour: Box<Boxed<'_, F, D>> = match (self.file.galerkin.pairs.value, diagonal) {
+            (Pairs::Pointwise, _) => Box::new(
+                Piecewise::with_pointwise(cube, &narrow, AllPointwise, &v, &g)
+                    .map_err(Failure::run)?,
+            ),
+            (_, PairKind::Pointwise) => Box::new(
+                Piecewise::with_pointwise(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?,
+            ),
+            _ => Box::new(Piecewise::new(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?),
+        };
+        let weights = self.weights::<F, D>(wide, cube)?;
+        let starts = self.starts(cube, formulas, &weights, &v)?;
+        let mut known = Vec::with_capacity(starts.len());
+        for (asked, target) in self.asked.iter().zip(&starts) {
+            known.push(Known {
+                exact: exact::<D>(wide, &asked.place),
+                galerkin: match &target.functional {
+                    Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
+                    Start::Mean => Mean::of(&v),
+                    Start::Weighted(weighted) => weighted.of_means(),
+                },
+            });
+        }
+        begin_walking();
+        let start = Instant::now();
+        let outcome = run(cube, &*neighbour, &starts, plan, progress)
+            .map_err(|error| not_finite(error, &formulas.watch))?;
+        Ok(Answer {
+            known,
+            floors: floors(&v, solution.contraction, &outcome),
+            outcome,
+            solve: solution.solve,
+            setup_seconds: setup.seconds,
+            walk_seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Numbers near the means over the cells of every weight that is asked for.
+    fn weights<F: Real, const D: usize>(
+        &self,
+        wide: &Formulas<f64>,
+        cube: &FileCube<'_, F, D>,
+    ) -> Result<Vec<Vec<F>>, Failure> {
+        let same = wide.cube::<D>(self.per_axis, self.absorption())?;
+        let mut weights = Vec::new();
+        for asked in &self.asked {
+            let Where::Weight(text) = &asked.place else {
+                continue;
+            };
+            let weight = wide.function("weight", kept(text)?);
+            let mut means = vec![0.0; cube.cells()];
+            same.means(&weight, self.rule()?, &mut means)
+                .map_err(|error| explained(error, &wide.watch))?;
+            weights.push(rounded(&means).map_err(Failure::run)?);
+        }
+        Ok(weights)
+    }
+
+    /// Where the walks of every target start.
+    fn starts<'a, F: Real, const D: usize>(
+        &self,
+        cube: &FileCube<'_, F, D>,
+        formulas: &'a Formulas<F>,
+        weights: &'a [Vec<F>],
+        v: &[F],
+    ) -> Result<Vec<Target<Start<'a, F, D>>>, Failure> {
+        let mut weights = weights.iter();
+        let mut starts = Vec::with_capacity(self.asked.len());
+        for asked in &self.asked {
+            starts.push(match &asked.place {
+                Where::Point(x) => {
+                    let x = core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)));
+                    Target {
+                        functional: Start::Point(At(x)),
+                        neighbour_value: v.get(cube.locate(&x)).map(|v| v.to_f64()),
+                    }
+                }
+                Where::Weight(text) => {
+                    let weight = formulas.function("weight", kept(text)?);
+                    let means = weights.next().map_or(&[][..], Vec::as_slice);
+                    let weighted = Weighted::new(weight, means, v).map_err(Failure::run)?;
+                    Target {
+                        functional: Start::Weighted(weighted),
+                        neighbour_value: None,
+                    }
+                }
+                _ => Target {
+                    functional: Start::Mean,
+                    neighbour_value: Some(Mean::of(v)),
+                },
+            });
+        }
+        Ok(starts)
+    }
+
+    /// Refuses a `kernel_integral` that is not the integral of the kernel: it would be a bias that no error
+    /// bar shows. Composite Gauss rules of 200 × 5 points on intervals without x = y.
+    fn check_integral<const D: usize>(&self, formulas: &Formulas<f64>) -> Result<(), Failure> {
+        const TICKS: [f64; 6] = [0.0, 0.21, 0.4, 0.62, 0.8, 1.0];
+        let rule = Rule::new(5).map_err(Failure::run)?;
+        let unit = Cube::<f64, 1, _, _>::new(
+            |_: &[f64; 1], _: &[f64; 1]| 0.0,
+            |_: &[f64; 1]| 0.0,
+            200,
+            0.5,
+        )
+        .map_err(Failure::run)?;
+        for (axis, primitive) in formulas.integral.iter().enumerate() {
+            let Some(kernel) = formulas.kernel.get(axis) else {
+                continue;
+            };
+            for x in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                let intervals = TICKS.windows(2).map(|ends| (ends[0], ends[1]));
+                for (low, high) in intervals.filter(|&(low, high)| x < low || high < x) {
+                    let found = primitive.value(&[x], &[high]) - primitive.value(&[x], &[low]);
+                    let mut means = vec![0.0; 200];
+                    let at = |t: &[f64; 1]| kernel.value(&[x], &[low + (high - low) * t[0]]);
+                    unit.means(&at, rule, &mut means)
+                        .map_err(|error| explained(error, &formulas.watch))?;
+                    let width = high - low;
+                    let expected = width * means.iter().sum::<f64>() / 200.0;
+                    let size = width * means.iter().map(|k| k.abs()).sum::<f64>() / 200.0;
+                    if !((found - expected).abs() <= 1e-3 * size + 1e-12) {
+                        return Err(self.wrong_integral(axis, x, [low, high], [expected, found]));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong_integral(&self, axis: usize, x: f64, ends: [f64; 2], values: [f64; 2]) -> Failure {
+        let [low, high] = ends;
+        let [expected, found] = values;
+        let message = format!(
+            "this is not the integral of the kernel over y: at x = {x}, from y = {low} to {high}, it gives \
+             {found:.6} where the kernel's integral is {expected:.6}"
+        );
+        let place = match &self.cube.integral {
+            Some(KernelText::General(text)) => &text.place,
+            Some(KernelText::Factors(texts)) => match texts.value.get(axis) {
+                Some(text) => &text.place,
+                None => &texts.place,
+            },
+            None => &self.cube.dimension.place,
+        };
+        self.file.error(place, message).into()
+    }
+
+    /// Seconds of an evaluation of the kernel, measured.
+    fn kernel_seconds<const D: usize>(&self) -> Result<f64, Failure> {
+        const TIMES: u32 = 5000;
+        let formulas = Formulas::<f64>::new(self.cube)?;
+        let kernel = formulas.kernel();
+        let start = Instant::now();
+        let mut sum = 0.0;
+        for i in 0..TIMES {
+            let at = (f64::from(i) + 0.5) / f64::from(TIMES);
+            sum += kernel.kernel(&[at; D], &[1.0 - at; D]);
+        }
+        core::hint::black_box(sum);
+        Ok(start.elapsed().as_secs_f64() / f64::from(TIMES))
+    }
+}
+
+/// A formula that validation has checked.
+fn kept<F: Real>(text: &str) -> Result<Formula<'static, F>, Failure> {
+    Formula::kept(text).map_err(|error| Failure::input(error.message))
+}
+
+/// The equation of a file.
+type FileCube<'a, F, const D: usize> = Cube<F, D, FileKernel<'a, F>, FileFunction<'a, F>>;
+
+/// A neighbour equation of any kind: one type of walk for all.
+type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+
+/// Where the walks of a target start.
+enum Start<'a, F: 'static, const D: usize> {
+    Point(At<[F; D]>),
+    Mean,
+    Weighted(Weighted<'a, F, FileFunction<'a, F>>),
+}
+
+impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F, D> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
+        match self {
+            Self::Point(At(x)) => (*x, F::one()),
+            Self::Mean => Functional::<FileCube<'k, F, D>>::start(&Mean, uniforms),
+            Self::Weighted(weighted) => Functional::<FileCube<'k, F, D>>::start(weighted, uniforms),
+        }
+    }
+
+    fn neighbour_value(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        match self {
+            Self::Weighted(weighted) => {
+                Functional::<FileCube<'k, F, D>>::neighbour_value(weighted, x0, phi, v)
+            }
+            // These are known.
+            Self::Point(_) | Self::Mean => (phi * v).to_f64(),
+        }
+    }
+}
+
+/// (u, Φ), where the solution is known and a mean of it could be computed.
+fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Option<f64> {
+    let u = formulas.solution?;
+    match place {
+        Where::Point(x) => Some(u.value(x, &[])),
+        Where::All => integral::<D>(|x| u.value(x, &[])),
+        Where::Weight(text) => {
+            let weight = kept::<f64>(text).ok()?;
+            integral::<D>(|x| u.value(x, &[]) * weight.value(x, &[]))
+        }
+        Where::Angle(_) | Where::Arc(..) => None,
+    }
+}
+
+/// An error of the walks, with what was not finite where that is the reason.
+fn not_finite(error: RunError, watch: &Watch) -> Failure {
+    match (error, watch.get()) {
+        (RunError::NotFinite { .. }, Some(what)) => {
+            Failure::input(format_args!("{what}: a finite number is needed there"))
+        }
+        (error, _) => Failure::run(error),
+    }
+}
+
+/// An expression in which the dimension is a constant of this name.
+macro_rules! in_dimension {
+    ($d:expr, $name:ident => $then:expr) => {
+        match $d {
+            1 => in_dimension!(1 as $name => $then),
+            2 => in_dimension!(2 as $name => $then),
+            3 => in_dimension!(3 as $name => $then),
+            4 => in_dimension!(4 as $name => $then),
+            5 => in_dimension!(5 as $name => $then),
+            // Validation lets nothing above 6 pass.
+            _ => in_dimension!(6 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
+}
+
+impl Problem for CubeFile<'_> {
+    fn kind(&self) -> &'static str {
+        "cube"
+    }
+
+    fn dimension(&self) -> Option<usize> {
+        Some(self.cube.dimension.value)
+    }
+
+    fn cells(&self) -> usize {
+        self.per_axis
+    }
+
+    fn unknowns(&self) -> usize {
+        self.per_axis
+            .saturating_pow(self.cube.dimension.value as u32)
+    }
+
+    fn asked(&self) -> &[Asked] {
+        &self.asked
+    }
+
+    fn memory(&self) -> usize {
+        let n = self.unknowns();
+        let table = match &self.cube.kernel {
+            KernelText::General(_) => table_bytes(n).unwrap_or(usize::MAX),
+            KernelText::Factors(factors) => self
+                .per_axis
+                .saturating_mul(self.per_axis)
+                .saturating_mul(8 * factors.value.len()),
+        };
+        let weights = self
+            .asked
+            .iter()
+            .filter(|asked| matches!(asked.place, Where::Weight(_)));
+        // F', v, G, their copies and the iteration's own vectors.
+        let vectors = n.saturating_mul(8 * (8 + weights.count()));
+        let targets = self.asked.len().saturating_mul(1024);
+        table.saturating_add(vectors).saturating_add(targets)
+    }
+
+    fn cost(&self) -> Cost {
+        let d = self.cube.dimension.value;
+        let seconds = in_dimension!(d, D => self.kernel_seconds::<D>()).unwrap_or(0.0);
+        let points = self
+            .file
+            .galerkin
+            .points
+            .as_ref()
+            .map_or(1, |points| points.value);
+        let points = points.pow(2 * d as u32) as f64;
+        let n = self.unknowns() as f64;
+        let setup = match &self.cube.kernel {
+            KernelText::General(_) => n * n * (points * seconds + 20e-9),
+            KernelText::Factors(_) => {
+                let m = self.per_axis as f64;
+                m * m * points * seconds + 20e-9 * n * m * d as f64
+            }
+        };
+        Cost {
+            setup,
+            state: STATE + seconds,
+        }
+    }
+
+    fn refuse_infinite_variance(&self) -> Result<(), Failure> {
+        let d = self.cube.dimension.value;
+        let radius = in_dimension!(d, D => self.second_moment::<D>())?;
+        if radius < 1.0 {
+            return Ok(());
+        }
+        Err(infinite_variance(self.file, "K²/(1 − absorption)", radius))
+    }
+
+    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let d = self.cube.dimension.value;
+        match self.file.walk.scalar.value {
+            Scalar::F32 => in_dimension!(d, D => self.answer_in::<f32, D>(plan, progress)),
+            Scalar::F64 => in_dimension!(d, D => self.answer_in::<f64, D>(plan, progress)),
+        }
+    }
+}

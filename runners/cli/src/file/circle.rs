@@ -1,0 +1,238 @@
+//! `[problem]` with `kind = "circle"`, and what it asks of the rest of the file.
+
+use core::f64::consts::TAU;
+
+use toml::de::DeValue;
+
+use super::place::{InputError, Placed};
+use super::section::{Field, Section};
+use super::{MAX_CELLS, ProblemFile, Scalar, What};
+
+/// Radiosity on the circle: `[problem]` with `kind = "circle"`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Circle {
+    /// The reflectance on equal arcs of [0, 2 pi).
+    pub(crate) reflectance: Placed<Vec<Placed<f64>>>,
+    /// The emission.
+    pub(crate) emission: Emission,
+}
+
+/// The emission of a circle.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Emission {
+    /// The emission for which `constant + amplitude sin(frequency s)` is the
+    /// solution (Heinrich 1995, (57)-(58)).
+    Harmonic {
+        /// The constant part of the solution.
+        constant: Placed<f64>,
+        /// The amplitude of the wave.
+        amplitude: Placed<f64>,
+        /// The number of waves around the circle.
+        frequency: Placed<u32>,
+    },
+    /// Constant on each of so many equal arcs of [0, 2 pi).
+    Arcs(Placed<Vec<Placed<f64>>>),
+}
+
+/// Reads the rest of `[problem]` for a circle.
+pub(super) fn read(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+    let reflectance = section.required("reflectance")?.numbers()?;
+    let emission = read_emission(section.required("emission")?)?;
+    section.finish()?;
+    Ok(Circle {
+        reflectance,
+        emission,
+    })
+}
+
+/// Reads `emission`: a formula, or values on arcs.
+fn read_emission(field: Field<'_, '_>) -> Result<Emission, InputError> {
+    match field.value {
+        DeValue::Table(_) => read_harmonic(field.section("in `emission`")?),
+        DeValue::Array(_) | DeValue::Integer(_) | DeValue::Float(_) => {
+            Ok(Emission::Arcs(field.numbers()?))
+        }
+        _ => Err(field.mistyped(
+            "a number, an array of numbers, \
+             or a table { constant = ..., amplitude = ..., frequency = ... }",
+        )),
+    }
+}
+
+/// Reads the formula of an emission.
+fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
+    let constant = section.required("constant")?.number()?;
+    let amplitude = section.required("amplitude")?.number()?;
+    let frequency = section.required("frequency")?.integer()?;
+    section.finish()?;
+    Ok(Emission::Harmonic {
+        constant,
+        amplitude,
+        frequency,
+    })
+}
+
+impl Circle {
+    /// Checks `[problem]`.
+    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        let Self {
+            reflectance,
+            emission,
+        } = self;
+        if reflectance.value.is_empty() {
+            let message = "`reflectance` must have at least one number";
+            return Err(file.error(&reflectance.place, message));
+        }
+        for rho in &reflectance.value {
+            file.demand(
+                rho,
+                (0.0..1.0).contains(&rho.value),
+                "a reflectance must be at least 0 and less than 1: \
+                 only then does the series of reflections converge",
+            )?;
+        }
+        match emission {
+            Emission::Harmonic {
+                constant,
+                amplitude,
+                frequency,
+            } => {
+                emitted(file, "constant", constant)?;
+                emitted(file, "amplitude", amplitude)?;
+                file.demand(
+                    frequency,
+                    frequency.value >= 1,
+                    "`frequency` must be at least 1",
+                )?;
+            }
+            Emission::Arcs(arcs) if arcs.value.is_empty() => {
+                let message = "`emission` must have at least one number";
+                return Err(file.error(&arcs.place, message));
+            }
+            Emission::Arcs(arcs) => {
+                for value in &arcs.value {
+                    emitted(file, "emission", value)?;
+                }
+            }
+        }
+        if let Some(points) = &file.galerkin.points {
+            let message = "`points` belongs to cubes: a circle's coefficients are closed forms";
+            return Err(file.refuse(points, message));
+        }
+        self.validate_cells(file)
+    }
+
+    /// Cells must fit the arcs.
+    fn validate_cells(&self, file: &ProblemFile) -> Result<(), InputError> {
+        let reflectance = &self.reflectance;
+        let (arcs, unit) = match &self.emission {
+            Emission::Harmonic { .. } => (
+                format!("{} of `reflectance`", counted(reflectance.value.len())),
+                reflectance.value.len(),
+            ),
+            Emission::Arcs(emission) => (
+                format!(
+                    "{} of `reflectance` and of the {} of `emission`",
+                    counted(reflectance.value.len()),
+                    counted(emission.value.len())
+                ),
+                common_multiple(reflectance.value.len(), emission.value.len()),
+            ),
+        };
+        if unit > MAX_CELLS {
+            let message = format!(
+                "the number of cells must be a multiple of the {arcs}; the smallest, {unit}, \
+                 is beyond the {MAX_CELLS} cells that this program keeps tables for"
+            );
+            return Err(file.error(&reflectance.place, message));
+        }
+        let Some(cells) = &file.galerkin.cells else {
+            return Ok(());
+        };
+        file.demand(
+            cells,
+            cells.value.is_multiple_of(unit),
+            format_args!(
+                "the number of cells must be a multiple of the {arcs}; nearest: {}",
+                neighbours(cells.value, unit)
+            ),
+        )
+    }
+
+    /// Checks what a target asks for.
+    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+        match what {
+            What::At(at) => match at.value.as_slice() {
+                [angle] => file.demand(
+                    angle,
+                    (0.0..TAU).contains(&angle.value),
+                    format_args!("the angle `at` must be at least 0 and less than 2 pi = {TAU}"),
+                ),
+                _ => Err(file.error(&at.place, "`at` must be one angle on a circle")),
+            },
+            What::OverAll => Ok(()),
+            What::Over(from, to) => {
+                let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
+                let whole = 0.0..=TAU;
+                file.demand(from, whole.contains(&from.value), &message)?;
+                file.demand(to, whole.contains(&to.value), &message)?;
+                file.demand(
+                    to,
+                    from.value < to.value,
+                    "the second angle of `over` must be more than the first",
+                )
+            }
+            What::Grid(points) => file.validate_grid(points),
+            What::Weight(weight) => Err(file.error(
+                &weight.place,
+                "`weight` belongs to cubes; on a circle use `over = [from, to]`",
+            )),
+        }
+    }
+}
+
+/// An error unless the squares of such an emission can be summed in the walks' scalar.
+fn emitted(file: &ProblemFile, name: &str, value: &Placed<f64>) -> Result<(), InputError> {
+    let (smallest, largest) = match file.walk.scalar.value {
+        Scalar::F32 => (1e-30, 1e30),
+        Scalar::F64 => (1e-100, 1e100),
+    };
+    let size = value.value.abs();
+    file.demand(
+        value,
+        size == 0.0 || (smallest..=largest).contains(&size),
+        format_args!(
+            "`{name}` must be 0 or of a size between {smallest:e} and {largest:e}, or its \
+             squares leave the range of {}: choose another unit",
+            super::word(&file.walk.scalar.value)
+        ),
+    )
+}
+
+/// "1 arc", "2 arcs".
+fn counted(arcs: usize) -> String {
+    let plural = if arcs == 1 { "" } else { "s" };
+    format!("{arcs} arc{plural}")
+}
+
+/// The smallest number which both numbers divide; both are at least 1.
+pub(crate) fn common_multiple(a: usize, b: usize) -> usize {
+    let (mut divisor, mut rest) = (a, b);
+    while rest != 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    (a / divisor).saturating_mul(b)
+}
+
+/// The multiples of `unit` below and above, where they are numbers of cells.
+fn neighbours(cells: usize, unit: usize) -> String {
+    let below = cells / unit * unit;
+    let above = below + unit;
+    if below == 0 {
+        above.to_string()
+    } else if above > MAX_CELLS {
+        below.to_string()
+    } else {
+        format!("{below} or {above}")
+    }
+}

@@ -1,0 +1,199 @@
+//! `[problem]` with `kind = "cube"`, and what it asks of the rest of the file.
+
+use toml::de::DeValue;
+
+use super::place::{InputError, Placed};
+use super::section::{Field, Section};
+use super::{Pairs, ProblemFile, What};
+use crate::formula::{self, Variables};
+
+/// The largest dimension: every one has walks of its own.
+pub(crate) const MAX_DIMENSION: usize = 6;
+
+/// An equation on [0, 1]^d: `[problem]` with `kind = "cube"`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Cube {
+    /// d.
+    pub(crate) dimension: Placed<usize>,
+    /// K.
+    pub(crate) kernel: KernelText,
+    /// ∫ K(x, t) dt from 0 to y, as the kernel is written: for kernels with a kink or a jump at x = y.
+    pub(crate) integral: Option<KernelText>,
+    /// F.
+    pub(crate) source: Placed<String>,
+    /// u, where it is known.
+    pub(crate) solution: Option<Placed<String>>,
+}
+
+/// A kernel, or its integral, as formulas.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum KernelText {
+    /// One formula in all coordinates.
+    General(Placed<String>),
+    /// A product of one formula in x and y for each axis.
+    Factors(Placed<Vec<Placed<String>>>),
+}
+
+/// Reads the rest of `[problem]` for a cube.
+pub(super) fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
+    let dimension = section.required("dimension")?.integer()?;
+    let (kernel, factors) = (
+        section.optional("kernel"),
+        section.optional("kernel_factors"),
+    );
+    let integral = section.optional("kernel_integral");
+    let source = section.required("source")?.string()?;
+    let solution = section.optional("solution");
+    section.finish()?;
+    let kernel = match (kernel, factors) {
+        (Some(kernel), None) => KernelText::General(kernel.string()?),
+        (None, Some(factors)) => KernelText::Factors(factors.strings()?),
+        (Some(_), Some(factors)) => {
+            return Err(section.source.error(
+                factors.key.clone(),
+                "there is `kernel` besides: give one of `kernel` and `kernel_factors`",
+            ));
+        }
+        (None, None) => {
+            return Err(section.error("`kernel` (or `kernel_factors`) is missing in `[problem]`"));
+        }
+    };
+    Ok(Cube {
+        dimension,
+        kernel,
+        integral: integral.map(read_integral).transpose()?,
+        source,
+        solution: solution.map(|field| field.string()).transpose()?,
+    })
+}
+
+fn read_integral(field: Field<'_, '_>) -> Result<KernelText, InputError> {
+    match field.value {
+        DeValue::Array(_) => field.strings().map(KernelText::Factors),
+        _ => field.string().map(KernelText::General),
+    }
+}
+
+impl Cube {
+    /// The names in functions of two points.
+    fn pair(&self) -> Variables {
+        Variables {
+            dimension: self.dimension.value,
+            two: true,
+        }
+    }
+
+    /// The names in functions of one point.
+    fn point(&self) -> Variables {
+        Variables {
+            two: false,
+            ..self.pair()
+        }
+    }
+
+    /// Checks `[problem]`.
+    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        let dimension = self.dimension.value;
+        file.demand(
+            &self.dimension,
+            (1..=MAX_DIMENSION).contains(&dimension),
+            format_args!("`dimension` must be from 1 to {MAX_DIMENSION}"),
+        )?;
+        self.validate_kernel(file, "kernel_factors", &self.kernel)?;
+        if let Some(integral) = &self.integral {
+            self.validate_integral(file, integral)?;
+        }
+        formula_is_good(file, &self.source, self.point())?;
+        if let Some(solution) = &self.solution {
+            formula_is_good(file, solution, self.point())?;
+        }
+        let pairs = &file.galerkin.pairs;
+        file.demand(
+            pairs,
+            pairs.value != Pairs::Pointwise || self.integral.is_some(),
+            "pointwise pairs need the exact integrals of the kernel over cells: \
+             give `kernel_integral` in `[problem]`",
+        )
+    }
+
+    fn validate_kernel(
+        &self,
+        file: &ProblemFile,
+        name: &str,
+        kernel: &KernelText,
+    ) -> Result<(), InputError> {
+        match kernel {
+            KernelText::General(text) => formula_is_good(file, text, self.pair()),
+            KernelText::Factors(factors) => {
+                let (d, found) = (self.dimension.value, factors.value.len());
+                if found != d {
+                    let message =
+                        format_args!("`{name}` must have {d} formulas, one an axis, not {found}");
+                    return Err(file.error(&factors.place, message));
+                }
+                let mut factors = factors.value.iter();
+                factors.try_for_each(|text| formula_is_good(file, text, Variables::FACTOR))
+            }
+        }
+    }
+
+    fn validate_integral(
+        &self,
+        file: &ProblemFile,
+        integral: &KernelText,
+    ) -> Result<(), InputError> {
+        match (&self.kernel, integral) {
+            (KernelText::General(_), KernelText::General(text)) if self.dimension.value > 1 => {
+                Err(file.error(
+                    &text.place,
+                    "in more than one dimension `kernel_integral` belongs to `kernel_factors`",
+                ))
+            }
+            (KernelText::General(_), KernelText::Factors(texts)) => Err(file.error(
+                &texts.place,
+                "`kernel_integral` must be one formula, as `kernel` is",
+            )),
+            (KernelText::Factors(_), KernelText::General(text)) => Err(file.error(
+                &text.place,
+                "`kernel_integral` must be an array of one formula an axis, as `kernel_factors` is",
+            )),
+            _ => self.validate_kernel(file, "kernel_integral", integral),
+        }
+    }
+
+    /// Checks what a target asks for.
+    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+        let dimension = self.dimension.value;
+        match what {
+            What::At(at) if at.value.len() != dimension => {
+                let plural = if dimension == 1 { "" } else { "s" };
+                let message = format_args!("`at` must have {dimension} coordinate{plural}");
+                Err(file.error(&at.place, message))
+            }
+            What::At(at) => at.value.iter().try_for_each(|x| {
+                let inside = (0.0..=1.0).contains(&x.value);
+                file.demand(x, inside, "a coordinate must be from 0 to 1")
+            }),
+            What::OverAll => Ok(()),
+            What::Over(from, _) => Err(file.error(
+                &from.place,
+                "a part of a cube is not offered: use `over = \"all\"` or a `weight`",
+            )),
+            What::Weight(text) => formula_is_good(file, text, self.point()),
+            What::Grid(points) => {
+                file.demand(points, dimension == 1, "a `grid` needs `dimension = 1`")?;
+                file.validate_grid(points)
+            }
+        }
+    }
+}
+
+/// Checks a formula.
+fn formula_is_good(
+    file: &ProblemFile,
+    text: &Placed<String>,
+    variables: Variables,
+) -> Result<(), InputError> {
+    formula::check(&text.value, variables)
+        .map_err(|error| file.error_within(text, error.span, error.message))
+}

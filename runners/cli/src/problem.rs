@@ -1,0 +1,174 @@
+//! What the commands need of a problem, whatever its kind.
+
+use core::fmt::Display;
+
+use fredholm_core::galerkin::Solve;
+use fredholm_core::{Real, rounding_floor};
+use fredholm_rayon::{Outcome, Plan};
+
+use crate::circle::CircleFile;
+use crate::cube::CubeFile;
+use crate::failure::Failure;
+use crate::file::{self, ProblemFile};
+use crate::progress::Progress;
+
+/// A problem of a file, ready to be set up.
+pub(crate) trait Problem: Sync {
+    /// The word of the file.
+    fn kind(&self) -> &'static str;
+
+    /// d, of cubes.
+    fn dimension(&self) -> Option<usize> {
+        None
+    }
+
+    /// Cells as the file counts them: of a cube, per axis.
+    fn cells(&self) -> usize;
+
+    /// The number n of cells in all.
+    fn unknowns(&self) -> usize {
+        self.cells()
+    }
+
+    /// What is asked for, in the order of the file.
+    fn asked(&self) -> &[Asked];
+
+    /// Bytes of the tables at their largest.
+    fn memory(&self) -> usize;
+
+    /// What the work will take.
+    fn cost(&self) -> Cost;
+
+    /// Refuses walks whose error bars would mean nothing.
+    fn refuse_infinite_variance(&self) -> Result<(), Failure>;
+
+    /// Sets up, and walks.
+    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
+}
+
+/// The problem that a file describes.
+pub(crate) fn of_file(file: &ProblemFile) -> Result<Box<dyn Problem + '_>, Failure> {
+    Ok(match &file.problem {
+        file::Problem::Circle(circle) => Box::new(CircleFile::new(file, circle)?),
+        file::Problem::Cube(cube) => Box::new(CubeFile::new(file, cube)?),
+    })
+}
+
+/// A target, or a point of a grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked {
+    /// What results call it.
+    pub(crate) name: String,
+    /// Where it is.
+    pub(crate) place: Where,
+}
+
+/// Where a target is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Where {
+    /// u at an angle.
+    Angle(f64),
+    /// The mean of u over an interval of angles.
+    Arc(f64, f64),
+    /// u at a point of the cube.
+    Point(Vec<f64>),
+    /// The mean of u.
+    All,
+    /// (u, w) with this formula for w.
+    Weight(String),
+}
+
+/// Every target of a file, a grid as one for each of its points; refuses names that are there twice.
+pub(crate) fn asked(
+    file: &ProblemFile,
+    mut ask: impl FnMut(&file::What) -> Vec<Where>,
+) -> Result<Vec<Asked>, Failure> {
+    let mut all = Vec::new();
+    for target in &file.targets {
+        let name = &target.name.value;
+        let grid = matches!(target.what, file::What::Grid(_));
+        let places = ask(&target.what).into_iter().enumerate();
+        all.extend(places.map(|(i, place)| Asked {
+            name: if grid {
+                format!("{name}[{i}]")
+            } else {
+                name.clone()
+            },
+            place,
+        }));
+    }
+    let mut names: Vec<&str> = all.iter().map(|asked| asked.name.as_str()).collect();
+    names.sort_unstable();
+    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Failure::input(format_args!(
+            "two targets are named {:?}, one of them a point of a grid: rename one",
+            pair[0]
+        )));
+    }
+    Ok(all)
+}
+
+/// What work takes, on one thread.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cost {
+    /// Seconds of the set-up.
+    pub(crate) setup: f64,
+    /// Seconds of a visited state.
+    pub(crate) state: f64,
+}
+
+/// An answer's deterministic part.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// (u, Φ), where it is known.
+    pub(crate) exact: Option<f64>,
+    /// (v, Φ), or what is known of it.
+    pub(crate) galerkin: f64,
+}
+
+/// What came of a problem.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    /// The deterministic part, in the order of what was asked.
+    pub(crate) known: Vec<Known>,
+    /// What the walks gave.
+    pub(crate) outcome: Outcome,
+    /// What rounding leaves of every target.
+    pub(crate) floors: Vec<f64>,
+    /// How the iteration for v went.
+    pub(crate) solve: Solve<f64>,
+    /// How long the set-up took.
+    pub(crate) setup_seconds: f64,
+    /// How long the walks took.
+    pub(crate) walk_seconds: f64,
+}
+
+/// What rounding leaves of every target in walks of scalar `F`.
+pub(crate) fn floors<F: Real>(v: &[F], contraction: f64, outcome: &Outcome) -> Vec<f64> {
+    let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+    let of = |u| rounding_floor::<F>(largest, u, contraction);
+    let statistics = outcome.statistics.iter();
+    statistics
+        .map(|s| of(s.preconditioned().estimate))
+        .collect()
+}
+
+/// The refusal of walks of infinite variance: the radius is proportional to 1/(1 − q0).
+pub(crate) fn infinite_variance(file: &ProblemFile, what: impl Display, radius: f64) -> Failure {
+    let absorption = file.walk.absorption.value;
+    let most = 1.0 - radius * (1.0 - absorption);
+    let way_out = if most > 0.0 {
+        format!("use an `absorption` below {most:.2e}")
+    } else {
+        "no `absorption` helps: it takes a chain of one's own, whose density resembles |K| (see the \
+         library)"
+            .to_owned()
+    };
+    let message = format!(
+        "the variance of a walk is infinite with `absorption` = {absorption}: {what} has an estimated \
+         spectral radius of {}, and it must be below 1; {way_out} (or --allow-infinite-variance: error \
+         bars then mean nothing)",
+        crate::numbers::short(radius)
+    );
+    file.refuse(&file.walk.absorption, message).into()
+}
