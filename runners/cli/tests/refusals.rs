@@ -345,8 +345,8 @@ fn unknown_keys_are_shown_where_they_stand() {
 fn kinds() {
     replaced(
         "\"circle\"",
-        "\"cube\"",
-        "\"cube\"",
+        "\"room\"",
+        "\"room\"",
         &["`kind", "not in this version"],
     );
     replaced(
@@ -361,7 +361,7 @@ fn kinds() {
         "[problem]",
         &["`kind` is missing"],
     );
-    assert_refused(&fredholm(&["init", "cube"]), &["cube", "circle"]);
+    assert_refused(&fredholm(&["init", "room"]), &["room", "circle"]);
 }
 
 #[test]

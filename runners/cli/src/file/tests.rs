@@ -244,13 +244,7 @@ fn unknown_keys() {
         &["in `[[target]]`", "did you mean `at`?"],
     );
     let text = small(PROBLEM, "", "", "name = 'a'\nat = 1\nweight = 1");
-    fails(
-        &text,
-        12,
-        1,
-        "weight",
-        &["both `at` and `weight`"],
-    );
+    fails(&text, 12, 1, "weight", &["both `at` and `weight`"]);
     // The first in the file, though the parser sorts by key.
     fails(&walk("zz = 1\naa = 1"), 8, 1, "zz", &["`zz`"]);
     // A key is shown as it can be typed.

@@ -1,0 +1,327 @@
+//! `kind = "cube"`: formulas against known solutions, and what is refused.
+
+mod common;
+
+use common::{Folder, Ran, assert_svg, fredholm, list, number};
+
+/// Every comparison is within 4.9 standard errors and the rounding floor: there are about 400 of
+/// them, and one is beyond that by chance in 2,500 sets of seeds.
+const STANDARD_ERRORS: f64 = 4.9;
+
+/// Equations with known solutions (Atkinson and Shampine 2008, and their tensor products): dimension,
+/// kernel, source, solution, cells.
+fn equations() -> Vec<(usize, &'static str, &'static str, &'static str, usize)> {
+    vec![
+        // λu − ∫Ku for K = s t², |s − t|, 1/(1 + 2s + t), divided by λ.
+        (
+            1,
+            "kernel = 'x * y^2 / 0.6'",
+            "x^2 - x / 5 / 0.6",
+            "x^2",
+            20,
+        ),
+        (
+            1,
+            "kernel = 'abs(x - y) / 0.75'\nkernel_integral = '(y - x) * abs(y - x) / 1.5'",
+            "x - (x^3 / 3 - x / 2 + 1 / 3) / 0.75",
+            "x",
+            20,
+        ),
+        (
+            1,
+            "kernel = '1 / (1 + 2 * x + y) / 0.9'",
+            "x - (1 - (1 + 2 * x) * ln((2 + 2 * x) / (1 + 2 * x))) / 0.9",
+            "x",
+            20,
+        ),
+        // ∫|K| grows to 10/9; the spectral radius is 4/9.
+        (1, "kernel = 'x^3 * y / 0.45'", "x - x^3 / 1.35", "x", 20),
+        // Of either sign.
+        (
+            1,
+            "kernel = 'cos(pi * (x + y))'",
+            "1 + cos(pi * x) - 0.5 * cos(pi * x) + 2 / pi * sin(pi * x)",
+            "1 + cos(pi * x)",
+            20,
+        ),
+        (
+            2,
+            "kernel = 'x1 * y1^2 * x2 * y2^2 / 0.4'",
+            "x1^2 * x2^2 - x1 * x2 / 25 / 0.4",
+            "x1^2 * x2^2",
+            8,
+        ),
+        (
+            3,
+            "kernel_factors = ['x * y^2 / 0.3', 'x * y^2', 'x * y^2']",
+            "(x1 * x2 * x3)^2 - x1 * x2 * x3 / 125 / 0.3",
+            "(x1 * x2 * x3)^2",
+            5,
+        ),
+        (
+            5,
+            "kernel_factors = ['x * y^2 / 0.1', 'x * y^2', 'x * y^2', 'x * y^2', 'x * y^2']",
+            "(x1 * x2 * x3 * x4 * x5)^2 - x1 * x2 * x3 * x4 * x5 / 3125 / 0.1",
+            "(x1 * x2 * x3 * x4 * x5)^2",
+            3,
+        ),
+    ]
+}
+
+/// A problem file.
+fn file(dimension: usize, kernel: &str, source: &str, rest: &str) -> String {
+    format!(
+        "[problem]\nkind = 'cube'\ndimension = {dimension}\n{kernel}\nsource = '{source}'\n{rest}\n"
+    )
+}
+
+/// Three targets: a point, the mean, a weighted mean.
+fn targets(dimension: usize) -> String {
+    let point = ["0.9", "0.77", "0.64", "0.51", "0.38"][..dimension].join(", ");
+    let weight = if dimension == 1 { "1 + x" } else { "1 + x1" };
+    format!(
+        "[[target]]\nname = 'point'\nat = [{point}]\n[[target]]\nname = 'mean'\nover = 'all'\n\
+         [[target]]\nname = 'weighted'\nweight = '{weight}'\n"
+    )
+}
+
+#[test]
+fn estimates_are_the_known_solutions() {
+    let folder = Folder::new();
+    for (dimension, kernel, source, solution, cells) in equations() {
+        let rest = format!(
+            "solution = '{solution}'\n[galerkin]\ncells = {cells}\n[walk]\nwalks = 20000\n{}",
+            targets(dimension)
+        );
+        let problem = file(dimension, kernel, source, &rest);
+        for scalar in ["f64", "f32"] {
+            for estimator in ["absorption", "collision"] {
+                for seed in ["1", "2", "3"] {
+                    let ran = folder.solve(
+                        &problem,
+                        &[
+                            "--json",
+                            "--scalar",
+                            scalar,
+                            "--estimator",
+                            estimator,
+                            "--seed",
+                            seed,
+                        ],
+                    );
+                    check(&ran, kernel);
+                }
+            }
+        }
+    }
+}
+
+fn check(ran: &Ran, what: &str) {
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    for target in list(&ran.json(), "targets") {
+        let exact = number(target, "exact");
+        let floor = number(target, "rounding_floor");
+        for estimate in ["plain", "preconditioned"] {
+            let found = &target[estimate];
+            let allowed = STANDARD_ERRORS * number(found, "std_error") + floor;
+            let difference = (number(found, "estimate") - exact).abs();
+            assert!(difference <= allowed, "{what}, {estimate}: {target}");
+        }
+        let gain =
+            number(&target["plain"], "std_dev") / number(&target["preconditioned"], "std_dev");
+        // Three cells an axis in five dimensions give little.
+        let least = if what.matches(',').count() == 4 {
+            1.1
+        } else {
+            1.5
+        };
+        assert!(gain > least, "{what}: {target}");
+    }
+}
+
+#[test]
+fn a_product_is_the_kernel_that_it_multiplies_to() {
+    let folder = Folder::new();
+    let rest = format!("[galerkin]\ncells = 6\npoints = 2\n{}", targets(2));
+    let product = "kernel_factors = ['0.5 * exp(-(x - y)^2)', 'exp(-(x - y)^2)']";
+    let general = "kernel = '0.5 * exp(-(x1 - y1)^2) * exp(-(x2 - y2)^2)'";
+    let of = |kernel| {
+        let ran = folder.solve(&file(2, kernel, "1 + x1", &rest), &["--json"]);
+        let json = ran.quietly(0).json();
+        let targets = list(&json, "targets").to_vec();
+        targets
+            .iter()
+            .map(|target| number(&target["preconditioned"], "estimate"))
+            .collect::<Vec<_>>()
+    };
+    for (a, b) in of(product).into_iter().zip(of(general)) {
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let folder = Folder::new();
+    for kernel in [
+        "kernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'",
+        "kernel_factors = ['0.5 * cos(x - y)', 'exp(-x * y)']",
+    ] {
+        let problem = file(2, kernel, "1 + x1", &targets(2));
+        let run = |threads: &str| {
+            let ran = folder.solve(&problem, &["--json", "--threads", threads]);
+            ran.quietly(0).timeless()
+        };
+        let one = run("1");
+        assert_eq!(one, run("2"));
+        assert_eq!(one, run("3"));
+    }
+}
+
+/// The line of a file's error, where it is told.
+fn refused(ran: &Ran, words: &[&str]) {
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert_eq!(ran.stdout, "", "{ran:?}");
+    for word in words {
+        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
+    }
+}
+
+#[test]
+fn walks_without_mean_or_variance_are_refused() {
+    let folder = Folder::new();
+    // s t⁴/λ: the spectral radius is 1/(6λ), that of the second moments 1/(11 λ² (1 − q0)).
+    let steep = |lambda: f64, absorption: f64| {
+        let rest = format!("[walk]\nabsorption = {absorption}\n{}", targets(1));
+        file(1, &format!("kernel = 'x * y^4 / {lambda}'"), "1", &rest)
+    };
+    let infinite = steep(0.333, 0.2);
+    let ran = folder.solve(&infinite, &[]);
+    let words = [
+        "variance of a walk is infinite",
+        "estimated spectral radius of 1.02",
+        "`absorption` below 1.80e-1",
+        "--allow-infinite-variance",
+        "absorption = 0.2",
+    ];
+    refused(&ran, &words);
+    let check = folder.file("check.toml", &infinite);
+    refused(&fredholm(&["check", &check]), &words[..3]);
+    let allowed = folder.solve(&infinite, &["--allow-infinite-variance", "--json"]);
+    assert_eq!(allowed.status, Some(0), "{allowed:?}");
+    folder.solve(&steep(0.333, 0.1), &[]).quietly(0);
+    // No absorption helps here: 1/(11 λ²) is above 1, too.
+    refused(
+        &folder.solve(&steep(0.28, 0.2), &[]),
+        &["no `absorption` helps"],
+    );
+    // And here the means themselves do not exist.
+    let none = folder.solve(&steep(0.15, 0.2), &["--allow-infinite-variance"]);
+    refused(&none, &["no mean", "spectral radius"]);
+}
+
+#[test]
+fn what_is_not_finite_is_shown_with_its_point() {
+    let folder = Folder::new();
+    let solve = |kernel: &str, source: &str, rest: &str| {
+        let problem = file(1, kernel, source, &format!("{rest}\n{}", targets(1)));
+        folder.solve(&problem, &["--out", &folder.at("result.json")])
+    };
+    let good = "kernel = '0.3'";
+    refused(
+        &solve("kernel = '0.1 / (x - y)'", "1", ""),
+        &[
+            "`kernel` is inf at x = ",
+            ", y = ",
+            "finite number is needed",
+        ],
+    );
+    refused(
+        &solve("kernel_factors = ['sqrt(x - y)']", "1", ""),
+        &["`kernel_factors[0]` is NaN at x = "],
+    );
+    let cells = "[galerkin]\ncells = 10";
+    refused(
+        &solve(good, "ln(x - 0.75)", cells),
+        &["`source` is NaN at x = "],
+    );
+    // Finite at every quadrature point, and not where walks come.
+    refused(
+        &solve(good, "x > 0.96 ? 1 / (x - x) : 1", cells),
+        &["`source` is inf at x = 0.9"],
+    );
+    refused(
+        &solve(
+            good,
+            "1",
+            "solution = '1'\n[[target]]\nname = 'w'\nweight = '1 / (x - x)'",
+        ),
+        &["`weight` is inf at x = "],
+    );
+    assert_eq!(folder.names(), ["problem.toml"]);
+}
+
+#[test]
+fn a_wrong_integral_is_refused() {
+    let folder = Folder::new();
+    let kernel = "kernel = 'abs(x - y) / 0.75'\nkernel_integral = '(y - x) * abs(y - x) / 1.51'";
+    let ran = folder.solve(&file(1, kernel, "1", &targets(1)), &[]);
+    refused(
+        &ran,
+        &["not the integral of the kernel", "/ 1.51'", "at x = 0.1"],
+    );
+    // Where it is right, the kink is on the diagonal and costs less.
+    let deviation = |kernel: &str| {
+        let problem = file(
+            1,
+            kernel,
+            "1",
+            &format!("[galerkin]\ncells = 8\n{}", targets(1)),
+        );
+        let json = folder.solve(&problem, &["--json"]).quietly(0).json();
+        number(&list(&json, "targets")[1]["preconditioned"], "std_dev")
+    };
+    let jump = "kernel = 'x < y ? 0.8 : 0'";
+    let with = format!("{jump}\nkernel_integral = '0.8 * max(0, y - x)'");
+    let (with, without) = (deviation(&with), deviation(jump));
+    assert!(with < 0.8 * without, "{with} {without}");
+}
+
+#[test]
+fn a_table_beyond_memory_is_refused_before_any_work() {
+    let folder = Folder::new();
+    let rest = format!("[galerkin]\ncells = 200\n{}", targets(3));
+    let kernel = "kernel = '0.1 * x1 * y2 * x3'";
+    let ran = folder.solve(&file(3, kernel, "1", &rest), &[]);
+    refused(&ran, &["8000000 cells need 512", "GB", "kernel_factors"]);
+    let many = format!("[galerkin]\ncells = 2000\n{}", targets(3));
+    refused(
+        &folder.solve(&file(3, kernel, "1", &many), &[]),
+        &["2000 cells per axis"],
+    );
+}
+
+#[test]
+fn the_template_runs_as_it_stands() {
+    let template = fredholm(&["init", "cube"]).quietly(0).stdout;
+    let folder = Folder::new();
+    let path = folder.file("cube.toml", &template);
+    let checked = fredholm(&["check", &path]).quietly(0).stdout;
+    for word in ["is valid", "cube", "time"] {
+        assert!(checked.contains(word), "{checked}");
+    }
+    let table = fredholm(&["solve", &path]).quietly(0).stdout;
+    for word in ["cube of dimension 1, 100 cells", "weighted", "profile[8]"] {
+        assert!(table.contains(word), "{table}");
+    }
+    // Every line that is commented out is right where it stands.
+    let kink = template.replace("# kernel_integral", "kernel_integral");
+    folder.solve(&kink, &[]).quietly(0);
+    let svg = folder.at("profile.svg");
+    folder.solve(&template, &["--out", &svg]).quietly(0);
+    assert_svg(svg.as_ref());
+    let csv = folder.at("all.csv");
+    folder.solve(&template, &["--out", &csv]).quietly(0);
+    let rows = common::csv_rows(csv.as_ref());
+    assert_eq!(rows.len(), 13);
+    assert!(rows[3].contains(&"x * (1 - x)".to_owned()), "{:?}", rows[3]);
+}

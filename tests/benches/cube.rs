@@ -1,0 +1,173 @@
+//! The cube, d = 3, m = 10 (n = 1000), Gaussian kernel: set-up of a table and of a product, and visited
+//! states per second on all threads, beside the loop that one writes first.
+
+use core::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use fredholm_core::galerkin::{Coefficients, Dense, OffDiagonal, PairKind, Partition, Piecewise};
+use fredholm_core::{Draws, Estimator, Real, Stream, Uniforms};
+use fredholm_cube::{
+    Cube, KernelFactors, Mean, Product, ProductTables, Rule, Solution, empty_table,
+};
+use fredholm_rayon::{Plan, Target, fill_rows, run};
+
+const PER_AXIS: usize = 10;
+const CELLS: usize = 1000;
+const ABSORPTION: f64 = 0.2;
+const WALKS: u64 = 400_000;
+const ALL: OffDiagonal = OffDiagonal {
+    diagonal: PairKind::Galerkin,
+};
+
+/// ½ exp(−|x − y|²) as a product.
+#[derive(Clone, Copy, Debug)]
+struct Factors;
+
+impl KernelFactors<f64> for Factors {
+    fn factor(&self, axis: usize, x: f64, y: f64) -> f64 {
+        let scale = if axis == 0 { 0.5 } else { 1.0 };
+        scale * Real::exp(-(x - y) * (x - y))
+    }
+}
+
+/// The same as one formula: one exponential instead of three.
+fn gauss(x: &[f64; 3], y: &[f64; 3]) -> f64 {
+    let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
+    0.5 * Real::exp(-square)
+}
+
+fn source(x: &[f64; 3]) -> f64 {
+    1.0 + x[0]
+}
+
+type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
+type Source = fn(&[f64; 3]) -> f64;
+
+fn table(cube: &Cube<f64, 3, Kernel, Source>, points: usize) -> Vec<f64> {
+    let rule = Rule::new(points).unwrap();
+    let mut entries = empty_table(CELLS).unwrap();
+    fill_rows(&mut entries, CELLS, |i, row| cube.fill_row(rule, i, row)).unwrap();
+    entries
+}
+
+/// Points per axis of the rules that are timed; 1 is what piecewise constants need.
+fn set_up(c: &mut Criterion) {
+    let mut group = c.benchmark_group("cube, set-up");
+    group.sample_size(10);
+    for points in [1, 2] {
+        let rule = Rule::new(points).unwrap();
+        group.bench_function(BenchmarkId::new("general", points), |b| {
+            b.iter(|| {
+                let (kernel, source): (Kernel, Source) = (gauss, source);
+                let cube = Cube::new(kernel, source, PER_AXIS, ABSORPTION).unwrap();
+                let entries = table(&cube, points);
+                let dense = Dense::new(&entries, CELLS).unwrap();
+                let solution = Solution::new(&cube, &dense, rule, 1e-14, 1000).unwrap();
+                solution.source::<f64, _, _>(&dense, &ALL).unwrap()
+            });
+        });
+        group.bench_function(BenchmarkId::new("product", points), |b| {
+            b.iter(|| {
+                let cube = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
+                let tables = ProductTables::new(&cube, rule).unwrap();
+                let solution = Solution::new(&cube, &tables, rule, 1e-14, 1000).unwrap();
+                solution.source::<f64, _, _>(&tables, &ALL).unwrap()
+            });
+        });
+    }
+    group.finish();
+}
+
+/// v and G with these coefficients.
+fn solved<C: Coefficients<Scalar = f64>>(
+    cube: &Cube<f64, 3, Kernel, Source>,
+    coefficients: &C,
+) -> (Vec<f64>, Vec<f64>) {
+    let rule = Rule::new(1).unwrap();
+    let solution = Solution::new(cube, coefficients, rule, 1e-14, 1000).unwrap();
+    let g = solution.source::<f64, _, _>(coefficients, &ALL).unwrap();
+    (solution.v, g)
+}
+
+/// Walks for the mean: the estimate, and the states that they visited.
+fn engine<C: Coefficients<Scalar = f64> + Sync>(
+    cube: &Cube<f64, 3, Kernel, Source>,
+    coefficients: &C,
+    (v, g): &(Vec<f64>, Vec<f64>),
+) -> (f64, u64) {
+    let neighbour = Piecewise::new(cube, coefficients, ALL, v, g).unwrap();
+    let targets = [Target {
+        functional: Mean,
+        neighbour_value: Some(Mean::of(v)),
+    }];
+    let mut plan: Plan = Plan::new(WALKS);
+    plan.estimator = Estimator::Absorption;
+    let outcome = run(cube, &neighbour, &targets, &plan, &()).unwrap();
+    let statistics = &outcome.statistics[0];
+    (statistics.preconditioned().estimate, statistics.states())
+}
+
+/// The loop that one writes first: one thread, a table, sums.
+fn straightforward(entries: &[f64], v: &[f64], g: &[f64]) -> (f64, u64) {
+    let locate = |x: &[f64; 3]| {
+        x.iter()
+            .fold(0, |cell, x| cell * PER_AXIS + ((x * 10.0) as usize).min(9))
+    };
+    let value = v.iter().sum::<f64>() / CELLS as f64;
+    let (mut sum, mut visited) = (0.0, 0);
+    let stream = <Stream>::new(1, 0);
+    for walk in 0..WALKS {
+        let mut draws = Draws(stream.generator(walk));
+        let mut x: [f64; 3] = core::array::from_fn(|_| Uniforms::<f64>::uniform(&mut draws));
+        let (mut k, mut h) = (1.0, 1.0);
+        loop {
+            visited += 1;
+            let i = locate(&x);
+            if Uniforms::<f64>::uniform(&mut draws) < ABSORPTION {
+                sum += (k * source(&x) - h * g[i]) / ABSORPTION;
+                break;
+            }
+            let y: [f64; 3] = core::array::from_fn(|_| Uniforms::<f64>::uniform(&mut draws));
+            let j = locate(&y);
+            k *= gauss(&x, &y) / (1.0 - ABSORPTION);
+            h *= entries[i * CELLS + j] * CELLS as f64 / (1.0 - ABSORPTION);
+            x = y;
+        }
+    }
+    (value + sum / WALKS as f64, visited)
+}
+
+fn walks(c: &mut Criterion) {
+    let mut group = c.benchmark_group("cube, a state");
+    group.sample_size(10);
+    let cube = Cube::<f64, 3, Kernel, Source>::new(gauss, source, PER_AXIS, ABSORPTION).unwrap();
+    let entries = table(&cube, 1);
+    let dense = Dense::new(&entries, CELLS).unwrap();
+    let product = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
+    let tables = ProductTables::new(&product, Rule::new(1).unwrap()).unwrap();
+    assert_eq!(cube.cells(), CELLS);
+    let by_table = solved(&cube, &dense);
+    let by_product = solved(&cube, &tables);
+    let (estimate, visited) = engine(&cube, &dense, &by_table);
+    // All estimate the same, and draw the same numbers.
+    let first = straightforward(&entries, &by_table.0, &by_table.1);
+    assert!((first.0 - estimate).abs() < 1e-9 && first.1 == visited);
+    group.throughput(Throughput::Elements(visited));
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.unwrap();
+        group.bench_function(BenchmarkId::new("table", threads), |b| {
+            b.iter(|| pool.install(|| engine(&cube, &dense, &by_table)));
+        });
+        group.bench_function(BenchmarkId::new("product tables", threads), |b| {
+            b.iter(|| pool.install(|| engine(&cube, &tables, &by_product)));
+        });
+    }
+    group.bench_function("straightforward, one thread", |b| {
+        b.iter(|| straightforward(black_box(&entries), &by_table.0, &by_table.1));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, set_up, walks);
+criterion_main!(benches);
