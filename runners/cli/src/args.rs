@@ -45,6 +45,13 @@ about 95 % of those twice as wide.")]
         /// The problem file (TOML)
         file: PathBuf,
     },
+    /// Measure how fast the error falls with cells and walks, beside theory and other methods
+    #[command(after_help = "\
+A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and
+the error against kernel evaluations, set-up counted, of preconditioned walks, of plain walks, of the
+Galerkin solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's.
+The file's cells and targets are not used.")]
+    Rates(RatesArgs),
     /// Print a commented problem file
     Init {
         /// The kind of problem
@@ -82,6 +89,21 @@ pub(crate) struct PaperArgs {
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write table.csv, table.json and the figures error.svg and deviation.svg into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `rates`.
+#[derive(Debug, Args)]
+pub(crate) struct RatesArgs {
+    /// The problem file (TOML)
+    pub(crate) file: PathBuf,
+    /// Seed of the walks
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write rates.csv, rates.json and the figures work-error.svg and deviation.svg into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

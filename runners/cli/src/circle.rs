@@ -293,12 +293,14 @@ const STATE: f64 = 25e-9;
 const CELL: f64 = 800e-9;
 
 /// A circle of a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct CircleFile<'f> {
     file: &'f ProblemFile,
     circle: &'f file::Circle,
     reflectance: Vec<f64>,
     emission: Vec<f64>,
+    /// The number of cells is a multiple of this.
+    unit: usize,
     cells: usize,
     asked: Vec<Asked>,
 }
@@ -330,6 +332,7 @@ impl<'f> CircleFile<'f> {
             circle,
             reflectance: values(&circle.reflectance.value),
             emission,
+            unit,
             cells: match &file.galerkin.cells {
                 Some(cells) => cells.value,
                 None => DEFAULT_CELLS.next_multiple_of(unit),
@@ -423,6 +426,33 @@ impl Problem for CircleFile<'_> {
         }
         let what = "reflectance²/(1 − absorption)";
         Err(infinite_variance(self.file, what, radius))
+    }
+
+    fn absorption(&self) -> f64 {
+        self.file.walk.absorption.value
+    }
+
+    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_> {
+        Box::new(Self {
+            cells,
+            asked: vec![Asked {
+                name: "mean".to_owned(),
+                place: Where::Arc(0.0, TAU),
+            }],
+            ..self.clone()
+        })
+    }
+
+    fn levels(&self) -> Vec<usize> {
+        let levels = (3..=10).map(|k| (1_usize << k).next_multiple_of(self.unit));
+        let mut levels: Vec<usize> = levels.collect();
+        levels.dedup();
+        levels
+    }
+
+    /// Coefficients are closed forms: each sweep evaluates one for a cell.
+    fn evaluations(&self, sweeps: u32) -> f64 {
+        self.cells as f64 * f64::from(sweeps)
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{
     AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition, Piecewise,
-    Rounded,
+    Rounded, Sweeps, gauss_seidel,
 };
-use fredholm_core::{At, Functional, Located, Neighbour, Real, Uniforms};
+use fredholm_core::{At, Functional, Located, Neighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
     ProductTables, Rule, Solution, Weighted, absolute_radius, empty_table, rounded, table_bytes,
@@ -22,6 +22,7 @@ use crate::problem::{
     Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
+use crate::rates::Deterministic;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -273,7 +274,7 @@ fn integral<const D: usize>(function: impl Fn(&[f64; D]) -> f64) -> Option<f64> 
 }
 
 /// A cube of a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct CubeFile<'f> {
     file: &'f ProblemFile,
     cube: &'f file::Cube,
@@ -322,14 +323,14 @@ impl<'f> CubeFile<'f> {
         })
     }
 
-    fn absorption(&self) -> f64 {
-        self.file.walk.absorption.value
+    /// Quadrature points of a cell and axis: one more than the degree is enough.
+    fn points(&self) -> usize {
+        let points = self.file.galerkin.points.as_ref();
+        points.map_or(1, |points| points.value)
     }
 
-    /// Points of a cell and axis: one more than the degree is enough.
     fn rule(&self) -> Result<Rule, Failure> {
-        let points = self.file.galerkin.points.as_ref();
-        Rule::new(points.map_or(1, |points| points.value)).map_err(Failure::input)
+        Rule::new(self.points()).map_err(Failure::input)
     }
 
     /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is smaller, where all
@@ -566,6 +567,63 @@ impl<'f> CubeFile<'f> {
         self.file.error(place, message).into()
     }
 
+    /// Composite Gauss–Nyström: u_i = Σ_j w_j K(x_i, x_j) u_j + F(x_i) on the points of a Gauss rule in every
+    /// cell, and the mean Σ w_i u_i.
+    fn nystrom_in<const D: usize>(&self) -> Result<Vec<Deterministic>, Failure> {
+        const MOST: usize = 1300;
+        // Cells and points an axis.
+        let rules = (1..=5).map(|points| (1_usize, points));
+        let rules = rules.chain(
+            [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 200, 260].map(|cells| (cells, 5)),
+        );
+        let formulas = Formulas::<f64>::new(self.cube)?;
+        let explain = |error| explained(error, &formulas.watch);
+        let mut solutions = Vec::new();
+        for (cells, points) in rules {
+            let nodes = (cells * points).saturating_pow(D as u32);
+            if nodes > MOST {
+                break;
+            }
+            let cube = formulas.cube::<D>(cells, self.absorption())?;
+            let rule = Rule::new(points).map_err(explain)?;
+            let at: Vec<([f64; D], f64)> = (0..cube.cells())
+                .flat_map(|cell| cube.points(rule, cell))
+                .map(|(x, weight)| (x, weight / cube.cells() as f64))
+                .collect();
+            let kernel = formulas.kernel();
+            let mut entries = empty_table(nodes).map_err(explain)?;
+            fill_rows(&mut entries, nodes, |i, row| {
+                for (out, (y, weight)) in row.iter_mut().zip(&at) {
+                    *out = weight * kernel.kernel(&at[i].0, y);
+                }
+                Ok::<_, CubeError>(())
+            })
+            .map_err(explain)?;
+            let source: Vec<f64> = at.iter().map(|(x, _)| cube.source(x)).collect();
+            if let Some(what) = formulas.watch.get() {
+                return Err(Failure::input(format_args!("Gauss-Nyström: {what}")));
+            }
+            let dense = Dense::new(&entries, nodes)
+                .ok_or_else(|| Failure::run("a table has a wrong size"))?;
+            let mut u = source.clone();
+            let sweeps = Sweeps::UntilResidual {
+                residual: TOLERANCE * source.iter().fold(0.0, |m: f64, f| m.max(f.abs())),
+                at_most: SWEEPS,
+            };
+            gauss_seidel::<_, 1>(&dense, &source, &mut u, sweeps).map_err(Failure::run)?;
+            solutions.push(Deterministic {
+                nodes,
+                evaluations: match &self.cube.kernel {
+                    KernelText::General(_) => (nodes as f64).powi(2),
+                    KernelText::Factors(_) => ((cells * points) as f64).powi(2),
+                },
+                mean: at.iter().zip(&u).map(|((_, weight), u)| weight * u).sum(),
+                error: None,
+            });
+        }
+        Ok(solutions)
+    }
+
     /// Seconds of an evaluation of the kernel, measured.
     fn kernel_seconds<const D: usize>(&self) -> Result<f64, Failure> {
         const TIMES: u32 = 5000;
@@ -707,13 +765,7 @@ impl Problem for CubeFile<'_> {
     fn cost(&self) -> Cost {
         let d = self.cube.dimension.value;
         let seconds = in_dimension!(d, D => self.kernel_seconds::<D>()).unwrap_or(0.0);
-        let points = self
-            .file
-            .galerkin
-            .points
-            .as_ref()
-            .map_or(1, |points| points.value);
-        let points = points.pow(2 * d as u32) as f64;
+        let points = self.points().pow(2 * d as u32) as f64;
         let n = self.unknowns() as f64;
         let setup = match &self.cube.kernel {
             KernelText::General(_) => n * n * (points * seconds + 20e-9),
@@ -735,6 +787,48 @@ impl Problem for CubeFile<'_> {
             return Ok(());
         }
         Err(infinite_variance(self.file, "K²/(1 − absorption)", radius))
+    }
+
+    fn absorption(&self) -> f64 {
+        self.file.walk.absorption.value
+    }
+
+    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_> {
+        Box::new(Self {
+            per_axis: cells,
+            asked: vec![Asked {
+                name: "mean".to_owned(),
+                place: Where::All,
+            }],
+            ..self.clone()
+        })
+    }
+
+    fn levels(&self) -> Vec<usize> {
+        let levels: &[usize] = match self.cube.dimension.value {
+            1 => &[4, 8, 16, 32, 64, 128, 256, 512, 1024],
+            2 => &[2, 4, 8, 12, 16, 24, 32],
+            3 => &[2, 3, 4, 5, 6, 8, 10],
+            4 => &[2, 3, 4, 5],
+            5 => &[2, 3, 4],
+            _ => &[2, 3],
+        };
+        levels.to_vec()
+    }
+
+    /// Of a product, its factors one by one count as one evaluation.
+    fn evaluations(&self, _: u32) -> f64 {
+        let points = self.points() as f64;
+        let d = self.cube.dimension.value as i32;
+        match &self.cube.kernel {
+            KernelText::General(_) => (self.unknowns() as f64 * points.powi(d)).powi(2),
+            KernelText::Factors(_) => (self.per_axis as f64 * points).powi(2),
+        }
+    }
+
+    fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
+        let d = self.cube.dimension.value;
+        in_dimension!(d, D => self.nystrom_in::<D>())
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -16,6 +16,7 @@ mod output;
 mod paper;
 mod problem;
 mod progress;
+mod rates;
 mod report;
 mod solve;
 mod threads;
@@ -39,6 +40,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
     match command {
         Command::Paper(args) => paper::paper(args),
         Command::Solve(args) => solve::solve(args),
+        Command::Rates(args) => rates::rates(args),
         Command::Check { file } => solve::check(file),
         Command::Init { kind } => init::init(*kind),
         Command::Completions { shell } => {

@@ -11,6 +11,7 @@ use crate::cube::CubeFile;
 use crate::failure::Failure;
 use crate::file::{self, ProblemFile};
 use crate::progress::Progress;
+use crate::rates::Deterministic;
 
 /// A problem of a file, ready to be set up.
 pub(crate) trait Problem: Sync {
@@ -41,6 +42,23 @@ pub(crate) trait Problem: Sync {
 
     /// Refuses walks whose error bars would mean nothing.
     fn refuse_infinite_variance(&self) -> Result<(), Failure>;
+
+    /// q0.
+    fn absorption(&self) -> f64;
+
+    /// The same problem on so many cells (as the file counts them), asked for the mean of u.
+    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_>;
+
+    /// Cells for a sweep, from few to as many as take a second or so.
+    fn levels(&self) -> Vec<usize>;
+
+    /// Kernel evaluations of a set-up whose iteration took so many sweeps.
+    fn evaluations(&self, sweeps: u32) -> f64;
+
+    /// Deterministic solutions to compare with, where there are some.
+    fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
+        Ok(Vec::new())
+    }
 
     /// Sets up, and walks.
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;

@@ -18,7 +18,10 @@ use crate::report::{Coordinates, EndingsReport, EstimateReport, Over, Report, Ta
 use crate::threads::with_threads;
 
 /// Reads and validates a file, with the command line's values in place of its own.
-fn read(path: &Path, replace: impl FnOnce(&mut ProblemFile)) -> Result<ProblemFile, Failure> {
+pub(crate) fn read(
+    path: &Path,
+    replace: impl FnOnce(&mut ProblemFile),
+) -> Result<ProblemFile, Failure> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
@@ -92,7 +95,7 @@ fn bytes(count: u64) -> String {
 }
 
 /// The plan of the file.
-fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
+pub(crate) fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
     let walk = &file.walk;
     let mut plan = Plan::new(walk.walks.value);
     plan.seed = walk.seed.value;

@@ -1,0 +1,111 @@
+//! `fredholm rates` against theory.
+
+mod common;
+
+use common::{Folder, assert_svg, csv_rows, fredholm, list, number};
+
+/// The product of |x_a − y_a| over d axes, of smoothness r = 1: ∫|K| ≤ 2^-d, u = Π x_a.
+fn distance(dimension: usize, scale: f64) -> String {
+    let product = |factor: &dyn Fn(&str) -> String| {
+        let axes = 1..=dimension;
+        let factors: Vec<String> = axes.map(|a| factor(&a.to_string())).collect();
+        factors.join(" * ")
+    };
+    let kernel = product(&|a| format!("abs(x{a} - y{a})"));
+    let solution = product(&|a| format!("x{a}"));
+    let image = product(&|a| format!("(x{a}^3 / 3 - x{a} / 2 + 1 / 3)"));
+    format!(
+        "[problem]\nkind = 'cube'\ndimension = {dimension}\nkernel = '{kernel} / {scale}'\n\
+         source = '{solution} - {image} / {scale}'\nsolution = '{solution}'\n\
+         [[target]]\nname = 'mean'\nover = 'all'\n"
+    )
+}
+
+/// Along N = n² with smoothness r = 1 the error falls like cost^(−1/(2d) − 1/2), and √Var like
+/// n^(−1/d) (Heinrich and Mathé 1993): within 15 %.
+#[test]
+fn the_error_falls_as_theory_says() {
+    for (dimension, scale) in [(1, 0.75), (2, 0.4), (3, 0.2)] {
+        let folder = Folder::new();
+        let file = folder.file("rates.toml", distance(dimension, scale));
+        let out = folder.at("out");
+        let ran = fredholm(&["rates", &file, "--json", "--out", &out]).quietly(0);
+        let json = ran.json();
+        let fits = &json["fits"];
+        let d = dimension as f64;
+        for (key, theory) in [("std_dev", -1.0 / d), ("error", -0.5 / d - 0.5)] {
+            let fitted = number(fits, key);
+            println!("d = {dimension}, {key}: {fitted:.3}, theory {theory:.3}");
+            assert_eq!(number(fits, &format!("{key}_theory")), theory);
+            assert!(
+                (fitted / theory - 1.0).abs() < 0.15,
+                "d = {dimension}: {fits}"
+            );
+        }
+        assert!((number(&json, "mean") - 0.5_f64.powi(dimension as i32)).abs() < 1e-12);
+        // What the picture shows: plain walks lose everywhere but at the start; deterministic methods win
+        // in one dimension and lose in three.
+        let rows = list(&json, "rows");
+        let last = rows.last().unwrap();
+        assert!(number(last, "error") < 0.2 * number(last, "error_plain"));
+        let nystrom = list(&json, "nystrom").last().unwrap();
+        assert!(number(nystrom, "evaluations") < number(last, "evaluations"));
+        let better = number(nystrom, "error") < number(last, "error");
+        assert_eq!(better, dimension == 1, "{nystrom} {last}");
+        assert_eq!(
+            common::names(out.as_ref()),
+            ["deviation.svg", "rates.csv", "rates.json", "work-error.svg"]
+        );
+        for picture in ["deviation.svg", "work-error.svg"] {
+            assert_svg(format!("{out}/{picture}").as_ref());
+        }
+        let table = csv_rows(format!("{out}/rates.csv").as_ref());
+        assert_eq!(table.len(), rows.len() + 1);
+        assert_eq!(
+            std::fs::read_to_string(format!("{out}/rates.json")).unwrap(),
+            ran.stdout
+        );
+    }
+}
+
+#[test]
+fn a_product_kernel_pays_nothing_for_its_set_up() {
+    let problem = "[problem]\nkind = 'cube'\ndimension = 2\n\
+                   kernel_factors = ['0.5 * exp(-(x - y)^2)', 'exp(-(x - y)^2)']\nsource = '1'\n\
+                   [[target]]\nname = 'mean'\nover = 'all'\n";
+    let folder = Folder::new();
+    let file = folder.file("rates.toml", problem);
+    let run = |threads: &str| {
+        let ran = fredholm(&["rates", &file, "--json", "--threads", threads]);
+        ran.quietly(0)
+    };
+    let json = run("1").json();
+    let last = list(&json, "rows").last().unwrap();
+    assert_eq!(number(last, "setup_evaluations"), 1024.0);
+    // No solution is given: the finest level is the reference, and has an error bar.
+    assert!(number(&json, "mean_std_error") > 0.0);
+    assert!(last["error_galerkin"].is_null() || number(last, "error_galerkin") > 0.0);
+    assert_eq!(run("1").stdout, run("2").stdout);
+}
+
+#[test]
+fn a_circle_has_rates_too() {
+    let folder = Folder::new();
+    let file = folder.file("circle.toml", common::CIRCLE);
+    let ran = fredholm(&["rates", &file]).quietly(0);
+    for word in [
+        "circle, degree 0",
+        "(exact)",
+        "fitted exponents",
+        "theory -1.000",
+    ] {
+        assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
+    }
+    let json = fredholm(&["rates", &file, "--json", "--seed", "2"])
+        .quietly(0)
+        .json();
+    let fitted = number(&json["fits"], "std_dev");
+    assert!((fitted + 1.0).abs() < 0.15, "{fitted}");
+    assert_eq!(number(&json, "seed"), 2.0);
+    assert!(list(&json, "nystrom").is_empty());
+}
