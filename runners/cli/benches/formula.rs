@@ -5,7 +5,7 @@ use core::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fredholm_core::Real;
 
-#[expect(dead_code, reason = "the program uses the rest of it")]
+#[allow(dead_code, unused_imports, reason = "the program uses the rest of it")]
 #[path = "../src/formula.rs"]
 mod formula;
 

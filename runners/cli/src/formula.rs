@@ -15,8 +15,10 @@ pub(crate) const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condi
      sign, min, max, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, \
      tanh, floor, ceil";
 
+type Unary = (&'static str, fn(f64) -> f64);
+
 /// The functions of one argument.
-const UNARY: [(&str, fn(f64) -> f64); 12] = [
+const UNARY: [Unary; 12] = [
     ("cbrt", libm::cbrt),
     ("log10", libm::log10),
     ("tan", libm::tan),
