@@ -32,7 +32,7 @@ const UNARY: [Unary; 12] = [
     ("ceil", libm::ceil),
     ("sign", sign),
 ];
-/// The functions that [`call`] looks up first.
+/// The functions that a call looks up first.
 const FAST: [&str; 9] = [
     "abs", "sqrt", "exp", "ln", "sin", "cos", "min", "max", "atan2",
 ];
