@@ -3,12 +3,14 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Solution, Tables};
-use fredholm_core::Real;
 use fredholm_core::galerkin::{
     OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
+use fredholm_core::{Located, Real};
 
-use crate::quadrature::{Quadrature, gauss_legendre};
+use crate::description::Description;
+use crate::examine::{Offers, Report, examine_both, examine_masses};
+use crate::quadrature::{gauss_legendre, split};
 
 /// Reflectances of five arcs, one of them black.
 pub const RHO: [f64; 5] = [0.3, 0.7, 0.0, 0.55, 0.74];
@@ -83,22 +85,166 @@ pub fn with_residual<F: Real, E: Emission<F> + Emission<f64> + Copy, R>(
     then(&circle, &residual, &v)
 }
 
-impl<F: Real, E: Emission<F>> Quadrature for Circle<'_, F, E> {
-    fn nodes(&self, x: &Point<F>, j: usize) -> Vec<(Point<F>, f64)> {
-        let width = TAU / self.cells() as f64;
-        let (left, right) = (j as f64 * width, (j + 1) as f64 * width);
-        // p(x, ·) has a kink at x.
-        let kink = x.angle().to_f64().clamp(left, right);
-        let rule = gauss_legendre(16);
-        let part = |from: f64, to: f64| {
-            rule.iter()
-                .filter(move |_| from < to)
-                .map(move |&(t, w)| (self.point(from + t * (to - from)), w * (to - from)))
-        };
-        part(left, kink).chain(part(kink, right)).collect()
+/// A furnace: u = 1 whatever the reflectance.
+pub const FURNACE: Harmonic = Harmonic {
+    constant: 1.0,
+    amplitude: 0.0,
+    frequency: 1,
+};
+
+/// A circle as the kit sees it, with q0 = 0.2.
+#[derive(Clone, Copy, Debug)]
+pub struct Described<'a, F> {
+    circle: Circle<'a, F, Harmonic>,
+    reflectance: &'a [f64],
+}
+
+impl<F: Real> Described<'_, F> {
+    fn cells(&self) -> usize {
+        self.circle.cells()
+    }
+    fn light(&self) -> Harmonic {
+        *self.circle.emission()
+    }
+    fn width(&self) -> f64 {
+        TAU / self.cells() as f64
+    }
+}
+
+/// Describes the circle with this reflectance, cells and light.
+///
+/// # Panics
+/// If there is no such circle.
+pub fn described<F: Real, R>(
+    reflectance: &[f64],
+    cells: usize,
+    light: Harmonic,
+    then: impl FnOnce(&Described<'_, F>) -> R,
+) -> R {
+    let tables = Tables::new(reflectance, cells).unwrap();
+    let circle = Circle::new(tables.cells(), light, 0.2).unwrap();
+    then(&Described {
+        circle,
+        reflectance,
+    })
+}
+
+/// Everything about a circle, in f32 and f64.
+#[must_use]
+pub fn examined(cells: usize, light: Harmonic, seed: u64) -> Report {
+    described(&RHO, cells, light, |narrow| {
+        described(&RHO, cells, light, |wide| examine_both(narrow, wide, seed))
+    })
+}
+
+/// The masses of a circle with very many cells, in f32 and f64.
+#[must_use]
+pub fn examined_masses(cells: usize, seed: u64) -> Report {
+    let mut report = described::<f64, _>(&RHO, cells, LIGHT, |wide| examine_masses(wide, seed));
+    report.extend(described::<f32, _>(&RHO, cells, LIGHT, |narrow| {
+        examine_masses(narrow, seed)
+    }));
+    report
+}
+
+/// All pairs pointwise, by n integrals for every value of G.
+#[derive(Clone, Copy, Debug)]
+pub struct AllPointwise;
+
+impl Pairs for AllPointwise {
+    fn kind(&self, _: usize, _: usize) -> PairKind {
+        PairKind::Pointwise
+    }
+}
+
+impl<'a, F: Real> Description for Described<'a, F> {
+    type Equation = Circle<'a, F, Harmonic>;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &Self::Equation {
+        &self.circle
     }
 
-    fn inside(&self, j: usize, t: f64) -> Point<F> {
-        self.point(TAU * ((j as f64 + t) / self.cells() as f64))
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        self.circle.point(TAU * ((cell as f64 + t[0]) / self.cells() as f64))
+    }
+
+    fn contains(&self, cell: usize, x: &Point<F>) -> bool {
+        // The pseudo-angles of an edge and of a point are each wrong by a few ε, and an angle is up
+        // to 4π times as wide.
+        let edge = 64.0 * F::EPSILON.to_f64();
+        let (left, right) = (cell as f64 * self.width(), (cell + 1) as f64 * self.width());
+        let angle = x.angle().to_f64();
+        [angle - TAU, angle, angle + TAU]
+            .iter()
+            .any(|angle| (left - edge..=right + edge).contains(angle))
+    }
+
+    fn nodes(&self, x: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
+        let (left, right) = (cell as f64 * self.width(), (cell + 1) as f64 * self.width());
+        // p(x, ·) has a kink at x.
+        let nodes = split(&gauss_legendre(12), left, right, &[x.angle().to_f64()]);
+        let nodes = nodes.into_iter().map(|(t, w)| (self.circle.point(t), w));
+        nodes.collect()
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let (n, light) = (self.cells(), self.light());
+        offers.pairs("the paper's", PAPER);
+        offers.pairs("all in S", IN_S);
+        offers.pointwise_pairs("diagonal pointwise", DEFAULT);
+        if n < 50 {
+            offers.pointwise_pairs("all pointwise", AllPointwise);
+        }
+        offers.coefficients("closed form", &self.circle, 0.0);
+        for pairs in [PAPER, DEFAULT] {
+            let name = format!("own, diagonal {:?}", pairs.diagonal);
+            with_piecewise(self.reflectance, n, light, pairs, |_, neighbour, _| {
+                offers.neighbour::<OnCircle<'_, F, _, _>>(&name, neighbour);
+            });
+        }
+        with_residual::<F, _, _>(self.reflectance, n, light, |_, residual, _| {
+            offers.neighbour("residual", residual);
+        });
+        let tables = Tables::<f64>::new(self.reflectance, n).unwrap();
+        let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
+        let mut means = vec![0.0; n];
+        wide.source_means(&mut means).unwrap();
+        offers.source_means("closed form", &means, 0.0);
+        let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
+        offers.galerkin_solution("own", &solution.v, 1e-13);
+    }
+
+    fn solution(&self, x: &Point<F>) -> Option<f64> {
+        Some(self.light().solution(x.angle().to_f64()))
+    }
+
+    fn constant(&self) -> Option<f64> {
+        (self.light().amplitude == 0.0).then_some(self.light().constant)
+    }
+
+    /// By the turn φ from x: (1 − cos φ/2)/2.
+    fn cumulative(&self, x: &Point<F>, y: &Point<F>) -> Option<f64> {
+        let turn = (y.angle().to_f64() - x.angle().to_f64()).rem_euclid(TAU);
+        Some(0.5 - 0.5 * (0.5 * turn).cos())
+    }
+
+    /// In f32, by f64 from the stored half angle. For f64 see the 60 digits in `tests/circle.rs`.
+    fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
+        if F::EPSILON.to_f64() < 1e-10 {
+            return None;
+        }
+        let (cos, sin) = x.point.half_angle();
+        let half = sin.to_f64().atan2(cos.to_f64());
+        let middle = 0.5 * self.width() * (cell as f64 + 0.5);
+        let quarter = 0.25 * self.width();
+        let form_factor = if cell == x.cell {
+            // 1 − cos A cos B = sin²((A−B)/2) + sin²((A+B)/2)
+            let b = half - middle;
+            (0.5 * (quarter - b)).sin().powi(2) + (0.5 * (quarter + b)).sin().powi(2)
+        } else {
+            quarter.sin() * (middle - half).sin().abs()
+        };
+        Some((1.0 - F::from_f64(0.2).to_f64()) * form_factor)
     }
 }

@@ -1,18 +1,36 @@
 //! What the checks need to know of the cube.
 
-use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    Coefficients, Dense, Pairs, Piecewise, PointwiseSource, SourceTable,
+    Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
+    SourceTable,
 };
+use fredholm_core::{Located, Real};
+use fredholm_cube::model::{Model, ModelKernel};
 use fredholm_cube::{
     CellIntegral, Cube, Function, IntegralKernel, KernelFactors, Product, ProductTables, Rule,
     Solution, rounded, table,
 };
 
-use crate::quadrature::{Quadrature, gauss_legendre};
+use crate::circle::AllPointwise;
+use crate::description::Description;
+use crate::examine::{Offers, Report, examine_both};
+use crate::quadrature::{gauss_legendre, split, tensor};
 
 /// The absorption probability q0 of the tests.
 pub const ABSORPTION: f64 = 0.2;
+
+/// All pairs in S.
+pub const ALL: OffDiagonal = OffDiagonal {
+    diagonal: PairKind::Galerkin,
+};
+/// The diagonal pointwise.
+pub const POINTWISE: OffDiagonal = OffDiagonal {
+    diagonal: PairKind::Pointwise,
+};
+/// The diagonal left out.
+pub const OUTSIDE: OffDiagonal = OffDiagonal {
+    diagonal: PairKind::None,
+};
 
 /// ½ exp(−|x − y|²): smooth, and a product.
 #[derive(Clone, Copy, Debug)]
@@ -163,45 +181,147 @@ where
     then(&cube, &neighbour, &v)
 }
 
-impl<F, const D: usize, K, S> Quadrature for Cube<F, D, K, S>
-where
-    F: Real,
-    K: IntegralKernel<F, D>,
-    S: Function<F, D>,
-{
-    fn nodes(&self, x: &[F; D], j: usize) -> Vec<([F; D], f64)> {
-        let (low, high) = self.cell_box(j);
-        // Fewer points where there are more axes: the tests use small cells there.
-        let rule = gauss_legendre(match D {
-            1 => 16,
-            2 => 12,
-            _ => 8,
-        });
-        // K(x, ·) may have a kink where a coordinate is that of x.
-        let mut nodes = vec![([F::zero(); D], 1.0)];
-        for a in 0..D {
-            let [from, to] = [low[a], high[a]].map(Real::to_f64);
-            let kink = x[a].to_f64().max(from).min(to);
-            let mut more = Vec::new();
-            for (left, right) in [(from, kink), (kink, to)] {
-                for &(t, w) in rule.iter().filter(|_| left < right) {
-                    for &(mut y, weight) in &nodes {
-                        y[a] = F::from_f64(left + t * (right - left));
-                        more.push((y, weight * w * (right - left)));
-                    }
-                }
-            }
-            nodes = more;
+/// F = 1 − ∫ K(x,y) dy, so that u = 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Furnace(pub Product<ModelKernel>);
+
+impl<F: Real, const D: usize> Function<F, D> for Furnace {
+    fn value(&self, x: &[F; D]) -> F {
+        F::one() - self.0.integral(x, &[F::zero(); D], &[F::one(); D])
+    }
+}
+
+/// A model problem on the cube as the kit sees it, with q0 = 0.2.
+struct Described<F, const D: usize, S> {
+    cube: Cube<F, D, Product<ModelKernel>, S>,
+    model: Model,
+    /// 1, where the model's solution is replaced by it.
+    constant: Option<f64>,
+    rule: Vec<(f64, f64)>,
+}
+
+impl<F: Real, const D: usize, S: Function<F, D> + Copy> Described<F, D, S> {
+    /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis give
+    /// the integrals over a cell to rounding.
+    fn new(model: Model, source: S, constant: Option<f64>, cells: usize, points: usize) -> Self {
+        let cube = Cube::new(model.kernel, source, cells, ABSORPTION).unwrap();
+        Self {
+            cube,
+            model,
+            constant,
+            rule: gauss_legendre(points),
         }
-        nodes
+    }
+}
+
+/// Everything about a model problem in D dimensions, in f32 and f64.
+#[must_use]
+pub fn examined<const D: usize>(model: Model, cells: usize, points: usize, seed: u64) -> Report {
+    let source = model.source;
+    examine_both(
+        &Described::<f32, D, _>::new(model, source, None, cells, points),
+        &Described::<f64, D, _>::new(model, source, None, cells, points),
+        seed,
+    )
+}
+
+/// The same with the source for which the solution is 1.
+#[must_use]
+pub fn examined_furnace<const D: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    seed: u64,
+) -> Report {
+    let (source, one) = (Furnace(model.kernel), Some(1.0));
+    examine_both(
+        &Described::<f32, D, _>::new(model, source, one, cells, points),
+        &Described::<f64, D, _>::new(model, source, one, cells, points),
+        seed,
+    )
+}
+
+impl<F: Real, const D: usize, S> Description for Described<F, D, S>
+where
+    S: Function<F, D> + Function<f64, D> + Copy,
+{
+    type Equation = Cube<F, D, Product<ModelKernel>, S>;
+    const DIMENSION: usize = D;
+
+    fn equation(&self) -> &Self::Equation {
+        &self.cube
     }
 
-    fn inside(&self, j: usize, t: f64) -> [F; D] {
-        let (low, high) = self.cell_box(j);
-        // Not on a diagonal of the cell.
+    fn point(&self, cell: usize, t: &[f64]) -> [F; D] {
+        let (low, high) = self.cube.cell_box(cell);
         core::array::from_fn(|a| {
-            let t = t.powi(a as i32 + 1);
-            F::from_f64(low[a].to_f64() + t * (high[a].to_f64() - low[a].to_f64()))
+            let [low, high] = [low[a], high[a]].map(Real::to_f64);
+            F::from_f64(low + t[a] * (high - low))
         })
+    }
+
+    fn contains(&self, cell: usize, x: &[F; D]) -> bool {
+        let (low, high) = self.cube.cell_box(cell);
+        // x m is wrong by ε m, an edge by ε.
+        let edge = F::from_f64(2.0) * F::EPSILON;
+        (0..D).all(|a| low[a] - edge <= x[a] && x[a] <= high[a] + edge)
+    }
+
+    fn nodes(&self, x: &[F; D], cell: usize) -> Vec<([F; D], f64)> {
+        let (low, high) = self.cube.cell_box(cell);
+        let axes = core::array::from_fn(|a| {
+            let kink = [x[a].to_f64()];
+            let kinks = &kink[..usize::from(self.model.has_kink())];
+            split(&self.rule, low[a].to_f64(), high[a].to_f64(), kinks)
+        });
+        let nodes = tensor::<D>(&axes).into_iter();
+        nodes.map(|(y, w)| (y.map(F::from_f64), w)).collect()
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let equation = (self.model.kernel, *self.cube.right_hand_side());
+        let cells = self.cube.per_axis();
+        offers.pairs("all in S", ALL);
+        offers.pairs("diagonal outside", OUTSIDE);
+        offers.pointwise_pairs("diagonal pointwise", POINTWISE);
+        offers.pointwise_pairs("all pointwise", AllPointwise);
+        with_table(equation, cells, ALL, 0.0, |_, dense, v, g| {
+            offers.piecewise("own table", dense, ALL, v, g);
+        });
+        with_product::<F, D, _, _, _, _>(
+            (self.model.kernel.0, equation.1),
+            cells,
+            ALL,
+            |_, neighbour, _| offers.neighbour("own product tables", neighbour),
+        );
+        // Five points see no kink and integrate the smooth factors of the models well.
+        let relative = if self.model.has_kink() { 0.1 } else { 1e-7 };
+        let rule = Rule::new(5).unwrap();
+        let wide = Cube::<f64, D, _, _>::new(equation.0, equation.1, cells, ABSORPTION).unwrap();
+        let tables = ProductTables::new(&wide, rule).unwrap();
+        offers.coefficients("product tables", &tables, relative);
+        let mut means = vec![0.0; wide.cells()];
+        wide.source_means(rule, &mut means).unwrap();
+        offers.source_means("own", &means, relative);
+        let solution = Solution::new(&wide, &tables, rule, 1e-15, 1000).unwrap();
+        offers.galerkin_solution("own", &solution.v, relative);
+    }
+
+    fn solution(&self, x: &[F; D]) -> Option<f64> {
+        let u = || Function::value(&self.model.solution, &x.map(Real::to_f64));
+        Some(self.constant.unwrap_or_else(u))
+    }
+
+    fn constant(&self) -> Option<f64> {
+        self.constant
+    }
+
+    /// Of the first coordinate.
+    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
+        Some(y[0].to_f64())
+    }
+
+    fn mass(&self, _: &Located<[F; D]>, _: usize) -> Option<f64> {
+        Some((1.0 - F::from_f64(ABSORPTION).to_f64()) / self.cube.cells() as f64)
     }
 }

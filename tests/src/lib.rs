@@ -1,12 +1,20 @@
-//! Checks that every problem must pass, and a toy problem that exercises every seam of the core.
+#![doc = include_str!("../README.md")]
 
 pub mod check;
 pub mod circle;
 pub mod cube;
+pub mod description;
+pub mod examine;
+pub mod galerkin;
+pub mod matrix;
+pub mod outcome;
 pub mod quadrature;
 pub mod toy;
 
-/// The README's examples are compiled and run.
+pub use description::Description;
+pub use examine::{Offers, Report, examine, examine_both, examine_masses};
+
+/// The examples of the project's README are compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct Readme;

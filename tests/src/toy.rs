@@ -1,9 +1,10 @@
 //! A toy equation on [0, 1] that uses every seam of the core: absorption that varies, a density
 //! that is not constant, sources and kernels that are not either, any small degree, every kind of
-//! pair, and a known solution.
+//! pair, walks that leave the space, and a known solution.
 //!
-//! q(x) = (2 + x)/10, p(x,y) = (1 − q(x))(1 + x(y − ½)), k(x,y) = (3 + xy)/5, u(x) = 1 + x − x².
-//! Everything is a polynomial, so that three Gauss points give every integral exactly.
+//! q(x) = (2 + x)/10, p(x,y) = (1 − ℓ)(1 − q(x))(1 + x(y − ½)) where a step leaves with probability ℓ,
+//! k(x,y) = (3 + xy)/5, u(x) = 1 + x − x² or 1. Everything is a polynomial, so that four Gauss points
+//! give every integral exactly.
 
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, TransitionMoments,
@@ -12,24 +13,54 @@ use fredholm_core::{
     Functional, Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
-use crate::quadrature::{Quadrature, gauss_legendre};
+use crate::description::Description;
+use crate::examine::Offers;
+use crate::quadrature::gauss_legendre;
 
 /// The toy equation with n equal cells.
 #[derive(Clone, Debug)]
 pub struct Toy<F> {
     cells: usize,
     rule: Vec<(F, F)>,
+    leaving: F,
+    constant: bool,
 }
 
 impl<F: Real> Toy<F> {
     /// With `cells` equal cells.
     #[must_use]
     pub fn new(cells: usize) -> Self {
-        let rule = gauss_legendre(3);
+        let rule = gauss_legendre(4);
         let rule = rule.iter().map(|&(t, w)| (F::from_f64(t), F::from_f64(w)));
         Self {
             cells,
             rule: rule.collect(),
+            leaving: F::zero(),
+            constant: false,
+        }
+    }
+
+    /// The same with steps that leave the space with probability `leaving`.
+    #[must_use]
+    pub fn leaving(self, leaving: f64) -> Self {
+        let leaving = F::from_f64(leaving);
+        Self { leaving, ..self }
+    }
+
+    /// The same with the solution 1.
+    #[must_use]
+    pub fn constant(self) -> Self {
+        Self {
+            constant: true,
+            ..self
+        }
+    }
+
+    fn solution_at(&self, x: F) -> F {
+        if self.constant {
+            F::one()
+        } else {
+            Self::exact(x)
         }
     }
 
@@ -110,8 +141,12 @@ impl<F: Real> Sampler for Toy<F> {
     }
 
     fn step<U: Uniforms<F>>(&self, x: &F, uniforms: &mut U) -> Option<F> {
-        // y + x(y² − y)/2 = ξ, solved without cancellation for small x.
         let xi: F = uniforms.uniform();
+        if xi < self.leaving {
+            return None;
+        }
+        // y + x(y² − y)/2 = ξ, solved without cancellation for small x.
+        let xi = (xi - self.leaving) / (F::one() - self.leaving);
         let half = *x * F::from_f64(0.5);
         let b = F::one() - half;
         let root = (b * b + F::from_f64(4.0) * half * xi).sqrt();
@@ -121,7 +156,8 @@ impl<F: Real> Sampler for Toy<F> {
 
 impl<F: Real> TransitionDensity for Toy<F> {
     fn density(&self, x: &F, y: &F) -> F {
-        (F::one() - self.absorption(x)) * (F::one() + *x * (*y - F::from_f64(0.5)))
+        let staying = (F::one() - self.leaving) * (F::one() - self.absorption(x));
+        staying * (F::one() + *x * (*y - F::from_f64(0.5)))
     }
 }
 
@@ -133,11 +169,11 @@ impl<F: Real> Kernel for Toy<F> {
 
 impl<F: Real> Source for Toy<F> {
     fn source(&self, x: &F) -> F {
-        // F = u − T_K u; three Gauss points on [0, 1] are exact for degree 4.
+        // F = u − T_K u; four Gauss points on [0, 1] are exact for degree 7.
         let integral = self.rule.iter().fold(F::zero(), |sum, &(y, w)| {
-            sum + w * self.kernel_times_density(*x, y) * Self::exact(y)
+            sum + w * self.kernel_times_density(*x, y) * self.solution_at(y)
         });
-        Self::exact(*x) - integral
+        self.solution_at(*x) - integral
     }
 }
 
@@ -186,12 +222,52 @@ impl<F: Real, const B: usize> PairIntegral<B> for Toy<F> {
     }
 }
 
-impl<F: Real> Quadrature for Toy<F> {
+impl<F: Real, const B: usize> Description<B> for Toy<F> {
+    type Equation = Self;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &Self {
+        self
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> F {
+        F::from_f64((cell as f64 + t[0]) / self.cells as f64)
+    }
+    fn contains(&self, cell: usize, x: &F) -> bool {
+        let n = self.cells as f64;
+        let (left, right) = (cell as f64 / n, (cell + 1) as f64 / n);
+        let edge = 2.0 * F::EPSILON.to_f64();
+        (left - edge..=right + edge).contains(&x.to_f64())
+    }
     fn nodes(&self, _: &F, j: usize) -> Vec<(F, f64)> {
         self.points(j).map(|(y, w)| (y, w.to_f64())).collect()
     }
-    fn inside(&self, j: usize, t: f64) -> F {
-        F::from_f64((j as f64 + t) / self.cells as f64)
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
+        offers.pairs("all in S", ALL);
+        offers.pointwise_pairs("diagonal pointwise", POINTWISE_DIAGONAL);
+        offers.pointwise_pairs("pairs of all kinds", MIXED);
+        offers.pointwise_pairs("all pointwise", ALL_POINTWISE);
+        let (matrix, right) = self.galerkin::<B>();
+        offers.coefficients("own", &self.coefficients::<B>(&matrix), 0.0);
+        let right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
+        offers.source_means("own", &right, 0.0);
+    }
+    fn leaving(&self, _: &F) -> f64 {
+        self.leaving.to_f64()
+    }
+    fn solution(&self, x: &F) -> Option<f64> {
+        Some(self.solution_at(*x).to_f64())
+    }
+    fn constant(&self) -> Option<f64> {
+        self.constant.then_some(1.0)
+    }
+    fn cumulative(&self, x: &F, y: &F) -> Option<f64> {
+        let (x, y) = (x.to_f64(), y.to_f64());
+        Some(y + 0.5 * x * (y * y - y))
+    }
+    fn mass(&self, x: &Located<F>, j: usize) -> Option<f64> {
+        let (n, at) = (self.cells as f64, x.point.to_f64());
+        let staying = (1.0 - self.leaving.to_f64()) * (0.8 - 0.1 * at);
+        Some(staying * (1.0 + at * ((j as f64 + 0.5) / n - 0.5)) / n)
     }
 }
 
@@ -220,6 +296,30 @@ pub struct Bands {
     /// All others.
     pub rest: PairKind,
 }
+
+/// All pairs in S.
+pub const ALL: Bands = Bands {
+    diagonal: PairKind::Galerkin,
+    above: PairKind::Galerkin,
+    rest: PairKind::Galerkin,
+};
+/// All but the diagonal in S.
+pub const POINTWISE_DIAGONAL: Bands = Bands {
+    diagonal: PairKind::Pointwise,
+    ..ALL
+};
+/// Pairs of every kind.
+pub const MIXED: Bands = Bands {
+    diagonal: PairKind::Pointwise,
+    above: PairKind::None,
+    rest: PairKind::Galerkin,
+};
+/// No pair in S.
+pub const ALL_POINTWISE: Bands = Bands {
+    diagonal: PairKind::Pointwise,
+    above: PairKind::Pointwise,
+    rest: PairKind::Pointwise,
+};
 
 impl Pairs for Bands {
     fn kind(&self, i: usize, j: usize) -> PairKind {

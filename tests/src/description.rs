@@ -1,0 +1,85 @@
+//! What the kit needs to know of a problem.
+
+use core::fmt;
+
+use fredholm_core::galerkin::TransitionMoments;
+use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
+
+use crate::examine::Offers;
+
+/// The points of the space of a described problem.
+pub type PointOf<D, const B: usize> = <<D as Description<B>>::Equation as StateSpace>::Point;
+/// The scalar of a described problem.
+pub type ScalarOf<D, const B: usize> = <<D as Description<B>>::Equation as StateSpace>::Scalar;
+
+/// How a problem offers itself to the kit, with B functions per cell.
+///
+/// It is a type of the test's own, so that it may stand in the tests of any crate. What it must give
+/// is where the cells are and how to integrate over them; what it may give makes further checks
+/// possible.
+pub trait Description<const B: usize = 1>: Sized {
+    /// The equation and its chain, cells, basis and transition moments.
+    type Equation: StateSpace<Point: fmt::Debug>
+        + TransitionDensity
+        + Kernel
+        + Source
+        + TransitionMoments<B>;
+
+    /// The number of parameters of a cell: the dimension of X.
+    const DIMENSION: usize;
+
+    /// The equation.
+    fn equation(&self) -> &Self::Equation;
+
+    /// The point of the closed cell `cell` at the parameters t ∈ [0, 1]^[`DIMENSION`]: any map of the
+    /// cube onto the cell whose faces go to the cell's edge.
+    ///
+    /// [`DIMENSION`]: Self::DIMENSION
+    fn point(&self, cell: usize, t: &[f64]) -> PointOf<Self, B>;
+
+    /// Whether `x` lies in the closed cell `cell`, up to a few rounding errors at its edge: by
+    /// geometry, not by `locate`, which is tested against it.
+    fn contains(&self, cell: usize, x: &PointOf<Self, B>) -> bool;
+
+    /// Points y of cell `cell` and weights such that Σ weight · r(y) is ∫_Xj r dμ to rounding for
+    /// whatever smoothness p(x, ·) and K(x, ·) have: where they have a kink at `x` the rule is
+    /// split there. [`quadrature`](crate::quadrature) has rules.
+    fn nodes(&self, x: &PointOf<Self, B>, cell: usize) -> Vec<(PointOf<Self, B>, f64)>;
+
+    /// Hands in every neighbour equation of the problem: each choice of pairs, its own coefficients
+    /// and solution.
+    fn offers(&self, offers: &mut Offers<'_, Self, B>);
+
+    /// The probability that a step from `x` leaves the space.
+    fn leaving(&self, _: &PointOf<Self, B>) -> f64 {
+        0.0
+    }
+
+    /// The exact solution u(x), where it is known.
+    fn solution(&self, _: &PointOf<Self, B>) -> Option<f64> {
+        None
+    }
+
+    /// The value of u where u is constant.
+    fn constant(&self) -> Option<f64> {
+        None
+    }
+
+    /// The probability that a step from `x` that does not leave leads to a point before `y`, in
+    /// whatever order of the points: the distribution function of some real function of y. In one
+    /// dimension that is the coordinate, on a sphere it may be the height.
+    fn cumulative(&self, _x: &PointOf<Self, B>, _y: &PointOf<Self, B>) -> Option<f64> {
+        None
+    }
+
+    /// p_j(x) by another formula in f64 or better, of the point as it is stored: to see whether masses
+    /// are accurate relative to their own size where quadrature cannot, in tiny cells.
+    fn mass(&self, _x: &Located<PointOf<Self, B>>, _cell: usize) -> Option<f64> {
+        None
+    }
+}
+
+/// ε of a described problem's scalar.
+pub(crate) fn epsilon<D: Description<B>, const B: usize>() -> f64 {
+    ScalarOf::<D, B>::EPSILON.to_f64()
+}

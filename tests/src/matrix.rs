@@ -1,0 +1,54 @@
+//! The workspace's problems, each with everything that the kit checks.
+
+use fredholm_cube::model;
+
+use crate::circle::{self, FURNACE, LIGHT};
+use crate::cube;
+use crate::examine::{Report, examine_both};
+use crate::toy::Toy;
+
+/// A problem of the matrix: its name, and what the kit finds with a seed.
+pub type Entry = (&'static str, fn(u64) -> Report);
+
+/// **The list**: a problem is added by a line.
+#[rustfmt::skip]
+pub const PROBLEMS: &[Entry] = &[
+    ("toy, degree 0", |seed| toy::<1>(Toy::new(8), Toy::new(8), seed)),
+    ("toy, degree 1", |seed| toy::<2>(Toy::new(8), Toy::new(8), seed)),
+    ("toy that leaves, degree 0", |seed| toy::<1>(Toy::new(5).leaving(0.1), Toy::new(5).leaving(0.1), seed)),
+    ("toy that leaves, degree 1", |seed| toy::<2>(Toy::new(5).leaving(0.1), Toy::new(5).leaving(0.1), seed)),
+    ("toy, constant, degree 0", |seed| toy::<1>(Toy::new(7).constant(), Toy::new(7).constant(), seed)),
+    ("toy, constant, degree 1", |seed| toy::<2>(Toy::new(7).constant(), Toy::new(7).constant(), seed)),
+    ("circle, n = 5", |seed| circle::examined(5, LIGHT, seed)),
+    ("circle, n = 35", |seed| circle::examined(35, LIGHT, seed)),
+    ("circle, n = 200", |seed| circle::examined(200, LIGHT, seed)),
+    ("circle, furnace, n = 20", |seed| circle::examined(20, FURNACE, seed)),
+    ("circle, n = 100,000, masses", |seed| circle::examined_masses(100_000, seed)),
+    ("circle, n = 1,000,000, masses", |seed| circle::examined_masses(1_000_000, seed)),
+    ("cube, d = 1, s t^2", |seed| cube::examined::<1>(model::quadratic(0.6), 10, 4, seed)),
+    ("cube, d = 1, -s t^2", |seed| cube::examined::<1>(model::quadratic(-0.7), 10, 4, seed)),
+    ("cube, d = 1, 1/(1 + 2s + t)", |seed| cube::examined::<1>(model::rational(0.9), 10, 10, seed)),
+    ("cube, d = 1, s^3 t^4", |seed| cube::examined::<1>(model::quartic(2.0, 0.5), 10, 5, seed)),
+    ("cube, d = 1, |s - t|", |seed| cube::examined::<1>(model::distance(0.75), 10, 4, seed)),
+    ("cube, d = 1, Green", |seed| cube::examined::<1>(model::green(1.0, 0.25), 10, 4, seed)),
+    ("cube, d = 1, cos pi(s + t)", |seed| cube::examined::<1>(model::cosine(1.0), 10, 10, seed)),
+    ("cube, d = 1, s t^4", |seed| cube::examined::<1>(model::steep(0.5), 10, 5, seed)),
+    ("cube, d = 1, furnace", |seed| cube::examined_furnace::<1>(model::rational(0.9), 10, 10, seed)),
+    ("cube, d = 2, s t^2", |seed| cube::examined::<2>(model::quadratic(0.6), 3, 4, seed)),
+    ("cube, d = 2, 1/(1 + 2s + t)", |seed| cube::examined::<2>(model::rational(0.9), 3, 9, seed)),
+    ("cube, d = 2, |s - t|", |seed| cube::examined::<2>(model::distance(0.75), 3, 4, seed)),
+    ("cube, d = 2, cos pi(s + t)", |seed| cube::examined::<2>(model::cosine(1.0), 3, 9, seed)),
+    ("cube, d = 2, furnace", |seed| cube::examined_furnace::<2>(model::distance(0.75), 3, 4, seed)),
+    ("cube, d = 3, s t^2", |seed| cube::examined::<3>(model::quadratic(0.6), 2, 4, seed)),
+    ("cube, d = 3, |s - t|", |seed| cube::examined::<3>(model::distance(0.75), 2, 3, seed)),
+    ("cube, d = 3, Green", |seed| cube::examined::<3>(model::green(1.0, 0.25), 2, 3, seed)),
+    ("cube, d = 3, s t^4", |seed| cube::examined::<3>(model::steep(0.5), 2, 4, seed)),
+    ("cube, d = 3, furnace", |seed| cube::examined_furnace::<3>(model::quadratic(0.6), 2, 3, seed)),
+];
+
+/// The base seeds for which every problem must pass.
+pub const SEEDS: [u64; 3] = [1, 2, 3];
+
+fn toy<const B: usize>(narrow: Toy<f32>, wide: Toy<f64>, seed: u64) -> Report {
+    examine_both::<_, _, B>(&narrow, &wide, seed)
+}
