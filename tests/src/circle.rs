@@ -181,11 +181,14 @@ impl<'a, F: Real> Description for Described<'a, F> {
     }
 
     fn nodes(&self, x: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
-        let (left, right) = (cell as f64 * self.width(), (cell + 1) as f64 * self.width());
-        // p(x, ·) has a kink at x.
-        let nodes = split(&gauss_legendre(12), left, right, &[x.angle().to_f64()]);
-        let nodes = nodes.into_iter().map(|(t, w)| (self.circle.point(t), w));
-        nodes.collect()
+        // p(x, ·) has a kink at x. In parts of a cell, as a width that is the difference of two angles
+        // has lost digits.
+        let (left, width) = (cell as f64 * self.width(), self.width());
+        let kink = (x.angle().to_f64() - left) / width;
+        let nodes = split(&gauss_legendre(12), 0.0, 1.0, &[kink]).into_iter();
+        nodes
+            .map(|(t, w)| (self.circle.point(left + t * width), w * width))
+            .collect()
     }
 
     fn offers(&self, offers: &mut Offers<'_, Self>) {

@@ -268,11 +268,15 @@ where
     }
 
     fn nodes(&self, x: &[F; D], cell: usize) -> Vec<([F; D], f64)> {
-        let (low, high) = self.cube.cell_box(cell);
+        // In parts of a cell, as a width that is the difference of two ends has lost digits.
+        let (low, _) = self.cube.cell_box(cell);
+        let width = 1.0 / self.cube.per_axis() as f64;
         let axes = core::array::from_fn(|a| {
-            let kink = [x[a].to_f64()];
+            let low = low[a].to_f64();
+            let kink = [(x[a].to_f64() - low) / width];
             let kinks = &kink[..usize::from(self.model.has_kink())];
-            split(&self.rule, low[a].to_f64(), high[a].to_f64(), kinks)
+            let part = split(&self.rule, 0.0, 1.0, kinks).into_iter();
+            part.map(|(t, w)| (low + t * width, w * width)).collect()
         });
         let nodes = tensor::<D>(&axes).into_iter();
         nodes.map(|(y, w)| (y.map(F::from_f64), w)).collect()

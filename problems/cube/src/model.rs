@@ -216,8 +216,15 @@ impl Factor {
         match self {
             Self::Quadratic => s * width * (low * low + low * high + high * high) / 3.0,
             Self::Rational => {
-                let a = 1.0 + 2.0 * s;
-                Real::ln((a + high) / (a + low))
+                // ln(1 + x) as ln(u) x/(u − 1) with u = fl(1 + x) (Kahan), so that small cells keep
+                // their digits.
+                let x = width / (1.0 + 2.0 * s + low);
+                let u = 1.0 + x;
+                if u == 1.0 {
+                    x
+                } else {
+                    Real::ln(u) * (x / (u - 1.0))
+                }
             }
             Self::Quartic { .. } => s * s * s * fifth(),
             Self::Distance { r } => {

@@ -16,11 +16,13 @@ const POINTS: usize = 24;
 pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new("wrong cells", 0.0);
+    // Points and ends of cells are stored to a few ε of the size of X.
+    let edge = (64.0 * epsilon::<D, B>() * noise(description)).max(1e-3);
     for cell in cells_of(description, seed, 64) {
         for t in grid::<D, B>(&[0.0, 1e-6, 1e-3, 0.4, 0.999, 1.0 - 1e-6, 1.0]) {
             let x = description.point(cell, &t);
             let found = equation.locate(&x);
-            let inside = t.iter().all(|t| (1e-3..=0.999).contains(t));
+            let inside = t.iter().all(|t| (edge..=1.0 - edge).contains(t));
             let held = found < equation.cells() && description.contains(found, &x);
             let right = held && (found == cell || !inside);
             worst.add(cell as f64, found as f64, f64::from(u8::from(!right)), || {
