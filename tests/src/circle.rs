@@ -166,7 +166,8 @@ impl<'a, F: Real> Description for Described<'a, F> {
     }
 
     fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
-        self.circle.point(TAU * ((cell as f64 + t[0]) / self.cells() as f64))
+        self.circle
+            .point(TAU * ((cell as f64 + t[0]) / self.cells() as f64))
     }
 
     fn contains(&self, cell: usize, x: &Point<F>) -> bool {

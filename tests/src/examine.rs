@@ -2,12 +2,10 @@
 
 use core::fmt;
 
-use fredholm_core::galerkin::{
-    Coefficients, PairIntegral, Pairs, Partition, Piecewise,
-};
+use fredholm_core::galerkin::{Coefficients, PairIntegral, Pairs, Partition, Piecewise};
 use fredholm_core::{
-    DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, StateSpace, Statistics,
-    Stream, Task, TransitionDensity, rounding_floor,
+    DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, StateSpace,
+    Statistics, Stream, Task, TransitionDensity, rounding_floor,
 };
 
 use crate::check::{self, Among, Trace};
@@ -117,13 +115,21 @@ impl Report {
             .failures()
             .map(|row| format!("{} [{}]: {}", row.check, row.subject, row.outcome))
             .collect();
-        assert!(failures.is_empty(), "{problem}\n{self}\n{}", failures.join("\n"));
+        assert!(
+            failures.is_empty(),
+            "{problem}\n{self}\n{}",
+            failures.join("\n")
+        );
     }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:20} {:11} {:>10} {:>8}  unit", "check", "verdict", "distance", "allowed")?;
+        writeln!(
+            f,
+            "{:20} {:11} {:>10} {:>8}  unit",
+            "check", "verdict", "distance", "allowed"
+        )?;
         for check in CHECKS.into_iter().chain([SCALARS]) {
             let Some(Row { outcome, .. }) = self.worst(check) else {
                 writeln!(f, "{check:20} not offered")?;
@@ -147,7 +153,11 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
     let scalar = scalar_name::<D, B>();
     let mut report = Report::default();
     report.push("cells", scalar, check::cells(description, seed));
-    report.push("steps' cells", scalar, check::sampler_points(description, seed));
+    report.push(
+        "steps' cells",
+        scalar,
+        check::sampler_points(description, seed),
+    );
     report.push("basis", scalar, check::basis(description, seed));
     report.push("density", scalar, check::density(description, seed));
     report.push("moments", scalar, check::moments(description, seed));
@@ -190,7 +200,11 @@ pub fn examine_masses<D: Description<B>, const B: usize>(description: &D, seed: 
     let scalar = scalar_name::<D, B>();
     let mut report = Report::default();
     report.push("cells", scalar, check::cells(description, seed));
-    report.push("steps' cells", scalar, check::sampler_points(description, seed));
+    report.push(
+        "steps' cells",
+        scalar,
+        check::sampler_points(description, seed),
+    );
     if let Some(outcome) = check::masses(description, seed) {
         report.push("masses", scalar, outcome);
     }
@@ -394,7 +408,10 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         const REPLAYED: u64 = 2000;
         const COVERAGE: u64 = 400;
         let points = &self.points;
-        let values = points.0.iter().map(|&x| neighbour.value(&neighbour.locate(x)).to_f64());
+        let values = points
+            .0
+            .iter()
+            .map(|&x| neighbour.value(&neighbour.locate(x)).to_f64());
         let values: Vec<f64> = values.collect();
         let value = values.iter().sum::<f64>() / values.len() as f64;
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

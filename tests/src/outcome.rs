@@ -40,11 +40,21 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: expected {:e}, found {:e}, {:.3} {} apart where {} are allowed",
-            self.what, self.expected, self.found, self.distance, self.unit, self.allowed
-        )
+        let Self {
+            what,
+            expected,
+            found,
+            unit,
+            allowed,
+            ..
+        } = self;
+        write!(f, "{what}: expected {expected:e}, found {found:e}, ")?;
+        if self.distance < 1e4 {
+            write!(f, "{:.1}", self.distance)?;
+        } else {
+            write!(f, "{:.1e}", self.distance)?;
+        }
+        write!(f, " {unit} apart where {allowed} are allowed")
     }
 }
 
@@ -75,13 +85,7 @@ impl Worst {
 
     /// Compares two numbers; `size` is the size of one unit. A distance that is not a number is
     /// worse than any other.
-    pub fn compare(
-        &mut self,
-        expected: f64,
-        found: f64,
-        size: f64,
-        what: impl FnOnce() -> String,
-    ) {
+    pub fn compare(&mut self, expected: f64, found: f64, size: f64, what: impl FnOnce() -> String) {
         let difference = (found - expected).abs();
         // 0/0 where both are exactly as they should be.
         let distance = if difference == 0.0 {
@@ -93,13 +97,7 @@ impl Worst {
     }
 
     /// Adds a comparison whose distance is known.
-    pub fn add(
-        &mut self,
-        expected: f64,
-        found: f64,
-        distance: f64,
-        what: impl FnOnce() -> String,
-    ) {
+    pub fn add(&mut self, expected: f64, found: f64, distance: f64, what: impl FnOnce() -> String) {
         let first = self.outcome.comparisons == 0;
         self.outcome.comparisons += 1;
         let worse = distance > self.outcome.distance

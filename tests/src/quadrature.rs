@@ -16,12 +16,17 @@ pub fn gauss_legendre(degree: usize) -> Vec<(f64, f64)> {
 /// A rule on [0, 1] as one on [`from`, `to`], split at those of the `kinks` that lie inside.
 #[must_use]
 pub fn split(rule: &[(f64, f64)], from: f64, to: f64, kinks: &[f64]) -> Vec<(f64, f64)> {
-    let mut ends: Vec<f64> = kinks.iter().copied().filter(|k| from < *k && *k < to).collect();
+    let mut ends: Vec<f64> = kinks
+        .iter()
+        .copied()
+        .filter(|k| from < *k && *k < to)
+        .collect();
     ends.extend([from, to]);
     ends.sort_by(f64::total_cmp);
     let parts = ends.windows(2).flat_map(|ends| {
         let (left, width) = (ends[0], ends[1] - ends[0]);
-        rule.iter().map(move |&(t, w)| (left + t * width, w * width))
+        rule.iter()
+            .map(move |&(t, w)| (left + t * width, w * width))
     });
     parts.collect()
 }

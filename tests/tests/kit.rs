@@ -1,209 +1,504 @@
-//! The checks on problems that are right, and on problems that are broken on purpose: every check can
-//! fail, and does where it should.
+//! Every check can fail: for each there is a problem that is broken on purpose and that it must catch,
+//! for three base seeds. `cargo test -p fredholm-tests --test kit -- --nocapture` prints the table.
 
-use fredholm_circle::{Circle, Tables};
-use fredholm_core::galerkin::{Basis, Dense, PairKind, Pairs, Partition, TransitionMoments};
-use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
-use fredholm_tests::check::{
-    Failure, cells_are_found, coefficients_are_integrals, density_integrates,
-    masses_do_not_collapse, moments_are_of_the_density, sampler_follows,
+use fredholm_core::galerkin::{
+    Basis, PairIntegral, PairKind, Pairs, Partition, Piecewise, TransitionMoments,
 };
-use fredholm_tests::circle::{DEFAULT, LIGHT, RHO};
-use fredholm_tests::quadrature::Quadrature;
-use fredholm_tests::toy::{Bands, Toy};
+use fredholm_core::{
+    DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
+    StateSpace, Statistics, Stream, Task, TransitionDensity, Uniforms,
+};
+use fredholm_tests::check::{self, Among};
+use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
+use fredholm_tests::examine::{CHECKS, SCALARS};
+use fredholm_tests::matrix::SEEDS;
+use fredholm_tests::quadrature::{gauss_legendre, split};
+use fredholm_tests::toy::Toy;
+use fredholm_tests::{Description, Offers, Report, examine, examine_both, examine_masses};
+use rayon::prelude::*;
+
+/// **The list**: what is broken, the check that must catch it, and what the kit finds with a seed.
+#[rustfmt::skip]
+const BROKEN: &[(&str, &str, fn(u64) -> Report)] = &[
+    ("left edges found in the cell before", "cells", |seed| with(Fault::Edge, seed)),
+    ("one point in 100 found in the cell before", "steps' cells", |seed| with(Fault::Locate, seed)),
+    ("basis 1 % too large", "basis", |seed| with(Fault::Basis, seed)),
+    ("density 1 % too large", "density", |seed| with(Fault::Density, seed)),
+    ("p_j 0.1 % too large", "moments", |seed| with(Fault::Mass, seed)),
+    ("p_j as a difference that cancels", "masses", |seed| examine_masses(&Broken::<f64>::new(Fault::Cancels, 100_000), seed)),
+    ("a wrong branch once in 50 steps", "chi-squared", |seed| with(Fault::Branch, seed)),
+    ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
+    ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
+    ("F 0.1 % too large", "solution", |seed| with(Fault::Source, seed)),
+    ("k 0.1 % too large, u = 1", "constant", |seed| with(Fault::Kernel, seed)),
+    ("one K'_ij 1 % too large", "coefficients", |seed| with(Fault::Coefficient, seed)),
+    ("one F'_i 1 % too large", "source means", |seed| with(Fault::SourceMean, seed)),
+    ("v after one sweep", "Galerkin solution", |seed| with(Fault::Solution, seed)),
+    ("a list that lacks a pointwise pair", "pair lists", |seed| with(Fault::List, seed)),
+    ("a pair in S whose mass vanishes at an end", "collapse", |seed| examine(&Corner, seed)),
+    ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
+    ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
+    ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
+    ("a merge that loses a batch", "statistics", lost_batch),
+    ("a standard error 1 % too small", "statistics", small_error_bar),
+    ("error bars 20 % too small", "coverage", small_intervals),
+    ("F of f32 10^-4 too large", SCALARS, |seed| {
+        examine_both::<_, _, 1>(&Broken::<f32>::new(Fault::Narrow, CELLS), &Broken::<f64>::new(Fault::Narrow, CELLS), seed)
+    }),
+];
 
 const CELLS: usize = 10;
-const FRACTIONS: [f64; 4] = [0.001, 0.3, 0.5, 0.97];
-const DRAWS: u64 = 200_000;
-/// In standard deviations: 3 starts, 3 seeds and 2 problems exceed it by chance once in 1,000 seeds.
-const LIMIT: f64 = 3.9;
-const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// What is wrong with a toy problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     None,
-    /// The density is 1 % too large.
-    Density,
-    /// The transition masses are 0.1 % too large.
-    Mass,
-    /// The sampler takes a wrong branch once in 50 steps.
-    Branch,
-    /// Points on the left edge of a cell are found in the cell before.
     Edge,
-    /// The mass of cell 1 vanishes as x runs into the left end of cell 0.
-    Collapse,
+    Locate,
+    Basis,
+    Density,
+    Mass,
+    Cancels,
+    Branch,
+    Leaves,
+    Middle,
+    Source,
+    Kernel,
+    Coefficient,
+    SourceMean,
+    Solution,
+    List,
+    Integral,
+    Correction,
+    NeighbourKernel,
+    Narrow,
+}
+
+fn with(fault: Fault, seed: u64) -> Report {
+    examine(&Broken::<f64>::new(fault, CELLS), seed)
 }
 
 /// A toy problem with one fault; everything else is the toy's.
-struct Broken {
-    toy: Toy<f64>,
+struct Broken<F> {
+    toy: Toy<F>,
     fault: Fault,
 }
 
-impl Broken {
-    fn new(fault: Fault) -> Self {
-        let toy = Toy::new(CELLS);
-        Self { toy, fault }
+impl<F: Real> Broken<F> {
+    fn new(fault: Fault, cells: usize) -> Self {
+        let toy = Toy::new(cells);
+        Self {
+            toy: if fault == Fault::Kernel {
+                toy.constant()
+            } else {
+                toy
+            },
+            fault,
+        }
+    }
+
+    /// `factor` where this is the fault, else 1.
+    fn factor(&self, fault: Fault, factor: f64) -> F {
+        F::from_f64(if self.fault == fault { factor } else { 1.0 })
+    }
+
+    /// x n.
+    fn scaled(&self, x: F) -> f64 {
+        x.to_f64() * Partition::cells(&self.toy) as f64
     }
 }
 
-impl StateSpace for Broken {
-    type Scalar = f64;
-    type Point = f64;
+impl<F: Real> StateSpace for Broken<F> {
+    type Scalar = F;
+    type Point = F;
 }
-impl Sampler for Broken {
-    fn absorption(&self, x: &f64) -> f64 {
+impl<F: Real> Sampler for Broken<F> {
+    fn absorption(&self, x: &F) -> F {
         self.toy.absorption(x)
     }
-    fn step<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> Option<f64> {
+    fn step<U: Uniforms<F>>(&self, x: &F, uniforms: &mut U) -> Option<F> {
         let y = self.toy.step(x, uniforms)?;
-        let digits = (y * 1e6).fract();
-        Some(if self.fault == Fault::Branch && digits < 0.02 {
-            0.5 * y
-        } else {
-            y
-        })
-    }
-}
-impl TransitionDensity for Broken {
-    fn density(&self, x: &f64, y: &f64) -> f64 {
-        let factor = if self.fault == Fault::Density {
-            1.01
-        } else {
-            1.0
-        };
-        factor * self.toy.density(x, y)
-    }
-}
-impl Kernel for Broken {
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        self.toy.kernel(x, y)
-    }
-}
-impl Source for Broken {
-    fn source(&self, x: &f64) -> f64 {
-        self.toy.source(x)
-    }
-}
-impl Partition for Broken {
-    fn cells(&self) -> usize {
-        self.toy.cells()
-    }
-    fn locate(&self, x: &f64) -> usize {
-        let cell = self.toy.locate(x);
-        let at_edge = (x * CELLS as f64).fract() < 0.005;
-        if self.fault == Fault::Edge && at_edge {
-            cell.saturating_sub(1)
-        } else {
-            cell
+        let digits = (y.to_f64() * 1e6).fract();
+        match self.fault {
+            Fault::Branch if digits < 0.02 => Some(y * F::from_f64(0.5)),
+            Fault::Leaves if digits < 0.01 => None,
+            Fault::Middle => {
+                let middle = self.scaled(y).floor() + 0.5;
+                Some(F::from_f64(middle / Partition::cells(&self.toy) as f64))
+            }
+            _ => Some(y),
         }
     }
 }
-impl Basis for Broken {
+impl<F: Real> TransitionDensity for Broken<F> {
+    fn density(&self, x: &F, y: &F) -> F {
+        self.factor(Fault::Density, 1.01) * self.toy.density(x, y)
+    }
+}
+impl<F: Real> Kernel for Broken<F> {
+    fn kernel(&self, x: &F, y: &F) -> F {
+        self.factor(Fault::Kernel, 1.001) * self.toy.kernel(x, y)
+    }
+}
+impl<F: Real> Source for Broken<F> {
+    fn source(&self, x: &F) -> F {
+        let narrow = if F::EPSILON.to_f64() > 1e-10 {
+            1.0001
+        } else {
+            1.0
+        };
+        let factor = self.factor(Fault::Source, 1.001) * self.factor(Fault::Narrow, narrow);
+        factor * self.toy.source(x)
+    }
+}
+impl<F: Real> Partition for Broken<F> {
+    fn cells(&self) -> usize {
+        Partition::cells(&self.toy)
+    }
+    fn locate(&self, x: &F) -> usize {
+        let cell = self.toy.locate(x);
+        let wrong = match self.fault {
+            Fault::Edge => self.scaled(*x).fract() < 0.005,
+            Fault::Locate => (x.to_f64() * 1e6).fract() < 0.01 && self.scaled(*x).fract() > 0.01,
+            _ => false,
+        };
+        cell.saturating_sub(usize::from(wrong))
+    }
+}
+impl<F: Real> Basis for Broken<F> {
+    fn basis(&self, _: &Located<F>) -> [F; 1] {
+        [self.factor(Fault::Basis, 1.01)]
+    }
+}
+impl<F: Real> TransitionMoments for Broken<F> {
+    fn moments(&self, x: &Located<F>, j: usize) -> [[F; 1]; 1] {
+        if self.fault == Fault::Cancels {
+            // The distribution function at both ends of the cell.
+            let (n, at) = (Partition::cells(&self.toy) as f64, x.point.to_f64());
+            let below = |y: f64| (0.8 - 0.1 * at) * (y + 0.5 * at * (y * y - y));
+            return [[F::from_f64(below((j + 1) as f64 / n) - below(j as f64 / n))]];
+        }
+        let [[mass]] = self.toy.moments(x, j);
+        [[self.factor(Fault::Mass, 1.001) * mass]]
+    }
+}
+impl<F: Real> PairIntegral for Broken<F> {
+    fn pair_integral(&self, x: &Located<F>, j: usize) -> [F; 1] {
+        let [integral] = self.toy.pair_integral(x, j);
+        [self.factor(Fault::Integral, 1.001) * integral]
+    }
+}
+
+impl<F: Real> Description for Broken<F> {
+    type Equation = Self;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &Self {
+        self
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> F {
+        Description::<1>::point(&self.toy, cell, t)
+    }
+    fn contains(&self, cell: usize, x: &F) -> bool {
+        Description::<1>::contains(&self.toy, cell, x)
+    }
+    fn nodes(&self, x: &F, j: usize) -> Vec<(F, f64)> {
+        Description::<1>::nodes(&self.toy, x, j)
+    }
+    fn solution(&self, x: &F) -> Option<f64> {
+        Description::<1>::solution(&self.toy, x)
+    }
+    fn constant(&self) -> Option<f64> {
+        Description::<1>::constant(&self.toy)
+    }
+    fn cumulative(&self, x: &F, y: &F) -> Option<f64> {
+        Description::<1>::cumulative(&self.toy, x, y)
+    }
+    fn mass(&self, x: &Located<F>, j: usize) -> Option<f64> {
+        Description::<1>::mass(&self.toy, x, j)
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        if self.fault == Fault::List {
+            offers.pointwise_pairs("a list too short", TooShort);
+        } else {
+            offers.pointwise_pairs("diagonal pointwise", POINTWISE);
+        }
+        let (mut matrix, right) = self.toy.galerkin::<1>();
+        let mut right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
+        let wide: Vec<f64> = matrix.iter().map(|k| k.to_f64()).collect();
+        let tables = fredholm_tests::galerkin::Tables::<F>::new::<1>(&wide, &right);
+        if self.fault != Fault::Solution {
+            let v: Vec<f64> = tables.v.iter().map(|v| v.to_f64()).collect();
+            // Their coefficients are those of the toy, not of what is broken.
+            if self.fault == Fault::None {
+                offers.galerkin_solution("own", &v, 0.0);
+            }
+        } else {
+            let dense = fredholm_core::galerkin::Dense::new(&wide, CELLS).unwrap();
+            let mut v = right.clone();
+            let once = fredholm_core::galerkin::Sweeps::Fixed(1);
+            fredholm_core::galerkin::gauss_seidel::<_, 1>(&dense, &right, &mut v, once).unwrap();
+            offers.galerkin_solution("own", &v, 0.0);
+        }
+        // The source belongs to other pairs than the walk.
+        let pairs = if self.fault == Fault::Correction {
+            ALL
+        } else {
+            OUTSIDE
+        };
+        let g = tables.source::<_, 1>(&pairs);
+        let coefficients = tables.coefficients();
+        let equation = Piecewise::new(self, &coefficients, OUTSIDE, &tables.v, &g).unwrap();
+        offers.neighbour(
+            "diagonal outside",
+            &LargeKernel {
+                inner: &equation,
+                factor: self.factor(Fault::NeighbourKernel, 1.05),
+            },
+        );
+        if self.fault == Fault::Coefficient {
+            matrix[CELLS + 2] *= F::from_f64(1.01);
+        }
+        if self.fault == Fault::SourceMean {
+            right[3] *= 1.01;
+        }
+        if matches!(
+            self.fault,
+            Fault::None | Fault::Coefficient | Fault::SourceMean
+        ) {
+            offers.coefficients("own", &self.toy.coefficients::<1>(&matrix), 0.0);
+            offers.source_means("own", &right, 0.0);
+        }
+    }
+}
+
+/// The diagonal pointwise, and a list that leaves one of it out.
+#[derive(Clone, Copy)]
+struct TooShort;
+
+impl Pairs for TooShort {
+    fn kind(&self, i: usize, j: usize) -> PairKind {
+        POINTWISE.kind(i, j)
+    }
+    fn pointwise(&self, i: usize, _: usize) -> impl Iterator<Item = usize> {
+        (i != 3).then_some(i).into_iter()
+    }
+}
+
+/// A neighbour equation with a factor before its kernel.
+struct LargeKernel<'a, N: StateSpace> {
+    inner: &'a N,
+    factor: N::Scalar,
+}
+
+impl<N: StateSpace> StateSpace for LargeKernel<'_, N> {
+    type Scalar = N::Scalar;
+    type Point = N::Point;
+}
+impl<N: Neighbour> Neighbour for LargeKernel<'_, N> {
+    fn locate(&self, x: N::Point) -> Located<N::Point> {
+        self.inner.locate(x)
+    }
+    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: N::Scalar) -> N::Scalar {
+        self.factor * self.inner.kernel(x, y, k)
+    }
+    fn source(&self, x: &Located<N::Point>) -> N::Scalar {
+        self.inner.source(x)
+    }
+    fn value(&self, x: &Located<N::Point>) -> N::Scalar {
+        self.inner.value(x)
+    }
+}
+
+/// u(x) = ½ ∫ p(x,y) u(y) dy + 1 on [0, 1], where a step leads to the left half with probability x. It is
+/// right in all parts; but as x goes to 0 the masses of the left half vanish, so that they do not belong
+/// in S.
+struct Corner;
+
+impl StateSpace for Corner {
+    type Scalar = f64;
+    type Point = f64;
+}
+impl Sampler for Corner {
+    fn absorption(&self, _: &f64) -> f64 {
+        0.2
+    }
+    fn step<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> Option<f64> {
+        let xi = uniforms.uniform();
+        Some(if xi < *x {
+            0.5 * xi / x
+        } else {
+            0.5 + 0.5 * (xi - x) / (1.0 - x)
+        })
+    }
+}
+impl TransitionDensity for Corner {
+    fn density(&self, x: &f64, y: &f64) -> f64 {
+        1.6 * if *y < 0.5 { *x } else { 1.0 - x }
+    }
+}
+impl Kernel for Corner {
+    fn kernel(&self, _: &f64, _: &f64) -> f64 {
+        0.5
+    }
+}
+impl Source for Corner {
+    fn source(&self, _: &f64) -> f64 {
+        1.0
+    }
+}
+impl Partition for Corner {
+    fn cells(&self) -> usize {
+        CELLS
+    }
+    fn locate(&self, x: &f64) -> usize {
+        ((x * CELLS as f64) as usize).min(CELLS - 1)
+    }
+}
+impl Basis for Corner {
     fn basis(&self, _: &Located<f64>) -> [f64; 1] {
         [1.0]
     }
 }
-impl TransitionMoments for Broken {
+impl TransitionMoments for Corner {
     fn moments(&self, x: &Located<f64>, j: usize) -> [[f64; 1]; 1] {
-        let [[mass]] = self.toy.moments(x, j);
-        [[match self.fault {
-            Fault::Mass => 1.001 * mass,
-            Fault::Collapse if x.cell == 0 && j == 1 => mass * x.point * CELLS as f64,
-            _ => mass,
-        }]]
+        let middle = (j as f64 + 0.5) / CELLS as f64;
+        [[self.density(&x.point, &middle) / CELLS as f64]]
     }
 }
-impl Quadrature for Broken {
-    fn nodes(&self, x: &f64, j: usize) -> Vec<(f64, f64)> {
-        self.toy.nodes(x, j)
+impl Description for Corner {
+    type Equation = Self;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &Self {
+        self
     }
-    fn inside(&self, j: usize, t: f64) -> f64 {
-        self.toy.inside(j, t)
+    fn point(&self, cell: usize, t: &[f64]) -> f64 {
+        (cell as f64 + t[0]) / CELLS as f64
+    }
+    fn contains(&self, cell: usize, x: &f64) -> bool {
+        (x * CELLS as f64 - cell as f64 - 0.5).abs() <= 0.5 + 1e-14
+    }
+    fn nodes(&self, _: &f64, cell: usize) -> Vec<(f64, f64)> {
+        let left = cell as f64 / CELLS as f64;
+        let rule = split(&gauss_legendre(4), 0.0, 1.0, &[]).into_iter();
+        rule.map(|(t, w)| (left + t / CELLS as f64, w / CELLS as f64))
+            .collect()
+    }
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        offers.pairs("all in S", ALL);
     }
 }
 
-const ALL: Bands = Bands {
-    diagonal: PairKind::Galerkin,
-    above: PairKind::Galerkin,
-    rest: PairKind::Galerkin,
-};
+/// The first 3,000 walks from one point of the toy, in batches of 1,000; the second is forgotten.
+fn lost_batch(seed: u64) -> Report {
+    let mut report = Report::default();
+    let outcome = toy_walks(seed, |task| {
+        check::statistics(task, 3000, |task, walks| {
+            let mut all = Statistics::default();
+            for index in [0, 2] {
+                let mut batch = fredholm_core::Batch::new(index, 1000, walks);
+                batch.run(task, u64::MAX).unwrap();
+                all.merge(batch.statistics());
+            }
+            all
+        })
+    });
+    report.push("statistics", "a merge", outcome);
+    report
+}
 
-/// Every check of a problem with degree 0, by name.
-fn all_checks<P, S>(
-    problem: &P,
-    pairs: &S,
-    allowed: f64,
-) -> Vec<(&'static str, Result<(), Failure>)>
-where
-    P: Quadrature + TransitionDensity + TransitionMoments,
-    S: Pairs,
-{
-    let sampler = SEEDS
-        .into_iter()
-        .try_for_each(|seed| sampler_follows(problem, DRAWS, seed, LIMIT));
-    vec![
-        ("density", density_integrates(problem, &FRACTIONS, allowed)),
-        (
-            "moments",
-            moments_are_of_the_density::<_, 1>(problem, &FRACTIONS, allowed),
-        ),
-        ("sampler", sampler),
-        ("locate", cells_are_found(problem, &FRACTIONS)),
-        ("collapse", masses_do_not_collapse(problem, pairs, 0.2)),
-    ]
+fn small_error_bar(seed: u64) -> Report {
+    let mut report = Report::default();
+    let mut estimate = toy_walks(seed, |task| check::run(task, 1000)).plain();
+    estimate.std_error = estimate.std_error.map(|bar| 0.99 * bar);
+    report.push(
+        "statistics",
+        "an estimate",
+        check::error_bar(&estimate, 1000),
+    );
+    report
+}
+
+fn small_intervals(seed: u64) -> Report {
+    let mut report = Report::default();
+    let outcome = check::coverage(Toy::exact(0.3), |other| {
+        let estimate = toy_walks(seed + 1000 * other, |task| check::run(task, 400)).plain();
+        (estimate.estimate, 0.8 * estimate.std_error.unwrap())
+    });
+    report.push("coverage", "an estimate", outcome);
+    report
+}
+
+type ToyTask<'a> =
+    Task<'a, Toy<f64>, fredholm_core::NoNeighbour<Toy<f64>>, Among<f64>, DefaultGenerator>;
+
+fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
+    let toy = Toy::new(CELLS);
+    then(&Task {
+        equation: &toy,
+        neighbour: &fredholm_core::NoNeighbour::new(),
+        functional: &Among(vec![0.3]),
+        neighbour_value: Some(0.0),
+        estimator: Estimator::Absorption,
+        stream: Stream::new(seed, 0),
+        step_limit: STEP_LIMIT,
+    })
 }
 
 #[test]
-fn right_problems_pass() {
-    for (name, result) in all_checks(&Broken::new(Fault::None), &ALL, 16.0) {
-        result.unwrap_or_else(|e| panic!("toy, {name}: {e}"));
+fn what_is_not_broken_passes() {
+    for seed in SEEDS {
+        with(Fault::None, seed).assert_passed("the toy under the broken ones");
     }
-    for cells in [10, 100] {
-        let tables = Tables::<f64>::new(&RHO, cells).unwrap();
-        let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
-        // Points of the rule near x are rounded to ε of the angle, not of their distance.
-        for (name, result) in all_checks(&circle, &DEFAULT, 4000.0) {
-            result.unwrap_or_else(|e| panic!("circle, {cells} cells, {name}: {e}"));
-        }
-        coefficients_are_integrals(&circle, &circle, 1e-7).unwrap_or_else(|e| panic!("{e}"));
-    }
+    let mut right = Report::default();
+    let outcome = toy_walks(1, |task| check::statistics(task, 3000, check::run));
+    right.push("statistics", "a right merge", outcome);
+    right.assert_passed("the walks under the broken ones");
 }
 
 #[test]
-fn every_check_catches_the_problem_that_is_broken_for_it() {
-    let faults = [
-        (Fault::Density, vec!["density", "moments"]),
-        (Fault::Mass, vec!["moments"]),
-        (Fault::Branch, vec!["sampler"]),
-        (Fault::Edge, vec!["locate"]),
-        (Fault::Collapse, vec!["moments", "collapse"]),
-    ];
-    for (fault, expected) in faults {
-        let failed: Vec<_> = all_checks(&Broken::new(fault), &ALL, 16.0)
-            .into_iter()
-            .filter_map(|(name, result)| result.err().map(|failure| (name, failure)))
+fn every_broken_problem_is_caught_by_its_check() {
+    let columns: Vec<&str> = CHECKS.into_iter().chain([SCALARS]).collect();
+    for check in &columns {
+        let caught = BROKEN.iter().any(|(_, by, _)| by == check);
+        assert!(caught, "no problem is broken for the check '{check}'");
+    }
+    let reports: Vec<Vec<Report>> = BROKEN
+        .par_iter()
+        .map(|(_, _, examine)| SEEDS.map(examine).to_vec())
+        .collect();
+    println!("X: caught by the check it is broken for; x: by another; .: passed; blank: not run");
+    for (number, check) in columns.iter().enumerate() {
+        println!("{}{check}", "| ".repeat(number));
+    }
+    for ((name, _, _), reports) in BROKEN.iter().zip(&reports) {
+        let cell = |check: &&str| match reports[0].worst(check) {
+            None => ' ',
+            Some(row) if row.outcome.passed() => '.',
+            Some(_) if BROKEN.iter().any(|(n, by, _)| n == name && by == check) => 'X',
+            Some(_) => 'x',
+        };
+        let line: Vec<String> = columns
+            .iter()
+            .map(|check| cell(check).to_string())
             .collect();
-        for (name, failure) in &failed {
-            println!("{fault:?} caught by {name}: {failure}");
-        }
-        let names: Vec<_> = failed.iter().map(|(name, _)| *name).collect();
-        for name in expected {
+        println!("{} {name}", line.join(" "));
+    }
+    println!();
+    for ((name, by, _), reports) in BROKEN.iter().zip(&reports) {
+        for (report, seed) in reports.iter().zip(SEEDS) {
+            let row = report
+                .worst(by)
+                .unwrap_or_else(|| panic!("{name}: '{by}' has not run"));
             assert!(
-                names.contains(&name),
-                "{fault:?} is not caught by {name}: {names:?}"
+                !row.outcome.passed(),
+                "{name}, seed {seed}: not caught by '{by}'\n{report}"
             );
+            if seed == SEEDS[0] {
+                println!("{name}\n    {by}: {}", row.outcome);
+            }
         }
     }
-    // A coefficient that is 1 % off.
-    let toy = Toy::<f64>::new(CELLS);
-    let (mut table, _) = toy.galerkin::<1>();
-    let check = |table: &[f64]| {
-        let coefficients: Dense<'_, f64> = toy.coefficients::<1>(table);
-        coefficients_are_integrals(&Broken::new(Fault::None), &coefficients, 1e-12)
-    };
-    check(&table).unwrap();
-    table[CELLS + 2] *= 1.01;
-    println!("{}", check(&table).unwrap_err());
 }

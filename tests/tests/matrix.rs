@@ -24,10 +24,18 @@ fn every_problem_passes_for_every_seed() {
     let mut failures = Vec::new();
     for (name, report, _) in &reports {
         for row in report.failures() {
-            failures.push(format!("{name}, {} [{}]: {}", row.check, row.subject, row.outcome));
+            failures.push(format!(
+                "{name}, {} [{}]: {}",
+                row.check, row.subject, row.outcome
+            ));
         }
     }
-    assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));
+    assert!(
+        failures.is_empty(),
+        "{} failures\n{}",
+        failures.len(),
+        failures.join("\n")
+    );
     let statistical: u64 = reports
         .iter()
         .flat_map(|(_, report, _)| report.rows())
@@ -36,5 +44,8 @@ fn every_problem_passes_for_every_seed() {
         .sum();
     println!("{statistical} statistical comparisons");
     // What the derivation of STANDARD_ERRORS assumes.
-    assert!(statistical <= 20_000, "{statistical} statistical comparisons");
+    assert!(
+        statistical <= 20_000,
+        "{statistical} statistical comparisons"
+    );
 }

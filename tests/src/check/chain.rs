@@ -25,9 +25,12 @@ pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> O
             let inside = t.iter().all(|t| (edge..=1.0 - edge).contains(t));
             let held = found < equation.cells() && description.contains(found, &x);
             let right = held && (found == cell || !inside);
-            worst.add(cell as f64, found as f64, f64::from(u8::from(!right)), || {
-                format!("the cell of {x:?}, the point at {t:?} of cell {cell}")
-            });
+            worst.add(
+                cell as f64,
+                found as f64,
+                f64::from(u8::from(!right)),
+                || format!("the cell of {x:?}, the point at {t:?} of cell {cell}"),
+            );
         }
     }
     worst.outcome()
@@ -46,7 +49,17 @@ pub fn sampler_points<D: Description<B>, const B: usize>(description: &D, seed: 
             };
             let found = equation.locate(&y);
             let right = found < equation.cells() && description.contains(found, &y);
-            worst.add(f64::NAN, found as f64, f64::from(u8::from(!right)), || {
+            let holds = |cell: &usize| description.contains(*cell, &y);
+            let expected = if right {
+                found
+            } else {
+                // No cell at all: as many as there are.
+                (0..equation.cells())
+                    .find(holds)
+                    .unwrap_or(equation.cells())
+            };
+            let distance = f64::from(u8::from(!right));
+            worst.add(expected as f64, found as f64, distance, || {
                 format!("the cell of {y:?}, where a step from {:?} led", x.point)
             });
         }
@@ -180,9 +193,13 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
     let mut worst = Worst::new(UNITS, ROUNDING);
     let n = equation.cells();
     let inside = samples(description, seed, 200);
-    let at_corners = cells_of(description, seed, POINTS).into_iter().flat_map(|cell| {
-        corners::<D, B>().map(move |t| (cell, t)).collect::<Vec<_>>()
-    });
+    let at_corners = cells_of(description, seed, POINTS)
+        .into_iter()
+        .flat_map(|cell| {
+            corners::<D, B>()
+                .map(move |t| (cell, t))
+                .collect::<Vec<_>>()
+        });
     let at_corners = at_corners.map(|(cell, t)| {
         let point = description.point(cell, &t);
         Located {
@@ -203,14 +220,14 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
     Some(worst.outcome())
 }
 
-/// **The sampler follows p**: χ² of where 100,000 steps from each of three points lead, against
+/// **The sampler follows p**: χ² of where 200,000 steps from each of three points lead, against
 /// p_j(x) and the probability of leaving; cells that expect fewer than 5 are pooled.
 ///
 /// The statistic of k degrees of freedom is turned into a normal one by Wilson and Hilferty's cube
 /// root (1931), which is within 0.02 of it for k ≥ 3. `None` where there is one cell and no way out.
 #[must_use]
 pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
-    const STEPS: u32 = 100_000;
+    const STEPS: u32 = 200_000;
     let equation = description.equation();
     let mut worst = Worst::new("standard deviations", STANDARD_ERRORS);
     let mut compared = false;
@@ -253,7 +270,10 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         let spread = 2.0 / (9.0 * degrees);
         let normal = ((chi / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
         worst.add(degrees, chi, normal.max(0.0), || {
-            format!("chi^2 of {STEPS} steps from {:?}, {degrees} degrees of freedom", x.point)
+            format!(
+                "chi^2 of {STEPS} steps from {:?}, {degrees} degrees of freedom",
+                x.point
+            )
         });
     }
     compared.then(|| worst.outcome())

@@ -17,9 +17,7 @@ pub use chain::{
 pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
-pub use walks::{
-    Among, Trace, coverage, error_bar, means, run, scalars, statistics, trace,
-};
+pub use walks::{Among, Trace, coverage, error_bar, means, run, scalars, statistics, trace};
 
 use fredholm_core::galerkin::Partition;
 use fredholm_core::{DefaultGenerator, Draws, Located, Stream, Uniforms};
@@ -30,8 +28,8 @@ use crate::description::{Description, PointOf};
 /// factors with an error of 2 to 4 ε each.
 pub const ROUNDING: f64 = 16.0;
 
-/// Standard errors that a statistic may be off. The matrix makes some 10⁴ comparisons of this kind for
-/// three seeds; if all is well one of them is beyond 5.5 with probability 4·10⁻⁴ (Šidák).
+/// Standard errors that a statistic may be off. For three seeds the matrix makes up to 2·10⁴ comparisons
+/// of this kind; if all is well one of them is beyond 5.5 with probability 8·10⁻⁴ (Šidák).
 pub const STANDARD_ERRORS: f64 = 5.5;
 
 /// Rounding units as a unit.
@@ -43,9 +41,7 @@ fn draws(seed: u64, purpose: u64) -> Draws<DefaultGenerator> {
 }
 
 /// So many parameters in [0, 1).
-fn parameters<D: Description<B>, const B: usize>(
-    draws: &mut Draws<DefaultGenerator>,
-) -> Vec<f64> {
+fn parameters<D: Description<B>, const B: usize>(draws: &mut Draws<DefaultGenerator>) -> Vec<f64> {
     (0..D::DIMENSION).map(|_| draws.uniform()).collect()
 }
 

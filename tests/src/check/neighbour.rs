@@ -92,21 +92,26 @@ where
 #[must_use]
 pub fn pair_lists<S: Pairs>(pairs: &S, cells: usize) -> Outcome {
     let mut worst = Worst::new("wrong entries", 0.0);
-    let mut compare = |what: &str, i: usize, mut listed: Vec<usize>, of: &dyn Fn(PairKind) -> bool| {
-        listed.sort_unstable();
-        let kinds: Vec<usize> = (0..cells).filter(|&j| of(pairs.kind(i, j))).collect();
-        let wrong = kinds.iter().filter(|j| !listed.contains(j)).count()
-            + listed.iter().filter(|j| !kinds.contains(j)).count()
-            + listed.windows(2).filter(|pair| pair[0] == pair[1]).count();
-        let (expected, found) = (kinds.len() as f64, listed.len() as f64);
-        worst.add(expected, found, wrong as f64, || {
-            format!("the length of {what}({i}, {cells}), which lists {listed:?} for {kinds:?}")
-        });
-    };
+    let mut compare =
+        |what: &str, i: usize, mut listed: Vec<usize>, of: &dyn Fn(PairKind) -> bool| {
+            listed.sort_unstable();
+            let kinds: Vec<usize> = (0..cells).filter(|&j| of(pairs.kind(i, j))).collect();
+            let wrong = kinds.iter().filter(|j| !listed.contains(j)).count()
+                + listed.iter().filter(|j| !kinds.contains(j)).count()
+                + listed.windows(2).filter(|pair| pair[0] == pair[1]).count();
+            let (expected, found) = (kinds.len() as f64, listed.len() as f64);
+            worst.add(expected, found, wrong as f64, || {
+                format!("the length of {what}({i}, {cells}), which lists {listed:?} for {kinds:?}")
+            });
+        };
     for i in 0..cells {
         let (pointwise, outside) = (pairs.pointwise(i, cells), pairs.outside(i, cells));
-        compare("pointwise", i, pointwise.collect(), &|kind| kind == PairKind::Pointwise);
-        compare("outside", i, outside.collect(), &|kind| kind != PairKind::Galerkin);
+        compare("pointwise", i, pointwise.collect(), &|kind| {
+            kind == PairKind::Pointwise
+        });
+        compare("outside", i, outside.collect(), &|kind| {
+            kind != PairKind::Galerkin
+        });
     }
     worst.outcome()
 }
@@ -130,7 +135,9 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
             point: description.point(i, &t),
             cell: i,
         };
-        let inside: Vec<_> = grid::<D, B>(&[0.1, 0.3, 0.5, 0.7, 0.9]).map(located).collect();
+        let inside: Vec<_> = grid::<D, B>(&[0.1, 0.3, 0.5, 0.7, 0.9])
+            .map(located)
+            .collect();
         let all: Vec<_> = grid::<D, B>(&[0.5])
             .chain(corners::<D, B>())
             .chain(grid::<D, B>(&[1e-6, 0.5, 1.0 - 1e-6]))
@@ -145,7 +152,11 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
             for x in &all {
                 let ratio = mass(x) / mean;
                 // A negative or vanishing ratio is infinitely bad.
-                let distance = if ratio > 0.0 { R_MIN / ratio } else { f64::INFINITY };
+                let distance = if ratio > 0.0 {
+                    R_MIN / ratio
+                } else {
+                    f64::INFINITY
+                };
                 worst.add(R_MIN, ratio, distance, || {
                     format!("r_ij at {:?} in cell {i}, j = {j}", x.point)
                 });
@@ -169,10 +180,8 @@ fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
                     (row[p], row[q]) = (cos * row[p] + sin * row[q], cos * row[q] - sin * row[p]);
                 }
                 for k in 0..B {
-                    (m[p][k], m[q][k]) = (
-                        cos * m[p][k] + sin * m[q][k],
-                        cos * m[q][k] - sin * m[p][k],
-                    );
+                    (m[p][k], m[q][k]) =
+                        (cos * m[p][k] + sin * m[q][k], cos * m[q][k] - sin * m[p][k]);
                 }
             }
         }
@@ -239,7 +248,11 @@ pub(crate) fn vectors_agree<D: Description<B>, const B: usize>(
     worst.add(
         expected.len() as f64,
         found.len() as f64,
-        if expected.len() == found.len() { 0.0 } else { f64::INFINITY },
+        if expected.len() == found.len() {
+            0.0
+        } else {
+            f64::INFINITY
+        },
         || format!("the number of unknowns of {what}"),
     );
     for (unknown, (&expected, &found)) in expected.iter().zip(found).enumerate() {

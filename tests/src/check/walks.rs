@@ -63,10 +63,18 @@ pub fn means(statistics: &Statistics, exact: Option<f64>, floor: f64) -> Outcome
         };
         worst.add(expected, found.estimate, distance, || what.into());
     };
-    compare("the mean of eta(h,g) - (v,Phi), zeta's from eta's", statistics.control(), 0.0);
+    compare(
+        "the mean of eta(h,g) - (v,Phi), zeta's from eta's",
+        statistics.control(),
+        0.0,
+    );
     if let Some(exact) = exact {
         compare("the plain estimate", statistics.plain(), exact);
-        compare("the preconditioned estimate", statistics.preconditioned(), exact);
+        compare(
+            "the preconditioned estimate",
+            statistics.preconditioned(),
+            exact,
+        );
     }
     worst.outcome()
 }
@@ -116,12 +124,19 @@ where
     count("the number of walks", walks, found.walks());
     count("the number of states", states, found.states());
     count("walks that left", ended(Ending::Left), found.endings().left);
-    count("walks that were absorbed", ended(Ending::Absorbed), found.endings().absorbed);
+    count(
+        "walks that were absorbed",
+        ended(Ending::Absorbed),
+        found.endings().absorbed,
+    );
     count("walks that were cut off", 0, found.endings().step_limit);
     let n = walks as f64;
     let scores: [Vec<f64>; 3] = [
         replayed.iter().map(|w| w.plain.to_f64()).collect(),
-        replayed.iter().map(|w| w.control.to_f64() - value).collect(),
+        replayed
+            .iter()
+            .map(|w| w.control.to_f64() - value)
+            .collect(),
         replayed
             .iter()
             .map(|w| w.plain.to_f64() - (w.control.to_f64() - value))
@@ -135,7 +150,9 @@ where
         let squares: Sum = scores.iter().map(|x| (x - mean) * (x - mean)).collect();
         let deviation = (squares.value() / (n - 1.0)).sqrt();
         let unit = f64::EPSILON * n * (sum.size() / n + deviation);
-        worst.compare(mean, estimate.estimate, unit, || format!("the mean of {name}"));
+        worst.compare(mean, estimate.estimate, unit, || {
+            format!("the mean of {name}")
+        });
         let found = estimate.std_dev.unwrap_or(f64::NAN);
         worst.compare(deviation, found, unit, || {
             format!("the standard deviation of {name}")
@@ -178,12 +195,7 @@ pub struct Trace {
 ///
 /// # Panics
 /// If the task has no (v, Φ).
-pub fn trace<E, N, T, G>(
-    name: String,
-    task: &Task<'_, E, N, T, G>,
-    walks: u64,
-    floor: f64,
-) -> Trace
+pub fn trace<E, N, T, G>(name: String, task: &Task<'_, E, N, T, G>, walks: u64, floor: f64) -> Trace
 where
     E: Sampler + Kernel + Source,
     N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
@@ -216,10 +228,16 @@ pub fn scalars(narrow: &Trace, wide: &Trace) -> Outcome {
         let n = wide_scores.len() as f64;
         let pairs = || narrow_scores.iter().zip(wide_scores);
         let mean = pairs().map(|(a, b)| a - b).collect::<Sum>().value() / n;
-        let squares: Sum = pairs().map(|(a, b)| (a - b - mean) * (a - b - mean)).collect();
+        let squares: Sum = pairs()
+            .map(|(a, b)| (a - b - mean) * (a - b - mean))
+            .collect();
         let std_error = (squares.value() / (n - 1.0) / n).sqrt();
         let beyond = (mean.abs() - narrow.floor).max(0.0);
-        let distance = if beyond == 0.0 { 0.0 } else { beyond / std_error };
+        let distance = if beyond == 0.0 {
+            0.0
+        } else {
+            beyond / std_error
+        };
         let expected = wide_scores.iter().copied().collect::<Sum>().value() / n;
         worst.add(expected, expected + mean, distance, || {
             format!(
