@@ -1,0 +1,79 @@
+//! My equation passes the kit.
+
+use fredholm_core::galerkin::{OffDiagonal, PairKind, Partition};
+use fredholm_core::{Located, Real};
+use fredholm_my_equation::MyEquation;
+use fredholm_tests::quadrature::gauss_legendre;
+use fredholm_tests::{Description, Offers, examine_both};
+
+/// My equation as the kit sees it.
+struct Described<F>(MyEquation<F>);
+
+impl<F: Real> Described<F> {
+    fn new(cells: u32) -> Self {
+        Self(MyEquation::new(cells, 0.2).expect("a valid equation"))
+    }
+
+    /// 1/n.
+    fn width(&self) -> f64 {
+        1.0 / self.0.cells() as f64
+    }
+}
+
+impl<F: Real> Description for Described<F> {
+    type Equation = MyEquation<F>;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &MyEquation<F> {
+        &self.0
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> F {
+        F::from_f64((cell as f64 + t[0]) * self.width())
+    }
+
+    fn contains(&self, cell: usize, x: &F) -> bool {
+        let (left, right) = (cell as f64 * self.width(), (cell + 1) as f64 * self.width());
+        let edge = 4.0 * F::EPSILON.to_f64();
+        (left - edge..=right + edge).contains(&x.to_f64())
+    }
+
+    fn nodes(&self, _: &F, cell: usize) -> Vec<(F, f64)> {
+        // Yours: enough points for your p and K, and split at x where they have a kink there
+        // (`quadrature::split`). Four are exact for the polynomials of this equation.
+        let rule = gauss_legendre(4).into_iter();
+        rule.map(|(t, w)| (self.point(cell, &[t]), w * self.width()))
+            .collect()
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        // Yours: every choice of pairs that a user of your crate may make.
+        let diagonal = |diagonal| OffDiagonal { diagonal };
+        offers.pairs("all in S", diagonal(PairKind::Galerkin));
+        offers.pairs("diagonal outside", diagonal(PairKind::None));
+        offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
+    }
+
+    // ---- What follows may be left out; each makes one more check possible.
+
+    fn solution(&self, x: &F) -> Option<f64> {
+        Some(1.2 * x.to_f64())
+    }
+
+    fn cumulative(&self, _: &F, y: &F) -> Option<f64> {
+        Some(y.to_f64())
+    }
+
+    fn mass(&self, _: &Located<F>, _: usize) -> Option<f64> {
+        Some((1.0 - F::from_f64(0.2).to_f64()) * self.width())
+    }
+}
+
+#[test]
+fn my_equation_passes_the_kit() {
+    for seed in 1..=3 {
+        let report = examine_both(&Described::<f32>::new(10), &Described::<f64>::new(10), seed);
+        println!("{report}");
+        report.assert_passed("my equation");
+    }
+}
