@@ -3,6 +3,11 @@
 use crate::{Located, Real, Uniforms};
 
 /// A set X with a measure μ: what its points are, and in which scalar type one computes.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no equation yet: it has no space",
+    label = "`StateSpace` is missing",
+    note = "implement `StateSpace`: the scalar (f32, f64 or any `Real`) and the type of a point"
+)]
 pub trait StateSpace {
     /// `f32` or `f64`.
     type Scalar: Real;
@@ -14,6 +19,11 @@ pub trait StateSpace {
 /// The absorbing Markov chain: absorption probability q and transition density p.
 ///
 /// ∫ p(x, y) dμ(y) = 1 − q(x), (4) of Heinrich 1995.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no chain to walk",
+    label = "`Sampler` is missing",
+    note = "implement `Sampler`: the absorption probability q(x), and a step with density p(x, y)/(1 - q(x))"
+)]
 pub trait Sampler: StateSpace {
     /// q(x) ∈ [0, 1]: the probability that a walk ends in `x`.
     fn absorption(&self, x: &Self::Point) -> Self::Scalar;
@@ -29,18 +39,33 @@ pub trait Sampler: StateSpace {
 }
 
 /// The transition density p as a function, where it is known: for tests and for quadrature.
+#[diagnostic::on_unimplemented(
+    message = "the transition density of `{Self}` is not known",
+    label = "`TransitionDensity` is missing",
+    note = "implement `TransitionDensity`: p(x, y), with integral 1 - q(x); checks and quadrature ask for it"
+)]
 pub trait TransitionDensity: Sampler {
     /// p(x, y) with respect to μ(dy).
     fn density(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
 }
 
 /// The kernel in terms of the chain: K(x, y) = k(x, y) p(x, y).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no kernel",
+    label = "`Kernel` is missing",
+    note = "implement `Kernel`: k(x, y) = K(x, y)/p(x, y)"
+)]
 pub trait Kernel: StateSpace {
     /// k(x, y) = K(x, y)/p(x, y).
     fn kernel(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
 }
 
 /// The right-hand side of the equation.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no source",
+    label = "`Source` is missing",
+    note = "implement `Source`: F(x), the right-hand side"
+)]
 pub trait Source: StateSpace {
     /// F(x); with absorption f(x) = F(x)/q(x).
     fn source(&self, x: &Self::Point) -> Self::Scalar;
@@ -48,6 +73,11 @@ pub trait Source: StateSpace {
 
 /// A functional Φ = φ p0 of the solution on the space of `E`, (2) of Heinrich 1995: where walks
 /// start and with which weight. The estimate is of (u, Φ).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no functional on the space of `{E}`",
+    label = "`Functional` is missing",
+    note = "`At(x)` is the value in a point of type `E::Point`; means are functionals of the problem's own"
+)]
 pub trait Functional<E: StateSpace> {
     /// A point x0 with density p0, and φ(x0) = Φ(x0)/p0(x0).
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar);

@@ -16,6 +16,11 @@ pub struct Located<P> {
 /// respect to the same transition density p.
 ///
 /// The trait is object safe: where multiplying types is not worth it, box it.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no neighbour equation",
+    label = "`Neighbour` is missing",
+    note = "`Piecewise` makes one from cells and coefficients; `NoNeighbour` serves plain Monte Carlo"
+)]
 pub trait Neighbour: StateSpace {
     /// Finds the cell of `x`.
     fn locate(&self, x: Self::Point) -> Located<Self::Point>;

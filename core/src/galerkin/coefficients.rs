@@ -11,6 +11,11 @@ use crate::Real;
 /// approximate coefficients cost variance, not correctness.
 ///
 /// Vectors hold the B unknowns of cell 0, then those of cell 1, and so on.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` gives no Galerkin coefficients with {B} functions per cell",
+    label = "`Coefficients<{B}>` is missing",
+    note = "a table of (n B)^2 numbers is `Dense::new(&table, n * B)`"
+)]
 pub trait Coefficients<const B: usize = 1> {
     /// The scalar of the coefficients.
     type Scalar: Real;

@@ -12,6 +12,11 @@ pub enum PairKind {
 }
 
 /// The kind of every pair.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not say the kind of a pair of cells",
+    label = "`Pairs` is missing",
+    note = "`OffDiagonal {{ diagonal: PairKind::Galerkin }}` puts all pairs in S"
+)]
 pub trait Pairs {
     /// The kind of the pair (i, j).
     fn kind(&self, i: usize, j: usize) -> PairKind;

@@ -1,0 +1,126 @@
+//! The template builds as a copy outside the workspace, and the mistakes that its users make first are
+//! answered as the guide shows.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A copy of the template outside the workspace, with the versions of the workspace.
+struct Copy {
+    folder: PathBuf,
+}
+
+impl Copy {
+    fn new() -> Self {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let root = here.parent().unwrap();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("my-equation");
+        for file in ["Cargo.toml", "src/lib.rs", "tests/conformance.rs"] {
+            let to = folder.join(file);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::copy(here.join("template").join(file), to).unwrap();
+        }
+        let copy = Self { folder };
+        // The empty table says that no workspace is around it, as the test's folder lies in one.
+        copy.edit("Cargo.toml", |text| {
+            text.replace("../../", &format!("{}/", root.display())) + "\n[workspace]\n"
+        });
+        fs::copy(root.join("Cargo.lock"), copy.folder.join("Cargo.lock")).unwrap();
+        copy
+    }
+
+    /// Changes a file; returns what it held.
+    fn edit(&self, file: &str, change: impl FnOnce(&str) -> String) -> String {
+        let path = self.folder.join(file);
+        let before = fs::read_to_string(&path).unwrap();
+        let after = change(&before);
+        assert_ne!(before, after, "{file} is not changed");
+        fs::write(path, after).unwrap();
+        before
+    }
+
+    /// What rustc says of it.
+    fn check(&self) -> Result<(), String> {
+        let output = Command::new(env!("CARGO"))
+            .args(["check", "--quiet", "--offline", "--tests", "--color=never"])
+            .arg("--target-dir")
+            .arg(self.folder.join("target"))
+            .current_dir(&self.folder)
+            .output()
+            .unwrap();
+        if output.status.success() {
+            Ok(())
+        } else {
+            Err(String::from_utf8(output.stderr).unwrap())
+        }
+    }
+}
+
+/// The equation without this trait.
+fn without(name: &str) -> impl Fn(&str) -> String {
+    let start = format!("impl<F: Real> {name} for MyEquation<F> {{\n");
+    move |text| {
+        let (before, rest) = text.split_once(&start).unwrap();
+        let (_, after) = rest.split_once("\n}\n").unwrap();
+        // With its documentation.
+        let (before, _) = before.rsplit_once("///").unwrap();
+        format!("{before}{after}")
+    }
+}
+
+/// The error of this code that the guide shows, as the lines that do not depend on where the copy
+/// stands: the error, its label, and our notes.
+fn shown(first: &str) -> Vec<&'static str> {
+    let (_, rest) = include_str!("../README.md").split_once(first).unwrap();
+    let (block, _) = rest.split_once("```").unwrap();
+    let lines = block.lines().map(str::trim);
+    lines
+        .filter(|line| line.contains("^^^") || line.contains("= note:"))
+        .collect()
+}
+
+#[test]
+fn a_copy_builds_and_likely_mistakes_are_answered_as_the_guide_shows() {
+    let copy = Copy::new();
+    copy.check().unwrap_or_else(|said| panic!("{said}"));
+
+    let kernel = without("Kernel");
+    let moments = without("TransitionMoments");
+    let integral = without("PairIntegral");
+    let narrow = |text: &str| text.replace("&Described::<f32>", "&Described::<f64>");
+    type Mistake<'a> = (&'a str, &'a dyn Fn(&str) -> String, &'a str);
+    let mistakes: [Mistake<'_>; 4] = [
+        (
+            "src/lib.rs",
+            &kernel,
+            "error[E0277]: `MyEquation<F>` has no kernel",
+        ),
+        (
+            "src/lib.rs",
+            &moments,
+            "error[E0277]: `MyEquation<F>` does not say how probable a step into a cell is",
+        ),
+        (
+            "src/lib.rs",
+            &integral,
+            "error[E0277]: `MyEquation<F>` has no exact integrals for pointwise pairs",
+        ),
+        (
+            "tests/conformance.rs",
+            &narrow,
+            "error[E0271]: type mismatch resolving `<MyEquation<f64> as StateSpace>::Scalar == f32`",
+        ),
+    ];
+    for (file, mistake, first) in mistakes {
+        let right = copy.edit(file, mistake);
+        let said = copy.check().expect_err("a mistake");
+        let mut expected = shown(first);
+        assert!(!expected.is_empty(), "the guide shows nothing of {first}");
+        expected.push(first);
+        for line in expected {
+            let found = said.lines().any(|other| other.trim() == line);
+            assert!(found, "the guide shows\n{line}\nbut rustc says\n{said}");
+        }
+        fs::write(copy.folder.join(file), right).unwrap();
+    }
+}
