@@ -93,10 +93,11 @@ pub const FURNACE: Harmonic = Harmonic {
 };
 
 /// A circle as the kit sees it, with q0 = 0.2.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Described<'a, F> {
     circle: Circle<'a, F, Harmonic>,
     reflectance: &'a [f64],
+    rule: Vec<(f64, f64)>,
 }
 
 impl<F: Real> Described<'_, F> {
@@ -126,6 +127,8 @@ pub fn described<F: Real, R>(
     then(&Described {
         circle,
         reflectance,
+        // A wave of sin 5s wants some eight points.
+        rule: gauss_legendre(12 + 36 / cells),
     })
 }
 
@@ -186,7 +189,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
         // has lost digits.
         let (left, width) = (cell as f64 * self.width(), self.width());
         let kink = (x.angle().to_f64() - left) / width;
-        let nodes = split(&gauss_legendre(12), 0.0, 1.0, &[kink]).into_iter();
+        let nodes = split(&self.rule, 0.0, 1.0, &[kink]).into_iter();
         nodes
             .map(|(t, w)| (self.circle.point(left + t * width), w * width))
             .collect()

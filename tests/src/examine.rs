@@ -375,18 +375,6 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         self.push("Galerkin solution", name, outcome);
     }
 
-    /// The kit's Galerkin solution with exact coefficients, for a description that needs one.
-    #[must_use]
-    pub fn exact_solution(&self) -> &[f64] {
-        &self.system.exact
-    }
-
-    /// The kit's tables, whose coefficients are spoilt.
-    #[must_use]
-    pub const fn system(&self) -> &System<ScalarOf<D, B>> {
-        &self.system
-    }
-
     fn push(&mut self, check: &'static str, name: &str, outcome: Outcome) {
         let subject = format!("{}, {name}", scalar_name::<D, B>());
         self.report.push(check, subject, outcome);

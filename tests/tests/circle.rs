@@ -1,52 +1,29 @@
-//! The circle against theory: the neighbour equation, accuracy of p_j, exact solutions.
+//! What is special to the circle: the edges of its cells, and p_j to eight rounding errors.
 
 use core::f64::consts::TAU;
 
 use fredholm_circle::{Circle, Tables};
-use fredholm_core::galerkin::{PairKind, Pairs, Partition, TransitionMoments};
+use fredholm_core::galerkin::{Partition, TransitionMoments};
 use fredholm_core::{DefaultGenerator, Draws, Located, Neighbour, Real, Sampler, Stream};
-use fredholm_tests::check::neighbour_equation;
-use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
-use fredholm_tests::quadrature::Quadrature;
+use fredholm_tests::circle::{AllPointwise, LIGHT, RHO, described, with_piecewise, with_residual};
+use fredholm_tests::examine;
+use fredholm_tests::matrix::SEEDS;
 
 #[test]
-fn the_neighbour_equation_holds_pointwise() {
-    fn at<F: Real>(cells: usize, rounding: f64) {
-        let fractions = [0.01, 0.3, 0.5, 0.999];
-        for pairs in [PAPER, DEFAULT, IN_S] {
-            with_piecewise::<F, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, _| {
-                neighbour_equation(circle, neighbour, &fractions, rounding)
-                    .unwrap_or_else(|e| panic!("{pairs:?}, n = {cells}: {e}"));
-            });
-        }
-        with_residual::<F, _, _>(&RHO, cells, LIGHT, |circle, residual, _| {
-            neighbour_equation(circle, residual, &fractions, rounding)
-                .unwrap_or_else(|e| panic!("all pointwise, n = {cells}: {e}"));
+fn one_cell_is_a_partition_too() {
+    for seed in SEEDS {
+        described::<f64, _>(&[0.5], 1, LIGHT, |circle| {
+            examine(circle, seed).assert_passed("one cell");
         });
     }
-    for cells in [5, 10, 35, 200] {
-        at::<f64>(cells, 16.0);
-        at::<f32>(cells, 16.0);
-    }
-    // One cell only: every pair is the diagonal.
-    with_piecewise::<f64, _, _, _>(&[0.5], 1, LIGHT, DEFAULT, |circle, neighbour, _| {
-        neighbour_equation(circle, neighbour, &[0.1, 0.5, 0.8], 16.0).unwrap();
-    });
 }
 
 #[test]
 fn the_closed_residual_is_the_generic_one() {
-    #[derive(Clone, Copy)]
-    struct All;
-    impl Pairs for All {
-        fn kind(&self, _: usize, _: usize) -> PairKind {
-            PairKind::Pointwise
-        }
-    }
-    with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, All, |circle, generic, _| {
+    with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, AllPointwise, |circle, generic, _| {
         with_residual::<f64, _, _>(&RHO, 100, LIGHT, |_, closed, _| {
             for j in 0..100 {
-                let x = closed.locate(circle.inside(j, 0.37));
+                let x = closed.locate(circle.point(TAU * (f64::from(j) + 0.37) / 100.0));
                 assert!((generic.source(&x) - closed.source(&x)).abs() < 1e-13);
             }
         });
@@ -64,11 +41,8 @@ fn cells_are_found_at_their_edges() {
         let inside = (64.0 * F::EPSILON.to_f64() / width).min(0.5);
         for j in (0..cells).step_by(step) {
             for t in [inside, 0.5, 1.0 - inside] {
-                assert_eq!(
-                    circle.locate(&circle.inside(j, t)),
-                    j,
-                    "{t} of {j} of {cells}"
-                );
+                let point = circle.point(TAU * ((j as f64 + t) / cells as f64));
+                assert_eq!(circle.locate(&point), j, "{t} of {j} of {cells}");
             }
         }
         // [left, right): an edge that is hit exactly belongs to the cell on its right.

@@ -17,9 +17,12 @@ use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Offers, Report, examine, examine_both, examine_masses};
 use rayon::prelude::*;
 
-/// **The list**: what is broken, the check that must catch it, and what the kit finds with a seed.
+/// What is broken, the check that must catch it, and what the kit finds with a seed.
+type Entry = (&'static str, &'static str, fn(u64) -> Report);
+
+/// **The list**.
 #[rustfmt::skip]
-const BROKEN: &[(&str, &str, fn(u64) -> Report)] = &[
+const BROKEN: &[Entry] = &[
     ("left edges found in the cell before", "cells", |seed| with(Fault::Edge, seed)),
     ("one point in 100 found in the cell before", "steps' cells", |seed| with(Fault::Locate, seed)),
     ("basis 1 % too large", "basis", |seed| with(Fault::Basis, seed)),

@@ -170,6 +170,8 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
 const R_MIN: f64 = 0.25;
 
 /// The smallest eigenvalue of a symmetric matrix, by Jacobi's rotations.
+// Rows and columns of one matrix read best by index.
+#[allow(clippy::needless_range_loop)]
 fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
     for _ in 0..10 * B * usize::from(B > 1) {
         for p in 0..B {

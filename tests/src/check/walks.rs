@@ -18,12 +18,9 @@ impl<E: StateSpace> Functional<E> for Among<E::Point> {
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
         let count = E::Scalar::from_u32(self.0.len() as u32);
         let number = (uniforms.uniform() * count).to_u32() as usize;
-        (self.0[number.min(self.0.len() - 1)], num_one())
+        let one = E::Scalar::from_u32(1);
+        (self.0[number.min(self.0.len() - 1)], one)
     }
-}
-
-fn num_one<F: Real>() -> F {
-    F::from_u32(1)
 }
 
 /// Runs the first `walks` walks of a task, in batches.
