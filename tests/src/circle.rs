@@ -43,8 +43,8 @@ pub type OnCircle<'a, F, E, S> = Piecewise<
     PointwiseSource<'a, F, Circle<'a, F, E>, S>,
 >;
 
-/// Makes the generic neighbour equation with these pairs, q0 = 0.2, as a user makes it: everything in
-/// f64 first.
+/// Makes the generic neighbour equation with these pairs, q0 = 0.2, as a user makes it: everything
+/// in f64 first.
 ///
 /// # Panics
 /// If there is no such circle.
@@ -185,8 +185,8 @@ impl<'a, F: Real> Description for Described<'a, F> {
     }
 
     fn nodes(&self, x: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
-        // p(x, ·) has a kink at x. In parts of a cell, as a width that is the difference of two angles
-        // has lost digits.
+        // p(x, ·) has a kink at x. In parts of a cell, as a width that is the difference of two
+        // angles has lost digits.
         let (left, width) = (cell as f64 * self.width(), self.width());
         let kink = (x.angle().to_f64() - left) / width;
         let nodes = split(&self.rule, 0.0, 1.0, &[kink]).into_iter();

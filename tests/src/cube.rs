@@ -201,8 +201,8 @@ struct Described<F, const D: usize, S> {
 }
 
 impl<F: Real, const D: usize, S: Function<F, D> + Copy> Described<F, D, S> {
-    /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis give
-    /// the integrals over a cell to rounding.
+    /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis
+    /// give the integrals over a cell to rounding.
     fn new(model: Model, source: S, constant: Option<f64>, cells: usize, points: usize) -> Self {
         let cube = Cube::new(model.kernel, source, cells, ABSORPTION).unwrap();
         Self {

@@ -14,9 +14,9 @@ pub type ScalarOf<D, const B: usize> = <<D as Description<B>>::Equation as State
 
 /// How a problem offers itself to the kit, with B functions per cell.
 ///
-/// It is a type of the test's own, so that it may stand in the tests of any crate. What it must give
-/// is where the cells are and how to integrate over them; what it may give makes further checks
-/// possible.
+/// It is a type of the test's own, so that it may stand in the tests of any crate. What it must
+/// give is where the cells are and how to integrate over them; what it may give makes further
+/// checks possible.
 pub trait Description<const B: usize = 1>: Sized {
     /// The equation and its chain, cells, basis and transition moments.
     type Equation: StateSpace<Point: fmt::Debug>
@@ -31,8 +31,8 @@ pub trait Description<const B: usize = 1>: Sized {
     /// The equation.
     fn equation(&self) -> &Self::Equation;
 
-    /// The point of the closed cell `cell` at the parameters t ∈ [0, 1]^[`DIMENSION`]: any map of the
-    /// cube onto the cell whose faces go to the cell's edge.
+    /// The point of the closed cell `cell` at the parameters t ∈ [0, 1]^[`DIMENSION`]: any map of
+    /// the cube onto the cell whose faces go to the cell's edge.
     ///
     /// [`DIMENSION`]: Self::DIMENSION
     fn point(&self, cell: usize, t: &[f64]) -> PointOf<Self, B>;
@@ -72,8 +72,8 @@ pub trait Description<const B: usize = 1>: Sized {
         None
     }
 
-    /// p_j(x) by another formula in f64 or better, of the point as it is stored: to see whether masses
-    /// are accurate relative to their own size where quadrature cannot, in tiny cells.
+    /// p_j(x) by another formula in f64 or better, of the point as it is stored: to see whether
+    /// masses are accurate relative to their own size where quadrature cannot, in tiny cells.
     fn mass(&self, _x: &Located<PointOf<Self, B>>, _cell: usize) -> Option<f64> {
         None
     }

@@ -51,7 +51,8 @@ pub struct Row {
     pub outcome: Outcome,
 }
 
-/// What all checks of a problem found. It is displayed as a table (check, verdict, distance, allowed).
+/// What all checks of a problem found. It is displayed as a table (check, verdict, distance,
+/// allowed).
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     rows: Vec<Row>,
@@ -77,12 +78,6 @@ impl Report {
     /// What failed.
     pub fn failures(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| !row.outcome.passed())
-    }
-
-    /// How many comparisons were made.
-    #[must_use]
-    pub fn comparisons(&self) -> u64 {
-        self.rows.iter().map(|row| row.outcome.comparisons).sum()
     }
 
     /// The row of a check that is nearest to failing or furthest beyond. `None`: the problem offers
@@ -193,8 +188,8 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
     offers.report
 }
 
-/// As [`examine`], but only what asks for no table of all pairs of cells: where cells are found, and
-/// the accuracy of masses relative to their own size. For very many cells.
+/// As [`examine`], but only what asks for no table of all pairs of cells: where cells are found,
+/// and the accuracy of masses relative to their own size. For very many cells.
 #[must_use]
 pub fn examine_masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Report {
     let scalar = scalar_name::<D, B>();
@@ -270,8 +265,8 @@ pub struct Offers<'a, D: Description<B>, const B: usize = 1> {
 }
 
 impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
-    /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them, and
-    /// spoils them: the neighbour equation holds for any.
+    /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them,
+    /// and spoils them: the neighbour equation holds for any.
     ///
     /// # Panics
     /// If there is a pointwise pair: see [`pointwise_pairs`](Self::pointwise_pairs).
@@ -282,8 +277,8 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         self.piecewise(name, &tables.coefficients(), pairs, &tables.v, &g);
     }
 
-    /// As [`pairs`](Self::pairs) with pairs of any kind, for a problem that has the exact integrals of
-    /// pointwise ones.
+    /// As [`pairs`](Self::pairs) with pairs of any kind, for a problem that has the exact integrals
+    /// of pointwise ones.
     pub fn pointwise_pairs<S: Pairs + Copy>(&mut self, name: &str, pairs: S)
     where
         D::Equation: PairIntegral<B>,

@@ -88,8 +88,8 @@ pub fn solve<const B: usize>(matrix: &[f64], right: &[f64]) -> Vec<f64> {
     v
 }
 
-/// The tables of a neighbour equation in the walk's scalar, set up as a user does: everything in f64, v
-/// rounded before G is computed from it.
+/// The tables of a neighbour equation in the walk's scalar, set up as a user does: everything in
+/// f64, v rounded before G is computed from it.
 #[derive(Clone, Debug)]
 pub struct Tables<F> {
     /// K'.
@@ -129,8 +129,8 @@ impl<F: Real> Tables<F> {
     }
 }
 
-/// The kit's neighbour equation of a described problem. Its coefficients are 5 % wrong, with alternating
-/// signs: the neighbour equation is exact for any, and so must the estimate be.
+/// The kit's neighbour equation of a described problem. Its coefficients are 5 % wrong, with
+/// alternating signs: the neighbour equation is exact for any, and so must the estimate be.
 #[derive(Clone, Debug)]
 pub struct System<F> {
     /// v for exact coefficients.

@@ -13,12 +13,12 @@ pub type Entry = (&'static str, fn(u64) -> Report);
 /// **The list**: a problem is added by a line.
 #[rustfmt::skip]
 pub const PROBLEMS: &[Entry] = &[
-    ("toy, degree 0", |seed| toy::<1>(Toy::new(8), Toy::new(8), seed)),
-    ("toy, degree 1", |seed| toy::<2>(Toy::new(8), Toy::new(8), seed)),
-    ("toy that leaves, degree 0", |seed| toy::<1>(Toy::new(5).leaving(0.1), Toy::new(5).leaving(0.1), seed)),
-    ("toy that leaves, degree 1", |seed| toy::<2>(Toy::new(5).leaving(0.1), Toy::new(5).leaving(0.1), seed)),
-    ("toy, constant, degree 0", |seed| toy::<1>(Toy::new(7).constant(), Toy::new(7).constant(), seed)),
-    ("toy, constant, degree 1", |seed| toy::<2>(Toy::new(7).constant(), Toy::new(7).constant(), seed)),
+    ("toy, degree 0", |seed| toy::<1>(8, 0.0, seed)),
+    ("toy, degree 1", |seed| toy::<2>(8, 0.0, seed)),
+    ("toy that leaves, degree 0", |seed| toy::<1>(5, 0.1, seed)),
+    ("toy that leaves, degree 1", |seed| toy::<2>(5, 0.1, seed)),
+    ("toy, constant, degree 0", |seed| constant_toy::<1>(7, seed)),
+    ("toy, constant, degree 1", |seed| constant_toy::<2>(7, seed)),
     ("circle, n = 5", |seed| circle::examined(5, LIGHT, seed)),
     ("circle, n = 35", |seed| circle::examined(35, LIGHT, seed)),
     ("circle, n = 200", |seed| circle::examined(200, LIGHT, seed)),
@@ -33,7 +33,7 @@ pub const PROBLEMS: &[Entry] = &[
     ("cube, d = 1, Green", |seed| cube::examined::<1>(model::green(1.0, 0.25), 10, 4, seed)),
     ("cube, d = 1, cos pi(s + t)", |seed| cube::examined::<1>(model::cosine(1.0), 10, 10, seed)),
     ("cube, d = 1, s t^4", |seed| cube::examined::<1>(model::steep(0.5), 10, 5, seed)),
-    ("cube, d = 1, furnace", |seed| cube::examined_furnace::<1>(model::rational(0.9), 10, 10, seed)),
+    ("cube, d = 1, furnace", |seed| cube::examined_furnace::<1>(model::cosine(1.0), 10, 10, seed)),
     ("cube, d = 2, s t^2", |seed| cube::examined::<2>(model::quadratic(0.6), 3, 4, seed)),
     ("cube, d = 2, 1/(1 + 2s + t)", |seed| cube::examined::<2>(model::rational(0.9), 3, 9, seed)),
     ("cube, d = 2, |s - t|", |seed| cube::examined::<2>(model::distance(0.75), 3, 4, seed)),
@@ -49,6 +49,14 @@ pub const PROBLEMS: &[Entry] = &[
 /// The base seeds for which every problem must pass.
 pub const SEEDS: [u64; 3] = [1, 2, 3];
 
-fn toy<const B: usize>(narrow: Toy<f32>, wide: Toy<f64>, seed: u64) -> Report {
+fn toy<const B: usize>(cells: usize, leaving: f64, seed: u64) -> Report {
+    let narrow = Toy::<f32>::new(cells).leaving(leaving);
+    let wide = Toy::<f64>::new(cells).leaving(leaving);
+    examine_both::<_, _, B>(&narrow, &wide, seed)
+}
+
+fn constant_toy<const B: usize>(cells: usize, seed: u64) -> Report {
+    let narrow = Toy::<f32>::new(cells).constant();
+    let wide = Toy::<f64>::new(cells).constant();
     examine_both::<_, _, B>(&narrow, &wide, seed)
 }

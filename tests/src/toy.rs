@@ -2,9 +2,9 @@
 //! that is not constant, sources and kernels that are not either, any small degree, every kind of
 //! pair, walks that leave the space, and a known solution.
 //!
-//! q(x) = (2 + x)/10, p(x,y) = (1 − ℓ)(1 − q(x))(1 + x(y − ½)) where a step leaves with probability ℓ,
-//! k(x,y) = (3 + xy)/5, u(x) = 1 + x − x² or 1. Everything is a polynomial, so that four Gauss points
-//! give every integral exactly.
+//! q(x) = (2 + x)/10, p(x,y) = (1 − ℓ)(1 − q(x))(1 + x(y − ½)) where a step leaves with probability
+//! ℓ, k(x,y) = (3 + xy)/5, u(x) = 1 + x − x² or 1. Everything is a polynomial, so that four Gauss
+//! points give every integral exactly.
 
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, TransitionMoments,

@@ -1,8 +1,10 @@
-//! Every check can fail: for each there is a problem that is broken on purpose and that it must catch,
-//! for three base seeds. `cargo test -p fredholm-tests --test kit -- --nocapture` prints the table.
+//! Every check can fail: for each there is a problem that is broken on purpose and that it must
+//! catch, for three base seeds. `cargo test -p fredholm-tests --test kit -- --nocapture` prints the
+//! table.
 
 use fredholm_core::galerkin::{
-    Basis, PairIntegral, PairKind, Pairs, Partition, Piecewise, TransitionMoments,
+    Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, Sweeps, TransitionMoments,
+    gauss_seidel,
 };
 use fredholm_core::{
     DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
@@ -11,6 +13,7 @@ use fredholm_core::{
 use fredholm_tests::check::{self, Among};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
 use fredholm_tests::examine::{CHECKS, SCALARS};
+use fredholm_tests::galerkin::Tables;
 use fredholm_tests::matrix::SEEDS;
 use fredholm_tests::quadrature::{gauss_legendre, split};
 use fredholm_tests::toy::Toy;
@@ -28,7 +31,7 @@ const BROKEN: &[Entry] = &[
     ("basis 1 % too large", "basis", |seed| with(Fault::Basis, seed)),
     ("density 1 % too large", "density", |seed| with(Fault::Density, seed)),
     ("p_j 0.1 % too large", "moments", |seed| with(Fault::Mass, seed)),
-    ("p_j as a difference that cancels", "masses", |seed| examine_masses(&Broken::<f64>::new(Fault::Cancels, 100_000), seed)),
+    ("p_j as a difference that cancels", "masses", cancelling_masses),
     ("a wrong branch once in 50 steps", "chi-squared", |seed| with(Fault::Branch, seed)),
     ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
     ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
@@ -45,9 +48,7 @@ const BROKEN: &[Entry] = &[
     ("a merge that loses a batch", "statistics", lost_batch),
     ("a standard error 1 % too small", "statistics", small_error_bar),
     ("error bars 20 % too small", "coverage", small_intervals),
-    ("F of f32 10^-4 too large", SCALARS, |seed| {
-        examine_both::<_, _, 1>(&Broken::<f32>::new(Fault::Narrow, CELLS), &Broken::<f64>::new(Fault::Narrow, CELLS), seed)
-    }),
+    ("F of f32 10^-4 too large", SCALARS, wrong_in_f32),
 ];
 
 const CELLS: usize = 10;
@@ -79,6 +80,16 @@ enum Fault {
 
 fn with(fault: Fault, seed: u64) -> Report {
     examine(&Broken::<f64>::new(fault, CELLS), seed)
+}
+
+fn cancelling_masses(seed: u64) -> Report {
+    examine_masses(&Broken::<f64>::new(Fault::Cancels, 100_000), seed)
+}
+
+fn wrong_in_f32(seed: u64) -> Report {
+    let narrow = Broken::<f32>::new(Fault::Narrow, CELLS);
+    let wide = Broken::<f64>::new(Fault::Narrow, CELLS);
+    examine_both::<_, _, 1>(&narrow, &wide, seed)
 }
 
 /// A toy problem with one fault; everything else is the toy's.
@@ -230,18 +241,15 @@ impl<F: Real> Description for Broken<F> {
         let (mut matrix, right) = self.toy.galerkin::<1>();
         let mut right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
         let wide: Vec<f64> = matrix.iter().map(|k| k.to_f64()).collect();
-        let tables = fredholm_tests::galerkin::Tables::<F>::new::<1>(&wide, &right);
-        if self.fault != Fault::Solution {
+        let tables = Tables::<F>::new::<1>(&wide, &right);
+        // The toy's own v and coefficients are those of a problem that is right.
+        if self.fault == Fault::None {
             let v: Vec<f64> = tables.v.iter().map(|v| v.to_f64()).collect();
-            // Their coefficients are those of the toy, not of what is broken.
-            if self.fault == Fault::None {
-                offers.galerkin_solution("own", &v, 0.0);
-            }
-        } else {
-            let dense = fredholm_core::galerkin::Dense::new(&wide, CELLS).unwrap();
+            offers.galerkin_solution("own", &v, 0.0);
+        } else if self.fault == Fault::Solution {
+            let dense = Dense::new(&wide, CELLS).unwrap();
             let mut v = right.clone();
-            let once = fredholm_core::galerkin::Sweeps::Fixed(1);
-            fredholm_core::galerkin::gauss_seidel::<_, 1>(&dense, &right, &mut v, once).unwrap();
+            gauss_seidel::<_, 1>(&dense, &right, &mut v, Sweeps::Fixed(1)).unwrap();
             offers.galerkin_solution("own", &v, 0.0);
         }
         // The source belongs to other pairs than the walk.
@@ -314,9 +322,9 @@ impl<N: Neighbour> Neighbour for LargeKernel<'_, N> {
     }
 }
 
-/// u(x) = ½ ∫ p(x,y) u(y) dy + 1 on [0, 1], where a step leads to the left half with probability x. It is
-/// right in all parts; but as x goes to 0 the masses of the left half vanish, so that they do not belong
-/// in S.
+/// u(x) = ½ ∫ p(x,y) u(y) dy + 1 on [0, 1], where a step leads to the left half with probability x.
+/// It is right in all parts; but as x goes to 0 the masses of the left half vanish, so that they do
+/// not belong in S.
 struct Corner;
 
 impl StateSpace for Corner {

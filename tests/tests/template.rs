@@ -1,5 +1,5 @@
-//! The template builds as a copy outside the workspace, and the mistakes that its users make first are
-//! answered as the guide shows.
+//! The template builds as a copy outside the workspace, and the mistakes that its users make first
+//! are answered as the guide shows.
 
 use std::fs;
 use std::path::{Path, PathBuf};

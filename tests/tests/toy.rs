@@ -47,8 +47,8 @@ fn without_pointwise_pairs_the_source_is_a_table() {
     assert_eq!(new(MIXED).unwrap_err(), GalerkinError::Pointwise { row: 0 });
 }
 
-/// Means at a point and over X with weights φ that vary, (v,Φ) walk by walk, both estimators. Returns
-/// the standard deviation of ζ for the mean over X with collision.
+/// Means at a point and over X with weights φ that vary, (v,Φ) walk by walk, both estimators.
+/// Returns the standard deviation of ζ for the mean over X with collision.
 fn mean_test<F: Real, const B: usize>(pairs: Bands, spoil: f64) -> f64 {
     with_neighbour::<F, B, _>(pairs, spoil, |toy, neighbour| {
         let x0 = F::from_f64(0.3);

@@ -132,8 +132,8 @@ pub fn basis<D: Description<B>, const B: usize>(description: &D, seed: u64) -> O
 /// **Transition moments are the moments of p**, by quadrature, accurate relative to their own size;
 /// and the masses sum to 1 − q(x).
 ///
-/// A node of the rule is stored to ε of the size of X, of which a cell is one of n^(1/d) parts: that
-/// moves an integrand by n^(1/d) ε times its variation over the cell, which counts as size.
+/// A node of the rule is stored to ε of the size of X, of which a cell is one of n^(1/d) parts:
+/// that moves an integrand by n^(1/d) ε times its variation over the cell, which counts as size.
 #[must_use]
 pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
@@ -224,7 +224,8 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
 /// p_j(x) and the probability of leaving; cells that expect fewer than 5 are pooled.
 ///
 /// The statistic of k degrees of freedom is turned into a normal one by Wilson and Hilferty's cube
-/// root (1931), which is within 0.02 of it for k ≥ 3. `None` where there is one cell and no way out.
+/// root (1931), which is within 0.02 of it for k ≥ 3. `None` where there is one cell and no way
+/// out.
 #[must_use]
 pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
     const STEPS: u32 = 200_000;
@@ -279,9 +280,9 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
     compared.then(|| worst.outcome())
 }
 
-/// **The sampler follows p within cells, too**: Kolmogorov and Smirnov's √N sup|F_N − F| for 100,000
-/// steps from each of three points. It is above λ with probability 2 exp(−2λ²) at most, for any N
-/// (Massart 1990): 2·10⁻⁸ for λ = 3.
+/// **The sampler follows p within cells, too**: Kolmogorov and Smirnov's √N sup|F_N − F| for
+/// 100,000 steps from each of three points. It is above λ with probability 2 exp(−2λ²) at most, for
+/// any N (Massart 1990): 2·10⁻⁸ for λ = 3.
 #[must_use]
 pub fn distribution<D: Description<B>, const B: usize>(
     description: &D,
@@ -314,7 +315,8 @@ pub fn distribution<D: Description<B>, const B: usize>(
     Some(worst.outcome())
 }
 
-/// **The solution solves the equation**: u(x) = ∫ K(x,y) u(y) dμ(y) + F(x) by quadrature at random x.
+/// **The solution solves the equation**: u(x) = ∫ K(x,y) u(y) dμ(y) + F(x) by quadrature at random
+/// x.
 #[must_use]
 pub fn solution<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
     let equation = description.equation();

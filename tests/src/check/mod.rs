@@ -28,8 +28,9 @@ use crate::description::{Description, PointOf};
 /// factors with an error of 2 to 4 ε each.
 pub const ROUNDING: f64 = 16.0;
 
-/// Standard errors that a statistic may be off. For three seeds the matrix makes up to 2·10⁴ comparisons
-/// of this kind; if all is well one of them is beyond 5.5 with probability 8·10⁻⁴ (Šidák).
+/// Standard errors that a statistic may be off. For three seeds the matrix makes up to 2·10⁴
+/// comparisons of this kind; if all is well one of them is beyond 5.5 with probability 8·10⁻⁴
+/// (Šidák).
 pub const STANDARD_ERRORS: f64 = 5.5;
 
 /// Rounding units as a unit.

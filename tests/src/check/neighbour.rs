@@ -87,8 +87,8 @@ where
     worst.outcome()
 }
 
-/// **The lists of pairs are those of their kinds**: `pointwise(i, n)` and `outside(i, n)` name every
-/// pair of their kinds once, and no other. A disagreement is a bias that no error bar shows.
+/// **The lists of pairs are those of their kinds**: `pointwise(i, n)` and `outside(i, n)` name
+/// every pair of their kinds once, and no other. A disagreement is a bias that no error bar shows.
 #[must_use]
 pub fn pair_lists<S: Pairs>(pairs: &S, cells: usize) -> Outcome {
     let mut worst = Worst::new("wrong entries", 0.0);
@@ -118,8 +118,8 @@ pub fn pair_lists<S: Pairs>(pairs: &S, cells: usize) -> Outcome {
 
 /// **On S no mass collapses**: r = p_j(x)/(its mean over the cell of x) is above r_min = ¼ at the
 /// ends, corners and edges of cells, not only inside. Where it collapses the variance of ζ is
-/// infinite, and no short run shows it. At degree > 0 the smallest eigenvalue of M_j(x) takes the place
-/// of p_j(x). `None` where no pair is in S.
+/// infinite, and no short run shows it. At degree > 0 the smallest eigenvalue of M_j(x) takes the
+/// place of p_j(x). `None` where no pair is in S.
 #[must_use]
 pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
     description: &D,
@@ -265,8 +265,8 @@ pub(crate) fn vectors_agree<D: Description<B>, const B: usize>(
     worst.outcome()
 }
 
-/// **A constant solution comes out constant**: with exact coefficients v = Σ v_ia ψ_ia is the constant
-/// c, within rounding units of c/(1 − ‖K'‖). `None` where the solution is not constant.
+/// **A constant solution comes out constant**: with exact coefficients v = Σ v_ia ψ_ia is the
+/// constant c, within rounding units of c/(1 − ‖K'‖). `None` where the solution is not constant.
 #[must_use]
 pub fn constant<D: Description<B>, const B: usize>(
     description: &D,

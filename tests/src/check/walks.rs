@@ -44,8 +44,8 @@ where
     all
 }
 
-/// **The means**: the mean of ζ equals that of η within the standard error of their difference, which
-/// is E η(h,g) = (v,Φ); and where the solution is known both equal it. Each may be off by
+/// **The means**: the mean of ζ equals that of η within the standard error of their difference,
+/// which is E η(h,g) = (v,Φ); and where the solution is known both equal it. Each may be off by
 /// [`STANDARD_ERRORS`] of its own and by `floor` for rounding.
 #[must_use]
 pub fn means(statistics: &Statistics, exact: Option<f64>, floor: f64) -> Outcome {
@@ -91,10 +91,10 @@ pub fn error_bar(estimate: &Estimate, walks: u64) -> Outcome {
     worst.outcome()
 }
 
-/// **Statistics are those of the walks**: `run` makes the statistics of the first `walks` walks of a
-/// task, in batches of its own, and they must be those of the same walks replayed one by one, as two
-/// passes over their scores give them. A merge that loses a batch is seen here, and a walk that depends
-/// on more than its number, and one that is cut off.
+/// **Statistics are those of the walks**: `run` makes the statistics of the first `walks` walks of
+/// a task, in batches of its own, and they must be those of the same walks replayed one by one, as
+/// two passes over their scores give them. A merge that loses a batch is seen here, and a walk that
+/// depends on more than its number, and one that is cut off.
 #[must_use]
 pub fn statistics<E, N, T, G>(
     task: &Task<'_, E, N, T, G>,
@@ -158,9 +158,9 @@ where
     worst.outcome()
 }
 
-/// **Error bars cover**: of 1,000 estimates (value and standard error, one for each seed) the intervals
-/// of 1.96 standard errors contain `exact` 950 times. That is binomial with standard deviation 6.9,
-/// and 6.9 · 5.5 = 38 either way pass.
+/// **Error bars cover**: of 1,000 estimates (value and standard error, one for each seed) the
+/// intervals of 1.96 standard errors contain `exact` 950 times. That is binomial with standard
+/// deviation 6.9, and 6.9 · 5.5 = 38 either way pass.
 #[must_use]
 pub fn coverage(exact: f64, estimate: impl Fn(u64) -> (f64, f64)) -> Outcome {
     const SEEDS: u64 = 1000;
@@ -212,9 +212,10 @@ where
     }
 }
 
-/// **f32 agrees with f64 within the rounding floor**: the same walks draw the same words, so that the
-/// mean of the differences of their scores has a small standard error, of which [`STANDARD_ERRORS`] pass
-/// besides the floor. What a rare walk does that rounds to another cell or ending is in that error.
+/// **f32 agrees with f64 within the rounding floor**: the same walks draw the same words, so that
+/// the mean of the differences of their scores has a small standard error, of which
+/// [`STANDARD_ERRORS`] pass besides the floor. What a rare walk does that rounds to another cell or
+/// ending is in that error.
 #[must_use]
 pub fn scalars(narrow: &Trace, wide: &Trace) -> Outcome {
     let mut worst = Worst::new("standard errors beyond the rounding floor", STANDARD_ERRORS);

@@ -12,7 +12,8 @@ use fredholm_core::{
 
 /// The equation, its chain and n equal cells of [0, 1].
 ///
-/// Yours: what the equation depends on. Whatever does not change from step to step is computed in `new`.
+/// Yours: what the equation depends on. Whatever does not change from step to step is computed in
+/// `new`.
 #[derive(Clone, Copy, Debug)]
 pub struct MyEquation<F> {
     cells: u32,
