@@ -4,7 +4,7 @@ use core::fmt;
 
 use fredholm_core::galerkin::{Coefficients, PairIntegral, Pairs, Partition, Piecewise};
 use fredholm_core::{
-    DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, StateSpace,
+    DefaultGenerator, Ending, Estimate, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, StateSpace,
     Statistics, Stream, Task, TransitionDensity, rounding_floor,
 };
 
@@ -166,7 +166,14 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
             report.push(name, scalar, outcome);
         }
     }
-    let system = System::<ScalarOf<D, B>>::new(description);
+    let system = match System::<ScalarOf<D, B>>::new(description) {
+        Ok(system) => system,
+        Err(error) => {
+            let outcome = Outcome::refused(format!("the Galerkin system: {error}"));
+            report.push("neighbour equation", scalar, outcome);
+            return report;
+        }
+    };
     let constant = check::constant(description, &system.exact, system.contraction);
     if let Some(outcome) = constant {
         report.push("constant", scalar, outcome);
@@ -407,9 +414,18 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
             neighbour_value: Some(value),
             estimator,
             stream: Stream::<DefaultGenerator>::new(seed, 0),
-            step_limit: STEP_LIMIT,
+            step_limit: STEP_LIMIT / 10,
         };
         let name = &format!("{name}, {estimator:?}");
+        // What would end the checks, or keep them busy for hours, is a failure of its own.
+        for walk in 0..WALKS {
+            let ending = task(self.seed).replay(walk).ending;
+            if matches!(ending, Ending::NotFinite | Ending::StepLimit) {
+                let outcome = Outcome::refused(format!("walk {walk} ended as {ending:?}"));
+                self.push("means", name, outcome);
+                return;
+            }
+        }
         let trace = check::trace(name.clone(), &task(self.seed), REPLAYED, floor);
         let means = check::means(&check::run(&task(self.seed), WALKS), self.exact, floor);
         // In batches of a third, so that there is something to merge.

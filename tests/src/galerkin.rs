@@ -2,7 +2,7 @@
 //! problem's own coefficients, so that a neighbour equation can be checked before there are any.
 
 use fredholm_core::galerkin::{
-    Basis, Dense, Pairs, Partition, Sweeps, gauss_seidel, neighbour_source,
+    Basis, Dense, GalerkinError, Pairs, Partition, Sweeps, gauss_seidel, neighbour_source,
 };
 use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
 
@@ -72,10 +72,12 @@ pub fn right_hand_side<D: Description<B>, const B: usize>(description: &D) -> Ve
 
 /// v with v = K'v + F'.
 ///
+/// # Errors
+/// [`GalerkinError::Diverges`]: Gauss–Seidel sweeps do not converge, ‖K'‖ is not below 1.
+///
 /// # Panics
-/// If Gauss–Seidel sweeps do not converge: ‖K'‖ is not below 1.
-#[must_use]
-pub fn solve<const B: usize>(matrix: &[f64], right: &[f64]) -> Vec<f64> {
+/// If the matrix is not square.
+pub fn solve<const B: usize>(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, GalerkinError> {
     let coefficients = Dense::new(matrix, right.len()).expect("a square matrix");
     let mut v = right.to_vec();
     let largest = right.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
@@ -83,9 +85,8 @@ pub fn solve<const B: usize>(matrix: &[f64], right: &[f64]) -> Vec<f64> {
         residual: 1e-15 * largest,
         at_most: 1000,
     };
-    gauss_seidel::<_, B>(&coefficients, right, &mut v, sweeps)
-        .expect("a Galerkin system that converges: is the norm of K below 1?");
-    v
+    gauss_seidel::<_, B>(&coefficients, right, &mut v, sweeps)?;
+    Ok(v)
 }
 
 /// The tables of a neighbour equation in the walk's scalar, set up as a user does: everything in
@@ -101,15 +102,17 @@ pub struct Tables<F> {
 
 impl<F: Real> Tables<F> {
     /// For coefficients K' and right-hand sides F' with B unknowns per cell.
-    #[must_use]
-    pub fn new<const B: usize>(matrix: &[f64], right: &[f64]) -> Self {
+    ///
+    /// # Errors
+    /// As [`solve`].
+    pub fn new<const B: usize>(matrix: &[f64], right: &[f64]) -> Result<Self, GalerkinError> {
         let round = |values: &[f64]| -> Vec<F> { values.iter().map(|&x| F::from_f64(x)).collect() };
         let widen = |values: &[F]| -> Vec<f64> { values.iter().map(|x| x.to_f64()).collect() };
         let matrix = round(matrix);
         let wide_matrix = widen(&matrix);
-        let v = round(&solve::<B>(&wide_matrix, right));
+        let v = round(&solve::<B>(&wide_matrix, right)?);
         let wide = [wide_matrix, widen(&v)];
-        Self { matrix, v, wide }
+        Ok(Self { matrix, v, wide })
     }
 
     /// K' as coefficients.
@@ -143,13 +146,15 @@ pub struct System<F> {
 
 impl<F: Real> System<F> {
     /// Of this problem.
-    #[must_use]
-    pub fn new<D, const B: usize>(description: &D) -> Self
+    ///
+    /// # Errors
+    /// As [`solve`].
+    pub fn new<D, const B: usize>(description: &D) -> Result<Self, GalerkinError>
     where
         D: Description<B, Equation: StateSpace<Scalar = F>>,
     {
         let (mut matrix, mut right) = (matrix(description), right_hand_side(description));
-        let exact = solve::<B>(&matrix, &right);
+        let exact = solve::<B>(&matrix, &right)?;
         // Of the functions ψ_i0 alone: the mean of ∫|K(x,y)|dμ(y) over the cell or less.
         let contraction = matrix
             .chunks_exact(right.len())
@@ -159,10 +164,10 @@ impl<F: Real> System<F> {
         for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
             *entry *= if e % 2 == 0 { 1.05 } else { 0.95 };
         }
-        Self {
+        Ok(Self {
             exact,
             contraction,
-            tables: Tables::new::<B>(&matrix, &right),
-        }
+            tables: Tables::new::<B>(&matrix, &right)?,
+        })
     }
 }

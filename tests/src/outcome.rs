@@ -23,6 +23,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// A failure that leaves nothing to compare.
+    #[must_use]
+    pub fn refused(what: String) -> Self {
+        let mut worst = Worst::new("of anything", 0.0);
+        worst.add(f64::NAN, f64::NAN, f64::NAN, || what);
+        worst.outcome()
+    }
+
     /// Whether the worst comparison is within what is allowed; NaN is not.
     #[must_use]
     pub fn passed(&self) -> bool {
@@ -48,6 +56,9 @@ impl fmt::Display for Outcome {
             allowed,
             ..
         } = self;
+        if expected.is_nan() && found.is_nan() {
+            return write!(f, "{what}");
+        }
         write!(f, "{what}: expected {expected:e}, found {found:e}, ")?;
         if self.distance < 1e4 {
             write!(f, "{:.1}", self.distance)?;

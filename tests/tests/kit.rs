@@ -45,6 +45,8 @@ const BROKEN: &[Entry] = &[
     ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
     ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
+    ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
+    ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
     ("a merge that loses a batch", "statistics", lost_batch),
     ("a standard error 1 % too small", "statistics", small_error_bar),
     ("error bars 20 % too small", "coverage", small_intervals),
@@ -76,6 +78,8 @@ enum Fault {
     Correction,
     NeighbourKernel,
     Narrow,
+    Hole,
+    Endless,
 }
 
 fn with(fault: Fault, seed: u64) -> Report {
@@ -128,7 +132,10 @@ impl<F: Real> StateSpace for Broken<F> {
 }
 impl<F: Real> Sampler for Broken<F> {
     fn absorption(&self, x: &F) -> F {
-        self.toy.absorption(x)
+        match self.fault {
+            Fault::Endless => F::zero(),
+            _ => self.toy.absorption(x),
+        }
     }
     fn step<U: Uniforms<F>>(&self, x: &F, uniforms: &mut U) -> Option<F> {
         let y = self.toy.step(x, uniforms)?;
@@ -156,6 +163,9 @@ impl<F: Real> Kernel for Broken<F> {
 }
 impl<F: Real> Source for Broken<F> {
     fn source(&self, x: &F) -> F {
+        if self.fault == Fault::Hole && (x.to_f64() * 1e6).fract() < 0.1 {
+            return F::NAN;
+        }
         let narrow = if F::EPSILON.to_f64() > 1e-10 {
             1.0001
         } else {
@@ -241,7 +251,7 @@ impl<F: Real> Description for Broken<F> {
         let (mut matrix, right) = self.toy.galerkin::<1>();
         let mut right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
         let wide: Vec<f64> = matrix.iter().map(|k| k.to_f64()).collect();
-        let tables = Tables::<F>::new::<1>(&wide, &right);
+        let tables = Tables::<F>::new::<1>(&wide, &right).unwrap();
         // The toy's own v and coefficients are those of a problem that is right.
         if self.fault == Fault::None {
             let v: Vec<f64> = tables.v.iter().map(|v| v.to_f64()).collect();

@@ -17,7 +17,7 @@ fn tables<F: Real, const B: usize>(spoil: f64) -> Tables<F> {
     for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
         *entry *= 1.0 + if e % 2 == 0 { spoil } else { -spoil };
     }
-    Tables::new::<B>(&matrix, &right)
+    Tables::new::<B>(&matrix, &right).unwrap()
 }
 
 /// The neighbour equation on the toy problem.
