@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Solution, Tables};
 use fredholm_core::galerkin::{
-    OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
+    AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
 use fredholm_core::{Located, Real};
 
@@ -148,16 +148,6 @@ pub fn examined_masses(cells: usize, seed: u64) -> Report {
         examine_masses(narrow, seed)
     }));
     report
-}
-
-/// All pairs pointwise, by n integrals for every value of G.
-#[derive(Clone, Copy, Debug)]
-pub struct AllPointwise;
-
-impl Pairs for AllPointwise {
-    fn kind(&self, _: usize, _: usize) -> PairKind {
-        PairKind::Pointwise
-    }
 }
 
 impl<'a, F: Real> Description for Described<'a, F> {

@@ -1,8 +1,8 @@
 //! What the checks need to know of the cube.
 
 use fredholm_core::galerkin::{
-    Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
-    SourceTable,
+    AllPointwise, Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
+    PointwiseSource, SourceTable,
 };
 use fredholm_core::{Located, Real};
 use fredholm_cube::model::{Model, ModelKernel};
@@ -11,7 +11,6 @@ use fredholm_cube::{
     Solution, rounded, table,
 };
 
-use crate::circle::AllPointwise;
 use crate::description::Description;
 use crate::examine::{Offers, Report, examine_both};
 use crate::quadrature::{gauss_legendre, split, tensor};
