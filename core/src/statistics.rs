@@ -189,7 +189,8 @@ impl Statistics {
 
 /// The size of the error that rounding leaves and more walks do not lower:
 /// ε (|v| + |u|)/(1 − |kp|), where ε belongs to the scalar type, |v| and |u| are sizes of the two
-/// solutions and |kp| < 1 bounds ∫|k(x,y)|p(x,y) dμ(y).
+/// solutions and |kp| < 1 bounds ∫|k(x,y)|p(x,y) dμ(y), or the spectral radius of T_|k|p. From 1 on there
+/// is no floor but infinity.
 ///
 /// ```
 /// let floor = fredholm_core::rounding_floor::<f32>(5.0, 6.0, 0.75);
@@ -197,7 +198,7 @@ impl Statistics {
 /// ```
 #[must_use]
 pub fn rounding_floor<F: Real>(v: f64, u: f64, kp: f64) -> f64 {
-    F::EPSILON.to_f64() * (v.abs() + u.abs()) / (1.0 - kp)
+    F::EPSILON.to_f64() * (v.abs() + u.abs()) / Real::max(1.0 - kp, 0.0)
 }
 
 #[cfg(test)]

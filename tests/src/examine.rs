@@ -185,7 +185,10 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         description,
         seed,
         exact: exact.map(|values| values.iter().sum::<f64>() / values.len() as f64),
-        norm: norm(description, &points),
+        // A floor needs a number below 1.
+        norm: Some(norm(description, &points))
+            .filter(|norm| *norm < 1.0)
+            .unwrap_or(system.contraction),
         points: Among(points),
         system,
         covered: false,

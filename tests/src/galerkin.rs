@@ -3,6 +3,7 @@
 
 use fredholm_core::galerkin::{
     Basis, Dense, GalerkinError, Pairs, Partition, Sweeps, gauss_seidel, neighbour_source,
+    radius_bounds,
 };
 use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
 
@@ -138,7 +139,8 @@ impl<F: Real> Tables<F> {
 pub struct System<F> {
     /// v for exact coefficients.
     pub exact: Vec<f64>,
-    /// The largest Σ_j |K'_ij| of exact coefficients.
+    /// The largest Σ_j |K'_ij| of exact coefficients or, where that is not below 1, the spectral
+    /// radius of |K'|.
     pub contraction: f64,
     /// The tables for wrong ones.
     pub tables: Tables<F>,
@@ -161,6 +163,11 @@ impl<F: Real> System<F> {
             .step_by(B)
             .map(|row| row.iter().step_by(B).map(|k| k.abs()).sum())
             .fold(0.0, f64::max);
+        let contraction = if contraction < 1.0 {
+            contraction
+        } else {
+            radius(&matrix, right.len())
+        };
         for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
             *entry *= if e % 2 == 0 { 1.05 } else { 0.95 };
         }
@@ -170,4 +177,15 @@ impl<F: Real> System<F> {
             tables: Tables::new::<B>(&matrix, &right)?,
         })
     }
+}
+
+/// The spectral radius of the absolute values of a matrix, from above.
+fn radius(matrix: &[f64], size: usize) -> f64 {
+    let apply = |w: &[f64], out: &mut [f64]| {
+        for (out, row) in out.iter_mut().zip(matrix.chunks_exact(size)) {
+            *out = row.iter().zip(w).map(|(k, w)| k.abs() * w).sum();
+        }
+    };
+    let [_, upper] = radius_bounds(apply, &mut vec![1.0; size], &mut vec![0.0; size], 100);
+    upper
 }
