@@ -208,8 +208,9 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
         }
     });
     for x in inside.into_iter().chain(at_corners) {
-        for j in [0, 1, 2, n - 1, n / 2, n / 3] {
-            let j = (x.cell + j) % n;
+        // Its own cell, neighbours, far ones, and the first and the last, where maps may be singular.
+        let near = [0, 1, 2, n - 1, n / 2, n / 3].map(|j| (x.cell + j) % n);
+        for j in near.into_iter().chain([0, n - 1]) {
             let expected = description.mass(&x, j)?;
             let found = equation.moments(&x, j)[0][0].to_f64();
             worst.compare(expected, found, epsilon::<D, B>() * expected, || {

@@ -1,0 +1,317 @@
+//! Scattering on the unit sphere S² of R³,
+//!
+//! ```text
+//! u(x) = ∫ K(x,y) u(y) dσ(y) + F(x),   K(x,y) = a (1 − g²) / (4π (1 + g² − 2g x·y)^{3/2}),
+//! ```
+//!
+//! with the phase function of Henyey and Greenstein, which is the Poisson kernel of the ball: the
+//! spherical harmonics of degree l are eigenfunctions with eigenvalue a gˡ. For
+//! F(x) = e₀ + e₁x₁ + e₂x₂ + e₃x₃ the solution is e₀/(1 − a) + (e₁x₁ + e₂x₂ + e₃x₃)/(1 − a g).
+//!
+//! μ is the area σ. The chain jumps with density p(x,y) = (1 − q)(1 + b x·y)/(4π). Cells are equal
+//! bands of height x₃, from the north pole down, times equal sectors of the azimuth, from −π to π:
+//! all have the same area. There are no exact integrals of K over cells, so no pointwise pairs.
+
+#![no_std]
+
+use fredholm_core::galerkin::{Basis, Coefficients, Partition, TransitionMoments};
+use fredholm_core::{
+    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
+};
+
+/// A point of the sphere: a unit vector up to rounding.
+pub type Point<F> = [F; 3];
+
+/// What an equation and its chain depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// a, in (0, 1).
+    pub albedo: f64,
+    /// g, in (0, ½).
+    pub asymmetry: f64,
+    /// e: F(x) = e₀ + e₁x₁ + e₂x₂ + e₃x₃.
+    pub emission: [f64; 4],
+    /// q, in (0, 1).
+    pub absorption: f64,
+    /// b, in [0, ½]: how much rather the chain jumps forward.
+    pub forward: f64,
+}
+
+/// Why there is no such equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SphereError {
+    /// There must be a band and a sector, and 2²⁴ cells at most.
+    Cells,
+    /// a must lie in (0, 1).
+    Albedo,
+    /// g must lie in (0, ½).
+    Asymmetry,
+    /// The emission must be finite.
+    Emission,
+    /// q must lie in (0, 1).
+    Absorption,
+    /// b must lie in [0, ½].
+    Forward,
+}
+
+impl core::fmt::Display for SphereError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Cells => {
+                "the numbers of bands and sectors must be positive, their product at most 2^24"
+            }
+            Self::Albedo => "the albedo must lie between 0 and 1",
+            Self::Asymmetry => "the asymmetry must lie between 0 and 1/2",
+            Self::Emission => "the emission must be finite",
+            Self::Absorption => "the absorption probability must lie between 0 and 1",
+            Self::Forward => "the forward preference must lie from 0 to 1/2",
+        })
+    }
+}
+
+impl core::error::Error for SphereError {}
+
+/// The equation, its chain and its cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Sphere<F> {
+    bands: u32,
+    sectors: u32,
+    /// 2π/sectors.
+    sector: F,
+    /// The mean of cos over a sector that lies symmetrically to 0.
+    sector_mean: F,
+    asymmetry: F,
+    /// 4πK times the power of the distance.
+    strength: F,
+    emission: [F; 4],
+    absorption: F,
+    forward: F,
+}
+
+impl<F: Real> Sphere<F> {
+    /// With `bands` times `sectors` cells.
+    ///
+    /// # Errors
+    /// [`SphereError`].
+    pub fn new(bands: u32, sectors: u32, parameters: &Parameters) -> Result<Self, SphereError> {
+        if !(1..=1 << 24).contains(&(u64::from(bands) * u64::from(sectors))) {
+            return Err(SphereError::Cells);
+        }
+        let (zero, one, half) = (F::zero(), F::one(), F::from_f64(0.5));
+        let a = F::from_f64(parameters.albedo);
+        if !(a > zero && a < one) {
+            return Err(SphereError::Albedo);
+        }
+        let g = F::from_f64(parameters.asymmetry);
+        if !(g > zero && g < half) {
+            return Err(SphereError::Asymmetry);
+        }
+        let emission = parameters.emission.map(F::from_f64);
+        if !emission.iter().all(|e| e.is_finite()) {
+            return Err(SphereError::Emission);
+        }
+        let q = F::from_f64(parameters.absorption);
+        if !(q > zero && q < one) {
+            return Err(SphereError::Absorption);
+        }
+        let b = F::from_f64(parameters.forward);
+        if !(b >= zero && b <= half) {
+            return Err(SphereError::Forward);
+        }
+        let half_sector = F::PI / F::from_u32(sectors);
+        Ok(Self {
+            bands,
+            sectors,
+            sector: half_sector + half_sector,
+            sector_mean: half_sector.sin() / half_sector,
+            asymmetry: g,
+            strength: a * (one - g) * (one + g),
+            emission,
+            absorption: q,
+            forward: b,
+        })
+    }
+
+    fn survival(&self) -> F {
+        F::one() - self.absorption
+    }
+
+    /// Band and sector of cell `j`.
+    fn band_and_sector(&self, j: usize) -> (u32, u32) {
+        let j = j as u32;
+        (j / self.sectors, j % self.sectors)
+    }
+
+    /// 4πK(x, y) of x·y.
+    fn phase(&self, cosine: F) -> F {
+        let g = self.asymmetry;
+        let square = F::one() + g * g - (g + g) * cosine;
+        self.strength / (square * square.sqrt())
+    }
+
+    /// The mean height over a band: that of its middle.
+    fn mean_height(&self, band: u32) -> F {
+        let bands = F::from_u32(self.bands);
+        (bands - F::from_u32(2 * band + 1)) / bands
+    }
+
+    /// The mean over a band of the distance from the axis, √(1 − z²).
+    ///
+    /// The meridian's arc is a chord and a segment of a circle: nothing cancels.
+    fn mean_radius(&self, band: u32) -> F {
+        let two = F::from_f64(2.0);
+        let bands = F::from_u32(self.bands);
+        let edge = |i: u32| {
+            let (above, below) = (F::from_u32(i), F::from_u32(self.bands - i));
+            two * (above * below).sqrt() / bands
+        };
+        let (height, radii) = (two / bands, edge(band) + edge(band + 1));
+        // The difference of radii over that of heights; 0 for the only band of all.
+        let slope = if self.bands == 1 {
+            F::zero()
+        } else {
+            two * self.mean_height(band) / radii
+        };
+        let half_chord = height / two * (F::one() + slope * slope).sqrt();
+        let half_angle =
+            half_chord.atan2((F::one() - half_chord * half_chord).max(F::zero()).sqrt());
+        radii / two + minus_sine(two * half_angle) / (two * height)
+    }
+
+    /// The point at the mean height and the middle azimuth of cell `j`.
+    fn middle(&self, j: usize) -> Point<F> {
+        let (band, sector) = self.band_and_sector(j);
+        let height = self.mean_height(band);
+        let radius = ((F::one() - height) * (F::one() + height)).sqrt();
+        let (sin, cos) = self.middle_azimuth(sector);
+        [radius * cos, radius * sin, height]
+    }
+
+    /// Sine and cosine of the middle of a sector.
+    fn middle_azimuth(&self, sector: u32) -> (F, F) {
+        let angle = (F::from_u32(sector) + F::from_f64(0.5)) * self.sector - F::PI;
+        (angle.sin(), angle.cos())
+    }
+
+    /// (∫_Xj y dσ)/σ(X_j).
+    fn centroid(&self, j: usize) -> Point<F> {
+        let (band, sector) = self.band_and_sector(j);
+        let radius = self.mean_radius(band) * self.sector_mean;
+        let (sin, cos) = self.middle_azimuth(sector);
+        [radius * cos, radius * sin, self.mean_height(band)]
+    }
+}
+
+fn dot<F: Real>(x: &Point<F>, y: &Point<F>) -> F {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+/// x − sin x for x ≥ 0: by its series where the difference would cancel.
+fn minus_sine<F: Real>(x: F) -> F {
+    if x > F::from_f64(1.5) {
+        return x - x.sin();
+    }
+    let mut sum = F::one();
+    for k in (1..=9).rev() {
+        sum = F::one() - x * x / F::from_u32((2 * k + 2) * (2 * k + 3)) * sum;
+    }
+    x * x * x / F::from_f64(6.0) * sum
+}
+
+impl<F: Real> StateSpace for Sphere<F> {
+    type Scalar = F;
+    type Point = Point<F>;
+}
+
+impl<F: Real> Sampler for Sphere<F> {
+    fn absorption(&self, _: &Point<F>) -> F {
+        self.absorption
+    }
+
+    fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
+        let (one, two) = (F::one(), F::from_f64(2.0));
+        let b = self.forward;
+        // x·y has the density (1 + b c)/2 on [−1, 1]; the root is written for b = 0, too.
+        let four = two * two * uniforms.uniform();
+        let root = ((one - b) * (one - b) + b * four).sqrt();
+        let cosine = (four - two + b) / (one + root);
+        let sine = ((one - cosine) * (one + cosine)).max(F::zero()).sqrt();
+        let angle = two * F::PI * uniforms.uniform();
+        let (along, across) = (sine * angle.cos(), sine * angle.sin());
+        // A frame of x (Duff et al. 2017).
+        let sign = one.copysign(x[2]);
+        let s = -one / (sign + x[2]);
+        let t = x[0] * x[1] * s;
+        let e1 = [one + sign * x[0] * x[0] * s, sign * t, -sign * x[0]];
+        let e2 = [t, sign + x[1] * x[1] * s, -x[1]];
+        let y: Point<F> = core::array::from_fn(|d| cosine * x[d] + along * e1[d] + across * e2[d]);
+        // Or rounding would add up along a walk.
+        let norm = dot(&y, &y).sqrt();
+        Some(y.map(|y| y / norm))
+    }
+}
+
+impl<F: Real> TransitionDensity for Sphere<F> {
+    fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
+        self.survival() * (F::one() + self.forward * dot(x, y)) / (F::from_f64(4.0) * F::PI)
+    }
+}
+
+impl<F: Real> Kernel for Sphere<F> {
+    fn kernel(&self, x: &Point<F>, y: &Point<F>) -> F {
+        let cosine = dot(x, y);
+        self.phase(cosine) / (self.survival() * (F::one() + self.forward * cosine))
+    }
+}
+
+impl<F: Real> Source for Sphere<F> {
+    fn source(&self, x: &Point<F>) -> F {
+        let [e0, e1, e2, e3] = self.emission;
+        e0 + dot(&[e1, e2, e3], x)
+    }
+}
+
+impl<F: Real> Partition for Sphere<F> {
+    fn cells(&self) -> usize {
+        (self.bands * self.sectors) as usize
+    }
+
+    fn locate(&self, x: &Point<F>) -> usize {
+        let depth = (F::one() - x[2]) * F::from_f64(0.5) * F::from_u32(self.bands);
+        let band = depth.to_u32().min(self.bands - 1);
+        // The azimuth π is also −π; rounding must not lead beyond the last sector.
+        let turned = (x[1].atan2(x[0]) + F::PI) / self.sector;
+        let sector = turned.to_u32().min(self.sectors - 1);
+        (band * self.sectors + sector) as usize
+    }
+}
+
+impl<F: Real> Basis for Sphere<F> {
+    fn basis(&self, _: &Located<Point<F>>) -> [F; 1] {
+        [F::one()]
+    }
+}
+
+impl<F: Real> TransitionMoments for Sphere<F> {
+    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
+        let preference = F::one() + self.forward * dot(&x.point, &self.centroid(j));
+        [[self.survival() * preference / F::from_u32(self.bands * self.sectors)]]
+    }
+}
+
+/// K'_ij from the middles of the two cells: approximate, which costs variance and not correctness.
+#[derive(Clone, Copy, Debug)]
+pub struct Midpoints<F>(pub Sphere<F>);
+
+impl<F: Real> Coefficients for Midpoints<F> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.0.cells()
+    }
+
+    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
+        let cosine = dot(&self.0.middle(i), &self.0.middle(j));
+        [[self.0.phase(cosine) / F::from_u32(self.0.bands * self.0.sectors)]]
+    }
+}

@@ -1,0 +1,238 @@
+//! Scattering on the sphere passes the kit: written from the guide alone.
+
+use core::f64::consts::PI;
+
+use fredholm_core::galerkin::{
+    OffDiagonal, PairKind, Partition, Rounded, Sweeps, gauss_seidel, neighbour_source,
+};
+use fredholm_core::{Located, Real, Source};
+use fredholm_sphere::{Midpoints, Parameters, Point, Sphere};
+use fredholm_tests::quadrature::{gauss_legendre, tensor};
+use fredholm_tests::{Description, Offers, examine_both, examine_masses};
+
+const SCATTERING: Parameters = Parameters {
+    albedo: 0.6,
+    asymmetry: 0.3,
+    emission: [1.0, 0.5, -0.7, 0.4],
+    absorption: 0.25,
+    forward: 0.4,
+};
+
+/// The sphere as the kit sees it.
+struct Described<F> {
+    sphere: Sphere<F>,
+    bands: usize,
+    sectors: usize,
+    parameters: Parameters,
+}
+
+/// A parameter as the scalar F holds it.
+fn held<F: Real>(parameter: f64) -> f64 {
+    F::from_f64(parameter).to_f64()
+}
+
+impl<F: Real> Described<F> {
+    fn new(bands: u32, sectors: u32, parameters: Parameters) -> Self {
+        Self {
+            sphere: Sphere::new(bands, sectors, &parameters).expect("a valid equation"),
+            bands: bands as usize,
+            sectors: sectors as usize,
+            parameters,
+        }
+    }
+
+    /// The height of the upper edge of a band.
+    fn height(&self, band: usize) -> f64 {
+        1.0 - 2.0 * band as f64 / self.bands as f64
+    }
+
+    /// The first azimuth of a sector.
+    fn azimuth(&self, sector: usize) -> f64 {
+        2.0 * PI * sector as f64 / self.sectors as f64 - PI
+    }
+
+    /// Colatitude and azimuth at the parameters t of a cell. In the height itself the distance from
+    /// the axis would have a root at the poles, and no rule of Gauss and Legendre would be exact.
+    fn angles(&self, cell: usize, t: &[f64]) -> (f64, f64) {
+        let (band, sector) = (cell / self.sectors, cell % self.sectors);
+        let (upper, lower) = (self.height(band).acos(), self.height(band + 1).acos());
+        let azimuth = 2.0 * PI * (sector as f64 + t[1]) / self.sectors as f64 - PI;
+        (upper + t[0] * (lower - upper), azimuth)
+    }
+}
+
+impl<F: Real> Description for Described<F> {
+    type Equation = Sphere<F>;
+    const DIMENSION: usize = 2;
+
+    fn equation(&self) -> &Sphere<F> {
+        &self.sphere
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        let (colatitude, azimuth) = self.angles(cell, t);
+        let radius = colatitude.sin();
+        [
+            radius * azimuth.cos(),
+            radius * azimuth.sin(),
+            colatitude.cos(),
+        ]
+        .map(F::from_f64)
+    }
+
+    fn contains(&self, cell: usize, x: &Point<F>) -> bool {
+        let edge = 8.0 * F::EPSILON.to_f64();
+        let [x, y, z] = x.map(F::to_f64);
+        let (band, sector) = (cell / self.sectors, cell % self.sectors);
+        let heights = self.height(band + 1) - edge..=self.height(band) + edge;
+        let azimuths = self.azimuth(sector) - edge..=self.azimuth(sector + 1) + edge;
+        let azimuth = y.atan2(x);
+        heights.contains(&z)
+            // At a pole all sectors meet; at the seam −π is π.
+            && (x.hypot(y) <= edge
+                || [-2.0 * PI, 0.0, 2.0 * PI].iter().any(|turn| azimuths.contains(&(azimuth + turn))))
+    }
+
+    fn nodes(&self, _: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
+        let band = cell / self.sectors;
+        let colatitudes = self.height(band + 1).acos() - self.height(band).acos();
+        let jacobian = colatitudes * 2.0 * PI / self.sectors as f64;
+        let rule = gauss_legendre(12);
+        let rule = tensor(&[rule.clone(), rule]).into_iter();
+        rule.map(|(t, w)| {
+            let (colatitude, _) = self.angles(cell, &t);
+            (self.point(cell, &t), w * jacobian * colatitude.sin())
+        })
+        .collect()
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let all = OffDiagonal {
+            diagonal: PairKind::Galerkin,
+        };
+        offers.pairs("all in S", all);
+        offers.pairs(
+            "diagonal outside",
+            OffDiagonal {
+                diagonal: PairKind::None,
+            },
+        );
+
+        // As a user makes it: coefficients and F' from the middles of cells, G in f64 from the v that
+        // the walk sees.
+        let wide = Described::<f64>::new(self.bands as u32, self.sectors as u32, self.parameters);
+        let coefficients = Midpoints(wide.sphere);
+        let n = wide.sphere.cells();
+        let means: Vec<f64> = (0..n)
+            .map(|i| wide.sphere.source(&wide.point(i, &[0.5, 0.5])))
+            .collect();
+        let mut v = means.clone();
+        gauss_seidel(&coefficients, &means, &mut v, Sweeps::Fixed(20)).expect("a contraction");
+        let rounded: Vec<F> = v.iter().map(|&v| F::from_f64(v)).collect();
+        let seen: Vec<f64> = rounded.iter().map(|v| v.to_f64()).collect();
+        let mut g = vec![0.0; n];
+        neighbour_source(&coefficients, &all, &seen, &mut g).expect("sizes agree");
+        let g: Vec<F> = g.into_iter().map(F::from_f64).collect();
+        offers.piecewise(
+            "midpoints",
+            &Rounded::<_, F>::new(&coefficients),
+            all,
+            &rounded,
+            &g,
+        );
+        offers.coefficients("midpoints", &coefficients, 0.02);
+    }
+
+    fn solution(&self, x: &Point<F>) -> Option<f64> {
+        let a = held::<F>(self.parameters.albedo);
+        let g = held::<F>(self.parameters.asymmetry);
+        let [e0, e1, e2, e3] = self.parameters.emission.map(held::<F>);
+        let [x, y, z] = x.map(F::to_f64);
+        Some(e0 / (1.0 - a) + (e1 * x + e2 * y + e3 * z) / (1.0 - a * g))
+    }
+
+    fn constant(&self) -> Option<f64> {
+        let [e0, rest @ ..] = self.parameters.emission;
+        (rest == [0.0; 3]).then(|| held::<F>(e0) / (1.0 - held::<F>(self.parameters.albedo)))
+    }
+
+    fn cumulative(&self, x: &Point<F>, y: &Point<F>) -> Option<f64> {
+        // Of the height of y: its density is (1 + b x₃z)/2.
+        let (height, z) = (x[2].to_f64(), y[2].to_f64());
+        let b = held::<F>(self.parameters.forward);
+        Some((z + 1.0) / 2.0 + b * height * (z - 1.0) * (z + 1.0) / 4.0)
+    }
+
+    fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
+        // (1 − q)(1 + b m)/n with the mean m of x·y by quadrature: a mean keeps its digits in the
+        // tiniest cell.
+        let [x, y, z] = x.point.map(F::to_f64);
+        let b = held::<F>(self.parameters.forward);
+        let rule = gauss_legendre(24);
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for (t, w) in tensor(&[rule.clone(), rule]) {
+            let (colatitude, azimuth) = self.angles(cell, &t);
+            let (radius, height) = colatitude.sin_cos();
+            let cosine = radius * (x * azimuth.cos() + y * azimuth.sin()) + z * height;
+            weights += w * radius;
+            sum += w * radius * cosine;
+        }
+        let cells = (self.bands * self.sectors) as f64;
+        let survival = 1.0 - held::<F>(self.parameters.absorption);
+        Some(survival / cells * (1.0 + b * sum / weights))
+    }
+}
+
+/// One seed takes some 20 s: 48 cells of 144 nodes. `FREDHOLM_LONG` asks for three.
+fn seeds() -> core::ops::RangeInclusive<u64> {
+    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    1..=if long { 3 } else { 1 }
+}
+
+fn passes(name: &str, bands: u32, sectors: u32, parameters: Parameters) {
+    for seed in seeds() {
+        let narrow = Described::<f32>::new(bands, sectors, parameters);
+        let wide = Described::<f64>::new(bands, sectors, parameters);
+        let report = examine_both(&narrow, &wide, seed);
+        println!("{name}, seed {seed}\n{report}");
+        report.assert_passed(name);
+    }
+}
+
+#[test]
+fn scattering_passes_the_kit() {
+    passes("sphere, 6 bands, 8 sectors", 6, 8, SCATTERING);
+}
+
+#[test]
+fn a_constant_comes_out_constant() {
+    let parameters = Parameters {
+        emission: [1.0, 0.0, 0.0, 0.0],
+        ..SCATTERING
+    };
+    passes("sphere, constant, 4 bands, 8 sectors", 4, 8, parameters);
+}
+
+#[test]
+fn many_cells_keep_the_digits_of_their_masses() {
+    for (bands, sectors) in [
+        (1, 1),
+        (1, 7),
+        (2, 1),
+        (300, 500),
+        (3, 1 << 20),
+        (1 << 20, 3),
+    ] {
+        let name = format!("sphere, {bands} bands, {sectors} sectors");
+        for seed in seeds() {
+            let mut report =
+                examine_masses(&Described::<f32>::new(bands, sectors, SCATTERING), seed);
+            report.extend(examine_masses(
+                &Described::<f64>::new(bands, sectors, SCATTERING),
+                seed,
+            ));
+            println!("{name}, seed {seed}\n{report}");
+            report.assert_passed(&name);
+        }
+    }
+}
