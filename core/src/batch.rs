@@ -112,6 +112,18 @@ impl Batch {
         }
     }
 
+    /// The same batch after as many of its walks as `statistics` are of. `None`: it has not so many.
+    #[must_use]
+    pub fn resume(index: u64, size: u64, walks: u64, statistics: Statistics) -> Option<Self> {
+        let fresh = Self::new(index, size, walks);
+        let next = fresh.next.checked_add(statistics.walks())?;
+        (next <= fresh.end).then_some(Self {
+            next,
+            statistics,
+            ..fresh
+        })
+    }
+
     /// Runs at most `at_most` further walks.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ mod equation;
 pub mod galerkin;
 mod neighbour;
 mod real;
+mod rounds;
 mod statistics;
 mod walk;
 
@@ -18,6 +19,7 @@ pub use draws::{DEFAULT_GENERATOR, DefaultGenerator, Draws, Stream, Uniforms};
 pub use equation::{At, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity};
 pub use neighbour::{Located, Neighbour, NoNeighbour};
 pub use real::Real;
+pub use rounds::{ENOUGH_BATCHES, ENOUGH_SCORES, TargetError, next_round};
 pub use statistics::{Endings, Estimate, Statistics, rounding_floor};
 pub use walk::{Ending, Estimator, Walk, walk};
 

@@ -75,6 +75,9 @@ impl Moments {
 }
 
 impl Statistics {
+    /// The length of [`to_bytes`](Self::to_bytes).
+    pub const BYTES: usize = 96;
+
     /// Adds one walk. `value` is (v, Φ), or the walk's own φ(x0) v(x0).
     #[inline]
     pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: f64) {
@@ -120,6 +123,59 @@ impl Statistics {
         let control = self.control.merge(&other.control, share, weight);
         self.zeta.merge(&other.zeta, share, weight);
         self.cross += other.cross + plain * control * weight;
+    }
+
+    /// Everything, in 96 bytes: as little-endian words the numbers of walks, of states, of walks
+    /// that left, that met the step limit and that scored; then mean and sum of squared deviations
+    /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let counts = [
+            self.walks,
+            self.states,
+            self.left,
+            self.step_limit,
+            self.scored,
+        ];
+        let moments = [self.plain, self.control, self.zeta];
+        let floats = moments.into_iter().flat_map(|m| [m.mean, m.squares]);
+        let words = floats.chain([self.cross]).map(f64::to_bits);
+        let mut bytes = [0; Self::BYTES];
+        let (chunks, _) = bytes.as_chunks_mut::<8>();
+        for (to, word) in chunks.iter_mut().zip(counts.into_iter().chain(words)) {
+            *to = word.to_le_bytes();
+        }
+        bytes
+    }
+
+    /// What [`to_bytes`](Self::to_bytes) wrote, to the bit. `None`: the numbers of walks
+    /// contradict each other. That is no check against other damage.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
+        let (chunks, _) = bytes.as_chunks::<8>();
+        let mut words = chunks.iter().map(|bytes| u64::from_le_bytes(*bytes));
+        let mut next = || words.next().unwrap_or(0);
+        let [walks, states, left, step_limit, scored] = core::array::from_fn(|_| next());
+        let mut float = || f64::from_bits(next());
+        let mut moments = || Moments {
+            mean: float(),
+            squares: float(),
+        };
+        let [plain, control, zeta] = core::array::from_fn(|_| moments());
+        let statistics = Self {
+            walks,
+            states,
+            left,
+            step_limit,
+            scored,
+            plain,
+            control,
+            zeta,
+            cross: float(),
+        };
+        // `endings` subtracts the two.
+        let cut_short = left.checked_add(step_limit)?;
+        (cut_short <= walks && scored <= walks).then_some(statistics)
     }
 
     /// The number of walks.
@@ -272,6 +328,28 @@ mod tests {
         statistics.push(&walk(0.0, 1.0), 0.0);
         assert_eq!(statistics.plain().std_error, None);
         assert!(statistics.preconditioned().std_error.is_some());
+    }
+
+    #[test]
+    fn bytes_keep_every_bit_and_refuse_contradictions() {
+        let mut statistics = Statistics::default();
+        assert_eq!(
+            Statistics::from_bytes(&statistics.to_bytes()),
+            Some(statistics)
+        );
+        for (plain, control) in [(1.0, 0.1), (-0.3, 0.7), (1e-300, 3.0)] {
+            statistics.push(&walk(plain, control), 0.2);
+        }
+        let bytes = statistics.to_bytes();
+        assert_eq!(bytes[..8], 3_u64.to_le_bytes());
+        assert_eq!(bytes[88..], statistics.cross.to_le_bytes());
+        assert_eq!(Statistics::from_bytes(&bytes), Some(statistics));
+        // More walks left, met the limit or scored than there were.
+        for (at, word) in [(16, 4_u64), (24, u64::MAX), (32, 4)] {
+            let mut spoilt = bytes;
+            spoilt[at..at + 8].copy_from_slice(&word.to_le_bytes());
+            assert_eq!(Statistics::from_bytes(&spoilt), None, "byte {at}");
+        }
     }
 
     /// f32 sums of this many equal scores stop growing at 2²⁴.

@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 use core::time::Duration;
 
-use fredholm_core::{DefaultGenerator, Estimate, Estimator, STEP_LIMIT, Statistics};
+use fredholm_core::{DefaultGenerator, Estimator, STEP_LIMIT, TargetError};
 
 /// A functional of the solution and, where it is known, (v, Φ).
 #[derive(Clone, Copy, Debug)]
@@ -12,46 +12,6 @@ pub struct Target<T> {
     pub functional: T,
     /// (v, Φ), exact; `None`: walk by walk (see [`Task`](fredholm_core::Task)).
     pub neighbour_value: Option<f64>,
-}
-
-/// The standard error at which a target is done.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TargetError {
-    /// In the units of the estimate.
-    Absolute(f64),
-    /// As a part of the estimate's magnitude.
-    Relative(f64),
-}
-
-/// No error bar is believed before so many batches …
-pub const ENOUGH_BATCHES: u64 = 16;
-/// … and so many walks that scored: a standard deviation from a few scores of a rare event is often
-/// far too small.
-pub const ENOUGH_SCORES: u64 = 1000;
-
-impl TargetError {
-    pub(crate) fn bound(&self) -> f64 {
-        match *self {
-            Self::Absolute(bound) | Self::Relative(bound) => bound,
-        }
-    }
-
-    /// Whether `statistics` of `batches` batches reach this error, and may be believed.
-    #[must_use]
-    pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
-        let Estimate {
-            estimate,
-            std_error,
-            ..
-        } = statistics.preconditioned();
-        let bound = match *self {
-            Self::Absolute(bound) => bound,
-            Self::Relative(bound) => bound * estimate.abs(),
-        };
-        batches >= ENOUGH_BATCHES
-            && statistics.scored() >= ENOUGH_SCORES
-            && std_error.is_some_and(|error| error <= bound)
-    }
 }
 
 /// What to run for every target. Seed, walks, batch size, estimator, step limit and generator are

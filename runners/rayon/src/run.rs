@@ -7,9 +7,10 @@ use std::time::Instant;
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
     Batch, Functional, Kernel, Neighbour, NotFinite, Sampler, Source, Statistics, Stream, Task,
+    next_round,
 };
 
-use crate::{ENOUGH_BATCHES, Plan, Target};
+use crate::{Plan, Target};
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
 /// not look.
@@ -92,9 +93,6 @@ impl fmt::Display for RunError {
 
 impl core::error::Error for RunError {}
 
-/// Batches of a target in one round: rounds stay short enough to be watched.
-const LARGEST_ROUND: u64 = 4096;
-
 /// States between two looks at the clock and the observer: some milliseconds, however long walks are.
 const SLICE: u64 = 1 << 17;
 
@@ -102,8 +100,8 @@ const SLICE: u64 = 1 << 17;
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
 /// number of threads. With a target error, a target stops after the first round in which its
-/// standard error is small enough; a round's length follows from what has been done (an eighth of it, 16 to 4096
-/// batches) and from nothing else. A time limit or a cancellation keeps what is complete from the front: of every
+/// standard error is small enough; a round's length follows from what has been done ([`next_round`]) and from
+/// nothing else. A time limit or a cancellation keeps what is complete from the front: of every
 /// target the walks 0, 1, 2, … up to some number, which is in its statistics.
 ///
 /// # Errors
@@ -150,9 +148,7 @@ where
         let round = Round {
             active: &active,
             first: done,
-            batches: (done / 8)
-                .clamp(ENOUGH_BATCHES, LARGEST_ROUND)
-                .min(plan.batches() - done),
+            batches: next_round(done, plan.batches()),
         };
         let cut = round.run(&tasks, plan, &clock, &mut statistics)?;
         observer.merged(&statistics);
