@@ -8,6 +8,8 @@ use crate::double::{Double, rotate};
 /// cos and sin of an angle, each as a number and its rounding error, so that the sine of the angle
 /// between two nearly parallel directions keeps its digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[repr(C)]
 pub struct Direction<F> {
     pub(crate) cos: F,
     pub(crate) sin: F,
@@ -50,6 +52,8 @@ fn rarely() {}
 
 /// What a walk looks up about a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[repr(C)]
 pub struct Cell<F> {
     /// The half angle of the cell's middle.
     pub(crate) middle: Direction<F>,
@@ -57,12 +61,57 @@ pub struct Cell<F> {
     pub(crate) reflectance: F,
 }
 
+impl<F: Copy> Cell<F> {
+    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    #[must_use]
+    pub const fn new(parts: [F; 5]) -> Self {
+        let [cos, sin, cos_low, sin_low, reflectance] = parts;
+        Self {
+            middle: Direction {
+                cos,
+                sin,
+                cos_low,
+                sin_low,
+            },
+            reflectance,
+        }
+    }
+
+    /// cos and sin of the half angle of the cell's middle, their rounding errors, and ρ.
+    #[must_use]
+    pub const fn parts(&self) -> [F; 5] {
+        let Direction {
+            cos,
+            sin,
+            cos_low,
+            sin_low,
+        } = self.middle;
+        [cos, sin, cos_low, sin_low, self.reflectance]
+    }
+}
+
 /// One of equal parts of the pseudo-angle: the first cell that ends behind the beginning of the
 /// part, and where that is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[repr(C)]
 pub struct Slot<F> {
     end: F,
     cell: u32,
+}
+
+impl<F: Copy> Slot<F> {
+    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    #[must_use]
+    pub const fn new(end: F, cell: u32) -> Self {
+        Self { end, cell }
+    }
+
+    /// The pseudo-angle at which the cell ends, and the number of the cell.
+    #[must_use]
+    pub const fn parts(&self) -> (F, u32) {
+        (self.end, self.cell)
+    }
 }
 
 /// The number of slots for `cells` cells.
@@ -126,6 +175,50 @@ impl<'a, F: Real> Cells<'a, F> {
         }
         fill_slots(n, slots);
         Ok(Self { cells, slots })
+    }
+
+    /// Tables that [`fill`](Self::fill) has filled before, perhaps on another machine: constants in
+    /// flash.
+    ///
+    /// What cannot be is refused; whether the numbers are right is not looked at.
+    ///
+    /// # Errors
+    /// [`CircleError::Cells`], [`CircleError::Length`], [`CircleError::Reflectance`] (by cell),
+    /// [`CircleError::Slot`].
+    pub fn new(cells: &'a [Cell<F>], slots: &'a [Slot<F>]) -> Result<Self, CircleError> {
+        let n = cells.len();
+        if n == 0 || n > 1 << 31 {
+            return Err(CircleError::Cells);
+        }
+        let expected = crate::slots(n);
+        if slots.len() != expected {
+            return Err(CircleError::Length {
+                expected,
+                found: slots.len(),
+            });
+        }
+        let possible = F::zero()..F::one();
+        if let Some(arc) = cells
+            .iter()
+            .position(|c| !possible.contains(&c.reflectance))
+        {
+            return Err(CircleError::Reflectance { arc });
+        }
+        // `locate` may add one, where the cell ends within the slot: never behind the last one.
+        let last = (n - 1) as u32;
+        let bad = |slot: &Slot<F>| {
+            slot.cell > last || slot.cell == last && !(slot.end > F::one()) || slot.end.is_nan()
+        };
+        if let Some(slot) = slots.iter().position(bad) {
+            return Err(CircleError::Slot { slot });
+        }
+        Ok(Self { cells, slots })
+    }
+
+    /// The tables: what [`new`](Self::new) takes.
+    #[must_use]
+    pub const fn tables(&self) -> (&'a [Cell<F>], &'a [Slot<F>]) {
+        (self.cells, self.slots)
     }
 
     /// Buffers that [`fill`](Self::fill) has filled.

@@ -32,6 +32,11 @@ pub enum CircleError {
         /// The length of the buffer.
         found: usize,
     },
+    /// A slot of a ready-made table names a cell that is not there, or ends nowhere.
+    Slot {
+        /// The number of the slot.
+        slot: usize,
+    },
     /// There is no memory for the tables.
     Memory {
         /// The number of cells.
@@ -68,6 +73,10 @@ impl fmt::Display for CircleError {
             Self::Length { expected, found } => {
                 write!(f, "a buffer of length {expected} is needed, not of {found}")
             }
+            Self::Slot { slot } => write!(
+                f,
+                "slot {slot} of the table leads to no cell: the table is no circle's"
+            ),
             Self::Memory { cells } => write!(f, "there is no memory for {cells} cells"),
             Self::Interval => write!(f, "an interval needs 0 <= from < to <= 2 pi"),
         }

@@ -45,12 +45,26 @@ pub(crate) fn middles<'a, F: Real>(cells: &Cells<'a, F>) -> impl Iterator<Item =
 
 /// Per cell i: Σ_{j<i} − Σ_{j>i} of v_j cos(m_j/2), and Σ_{j>i} − Σ_{j<i} of v_j sin(m_j/2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[repr(C)]
 pub struct Moment<F> {
     cos: F,
     sin: F,
 }
 
 impl<F: Real> Moment<F> {
+    /// Of the two numbers of [`parts`](Self::parts): for constants that were computed before.
+    #[must_use]
+    pub const fn new(cos: F, sin: F) -> Self {
+        Self { cos, sin }
+    }
+
+    /// The sum of v_j cos(m_j/2), and that of v_j sin(m_j/2).
+    #[must_use]
+    pub const fn parts(&self) -> (F, F) {
+        (self.cos, self.sin)
+    }
+
     /// The nearest in another scalar.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Moment<T> {

@@ -7,6 +7,7 @@ extern crate alloc;
 mod cube;
 mod equation;
 mod error;
+mod factors;
 mod mean;
 mod mesh;
 pub mod model;
@@ -21,6 +22,7 @@ mod table;
 pub use cube::Cube;
 pub use equation::{CellIntegral, Function, IntegralKernel};
 pub use error::CubeError;
+pub use factors::FactorTables;
 pub use mean::{Mean, Weighted};
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]

@@ -6,9 +6,8 @@ use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, Dense};
 
 use crate::mesh::Mesh;
-use crate::product::product;
 use crate::solution::{absolute_radius, buffer, rounded};
-use crate::{Cube, CubeError, Function, KernelFactors, Product, Rule};
+use crate::{Cube, CubeError, FactorTables, Function, KernelFactors, Product, Rule};
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every
 /// axis.
@@ -88,12 +87,17 @@ impl<const D: usize> ProductTables<f64, D> {
 }
 
 impl<F: Real, const D: usize> ProductTables<F, D> {
-    /// Row `place` of the table of `axis`; empty where there is none.
+    /// The same coefficients, borrowed. Their provided methods need no memory.
     #[inline]
-    fn row(&self, axis: usize, place: u32) -> &[F] {
-        let m = self.mesh.per_axis() as usize;
-        let start = (axis * m + place as usize) * m;
-        self.entries.get(start..start + m).unwrap_or(&[])
+    #[must_use]
+    pub fn view(&self) -> FactorTables<'_, F, D> {
+        FactorTables::filled(self.mesh, &self.entries)
+    }
+
+    /// The tables: that of axis 0 row by row, then that of axis 1, and so on.
+    #[must_use]
+    pub fn entries(&self) -> &[F] {
+        &self.entries
     }
 
     /// out = K'v with the factors' entries changed by `entry`, axis by axis in place; `fibre` has m
@@ -112,7 +116,7 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
                         *to = block.get(i).copied().unwrap_or(F::NAN);
                     }
                     for (place, i) in along().enumerate() {
-                        let row = self.row(axis, place as u32);
+                        let row = self.view().row(axis, place as u32);
                         let sum = row
                             .iter()
                             .zip(&*fibre)
@@ -136,22 +140,12 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
 
     #[inline]
     fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
-        let (from, to) = (self.mesh.places(i), self.mesh.places(j));
-        let m = self.mesh.per_axis() as usize;
-        let entry = |a: usize| {
-            let at = (a * m + from[a] as usize) * m + to[a] as usize;
-            self.entries.get(at).copied().unwrap_or(F::NAN)
-        };
-        [[product(core::array::from_fn::<_, D, _>(entry))]]
+        self.view().block(i, j)
     }
 
     /// O(D m): the row sums of the factors, multiplied.
     fn row_sum(&self, i: usize) -> F {
-        let places = self.mesh.places(i);
-        product(core::array::from_fn::<_, D, _>(|a| {
-            let row = self.row(a, places[a]).iter();
-            row.fold(F::zero(), |sum, k| sum + k.abs())
-        }))
+        self.view().row_sum(i)
     }
 
     /// O(D m n). Allocates m numbers; where there is no memory for them, O(n²).
@@ -160,7 +154,7 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
             Ok(mut fibre) if v.len() == self.cells() && v.len() == out.len() => {
                 self.multiply(v, out, &mut fibre, |k| k);
             }
-            _ => ByEntry(self).apply(v, out),
+            _ => self.view().apply(v, out),
         }
     }
 
@@ -170,7 +164,7 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
             Ok(mut fibre) if w.len() == self.cells() && w.len() == out.len() => {
                 self.multiply(w, out, &mut fibre, Real::abs);
             }
-            _ => ByEntry(self).apply_absolute(w, out),
+            _ => self.view().apply_absolute(w, out),
         }
     }
 
@@ -179,7 +173,7 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
     /// Gauss–Seidel sweep in O(n²).
     fn sweep(&self, source: &[F], v: &mut [F]) -> F {
         let Ok(mut product) = buffer(v.len()) else {
-            return ByEntry(self).sweep(source, v);
+            return self.view().sweep(source, v);
         };
         self.apply(v, &mut product);
         let mut largest = F::zero();
@@ -193,19 +187,5 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
             *v += residual / (F::one() - own);
         }
         largest
-    }
-}
-
-/// The same coefficients with the provided methods, which need no memory.
-struct ByEntry<'a, F, const D: usize>(&'a ProductTables<F, D>);
-
-impl<F: Real, const D: usize> Coefficients for ByEntry<'_, F, D> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.0.cells()
-    }
-    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
-        self.0.block(i, j)
     }
 }
