@@ -8,6 +8,7 @@ pub mod examine;
 pub mod galerkin;
 pub mod matrix;
 pub mod outcome;
+pub mod device;
 pub mod quadrature;
 pub mod toy;
 

@@ -137,6 +137,12 @@ impl<'a> Arcs<'a> {
         })
     }
 
+    /// The values, one for each arc.
+    #[must_use]
+    pub const fn values(&self) -> &'a [f64] {
+        self.values
+    }
+
     fn value(&self, cell: usize) -> f64 {
         let arc = cell.checked_div(self.cells_per_arc).unwrap_or(0);
         self.values.get(arc).copied().unwrap_or(f64::NAN)

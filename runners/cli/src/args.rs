@@ -52,6 +52,11 @@ the error against kernel evaluations, set-up counted, of preconditioned walks, o
 Galerkin solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's.
 The file's cells and targets are not used.")]
     Rates(RatesArgs),
+    /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
+    #[command(after_help = "\
+A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as
+constants. Kernel and source of a cube are formulas here and must be written in Rust there.")]
+    Export(ExportArgs),
     /// Print a commented problem file
     Init {
         /// The kind of problem
@@ -106,6 +111,16 @@ pub(crate) struct RatesArgs {
     /// Write rates.csv, rates.json and the figures work-error.svg and deviation.svg into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `export`.
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// The problem file (TOML)
+    pub(crate) file: PathBuf,
+    /// Where to write: .rs, constants in Rust, or .bin, a compact table with a checksum
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
 }
 
 /// Options of every command that walks.

@@ -9,8 +9,10 @@ use fredholm_circle::{
 };
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise, Solve};
 use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
+use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
+use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::problem::{
@@ -87,10 +89,10 @@ pub(crate) enum Question {
 /// The tables of a scene: all that is computed before the walks.
 #[derive(Debug)]
 pub(crate) struct Setup<'a, F> {
-    scene: Scene<'a>,
-    tables: Tables<F>,
-    v: Vec<F>,
-    source: NeighbourSource<F>,
+    pub(crate) scene: Scene<'a>,
+    pub(crate) tables: Tables<F>,
+    pub(crate) v: Vec<F>,
+    pub(crate) source: NeighbourSource<F>,
     /// How the Gauss–Seidel iteration went.
     pub(crate) solve: Solve<f64>,
     /// max ρ.
@@ -101,8 +103,10 @@ pub(crate) struct Setup<'a, F> {
 
 /// G as the neighbour equation of these pairs has it.
 #[derive(Debug)]
-enum NeighbourSource<F> {
+pub(crate) enum NeighbourSource<F> {
+    /// G over S.
     Table(OffDiagonal, Vec<F>),
+    /// All pairs are pointwise.
     ClosedForm(Vec<Moment<F>>),
 }
 
@@ -453,6 +457,13 @@ impl Problem for CircleFile<'_> {
     /// Coefficients are closed forms: each sweep evaluates one for a cell.
     fn evaluations(&self, sweeps: u32) -> f64 {
         self.cells as f64 * f64::from(sweeps)
+    }
+
+    fn tables(&self) -> Result<TableBuilder, Failure> {
+        Ok(match self.file.walk.scalar.value {
+            Scalar::F32 => export::circle(&Setup::<f32>::new(self.scene()?)?),
+            Scalar::F64 => export::circle(&Setup::<f64>::new(self.scene()?)?),
+        })
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

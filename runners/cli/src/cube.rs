@@ -13,8 +13,10 @@ use fredholm_cube::{
     CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
     ProductTables, Rule, Solution, Weighted, absolute_radius, empty_table, rounded, table_bytes,
 };
+use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
 
+use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::formula::Formula;
@@ -394,6 +396,53 @@ impl<'f> CubeFile<'f> {
         }
     }
 
+    /// `None`: all pairs are pointwise.
+    fn pairs(&self) -> Option<OffDiagonal> {
+        let diagonal = match self.file.galerkin.pairs.value {
+            Pairs::Pointwise => return None,
+            Pairs::Default if self.cube.integral.is_some() => PairKind::Pointwise,
+            _ => PairKind::Galerkin,
+        };
+        Some(OffDiagonal { diagonal })
+    }
+
+    /// G over S.
+    fn source<F: Real, C: Coefficients<Scalar = f64>>(
+        &self,
+        solution: &Solution,
+        coefficients: &C,
+    ) -> Result<Vec<F>, Failure> {
+        match self.pairs() {
+            Some(pairs) => solution.source(coefficients, &pairs),
+            None => solution.source(coefficients, &AllPointwise),
+        }
+        .map_err(Failure::run)
+    }
+
+    fn tables_in<F: Real + Number, const D: usize>(&self) -> Result<TableBuilder, Failure> {
+        let wide = Formulas::<f64>::new(self.cube)?;
+        if self.cube.integral.is_some() {
+            self.check_integral::<D>(&wide)?;
+        }
+        let setup = set_up::<D>(&wide, self.per_axis, self.rule()?, self.absorption())?;
+        let v = setup.solution.rounded::<F>().map_err(Failure::run)?;
+        let g = match &setup.table {
+            Table::Dense(entries) => {
+                let dense = Dense::new(entries, v.len())
+                    .ok_or_else(|| Failure::run("a table has a wrong size"))?;
+                self.source(&setup.solution, &dense)?
+            }
+            Table::Product(tables) => self.source(&setup.solution, tables)?,
+        };
+        Ok(export::cube(
+            self.per_axis,
+            self.absorption(),
+            &setup.table,
+            self.pairs(),
+            [&v, &g],
+        ))
+    }
+
     /// Walks with these coefficients.
     fn walk<F: Real, C: Coefficients<Scalar = f64> + Sync, const D: usize>(
         &self,
@@ -407,26 +456,18 @@ impl<'f> CubeFile<'f> {
         let Setup { solution, .. } = setup;
         let v = solution.rounded::<F>().map_err(Failure::run)?;
         let narrow = Rounded::new(coefficients);
-        let diagonal = match self.file.galerkin.pairs.value {
-            Pairs::Default if self.cube.integral.is_some() => PairKind::Pointwise,
-            _ => PairKind::Galerkin,
-        };
-        let pairs = OffDiagonal { diagonal };
-        let g = if self.file.galerkin.pairs.value == Pairs::Pointwise {
-            solution.source(coefficients, &AllPointwise)
-        } else {
-            solution.source(coefficients, &pairs)
-        };
-        let g = g.map_err(Failure::run)?;
-        let neighbour: Box<Boxed<'_, F, D>> = match (self.file.galerkin.pairs.value, diagonal) {
-            (Pairs::Pointwise, _) => Box::new(
+        let g = self.source(solution, coefficients)?;
+        let neighbour: Box<Boxed<'_, F, D>> = match self.pairs() {
+            None => Box::new(
                 Piecewise::with_pointwise(cube, &narrow, AllPointwise, &v, &g)
                     .map_err(Failure::run)?,
             ),
-            (_, PairKind::Pointwise) => Box::new(
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => Box::new(
                 Piecewise::with_pointwise(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?,
             ),
-            _ => Box::new(Piecewise::new(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?),
+            Some(pairs) => {
+                Box::new(Piecewise::new(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?)
+            }
         };
         let weights = self.weights::<F, D>(wide, cube)?;
         let starts = self.starts(cube, formulas, &weights, &v)?;
@@ -829,6 +870,14 @@ impl Problem for CubeFile<'_> {
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         let d = self.cube.dimension.value;
         in_dimension!(d, D => self.nystrom_in::<D>())
+    }
+
+    fn tables(&self) -> Result<TableBuilder, Failure> {
+        let d = self.cube.dimension.value;
+        match self.file.walk.scalar.value {
+            Scalar::F32 => in_dimension!(d, D => self.tables_in::<f32, D>()),
+            Scalar::F64 => in_dimension!(d, D => self.tables_in::<f64, D>()),
+        }
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -6,6 +6,7 @@
 mod args;
 mod circle;
 mod cube;
+mod export;
 mod failure;
 mod figure;
 mod file;
@@ -42,6 +43,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Solve(args) => solve::solve(args),
         Command::Rates(args) => rates::rates(args),
         Command::Check { file } => solve::check(file),
+        Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(*kind),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -68,13 +68,13 @@ impl Output {
     }
 
     /// Writes the content and gives the file its name.
-    pub(crate) fn finish(mut self, content: &str) -> Result<(), Failure> {
+    pub(crate) fn finish(mut self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
         let path = self.path;
         let fail = |error: &dyn core::fmt::Display| {
             Failure::run(format_args!("cannot write {}: {error}", path.display()))
         };
         self.file
-            .write_all(content.as_bytes())
+            .write_all(content.as_ref())
             .and_then(|()| self.file.as_file().sync_all())
             .and_then(|()| open_to_others(&self.file))
             .map_err(|error| fail(&error))?;

@@ -4,6 +4,7 @@ use core::fmt::Display;
 
 use fredholm_core::galerkin::Solve;
 use fredholm_core::{Real, rounding_floor};
+use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Outcome, Plan};
 
 use crate::circle::CircleFile;
@@ -59,6 +60,9 @@ pub(crate) trait Problem: Sync {
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         Ok(Vec::new())
     }
+
+    /// Sets up, and gives what a device needs.
+    fn tables(&self) -> Result<TableBuilder, Failure>;
 
     /// Sets up, and walks.
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;

@@ -23,7 +23,7 @@ use crate::table::{Table, padded};
 /// let table = Table::read(bytes, "circle")?;
 /// assert_eq!(table.slice::<f32>("v")?, [1.5, 2.5]);
 /// assert_eq!(table.one::<f64>("absorb")?, 0.2);
-/// assert!(builder.to_source().contains("pub static V: [f32; 2] = [1.5, 2.5];"));
+/// assert!(builder.to_source().contains("pub(crate) static V: [f32; 2] = [1.5, 2.5];"));
 /// # Ok::<(), fredholm_embedded::TableError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -145,7 +145,7 @@ impl TableBuilder {
         bytes
     }
 
-    /// The same as Rust: a `pub static` of every array, its name in capitals.
+    /// The same as Rust: a `pub(crate) static` of every array, its name in capitals.
     #[must_use]
     pub fn to_source(&self) -> String {
         let mut text = String::new();
@@ -153,7 +153,7 @@ impl TableBuilder {
             let name = section.name.to_ascii_uppercase();
             let count = section.texts.len();
             let one_line = alloc::format!(
-                "pub static {name}: [{}; {count}] = [{}];\n",
+                "pub(crate) static {name}: [{}; {count}] = [{}];\n",
                 section.element,
                 section.texts.join(", ")
             );
@@ -164,7 +164,7 @@ impl TableBuilder {
             // Writing to a string does not fail.
             let _ = writeln!(
                 text,
-                "pub static {name}: [{}; {count}] = [",
+                "pub(crate) static {name}: [{}; {count}] = [",
                 section.element
             );
             for value in &section.texts {

@@ -1,0 +1,96 @@
+//! The smallest program that solves: a circle in f32 from a table in flash, one estimator, no
+//! semihosting, no formatting. `.ci/firmware` reads its sizes from the linker's map.
+//!
+//! The panic handler calls a function that does not exist: the program links only where the
+//! optimiser has proved that nothing can panic. There is no allocator either.
+
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use cortex_m_rt::entry;
+use fredholm_circle::{Cells, Circle, Harmonic};
+use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+use fredholm_core::{At, Estimator, Neighbour, Real, STEP_LIMIT, Stream, TargetError, Task};
+use fredholm_embedded::{Aligned, Driver, Plan, Table};
+
+unsafe extern "C" {
+    /// Nowhere defined.
+    fn fredholm_can_panic() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    // SAFETY: the call is never linked.
+    unsafe { fredholm_can_panic() }
+}
+
+/// In flash; read in place.
+static TABLE: &Aligned<[u8]> = &Aligned(*include_bytes!("../../tables/circle_f32.bin"));
+
+/// Where a display, a valve or a radio would look: the bits of the estimate and of its standard
+/// error, in f32; 0 while nothing is known, u32::MAX where something was refused.
+#[unsafe(no_mangle)]
+static ESTIMATE: AtomicU32 = AtomicU32::new(0);
+#[unsafe(no_mangle)]
+static STD_ERROR: AtomicU32 = AtomicU32::new(0);
+
+#[entry]
+fn main() -> ! {
+    if solve().is_none() {
+        ESTIMATE.store(u32::MAX, Ordering::Relaxed);
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+fn solve() -> Option<()> {
+    let table = Table::read(&TABLE.0, "circle").ok()?;
+    let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").ok()? else {
+        return None;
+    };
+    let light = Harmonic {
+        constant,
+        amplitude,
+        frequency: frequency as u32,
+    };
+    let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
+    let circle = Circle::new(cells, light, table.one("absorb").ok()?).ok()?;
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Pointwise,
+    };
+    let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
+    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
+    let x0 = circle.point(0.3);
+    let task = Task {
+        equation: &circle,
+        neighbour: &neighbour,
+        functional: &At(x0),
+        neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
+        estimator: Estimator::Absorption,
+        stream: <Stream>::new(1, 0),
+        step_limit: STEP_LIMIT,
+    };
+    let mut plan = Plan::new(1_000_000);
+    plan.target_error = Some(TargetError::Absolute(1e-3));
+    let mut driver = Driver::new(task, plan).ok()?;
+    loop {
+        let progress = driver.poll(100).ok()?;
+        #[cfg(feature = "panic")]
+        assert!(progress.walks < 1000);
+        #[cfg(feature = "format")]
+        {
+            use core::fmt::Write;
+            let _ = write!(cortex_m_semihosting::hio::hstdout().ok()?, "{}", progress.walks);
+        }
+        let error = progress.estimate.std_error.unwrap_or(f64::INFINITY);
+        ESTIMATE.store((progress.estimate.estimate as f32).to_bits(), Ordering::Relaxed);
+        STD_ERROR.store((error as f32).to_bits(), Ordering::Relaxed);
+        if progress.stop.is_some() {
+            return Some(());
+        }
+    }
+}

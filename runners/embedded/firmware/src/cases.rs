@@ -1,0 +1,344 @@
+//! What is run on the device and on the workstation, by the same code: circles and cubes, f32 and
+//! f64, tables of every form, both estimators.
+
+use fredholm_circle::{Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, slots};
+use fredholm_core::galerkin::{
+    Coefficients, Dense, OffDiagonal, PairKind, Piecewise, Rounded, Sweeps, contraction,
+    gauss_seidel, neighbour_source,
+};
+use fredholm_core::{
+    At, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, STEP_LIMIT, Sampler,
+    Source, Stream, TargetError, Task,
+};
+use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product};
+use fredholm_embedded::bytemuck::AnyBitPattern;
+use fredholm_embedded::{Aligned, Plan, Table};
+
+/// Constants that `fredholm export -o FILE.rs` wrote.
+mod circle_f64 {
+    include!("../tables/circle_f64.rs");
+}
+mod cube_f32 {
+    include!("../tables/cube_f32.rs");
+}
+mod product_f64 {
+    include!("../tables/product_f64.rs");
+}
+/// Tables that `fredholm export -o FILE.bin` wrote.
+static CIRCLE_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/circle_f32.bin"));
+static CUBE_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/cube_f64.bin"));
+static PRODUCT_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/product_f32.bin"));
+
+/// The seed of all cases.
+pub const SEED: u64 = 7;
+
+/// The draws of target number `target`.
+pub fn stream(target: u64) -> Stream<DefaultGenerator> {
+    Stream::new(SEED, target)
+}
+
+/// Who runs a case.
+pub trait Runner {
+    /// Runs the task, whose stream is that of target `target`.
+    fn run<E, N, T>(
+        &mut self,
+        name: &str,
+        task: Task<'_, E, N, T, DefaultGenerator>,
+        target: u64,
+        plan: Plan,
+    ) where
+        E: Sampler + Kernel + Source + Sync,
+        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
+        T: Functional<E> + Copy + Sync;
+}
+
+/// 4096 walks in batches of 128.
+fn plan() -> Plan {
+    Plan {
+        walks: 4000,
+        batch: 128,
+        target_error: None,
+    }
+}
+
+/// As [`plan`], but stops after a whole round at the error.
+fn until(error: TargetError) -> Plan {
+    Plan {
+        target_error: Some(error),
+        ..plan()
+    }
+}
+
+/// All cases. `None`: a table or a problem was refused.
+pub fn all(runner: &mut impl Runner) -> Option<()> {
+    let mut room = Buffers::<f32>::default();
+    own_solve("circle/own", &mut room, runner)?;
+    let mut room = Buffers::<f64>::default();
+    own_solve("circle/own", &mut room, runner)?;
+    circle_of_bytes(runner)?;
+    circle_of_constants(runner)?;
+    cubes(runner)
+}
+
+fn both<E, N, T>(
+    runner: &mut impl Runner,
+    name: &str,
+    (equation, neighbour): (&E, &N),
+    (functional, neighbour_value, target): (&T, Option<f64>, u64),
+    plan: Plan,
+) where
+    E: Sampler + Kernel + Source + Sync,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
+    T: Functional<E> + Copy + Sync,
+{
+    for estimator in [Estimator::Absorption, Estimator::Collision] {
+        let task = Task {
+            equation,
+            neighbour,
+            functional,
+            neighbour_value,
+            estimator,
+            stream: stream(target),
+            step_limit: STEP_LIMIT,
+        };
+        runner.run(name, task, target, plan);
+    }
+}
+
+const LIGHT: Harmonic = Harmonic {
+    constant: 5.0,
+    amplitude: 1.0,
+    frequency: 5,
+};
+const CELLS: usize = 40;
+
+/// What a device needs to solve a circle by itself.
+struct Buffers<F> {
+    cells: [Cell<F>; CELLS],
+    slots: [Slot<F>; slots(CELLS)],
+    source: [F; CELLS],
+    v: [F; CELLS],
+    g: [F; CELLS],
+}
+
+impl<F: Real> Default for Buffers<F> {
+    fn default() -> Self {
+        Self {
+            cells: [Cell::default(); CELLS],
+            slots: [Slot::default(); slots(CELLS)],
+            source: [F::zero(); CELLS],
+            v: [F::zero(); CELLS],
+            g: [F::zero(); CELLS],
+        }
+    }
+}
+
+/// The Galerkin solve on the device itself, in the caller's buffers; u(0.3), until an error is
+/// reached.
+fn own_solve<F: Real>(
+    name: &str,
+    buffers: &mut Buffers<F>,
+    runner: &mut impl Runner,
+) -> Option<()> {
+    let Buffers {
+        cells,
+        slots,
+        source,
+        v,
+        g,
+    } = buffers;
+    let cells = Cells::fill(&[0.3, 0.7], cells, slots).ok()?;
+    let circle = Circle::new(cells, LIGHT, 0.2).ok()?;
+    circle.source_means(source).ok()?;
+    contraction(&circle).ok()?;
+    gauss_seidel(&circle, source, v, Sweeps::Fixed(20)).ok()?;
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Pointwise,
+    };
+    neighbour_source(&circle, &pairs, v, g).ok()?;
+    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
+    let x0 = circle.point(0.3);
+    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
+    let start = (&At(x0), Some(v0), 0);
+    let plan = until(TargetError::Absolute(6e-3));
+    both(runner, name, (&circle, &neighbour), start, plan);
+    Some(())
+}
+
+/// Everything from a compact table: its mean over [1, 4], of known (v, Φ).
+fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
+    let table = Table::read(&CIRCLE_F32.0, "circle").ok()?;
+    let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").ok()? else {
+        return None;
+    };
+    let light = Harmonic {
+        constant,
+        amplitude,
+        frequency: frequency as u32,
+    };
+    let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
+    let circle = Circle::new(cells, light, table.one("absorb").ok()?).ok()?;
+    if table.one::<u32>("pairs") != Ok(1) {
+        return None;
+    }
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Pointwise,
+    };
+    let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
+    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
+    let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
+    let start = (&mean, Some(mean.of(v)), 1);
+    let all = (&circle, &neighbour);
+    both(runner, "circle/bytes", all, start, plan());
+    Some(())
+}
+
+/// All pairs pointwise, from constants in Rust; (v, Φ) walk by walk.
+fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
+    use circle_f64::{ABSORB, CELLS, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
+    let moments: &[Moment<f64>] = &MOMENTS;
+    let light = Harmonic {
+        constant: HARMONIC[0],
+        amplitude: HARMONIC[1],
+        frequency: HARMONIC[2] as u32,
+    };
+    if PAIRS != [3] {
+        return None;
+    }
+    let cells = Cells::new(&CELLS, &SLOTS).ok()?;
+    let circle = Circle::new(cells, light, ABSORB[0]).ok()?;
+    let neighbour = Residual::new(&circle, &V, moments).ok()?;
+    let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
+    let start = (&mean, None, 2);
+    let all = (&circle, &neighbour);
+    both(runner, "circle/constants", all, start, plan());
+    Some(())
+}
+
+/// K(x,y) = ½ exp(−|x − y|²), which the tables' files have as formulas.
+#[derive(Clone, Copy, Debug)]
+struct Gauss;
+
+impl<F: Real> KernelFactors<F> for Gauss {
+    fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let scale = if axis == 0 { 0.5 } else { 1.0 };
+        F::from_f64(scale) * (-(x - y) * (x - y)).exp()
+    }
+}
+
+impl<F: Real> IntegralKernel<F, 2> for Gauss {
+    fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
+        let (a, b) = (x[0] - y[0], x[1] - y[1]);
+        F::from_f64(0.5) * (-(a * a + b * b)).exp()
+    }
+}
+
+/// F(x) = 1 + x₁ + x₂.
+#[derive(Clone, Copy, Debug)]
+struct Ramp;
+
+impl<F: Real> Function<F, 2> for Ramp {
+    fn value(&self, x: &[F; 2]) -> F {
+        F::one() + x[0] + x[1]
+    }
+}
+
+fn cubes(runner: &mut impl Runner) -> Option<()> {
+    // A dense table as constants in f32, and as bytes in f64.
+    {
+        use cube_f32::{ABSORB, AXES, COEFFS, PAIRS, SOURCE, V};
+        let coefficients = Dense::new(&COEFFS[..], V.len())?;
+        let head = (&AXES[..], PAIRS[0], ABSORB[0]);
+        cube::<f32, _, _>(
+            "cube/dense",
+            Gauss,
+            head,
+            &coefficients,
+            [&V, &SOURCE],
+            runner,
+        )?;
+    }
+    {
+        let table = Table::read(&CUBE_F64.0, "cube").ok()?;
+        let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
+        let coefficients = Dense::new(table.slice("coeffs").ok()?, v.len())?;
+        let head = head(&table)?;
+        cube::<f64, _, _>("cube/dense", Gauss, head, &coefficients, [v, g], runner)?;
+    }
+    // Tables of the factors: as bytes, and as constants. They are f64, and products are rounded.
+    {
+        let table = Table::read(&PRODUCT_F32.0, "cube").ok()?;
+        let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
+        let head = head(&table)?;
+        let factors = factors(head.0, table.slice("factors").ok()?)?;
+        let rounded = Rounded::new(&factors);
+        cube::<f32, _, _>(
+            "cube/product",
+            Product(Gauss),
+            head,
+            &rounded,
+            [v, g],
+            runner,
+        )?;
+    }
+    {
+        use product_f64::{ABSORB, AXES, FACTORS, PAIRS, SOURCE, V};
+        let head = (&AXES[..], PAIRS[0], ABSORB[0]);
+        let factors = factors(head.0, &FACTORS)?;
+        cube::<f64, _, _>(
+            "cube/product",
+            Product(Gauss),
+            head,
+            &factors,
+            [&V, &SOURCE],
+            runner,
+        )?;
+    }
+    Some(())
+}
+
+/// Dimension and cells an axis, pairs, q0.
+type Head<'a> = (&'a [u32], u32, f64);
+
+fn head<'a>(table: &Table<'a>) -> Option<Head<'a>> {
+    Some((
+        table.slice("axes").ok()?,
+        table.one("pairs").ok()?,
+        table.one("absorb").ok()?,
+    ))
+}
+
+fn factors<'a>(axes: &[u32], entries: &'a [f64]) -> Option<FactorTables<'a, f64, 2>> {
+    FactorTables::new(*axes.get(1)? as usize, entries).ok()
+}
+
+/// u(0.3, 0.6), and the mean of u until a relative error is reached.
+fn cube<F: Real + AnyBitPattern, K, C>(
+    name: &str,
+    kernel: K,
+    (axes, pairs, absorption): Head<'_>,
+    coefficients: &C,
+    [v, g]: [&[F]; 2],
+    runner: &mut impl Runner,
+) -> Option<()>
+where
+    K: IntegralKernel<F, 2> + Sync,
+    C: Coefficients<Scalar = F> + Sync,
+{
+    if axes.first() != Some(&2) || pairs != 0 {
+        return None;
+    }
+    let cube = Cube::<F, 2, _, _>::new(kernel, Ramp, *axes.get(1)? as usize, absorption).ok()?;
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Galerkin,
+    };
+    let neighbour = Piecewise::new(&cube, coefficients, pairs, v, g).ok()?;
+    let x0 = [F::from_f64(0.3), F::from_f64(0.6)];
+    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
+    let all = (&cube, &neighbour);
+    both(runner, name, all, (&At(x0), Some(v0), 3), plan());
+    let relative = until(TargetError::Relative(2e-3));
+    let mean = (&Mean, Some(Mean::of(v)), 4);
+    both(runner, name, all, mean, relative);
+    Some(())
+}

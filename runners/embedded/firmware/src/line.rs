@@ -1,0 +1,46 @@
+//! A case's results as a line of text that is the same everywhere.
+
+use core::fmt::{self, Write};
+
+use fredholm_core::{Estimate, Estimator, Real, Statistics};
+
+/// Name, scalar, estimator; walks and states; then estimate and standard error of plain and
+/// preconditioned Monte Carlo, and all statistics, as hexadecimal bits.
+pub fn line<F: Real>(
+    out: &mut impl Write,
+    name: &str,
+    estimator: Estimator,
+    statistics: &Statistics,
+) -> fmt::Result {
+    let scalar = if F::EPSILON.to_f64() == f64::EPSILON {
+        "f64"
+    } else {
+        "f32"
+    };
+    let estimator = match estimator {
+        Estimator::Absorption => "absorption",
+        Estimator::Collision => "collision",
+    };
+    write!(
+        out,
+        "{name} {scalar} {estimator} walks {} states {} plain ",
+        statistics.walks(),
+        statistics.states()
+    )?;
+    estimate(out, statistics.plain())?;
+    write!(out, " preconditioned ")?;
+    estimate(out, statistics.preconditioned())?;
+    write!(out, " all ")?;
+    for byte in statistics.to_bytes() {
+        write!(out, "{byte:02x}")?;
+    }
+    writeln!(out)
+}
+
+fn estimate(out: &mut impl Write, estimate: Estimate) -> fmt::Result {
+    write!(out, "{:016x} ", estimate.estimate.to_bits())?;
+    match estimate.std_error {
+        Some(error) => write!(out, "{:016x}", error.to_bits()),
+        None => write!(out, "none"),
+    }
+}
