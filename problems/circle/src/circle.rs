@@ -109,6 +109,16 @@ fn double_angle<F: Real>(cos: F, sin: F) -> (F, F) {
 pub struct Circle<'a, F, E> {
     cells: Cells<'a, F>,
     emission: E,
+    constants: Constants<F>,
+}
+
+/// What a circle of n cells computes once from n and q0, with A = π/2n. A device that keeps it beside
+/// its tables needs no trigonometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[repr(C)]
+pub struct Constants<F> {
+    /// q0.
     absorption: F,
     /// (1 − q0) sin A.
     mass: F,
@@ -126,25 +136,21 @@ pub struct Circle<'a, F, E> {
     diagonal: F,
 }
 
-impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
-    /// The circle with these cells, this emission and absorption probability q0.
+impl<F: Real> Constants<F> {
+    /// Of q0 and the number of cells.
     ///
     /// # Errors
-    /// [`CircleError::Absorption`] for q0 outside (0, 1), and what [`Emission::validate`] says.
-    pub fn new(cells: Cells<'a, F>, emission: E, absorption: f64) -> Result<Self, CircleError> {
+    /// [`CircleError::Absorption`] for q0 outside (0, 1).
+    fn compute(absorption: f64, cells: usize) -> Result<Self, CircleError> {
         let q = F::from_f64(absorption);
         if !(q > F::zero() && q < F::one()) {
             return Err(CircleError::Absorption);
         }
-        emission.validate(cells.len())?;
-        let n = cells.len() as f64;
-        let quarter = core::f64::consts::PI / (2.0 * n);
+        let quarter = core::f64::consts::PI / (2.0 * cells as f64);
         let sine = Real::sin(quarter);
         let half_sine = Real::sin(0.5 * quarter);
         let survival = F::one() - q;
         Ok(Self {
-            cells,
-            emission,
             absorption: q,
             mass: F::from_f64(survival.to_f64() * sine),
             per_survival: F::one() / survival,
@@ -156,11 +162,91 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         })
     }
 
+    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    #[must_use]
+    pub const fn new(parts: [F; 8]) -> Self {
+        let [
+            absorption,
+            mass,
+            per_survival,
+            survival,
+            cos_quarter,
+            versine,
+            galerkin,
+            diagonal,
+        ] = parts;
+        Self {
+            absorption,
+            mass,
+            per_survival,
+            survival,
+            cos_quarter,
+            versine,
+            galerkin,
+            diagonal,
+        }
+    }
+
+    /// q0, (1 − q0) sin A, 1/(1 − q0), 1 − q0, cos A, 1 − cos A, (2n/π) sin² A, and
+    /// 1 − sin(π/n)/(π/n).
+    #[must_use]
+    pub const fn parts(&self) -> [F; 8] {
+        [
+            self.absorption,
+            self.mass,
+            self.per_survival,
+            self.survival,
+            self.cos_quarter,
+            self.versine,
+            self.galerkin,
+            self.diagonal,
+        ]
+    }
+}
+
+impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
+    /// The circle with these cells, this emission and absorption probability q0.
+    ///
+    /// # Errors
+    /// [`CircleError::Absorption`] for q0 outside (0, 1), and what [`Emission::validate`] says.
+    pub fn new(cells: Cells<'a, F>, emission: E, absorption: f64) -> Result<Self, CircleError> {
+        let constants = Constants::compute(absorption, cells.len())?;
+        Self::with_constants(cells, emission, constants)
+    }
+
+    /// The same circle from constants that were computed before, perhaps on another machine. What
+    /// cannot be is refused; whether they belong to so many cells is not looked at.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_constants(
+        cells: Cells<'a, F>,
+        emission: E,
+        constants: Constants<F>,
+    ) -> Result<Self, CircleError> {
+        let q = constants.absorption;
+        if !(q > F::zero() && q < F::one()) {
+            return Err(CircleError::Absorption);
+        }
+        emission.validate(cells.len())?;
+        Ok(Self {
+            cells,
+            emission,
+            constants,
+        })
+    }
+
+    /// What was computed from q0 and the number of cells.
+    #[must_use]
+    pub const fn constants(&self) -> Constants<F> {
+        self.constants
+    }
+
     /// The point at the angle `s` ∈ [0, 2π], rounded to the scalar.
     #[must_use]
     pub fn point(&self, s: f64) -> Point<F> {
         let half = 0.5 * s;
-        self.at(F::from_f64(Real::cos(half)), F::from_f64(Real::sin(half)))
+        self.point_at(F::from_f64(Real::cos(half)), F::from_f64(Real::sin(half)))
     }
 
     /// The emission.
@@ -194,9 +280,11 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         Ok(())
     }
 
-    /// The point with this half angle, or with the opposite one.
+    /// The point whose half angle s/2 has this cosine and this sine: [`point`](Self::point) without
+    /// trigonometry. The length of (cos, sin) is 1 up to rounding; (−cos, −sin) is the same point.
     #[inline]
-    fn at(&self, cos: F, sin: F) -> Point<F> {
+    #[must_use]
+    pub fn point_at(&self, cos: F, sin: F) -> Point<F> {
         // e^{is} has two half angles; the one with sin ≥ 0 is kept. A Newton step towards length 1
         // keeps rounding errors from adding up over a walk.
         let half = F::from_f64(0.5);
@@ -218,7 +306,7 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
     /// k on cell `i`: ρ_i/(1 − q0).
     #[inline]
     pub(crate) fn weight(&self, i: usize) -> F {
-        self.reflectance(i) * self.per_survival
+        self.reflectance(i) * self.constants.per_survival
     }
 
     /// ∫_Xj ¼|sin((t − s)/2)| dt up to the factor sin A: |sin((m_j − s)/2)|, x outside cell j.
@@ -236,12 +324,12 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         let sine = self.sine(x, j);
         let square = sine * sine;
         let cosine = (F::one() - square).max(F::zero()).sqrt();
-        self.versine + self.cos_quarter * (square / (F::one() + cosine))
+        self.constants.versine + self.constants.cos_quarter * (square / (F::one() + cosine))
     }
 
     /// (1 − q0) sin A and 1 − q0.
     pub(crate) fn form_factor_scale(&self) -> F {
-        self.mass * self.per_survival
+        self.constants.mass * self.constants.per_survival
     }
 }
 
@@ -268,7 +356,7 @@ impl<F: Real, E> StateSpace for Circle<'_, F, E> {
 impl<F: Real, E: Emission<F>> Sampler for Circle<'_, F, E> {
     #[inline]
     fn absorption(&self, _: &Point<F>) -> F {
-        self.absorption
+        self.constants.absorption
     }
 
     /// The turn φ = t − s ∈ [0, 2π] has density ¼ sin(φ/2), hence cos(φ/2) = 1 − 2ξ.
@@ -278,13 +366,13 @@ impl<F: Real, E: Emission<F>> Sampler for Circle<'_, F, E> {
         let cos = F::one() - (xi + xi);
         let root = (xi * (F::one() - xi)).sqrt();
         let sin = root + root;
-        Some(self.at(x.cos * cos - x.sin * sin, x.sin * cos + x.cos * sin))
+        Some(self.point_at(x.cos * cos - x.sin * sin, x.sin * cos + x.cos * sin))
     }
 }
 
 impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
-        F::from_f64(0.25) * self.survival * x.direction().sine(&y.direction())
+        F::from_f64(0.25) * self.constants.survival * x.direction().sine(&y.direction())
     }
 }
 
@@ -323,9 +411,9 @@ impl<F: Real, E: Emission<F>> TransitionMoments for Circle<'_, F, E> {
     #[inline]
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
         [[if j == x.cell {
-            self.survival * self.own_cell(&x.point, j)
+            self.constants.survival * self.own_cell(&x.point, j)
         } else {
-            self.mass * self.sine(&x.point, j)
+            self.constants.mass * self.sine(&x.point, j)
         }]]
     }
 }
@@ -351,9 +439,9 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
             return [[F::NAN]];
         };
         [[if i == j {
-            from.reflectance * self.diagonal
+            from.reflectance * self.constants.diagonal
         } else {
-            from.reflectance * self.galerkin * to.middle.rough_sine(&from.middle)
+            from.reflectance * self.constants.galerkin * to.middle.rough_sine(&from.middle)
         }]]
     }
 
@@ -373,7 +461,8 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
         let mut after = Sum::default();
         for ((out, &v), cell) in out.iter_mut().zip(v).zip(self.cells.iter()).rev() {
             let off_diagonal = *out - after.turn_to(&cell.middle);
-            *out = cell.reflectance * (self.galerkin * off_diagonal + self.diagonal * v);
+            *out = cell.reflectance
+                * (self.constants.galerkin * off_diagonal + self.constants.diagonal * v);
             after.add(&cell.middle, v);
         }
     }
@@ -388,8 +477,9 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
         for ((v, &source), cell) in v.iter_mut().zip(source).zip(self.cells.iter()) {
             after.add(&cell.middle, -*v);
             let off_diagonal = before.turn_to(&cell.middle) - after.turn_to(&cell.middle);
-            let own = cell.reflectance * self.diagonal;
-            let residual = source + cell.reflectance * self.galerkin * off_diagonal + own * *v - *v;
+            let own = cell.reflectance * self.constants.diagonal;
+            let residual =
+                source + cell.reflectance * self.constants.galerkin * off_diagonal + own * *v - *v;
             // Written so that NaN stays.
             if !(residual.abs() <= largest) && !largest.is_nan() {
                 largest = residual.abs();

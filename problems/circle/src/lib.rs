@@ -17,7 +17,7 @@ mod residual;
 mod solution;
 
 pub use cells::{Cell, Cells, Direction, Slot, slots};
-pub use circle::{Circle, Point};
+pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 pub use mean::MeanOver;

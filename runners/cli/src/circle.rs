@@ -9,7 +9,7 @@ use fredholm_circle::{
 };
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise, Solve};
 use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
-use fredholm_embedded::TableBuilder;
+use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
 use crate::export;
@@ -369,6 +369,12 @@ impl<'f> CircleFile<'f> {
         })
     }
 
+    fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
+        let setup = Setup::<F>::new(self.scene()?)?;
+        let constants = setup.scene.circle(&setup.tables)?.constants();
+        Ok(export::circle(&setup, constants))
+    }
+
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let setup = Setup::<F>::new(self.scene()?)?;
         let questions: Vec<Question> = self
@@ -461,8 +467,8 @@ impl Problem for CircleFile<'_> {
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
         Ok(match self.file.walk.scalar.value {
-            Scalar::F32 => export::circle(&Setup::<f32>::new(self.scene()?)?),
-            Scalar::F64 => export::circle(&Setup::<f64>::new(self.scene()?)?),
+            Scalar::F32 => self.tables_in::<f32>()?,
+            Scalar::F64 => self.tables_in::<f64>()?,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fredholm_circle::Harmonic;
+use fredholm_circle::{Constants, Harmonic};
 use fredholm_core::Real;
 use fredholm_core::galerkin::{OffDiagonal, PairKind};
 use fredholm_embedded::{Number, TableBuilder};
@@ -65,12 +65,28 @@ fn pairs(pairs: Option<OffDiagonal>) -> [u32; 1] {
 }
 
 /// The tables of a circle.
-pub(crate) fn circle<F: Real + Number>(setup: &Setup<'_, F>) -> TableBuilder {
+pub(crate) fn circle<F: Real + Number>(
+    setup: &Setup<'_, F>,
+    constants: Constants<F>,
+) -> TableBuilder {
     let mut tables = TableBuilder::new("circle");
     let (cells, slots) = setup.tables.cells().tables();
     let name = F::NAME;
     let bytes = |numbers: &[F]| numbers.iter().flat_map(|x| x.bytes()).collect::<Vec<u8>>();
-    tables.numbers("absorb", &[setup.scene.absorption]);
+    let list = |numbers: &[F]| {
+        let texts: Vec<String> = numbers.iter().map(|x| x.literal()).collect();
+        texts.join(", ")
+    };
+    let record = |kind: &str, parts: &[F]| {
+        let text = format!("fredholm_circle::{kind}::new([{}])", list(parts));
+        (bytes(parts), text)
+    };
+    tables.records(
+        "circle",
+        &format!("fredholm_circle::Constants<{name}>"),
+        size_of::<Constants<F>>(),
+        [record("Constants", &constants.parts())],
+    );
     match setup.scene.light {
         Light::Harmonic(Harmonic {
             constant,
@@ -83,12 +99,7 @@ pub(crate) fn circle<F: Real + Number>(setup: &Setup<'_, F>) -> TableBuilder {
         "cells",
         &format!("fredholm_circle::Cell<{name}>"),
         size_of::<fredholm_circle::Cell<F>>(),
-        cells.iter().map(|cell| {
-            let parts = cell.parts();
-            let texts = parts.map(Number::literal).join(", ");
-            let text = format!("fredholm_circle::Cell::new([{texts}])");
-            (bytes(&parts), text)
-        }),
+        cells.iter().map(|cell| record("Cell", &cell.parts())),
     );
     tables.records(
         "slots",
@@ -113,8 +124,7 @@ pub(crate) fn circle<F: Real + Number>(setup: &Setup<'_, F>) -> TableBuilder {
                 size_of::<fredholm_circle::Moment<F>>(),
                 moments.iter().map(|moment| {
                     let (cos, sin) = moment.parts();
-                    let (cos_text, sin_text) = (cos.literal(), sin.literal());
-                    let text = format!("fredholm_circle::Moment::new({cos_text}, {sin_text})");
+                    let text = format!("fredholm_circle::Moment::new({})", list(&[cos, sin]));
                     (bytes(&[cos, sin]), text)
                 }),
             );

@@ -51,8 +51,15 @@ impl Plan {
         }
     }
 
-    pub(crate) const fn batches(&self) -> u64 {
-        self.walks.div_ceil(self.batch)
+    pub(crate) fn batches(&self) -> u64 {
+        self.batches_of(self.walks)
+    }
+
+    /// The number of batches that so many walks are, the last one not always whole.
+    pub(crate) fn batches_of(&self, walks: u64) -> u64 {
+        // The compiler does not know that a batch has a walk, and would link a panic.
+        let whole = walks.checked_div(self.batch).unwrap_or(0);
+        whole + u64::from(whole * self.batch < walks)
     }
 }
 

@@ -167,7 +167,7 @@ impl State {
         // What serde read has passed no check.
         let merged = Statistics::from_bytes(&self.merged.to_bytes())?;
         let part = Statistics::from_bytes(&self.batch.to_bytes())?;
-        let index = merged.walks().div_ceil(plan.batch);
+        let index = plan.batches_of(merged.walks());
         let whole = index.saturating_mul(plan.batch).min(plan.walks);
         let batch = Batch::resume(index, plan.batch, plan.walks, part)?;
         let ended = index == self.round_end;

@@ -177,7 +177,7 @@ fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
         frequency: frequency as u32,
     };
     let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
-    let circle = Circle::new(cells, light, table.one("absorb").ok()?).ok()?;
+    let circle = Circle::with_constants(cells, light, table.one("circle").ok()?).ok()?;
     if table.one::<u32>("pairs") != Ok(1) {
         return None;
     }
@@ -195,7 +195,7 @@ fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
 
 /// All pairs pointwise, from constants in Rust; (v, Φ) walk by walk.
 fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
-    use circle_f64::{ABSORB, CELLS, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
+    use circle_f64::{CELLS, CIRCLE, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
     let moments: &[Moment<f64>] = &MOMENTS;
     let light = Harmonic {
         constant: HARMONIC[0],
@@ -206,7 +206,7 @@ fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
         return None;
     }
     let cells = Cells::new(&CELLS, &SLOTS).ok()?;
-    let circle = Circle::new(cells, light, ABSORB[0]).ok()?;
+    let circle = Circle::with_constants(cells, light, CIRCLE[0]).ok()?;
     let neighbour = Residual::new(&circle, &V, moments).ok()?;
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, None, 2);

@@ -1,6 +1,8 @@
 // Written by `fredholm export` from circle_f64.toml (a circle). Include it within a module of its own:
 // mod tables { include!("…"); }
-pub(crate) static ABSORB: [f64; 1] = [0.2];
+pub(crate) static CIRCLE: [fredholm_circle::Constants<f64>; 1] = [
+    fredholm_circle::Constants::new([0.2, 0.02617526625742091, 1.25, 0.8, 0.9994645874763657, 0.0005354125236343555, 0.032713243211082085, 0.0007137941770915644]),
+];
 pub(crate) static HARMONIC: [f64; 3] = [5.0, 1.0, 5.0];
 pub(crate) static CELLS: [fredholm_circle::Cell<f64>; 48] = [
     fredholm_circle::Cell::new([0.9994645874763657, 0.032719082821776144, -4.01075906680217e-17, -1.624359618380166e-18, 0.3]),

@@ -8,9 +8,10 @@
 mod cases;
 #[path = "../line.rs"]
 mod line;
+#[path = "../paint.rs"]
+mod paint;
 
 use core::panic::PanicInfo;
-use core::ptr;
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -72,12 +73,12 @@ impl cases::Runner for Device {
         T: Functional<E> + Copy + Sync,
     {
         let estimator = task.estimator;
-        let paint = Paint::new();
+        let top = paint::paint();
         let Some((statistics, ticks)) = measured(task, plan) else {
             self.failed = true;
             return;
         };
-        let stack = paint.used();
+        let stack = paint::used_below(top);
         let lines = line::line::<E::Scalar>(&mut self.out, name, estimator, &statistics);
         let per_walk = ticks / statistics.walks();
         let note = core::fmt::Write::write_fmt(
@@ -109,37 +110,5 @@ where
         if progress.stop.is_some() {
             return Some((driver.statistics(), ticks));
         }
-    }
-}
-
-/// The stack below this point, painted, so that what was used can be seen.
-struct Paint {
-    top: *mut u32,
-}
-
-/// Words that are painted: 32 KiB.
-const PAINTED: usize = 8192;
-/// Words left alone below, for the painter itself.
-const MARGIN: usize = 32;
-const COLOUR: u32 = 0xfeed_c0de;
-
-impl Paint {
-    #[inline(never)]
-    fn new() -> Self {
-        let top = cortex_m::register::msp::read() as *mut u32;
-        for i in MARGIN..PAINTED {
-            // SAFETY: RAM below the stack pointer, which nobody uses: no interrupts are enabled.
-            unsafe { ptr::write_volatile(top.sub(i), COLOUR) };
-        }
-        Self { top }
-    }
-
-    /// Bytes between here and the deepest word that has been written.
-    #[inline(never)]
-    fn used(&self) -> usize {
-        // SAFETY: as above.
-        let clean = |i: &usize| unsafe { ptr::read_volatile(self.top.sub(*i)) } == COLOUR;
-        let deepest = (MARGIN..PAINTED).rev().find(|i| !clean(i));
-        4 * deepest.unwrap_or(MARGIN)
     }
 }
