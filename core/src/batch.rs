@@ -158,7 +158,6 @@ impl Batch {
         walk: impl Fn(u64) -> (Walk<F>, f64),
     ) -> Result<(), NotFinite> {
         // A local copy: the statistics stay in registers from walk to walk.
-        let mut statistics = self.statistics;
         let end = self.end.min(self.next.saturating_add(at_most));
         let mut outcome = Ok(());
         while self.next < end {
@@ -167,10 +166,9 @@ impl Batch {
                 outcome = Err(NotFinite { walk: self.next });
                 break;
             }
-            statistics.push(&scores, value);
+            self.statistics.push(&scores, value);
             self.next += 1;
         }
-        self.statistics = statistics;
         outcome
     }
 

@@ -111,9 +111,7 @@ impl Statistics {
             *self = *other;
             return;
         }
-        let (n_self, n_other) = (self.walks as f64, other.walks as f64);
-        let share = n_other / (n_self + n_other);
-        let weight = n_self * share;
+        let (share, weight) = self.shares(other);
         self.walks += other.walks;
         self.states += other.states;
         self.left += other.left;
@@ -123,6 +121,13 @@ impl Statistics {
         let control = self.control.merge(&other.control, share, weight);
         self.zeta.merge(&other.zeta, share, weight);
         self.cross += other.cross + plain * control * weight;
+    }
+
+    /// n_other/n and n_self n_other/n.
+    fn shares(&self, other: &Self) -> (f64, f64) {
+        let (n_self, n_other) = (self.walks as f64, other.walks as f64);
+        let share = n_other / (n_self + n_other);
+        (share, n_self * share)
     }
 
     /// Everything, in 96 bytes: as little-endian words the numbers of walks, of states, of walks
@@ -220,6 +225,23 @@ impl Statistics {
         self.estimate(&self.zeta, self.scored > 0)
     }
 
+    /// The preconditioned estimate of these walks and those of `other`, to the bit what
+    /// [`merge`](Self::merge) would give, without a copy of either.
+    #[must_use]
+    pub fn preconditioned_with(&self, other: &Self) -> Estimate {
+        if other.walks == 0 {
+            return self.preconditioned();
+        }
+        if self.walks == 0 {
+            return other.preconditioned();
+        }
+        let (share, weight) = self.shares(other);
+        let mut zeta = self.zeta;
+        zeta.merge(&other.zeta, share, weight);
+        let scored = self.scored > 0 || other.scored > 0;
+        estimate(self.walks + other.walks, &zeta, scored)
+    }
+
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
     #[must_use]
     pub fn control(&self) -> Estimate {
@@ -233,13 +255,17 @@ impl Statistics {
     }
 
     fn estimate(&self, moments: &Moments, scored: bool) -> Estimate {
-        let std_dev = (self.walks > 1).then(|| (moments.squares / (self.walks - 1) as f64).sqrt());
-        let std_error = std_dev.filter(|_| scored);
-        Estimate {
-            estimate: moments.mean,
-            std_error: std_error.map(|deviation| deviation / (self.walks as f64).sqrt()),
-            std_dev,
-        }
+        estimate(self.walks, moments, scored)
+    }
+}
+
+fn estimate(walks: u64, moments: &Moments, scored: bool) -> Estimate {
+    let std_dev = (walks > 1).then(|| (moments.squares / (walks - 1) as f64).sqrt());
+    let std_error = std_dev.filter(|_| scored);
+    Estimate {
+        estimate: moments.mean,
+        std_error: std_error.map(|deviation| deviation / (walks as f64).sqrt()),
+        std_dev,
     }
 }
 
@@ -299,7 +325,9 @@ mod tests {
                 parts[usize::from(i >= cut)].push(&walk(s.0, s.1), 1.5);
             }
             let [mut all, rest] = parts;
+            let both = all.preconditioned_with(&rest);
             all.merge(&rest);
+            assert_eq!(all.preconditioned(), both);
             assert_eq!(all.walks(), 7);
             assert_eq!(all.states(), 14);
             assert!(close(all.plain().estimate, p));

@@ -114,7 +114,6 @@ pub struct Driver<'a, E, N: ?Sized, T, G> {
     task: Task<'a, E, N, T, G>,
     plan: Plan,
     position: Position,
-    stop: Option<Stop>,
 }
 
 /// What changes from walk to walk.
@@ -125,7 +124,8 @@ pub(crate) struct Position {
     /// The number of the batch.
     pub(crate) index: u64,
     pub(crate) batch: Batch,
-    /// The batch at which the target error is looked at next.
+    /// The batch at which the target error is looked at next. Where it was and another round was not
+    /// begun, the run has ended.
     pub(crate) round_end: u64,
 }
 
@@ -142,33 +142,25 @@ where
     /// [`PlanError`].
     pub fn new(task: Task<'a, E, N, T, G>, plan: Plan) -> Result<Self, PlanError> {
         plan.validate()?;
-        let position = Position {
-            merged: Statistics::default(),
-            index: 0,
-            batch: Batch::new(0, plan.batch, plan.walks),
-            round_end: next_round(0, plan.batches()),
-        };
         Ok(Self {
             task,
             plan,
-            position,
-            stop: None,
+            position: Position {
+                merged: Statistics::default(),
+                index: 0,
+                batch: Batch::new(0, plan.batch, plan.walks),
+                round_end: next_round(0, plan.batches()),
+            },
         })
     }
 
     /// Goes on from a position that fits the plan.
-    pub(crate) fn at(task: Task<'a, E, N, T, G>, plan: Plan, position: Position) -> Self {
-        let mut driver = Self {
+    pub(crate) const fn at(task: Task<'a, E, N, T, G>, plan: Plan, position: Position) -> Self {
+        Self {
             task,
             plan,
             position,
-            stop: None,
-        };
-        // A round whose end was reached and was not followed by another ended the run.
-        if position.index == position.round_end {
-            driver.end_round();
         }
-        driver
     }
 
     /// Runs at most `walks` further walks and says where the run stands. A walk is never cut in
@@ -179,20 +171,20 @@ where
     /// stands before it.
     pub fn poll(&mut self, walks: u64) -> Result<Progress, NotFinite> {
         let mut left = walks;
-        while left > 0 && self.stop.is_none() {
+        while left > 0 && !self.has_ended() {
             let batch = &mut self.position.batch;
             let before = batch.statistics().walks();
             batch.run(&self.task, left)?;
             left = left.saturating_sub(batch.statistics().walks() - before);
             if batch.is_done() {
                 self.end_batch();
+                self.begin_round();
             }
         }
-        let statistics = self.statistics();
+        let stop = self.stop();
         Ok(Progress {
-            estimate: statistics.preconditioned(),
-            walks: statistics.walks(),
-            stop: self.stop,
+            stop,
+            ..self.progress()
         })
     }
 
@@ -206,8 +198,25 @@ where
 
     /// Why the run ended; `None`: there is more to do.
     #[must_use]
-    pub const fn stop(&self) -> Option<Stop> {
-        self.stop
+    pub fn stop(&self) -> Option<Stop> {
+        self.has_ended().then(|| {
+            if self.plan.target_error.is_none() || self.error_is_reached() {
+                Stop::Done
+            } else {
+                Stop::ErrorNotReached
+            }
+        })
+    }
+
+    const fn has_ended(&self) -> bool {
+        self.position.index == self.position.round_end
+    }
+
+    #[inline(never)]
+    fn error_is_reached(&self) -> bool {
+        let Position { merged, index, .. } = &self.position;
+        let error = self.plan.target_error;
+        error.is_some_and(|error| error.reached(merged, *index))
     }
 
     /// What is run.
@@ -224,39 +233,30 @@ where
         &self.position
     }
 
-    fn end_batch(&mut self) {
-        let Position {
-            merged,
-            index,
-            batch,
-            round_end,
-        } = &mut self.position;
-        merged.merge(batch.statistics());
-        *index += 1;
-        *batch = Batch::new(*index, self.plan.batch, self.plan.walks);
-        if index == round_end {
-            self.end_round();
+    // Out of line, as the next: what they put on the stack is gone while walks use it.
+    #[inline(never)]
+    fn progress(&self) -> Progress {
+        let (merged, batch) = (&self.position.merged, self.position.batch.statistics());
+        Progress {
+            estimate: merged.preconditioned_with(batch),
+            walks: merged.walks() + batch.walks(),
+            stop: None,
         }
     }
 
-    fn end_round(&mut self) {
-        let Position {
-            merged,
-            index,
-            round_end,
-            ..
-        } = &mut self.position;
-        let batches = self.plan.batches();
-        let error = self.plan.target_error;
-        if error.is_some_and(|error| error.reached(merged, *index)) {
-            self.stop = Some(Stop::Done);
-        } else if *index >= batches {
-            self.stop = Some(match error {
-                Some(_) => Stop::ErrorNotReached,
-                None => Stop::Done,
-            });
-        } else {
-            *round_end += next_round(*index, batches);
+    #[inline(never)]
+    fn end_batch(&mut self) {
+        let position = &mut self.position;
+        position.merged.merge(position.batch.statistics());
+        position.index += 1;
+        position.batch = Batch::new(position.index, self.plan.batch, self.plan.walks);
+    }
+
+    /// Begins another round where one has ended and the error is not reached.
+    fn begin_round(&mut self) {
+        if self.has_ended() && !self.error_is_reached() {
+            let batches = self.plan.batches();
+            self.position.round_end += next_round(self.position.index, batches);
         }
     }
 }

@@ -20,8 +20,7 @@ pub fn paint() -> *mut u32 {
     top
 }
 
-/// Bytes from `top`, where the stack pointer was when it was painted, down to the deepest word that
-/// has been written.
+/// Bytes from `top` down to the deepest word that has been written since it was painted.
 #[inline(never)]
 pub fn used_below(top: *mut u32) -> usize {
     // SAFETY: as above.
@@ -33,13 +32,14 @@ pub fn used_below(top: *mut u32) -> usize {
 /// Prints the whole stack that was used, from the end of RAM, in hexadecimal and without formatting;
 /// ends the program.
 #[allow(dead_code, reason = "for `size` only")]
-pub fn report(top: *mut u32) -> ! {
+#[inline(never)]
+pub fn report() -> ! {
     unsafe extern "C" {
         static _stack_start: u32;
     }
-    // SAFETY: only its address is taken.
-    let end = &raw const _stack_start as usize;
-    let bytes = end - top as usize + used_below(top);
+    // Little of the stack lay above what was painted: the lower end of the paint is certain.
+    let end = (&raw const _stack_start).cast_mut();
+    let bytes = used_below(end);
     if let Ok(mut out) = cortex_m_semihosting::hio::hstdout() {
         let mut text = *b"00000000\n";
         for (i, digit) in text.iter_mut().take(8).enumerate() {

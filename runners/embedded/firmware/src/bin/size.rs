@@ -44,12 +44,12 @@ mod paint;
 #[entry]
 fn main() -> ! {
     #[cfg(feature = "report")]
-    let top = paint::paint();
+    paint::paint();
     if solve().is_none() {
         ESTIMATE.store(u32::MAX, Ordering::Relaxed);
     }
     #[cfg(feature = "report")]
-    paint::report(top);
+    paint::report();
     #[cfg(not(feature = "report"))]
     loop {
         cortex_m::asm::wfi();
@@ -87,7 +87,9 @@ fn solve() -> Option<()> {
     };
     let mut plan = Plan::new(1_000_000);
     plan.target_error = Some(TargetError::Absolute(1e-3));
-    let mut driver = Driver::new(task, plan).ok()?;
+    let Ok(mut driver) = Driver::new(task, plan) else {
+        return None;
+    };
     loop {
         let progress = driver.poll(100).ok()?;
         #[cfg(feature = "panic")]
