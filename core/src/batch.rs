@@ -157,7 +157,6 @@ impl Batch {
         at_most: u64,
         walk: impl Fn(u64) -> (Walk<F>, f64),
     ) -> Result<(), NotFinite> {
-        // A local copy: the statistics stay in registers from walk to walk.
         let end = self.end.min(self.next.saturating_add(at_most));
         let mut outcome = Ok(());
         while self.next < end {

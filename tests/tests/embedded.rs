@@ -486,3 +486,11 @@ fn tables_of_no_circle_are_refused() {
         assert_eq!(Cells::new(cells, &astray).err(), Some(error));
     }
 }
+
+#[test]
+fn the_readmes_program_is_the_one_that_is_built() {
+    let readme = include_str!("../../runners/embedded/README.md");
+    assert!(readme.contains(include_str!(
+        "../../runners/embedded/firmware/src/bin/minimal.rs"
+    )));
+}

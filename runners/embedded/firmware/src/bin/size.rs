@@ -97,10 +97,17 @@ fn solve() -> Option<()> {
         #[cfg(feature = "format")]
         {
             use core::fmt::Write;
-            let _ = write!(cortex_m_semihosting::hio::hstdout().ok()?, "{}", progress.walks);
+            let _ = write!(
+                cortex_m_semihosting::hio::hstdout().ok()?,
+                "{}",
+                progress.walks
+            );
         }
         let error = progress.estimate.std_error.unwrap_or(f64::INFINITY);
-        ESTIMATE.store((progress.estimate.estimate as f32).to_bits(), Ordering::Relaxed);
+        ESTIMATE.store(
+            (progress.estimate.estimate as f32).to_bits(),
+            Ordering::Relaxed,
+        );
         STD_ERROR.store((error as f32).to_bits(), Ordering::Relaxed);
         if progress.stop.is_some() {
             return Some(());
