@@ -52,7 +52,7 @@ pub trait Runner {
         T: Functional<E> + Copy + Sync;
 }
 
-/// 4096 walks in batches of 128.
+/// 4000 walks in batches of 128, the last of which is not whole.
 fn plan() -> Plan {
     Plan {
         walks: 4000,

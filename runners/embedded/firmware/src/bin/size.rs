@@ -76,10 +76,11 @@ fn solve() -> Option<()> {
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
     // s = 0.3: cos and sin of s/2 as constants, so that no trigonometry is linked.
     let x0 = circle.point_at(0.988_771_1, 0.149_438_13);
-    let task = Task {
+    let start = At(x0);
+    let task = || Task {
         equation: &circle,
         neighbour: &neighbour,
-        functional: &At(x0),
+        functional: &start,
         neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
         estimator: Estimator::Absorption,
         stream: <Stream>::new(1, 0),
@@ -87,7 +88,7 @@ fn solve() -> Option<()> {
     };
     let mut plan = Plan::new(1_000_000);
     plan.target_error = Some(TargetError::Absolute(1e-3));
-    let Ok(mut driver) = Driver::new(task, plan) else {
+    let Ok(mut driver) = Driver::new(task(), plan) else {
         return None;
     };
     loop {
@@ -109,6 +110,12 @@ fn solve() -> Option<()> {
             Ordering::Relaxed,
         );
         STD_ERROR.store((error as f32).to_bits(), Ordering::Relaxed);
+        #[cfg(feature = "state")]
+        {
+            let bytes = driver.save().to_bytes();
+            let state = fredholm_embedded::State::from_bytes(&bytes).ok()?;
+            driver = Driver::restore(task(), plan, &state).ok()?;
+        }
         if progress.stop.is_some() {
             return Some(());
         }
