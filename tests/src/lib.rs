@@ -4,11 +4,11 @@ pub mod check;
 pub mod circle;
 pub mod cube;
 pub mod description;
+pub mod device;
 pub mod examine;
 pub mod galerkin;
 pub mod matrix;
 pub mod outcome;
-pub mod device;
 pub mod quadrature;
 pub mod toy;
 
