@@ -10,6 +10,7 @@ pub mod galerkin;
 pub mod matrix;
 pub mod outcome;
 pub mod quadrature;
+pub mod room;
 pub mod toy;
 
 pub use description::Description;

@@ -1,0 +1,215 @@
+//! Is a room closed? Exact, by signs; and if not, where light leaves.
+
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+use crate::error::Place;
+use crate::geometry::{Backs, Wall};
+use crate::scene::{Scene, middle, root, turn, unite};
+use crate::shadows::nobody;
+use crate::vector::{Vector, along, dot, sub};
+use crate::{Hit, RoomError};
+
+/// A wall at one of its vertices.
+#[derive(Clone, Copy, Debug)]
+struct Spoke {
+    vertex: u32,
+    /// Where the wall begins at the vertex: its active side is to the left of the spoke, otherwise to
+    /// the right.
+    leaves: bool,
+    wall: u32,
+    hub: Vector<f64>,
+    end: Vector<f64>,
+}
+
+/// By angle in (−π, π], at one angle the wall that arrives first: exact signs.
+fn by_angle(a: &Spoke, b: &Spoke) -> Ordering {
+    // Below, or to the left on the level of the hub: −π is no angle, π is.
+    let lower = |s: &Spoke| s.end[1] < s.hub[1];
+    let left = |s: &Spoke| s.end[1] == s.hub[1] && s.end[0] < s.hub[0];
+    let half = |s: &Spoke| if lower(s) { 0 } else { 1 + u8::from(left(s)) };
+    let turn = turn(a.hub, a.end, b.end);
+    half(a)
+        .cmp(&half(b))
+        .then(0.0.partial_cmp(&turn).unwrap_or(Ordering::Equal))
+        .then(a.leaves.cmp(&b.leaves))
+}
+
+/// Around every vertex active sectors, between a wall that leaves and the next to the left, which
+/// arrives, must alternate with sectors behind walls; and a set of connected walls must be in an
+/// active region of another exactly where its own outside is active. Then every active region is
+/// bounded, and by active sides only.
+pub(crate) fn check(scene: &Scene) -> Result<(), RoomError> {
+    let mut spokes = spokes(&scene.walls);
+    spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
+    let mut component: Vec<u32> = (0..scene.vertices.len() as u32).collect();
+    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
+        let next = around.iter().cycle().skip(1);
+        if let Some((bad, _)) = around.iter().zip(next).find(|(a, b)| a.leaves == b.leaves) {
+            return Err(open(scene, around, bad.wall));
+        }
+    }
+    for wall in &scene.walls {
+        unite(&mut component, wall.vertices[0], wall.vertices[1]);
+    }
+    // The leftmost vertex of every set of connected walls, the lowest of these: its last spoke is the
+    // one before the direction to the left.
+    let mut outermost: Vec<Option<Spoke>> = alloc::vec![None; component.len()];
+    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
+        let (Some(&last), Some(first)) = (around.last(), around.first()) else {
+            continue;
+        };
+        let set = root(&mut component, first.vertex);
+        if let Some(place) = outermost.get_mut(set as usize) {
+            let better = place.is_none_or(|best| {
+                let [bx, by] = best.hub;
+                last.hub[0] < bx || (last.hub[0] == bx && last.hub[1] < by)
+            });
+            if better {
+                *place = Some(last);
+            }
+        }
+    }
+    for spoke in outermost.iter().flatten() {
+        check_outside(scene, spoke)?;
+    }
+    Ok(())
+}
+
+/// What is to the left of the leftmost vertex of a set?
+fn check_outside(scene: &Scene, last: &Spoke) -> Result<(), RoomError> {
+    let left = [-1.0, 0.0];
+    let nobody = nobody(last.hub);
+    let geometry = scene.geometry();
+    let hit = geometry.nearest(&nobody, u32::MAX, last.hub, left, Backs::Block);
+    let sees_active = hit.is_some_and(|hit| !hit.back);
+    if sees_active == last.leaves {
+        return Ok(());
+    }
+    let (from, direction) = match hit {
+        Some(Hit { distance, back, .. }) if !back => (along(last.hub, distance, left), [1.0, 0.0]),
+        _ => (last.hub, left),
+    };
+    Err(RoomError::Open {
+        at: place(scene, last.wall),
+        from,
+        direction,
+    })
+}
+
+fn spokes(walls: &[Wall<f64>]) -> Vec<Spoke> {
+    let of = |(w, wall): (usize, &Wall<f64>)| {
+        [(0, 1, true), (1, 0, false)].map(|(at, to, leaves)| Spoke {
+            vertex: wall.vertices[at],
+            leaves,
+            wall: w as u32,
+            hub: wall.ends[at],
+            end: wall.ends[to],
+        })
+    };
+    walls.iter().enumerate().flat_map(of).collect()
+}
+
+/// Which vertices stand out into the room: an active sector of more than a half turn is around them.
+pub(crate) fn standing_out(scene: &Scene) -> Vec<bool> {
+    let mut out = alloc::vec![false; scene.vertices.len()];
+    let mut spokes = spokes(&scene.walls);
+    spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
+    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
+        let next = around.iter().cycle().skip(1);
+        let stands = around.iter().zip(next).any(|(a, b)| {
+            let turn = turn(a.hub, a.end, b.end);
+            let ahead = dot(sub(a.end, a.hub), sub(b.end, b.hub)) > 0.0;
+            a.leaves && (turn < 0.0 || (turn == 0.0 && ahead)) || a.leaves == b.leaves
+        });
+        let vertex = around.first().map_or(u32::MAX, |s| s.vertex);
+        if let Some(place) = out.get_mut(vertex as usize) {
+            *place = stands;
+        }
+    }
+    out
+}
+
+fn place(scene: &Scene, wall: u32) -> Place {
+    scene.place(wall as usize).unwrap_or(Place {
+        surface: 0,
+        vertex: 0,
+    })
+}
+
+/// The way out near a vertex around which active sides and backs do not alternate: the first of some
+/// promising rays that leaves, or meets a back.
+fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
+    let mut rays: Vec<(u32, Vector<f64>, Vector<f64>)> = Vec::new();
+    for spoke in around {
+        let Some(wall) = scene.walls.get(spoke.wall as usize) else {
+            continue;
+        };
+        let (from, normal) = (middle(wall), wall.normal());
+        rays.push((spoke.wall, from, normal));
+        // Closely past the vertex.
+        for power in [1, 2, 3, 4, 6, 9] {
+            let aside = 1.0 / f64::from(10_u32.pow(power));
+            rays.push((spoke.wall, from, along(sub(spoke.hub, from), aside, normal)));
+        }
+        // To the backs of the others, near the vertex.
+        for other in around.iter().filter(|other| other.wall != spoke.wall) {
+            for power in 1..=20 {
+                let share = 1.0 / f64::from(1_u32 << power);
+                let near = along(spoke.hub, share, sub(spoke.end, spoke.hub));
+                let to = along(other.hub, share, sub(other.end, other.hub));
+                rays.push((spoke.wall, near, sub(to, near)));
+            }
+        }
+        // To the back of this one, from what is behind it.
+        let behind = normal.map(|x| -x);
+        if let Some(hit) = scene.probe(spoke.wall as usize, from, behind)
+            && !hit.back
+        {
+            let at = along(from, hit.distance, behind);
+            rays.push((hit.wall, at, normal));
+        }
+    }
+    for (wall, from, direction) in rays.iter().copied().chain(spread(scene)) {
+        let active = scene
+            .walls
+            .get(wall as usize)
+            .is_some_and(|w| dot(w.normal(), direction) > 0.0);
+        if active
+            && scene
+                .probe(wall as usize, from, direction)
+                .is_none_or(|hit| hit.back)
+        {
+            return RoomError::Open {
+                at: place(scene, bad),
+                from,
+                direction,
+            };
+        }
+    }
+    let spoke = around.first();
+    let hub = spoke.map_or([0.0; 2], |s| s.hub);
+    let from = spoke
+        .and_then(|s| scene.walls.get(s.wall as usize))
+        .map_or(hub, middle);
+    RoomError::Open {
+        at: place(scene, bad),
+        from,
+        direction: sub(hub, from),
+    }
+}
+
+/// Rays from everywhere, evenly spread: multiples of irrational numbers (Weyl 1916).
+fn spread(scene: &Scene) -> impl Iterator<Item = (u32, Vector<f64>, Vector<f64>)> {
+    let count = scene.walls.len() as f64;
+    let fraction = |x: f64| x - (x as u64) as f64;
+    (1..10_000_u32).filter_map(move |k| {
+        let k = f64::from(k);
+        let place = count * fraction(k * 0.618_033_988_749_895);
+        let w = place as u32;
+        let wall = scene.walls.get(w as usize)?;
+        let from = along(wall.ends[0], fraction(place) * wall.length, wall.tangent);
+        let xi = fraction(k * core::f64::consts::SQRT_2);
+        Some((w, from, crate::geometry::lambert(wall, xi)))
+    })
+}

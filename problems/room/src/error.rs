@@ -1,0 +1,191 @@
+//! What can be wrong with a room.
+
+use core::fmt;
+
+use fredholm_core::galerkin::GalerkinError;
+
+/// A vertex of a surface, both counted from 0; also the segment of the surface that starts there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The number of the surface.
+    pub surface: usize,
+    /// The number of the vertex within it.
+    pub vertex: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "surface {}, vertex {}", self.surface, self.vertex)
+    }
+}
+
+/// Why there is no such room, table or solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoomError {
+    /// There is no surface.
+    Empty,
+    /// A surface has fewer than two vertices.
+    Vertices {
+        /// The number of the surface.
+        surface: usize,
+    },
+    /// A surface has neither one material nor one per segment.
+    Materials {
+        /// The number of the surface.
+        surface: usize,
+    },
+    /// A coordinate is infinite or NaN, or so large or small that squares of distances are no
+    /// numbers of the scalar.
+    Coordinate(Place),
+    /// A reflectance is NaN or outside [0, 1), which an emissivity outside (0, 1] makes it, too.
+    Reflectance(Place),
+    /// An emission is infinite or NaN, or a temperature is NaN, negative or beyond the scalar.
+    Emission(Place),
+    /// A segment is shorter than the scene's smallest distance.
+    ZeroLength(Place),
+    /// Two segments cross.
+    Crossing {
+        /// One of them.
+        first: Place,
+        /// The other.
+        second: Place,
+    },
+    /// Two segments lie on each other with their active sides on the same side.
+    Overlap {
+        /// One of them.
+        first: Place,
+        /// The other.
+        second: Place,
+    },
+    /// The room is open, or the back of a wall can be seen from it.
+    Open {
+        /// The segment next to the gap, or the one that is seen from behind or sees nothing.
+        at: Place,
+        /// A point of a wall.
+        from: [f64; 2],
+        /// A direction in which light leaves from there, or meets a back.
+        direction: [f64; 2],
+    },
+    /// The absorption probability q0 is NaN or outside (0, 1).
+    Absorption,
+    /// No cells, or more than 2³² − 1, or so many that the scalar cannot tell them apart.
+    Cells,
+    /// The grading exponent is NaN or outside [1, 10].
+    Grading,
+    /// The smallest ratio r_min is NaN or outside [0, 1].
+    Ratio,
+    /// There is no such surface.
+    Surface {
+        /// The number that was asked for.
+        surface: usize,
+    },
+    /// A place along a surface is NaN or outside [0, 1].
+    Fraction,
+    /// Numbers in borrowed tables lead nowhere.
+    Tables,
+    /// A buffer has the wrong length.
+    Length {
+        /// The length that is needed.
+        expected: usize,
+        /// The length of the buffer.
+        found: usize,
+    },
+    /// There is no memory for a table.
+    Memory {
+        /// Its size; `None` where that is no number of this machine.
+        bytes: Option<usize>,
+    },
+    /// There is no Galerkin solution.
+    Galerkin(GalerkinError),
+}
+
+impl fmt::Display for RoomError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "a room needs at least one surface"),
+            Self::Vertices { surface } => {
+                write!(f, "surface {surface} needs at least two vertices")
+            }
+            Self::Materials { surface } => write!(
+                f,
+                "surface {surface} needs one material, or one for each of its segments"
+            ),
+            Self::Coordinate(place) => write!(
+                f,
+                "{place}: coordinates must be finite, and the scene between 1e-6 and 1e12 wide in \
+                 f32, 1e-100 and 1e100 in f64"
+            ),
+            Self::Reflectance(place) => write!(
+                f,
+                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 and \
+                 at most 1)"
+            ),
+            Self::Emission(place) => write!(
+                f,
+                "{place}: the emission must be finite (a temperature at least 0 kelvin)"
+            ),
+            Self::ZeroLength(place) => write!(
+                f,
+                "{place}: the segment to the next vertex has no length; vertices nearer than 2^-40 \
+                 (f32: 2^-16) of the scene's width are one"
+            ),
+            Self::Crossing { first, second } => write!(
+                f,
+                "the segment from {first} crosses that from {second}; split them where they meet"
+            ),
+            Self::Overlap { first, second } => write!(
+                f,
+                "the segments from {first} and from {second} lie on each other and face the same \
+                 side; a thin baffle is two surfaces that face opposite sides"
+            ),
+            Self::Open {
+                at,
+                from: [x, y],
+                direction: [dx, dy],
+            } => write!(
+                f,
+                "the room is not closed at the segment from {at}: light leaves, or meets a wall from \
+                 behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
+                 whose active side is not on the left, or declare the room open"
+            ),
+            Self::Absorption => {
+                write!(
+                    f,
+                    "the absorption probability must lie strictly between 0 and 1"
+                )
+            }
+            Self::Cells => write!(
+                f,
+                "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can tell \
+                 apart"
+            ),
+            Self::Grading => write!(f, "the grading exponent must lie between 1 and 10"),
+            Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
+            Self::Surface { surface } => write!(f, "there is no surface {surface}"),
+            Self::Fraction => write!(f, "a place along a surface lies between 0 and 1"),
+            Self::Tables => write!(f, "the tables of a room do not belong together"),
+            Self::Length { expected, found } => {
+                write!(f, "a buffer of length {expected} is needed, not of {found}")
+            }
+            Self::Memory { bytes: Some(bytes) } => write!(
+                f,
+                "there is no memory for a table of {bytes} bytes; fewer cells need less"
+            ),
+            Self::Memory { bytes: None } => {
+                write!(
+                    f,
+                    "a table of this size cannot be addressed; fewer cells need less"
+                )
+            }
+            Self::Galerkin(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for RoomError {}
+
+impl From<GalerkinError> for RoomError {
+    fn from(error: GalerkinError) -> Self {
+        Self::Galerkin(error)
+    }
+}

@@ -1,0 +1,157 @@
+//! Form factors between walls, exact with occlusion.
+
+use alloc::vec::Vec;
+
+use crate::geometry::Backs;
+use crate::scene::Scene;
+use crate::shadows::{kinks, used};
+use crate::solution::buffer;
+use crate::vector::{Vector, along, cross, dot, norm, sub};
+use crate::{Geometry, RoomError, Wall};
+
+/// What bounds a visible interval of directions: a vertex, or the wall's own plane.
+const HORIZON: u32 = u32::MAX;
+
+/// A wall that is seen between two vertices, from right to left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Glimpse {
+    wall: u32,
+    right: u32,
+    left: u32,
+}
+
+/// The form factors F_IJ between all surfaces, row by row: of the energy that leaves surface I, the
+/// share that arrives at J. The rows of a closed room sum to 1; nothing is normalised.
+///
+/// Exact up to rounding, with occlusion. Between two neighbouring places where vertices of the scene
+/// are in line, a point sees the same walls between the same vertices V, and the integral over the point
+/// of the sine of the angle at which it sees V is a difference of distances: crossed strings (Hottel
+/// 1954) whose ends are vertices. The places come from the lines through all pairs of vertices
+/// in sight of each other; where the ends of an interval disagree about what is seen, it is halved.
+///
+/// O(W²) for each wall of W and each such place on it.
+///
+/// # Errors
+/// [`RoomError::Memory`].
+pub fn factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
+    let surfaces = scene.surfaces();
+    let entries = surfaces
+        .checked_mul(surfaces)
+        .ok_or(RoomError::Memory { bytes: None })?;
+    let mut out: Vec<f64> = buffer(entries)?;
+    let used = used(scene);
+    let surface = |wall: u32| scene.place(wall as usize).map_or(0, |place| place.surface);
+    let places = kinks(scene);
+    for ((w, wall), places) in (0..).zip(&scene.walls).zip(&places) {
+        let mut observer = Observer {
+            scene,
+            geometry: scene.geometry(),
+            used: &used,
+            number: w,
+            wall,
+            directions: Vec::new(),
+        };
+        let row = surface(w) * surfaces;
+        let per_length = 1.0 / scene.length(surface(w))?;
+        let ends = core::iter::once(&0.0).chain(places);
+        for (&from, &to) in ends.zip(places.iter().chain([&wall.length])) {
+            observer.integrate([from, to], 0, &mut |seen, exchange| {
+                if let Some(entry) = out.get_mut(row + surface(seen)) {
+                    *entry += exchange * per_length;
+                }
+            });
+        }
+    }
+    Ok(out)
+}
+
+/// A wall from whose points one looks.
+struct Observer<'a> {
+    scene: &'a Scene,
+    geometry: Geometry<'a, f64>,
+    used: &'a [u32],
+    number: u32,
+    wall: &'a Wall<f64>,
+    /// Kept from place to place: unit vectors to vertices.
+    directions: Vec<(f64, u32, Vector<f64>)>,
+}
+
+impl Observer<'_> {
+    /// The length times the form factor of the part of the wall between two distances, to every wall.
+    fn integrate(&mut self, [from, to]: [f64; 2], depth: u32, add: &mut impl FnMut(u32, f64)) {
+        if !(to - from > 1e-15 * self.wall.length) {
+            return;
+        }
+        // Nowhere near a place of symmetry, where vertices may be in line that hide nothing.
+        let at = |t: f64| from + t * (to - from);
+        let glimpses = self.look(at(0.091_3));
+        if glimpses != self.look(at(0.893_7)) && depth < 40 {
+            self.integrate([from, at(0.5)], depth + 1, add);
+            self.integrate([at(0.5), to], depth + 1, add);
+            return;
+        }
+        let ends = [from, to].map(|s| along(self.wall.ends[0], s, self.wall.tangent));
+        for glimpse in glimpses {
+            let right = self.sines(glimpse.right, ends, to - from);
+            let left = self.sines(glimpse.left, ends, from - to);
+            add(glimpse.wall, 0.5 * (right - left));
+        }
+    }
+
+    /// ∫ sin φ over the points between `ends`, φ the angle at which they see a vertex; `horizon` is
+    /// that of the horizon.
+    fn sines(&self, vertex: u32, ends: [Vector<f64>; 2], horizon: f64) -> f64 {
+        match self.scene.vertices.get(vertex as usize) {
+            Some(&v) => norm(sub(v, ends[0])) - norm(sub(v, ends[1])),
+            None => horizon,
+        }
+    }
+
+    /// What the point at this distance sees, from right to left.
+    fn look(&mut self, place: f64) -> Vec<Glimpse> {
+        let origin = along(self.wall.ends[0], place, self.wall.tangent);
+        let [tx, ty] = self.wall.tangent;
+        let normal = self.wall.normal();
+        self.directions.clear();
+        self.directions.push((-1.0, HORIZON, [tx, ty]));
+        for &vertex in self.used {
+            let at = self.scene.vertices.get(vertex as usize);
+            let to = at.map_or([0.0; 2], |&v| sub(v, origin));
+            let length = norm(to);
+            if dot(normal, to) > self.scene.smallest && length > 0.0 {
+                let unit = [to[0] / length, to[1] / length];
+                self.directions
+                    .push((-dot(self.wall.tangent, unit), vertex, unit));
+            }
+        }
+        self.directions.push((1.0, HORIZON, [-tx, -ty]));
+        self.directions
+            .sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut glimpses: Vec<Glimpse> = Vec::new();
+        for pair in self.directions.windows(2) {
+            let [(_, right, a), (_, left, b)] = [pair[0], pair[1]];
+            let sum = [a[0] + b[0], a[1] + b[1]];
+            // From horizon to horizon the sum is nothing.
+            let middle = if cross(a, b) > 1e-12 || dot(a, b) > 0.0 {
+                sum
+            } else {
+                normal
+            };
+            let length = norm(middle);
+            let direction = [middle[0] / length, middle[1] / length];
+            let hit =
+                self.geometry
+                    .nearest(self.wall, self.number, origin, direction, Backs::Block);
+            let Some(hit) = hit else { continue };
+            match glimpses.last_mut() {
+                Some(last) if last.wall == hit.wall && last.left == right => last.left = left,
+                _ => glimpses.push(Glimpse {
+                    wall: hit.wall,
+                    right,
+                    left,
+                }),
+            }
+        }
+        glimpses
+    }
+}

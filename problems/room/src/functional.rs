@@ -1,0 +1,115 @@
+//! Means, and irradiance, as functionals of u.
+
+use core::ops::Range;
+
+use fredholm_core::{Functional, Real, Uniforms};
+use num_traits::{one, zero};
+
+use crate::{Point, Room, RoomError};
+
+/// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks start
+/// uniformly on them, φ = 1.
+#[derive(Clone, Copy, Debug)]
+pub struct MeanOver<'r, 'a, F> {
+    room: &'r Room<'a, F>,
+    /// The lengths of all walls before each, and of all.
+    lengths: &'a [f64],
+    from: usize,
+    to: usize,
+}
+
+impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
+    /// Over the walls `walls`. `lengths` are those of all walls before each, and of all, as
+    /// `Tables::lengths` gives them.
+    ///
+    /// # Errors
+    /// [`RoomError::Length`] where `lengths` has not one entry more than there are walls,
+    /// [`RoomError::Surface`] where there are no such walls.
+    pub fn new(
+        room: &'r Room<'a, F>,
+        lengths: &'a [f64],
+        walls: Range<usize>,
+    ) -> Result<Self, RoomError> {
+        let count = room.geometry().walls().len();
+        if lengths.len() != count + 1 {
+            return Err(RoomError::Length {
+                expected: count + 1,
+                found: lengths.len(),
+            });
+        }
+        if walls.start >= walls.end || walls.end > count {
+            return Err(RoomError::Surface {
+                surface: walls.start,
+            });
+        }
+        Ok(Self {
+            room,
+            lengths,
+            from: walls.start,
+            to: walls.end,
+        })
+    }
+
+    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v.
+    #[must_use]
+    pub fn of(&self, v: &[F]) -> f64 {
+        let cells = self.room.table();
+        let range = cells.range(self.from as u32).start..cells.range(self.to as u32 - 1).end;
+        let (mut sum, mut length) = (0.0, 0.0);
+        for (cell, v) in range.clone().zip(v.get(range).unwrap_or(&[])) {
+            let own = cells.length(cell).to_f64();
+            sum += own * v.to_f64();
+            length += own;
+        }
+        sum / length
+    }
+}
+
+impl<'a, F: Real> Functional<Room<'a, F>> for MeanOver<'_, 'a, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        let xi: F = uniforms.uniform();
+        let at = |w: usize| self.lengths.get(w).copied().unwrap_or(f64::NAN);
+        let (begin, end) = (at(self.from), at(self.to));
+        let place = begin + xi.to_f64() * (end - begin);
+        let own = self.lengths.get(self.from + 1..self.to).unwrap_or(&[]);
+        let w = self.from + own.partition_point(|&sum| sum <= place);
+        let fraction = ((place - at(w)) / (at(w + 1) - at(w))).clamp(0.0, 1.0);
+        let point = self.room.point_at(w, F::from_f64(fraction));
+        (point, one())
+    }
+}
+
+/// The irradiance H(x) = ∫ V cos θ_x cos θ_y/(2|x − y|) u(y) dy as a functional of u: where `of`
+/// starts, one step of the cosine law is made first, and the walk starts where it leads. So it has no
+/// ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing back.
+///
+/// u = F + ρH, and the net flux out of a wall is F − (1 − ρ)H.
+#[derive(Clone, Copy, Debug)]
+pub struct Irradiance<'r, 'a, F, T> {
+    /// The room.
+    pub room: &'r Room<'a, F>,
+    /// Where: [`At`](fredholm_core::At) a point, or [`MeanOver`] walls.
+    pub of: T,
+}
+
+impl<'a, F: Real, T: Functional<Room<'a, F>>> Functional<Room<'a, F>> for Irradiance<'_, 'a, F, T> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        let (x, phi) = self.of.start(uniforms);
+        match self.room.scatter(&x, uniforms.uniform()) {
+            Some(y) => (y, phi),
+            None => (x, zero()),
+        }
+    }
+}
+
+impl<'a, F: Real> Room<'a, F> {
+    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j.
+    #[must_use]
+    pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
+        let terms = v.iter().enumerate();
+        let terms = terms.map(|(j, v)| v.to_f64() * self.form_factor(x, j).to_f64());
+        terms.sum()
+    }
+}

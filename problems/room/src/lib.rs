@@ -1,0 +1,51 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+mod cells;
+#[cfg(feature = "alloc")]
+mod closed;
+mod error;
+#[cfg(feature = "alloc")]
+mod factors;
+mod functional;
+mod geometry;
+#[cfg(feature = "alloc")]
+mod hierarchy;
+#[cfg(feature = "alloc")]
+mod matrix;
+#[cfg(feature = "alloc")]
+mod mesh;
+mod pairs;
+mod room;
+#[cfg(feature = "alloc")]
+mod scene;
+#[cfg(feature = "alloc")]
+mod shadows;
+#[cfg(feature = "alloc")]
+mod solution;
+#[cfg(feature = "alloc")]
+mod tables;
+mod vector;
+mod visible;
+
+pub use cells::{Cells, Edge};
+pub use error::{Place, RoomError};
+#[cfg(feature = "alloc")]
+pub use factors::factors;
+pub use functional::{Irradiance, MeanOver};
+pub use geometry::{Geometry, Hit, Node, Segment, Wall};
+#[cfg(feature = "alloc")]
+pub use matrix::{Matrix, R_MIN};
+#[cfg(feature = "alloc")]
+pub use mesh::{Grading, Mesh};
+pub use pairs::{Choice, RoomPairs, View, Views};
+pub use room::{Point, Room};
+#[cfg(feature = "alloc")]
+pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};
+#[cfg(feature = "alloc")]
+pub use solution::{Solution, rounded, second_moment_radius};
+#[cfg(feature = "alloc")]
+pub use tables::Tables;

@@ -1,0 +1,369 @@
+//! Views and Galerkin coefficients of all pairs of cells.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::Dense;
+
+use crate::cells::Cells;
+use crate::geometry::{Geometry, Node, Segment, Wall};
+use crate::pairs::{View, Views};
+use crate::solution::buffer;
+use crate::vector::{Vector, cross, norm, sub};
+use crate::visible::{Part, Viewer, twins};
+use crate::{Mesh, RoomError, Scene};
+
+/// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S, unless another is asked for.
+pub const R_MIN: f64 = 0.25;
+
+/// What all pairs of cells see of each other, and K'_ij = ρ_i F_ij with F_ij the form factor from cell
+/// i to cell j: n² bytes and 8 n² bytes.
+///
+/// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or better
+/// (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of three
+/// points elsewhere); of others a mean over four points of one cell, exact in the other: an error that
+/// costs variance and no correctness. [`factors`](crate::factors) are exact.
+#[derive(Clone, Debug)]
+pub struct Matrix {
+    views: Vec<u8>,
+    entries: Vec<f64>,
+    cells: usize,
+}
+
+/// One of two walls whose cells are compared.
+struct Side<'a> {
+    number: u32,
+    wall: &'a Wall<f64>,
+    /// The cells' numbers begin here.
+    first: usize,
+    cells: &'a [Part<f64>],
+}
+
+impl Matrix {
+    /// Of all pairs of the mesh. A pair is [`View::Evenly`] where r_ij ≥ `r_min`.
+    ///
+    /// # Errors
+    /// [`RoomError::Ratio`] for r_min outside [0, 1], [`RoomError::Memory`].
+    pub fn new(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
+        if !(0.0..=1.0).contains(&r_min) {
+            return Err(RoomError::Ratio);
+        }
+        let cells = mesh.len();
+        let entries = cells
+            .checked_mul(cells)
+            .ok_or(RoomError::Memory { bytes: None })?;
+        let mut matrix = Self {
+            views: buffer(entries)?,
+            entries: buffer(entries)?,
+            cells,
+        };
+        let (geometry, table) = (scene.geometry(), mesh.cells());
+        let parts: Vec<Part<f64>> = (0..cells).filter_map(|c| table.part(c)).collect();
+        let side = |w: usize| side(w, &geometry, &table, &parts);
+        let mut blockers = Vec::new();
+        for b in 0..scene.walls.len() {
+            let Some(b) = side(b) else { continue };
+            for a in 0..b.number as usize {
+                let Some(a) = side(a) else { continue };
+                let facing = Facing::new(scene.smallest, &a, &b);
+                if facing == Facing::Not {
+                    continue;
+                }
+                obstacles(&geometry, facing, [&a, &b], &mut blockers);
+                matrix.fill(&geometry, facing, [&a, &b], &blockers, r_min);
+            }
+        }
+        Ok(matrix)
+    }
+
+    /// All pairs of cells of two walls.
+    fn fill(
+        &mut self,
+        geometry: &Geometry<'_, f64>,
+        facing: Facing,
+        [a, b]: [&Side<'_>; 2],
+        blockers: &[Segment<f64>],
+        r_min: f64,
+    ) {
+        let n = self.cells;
+        let reflectance = [a.wall.reflectance, b.wall.reflectance];
+        for (i, own) in a.cells.iter().enumerate() {
+            for (j, other) in b.cells.iter().enumerate() {
+                let (views, exchange) = match sight(facing, [a.wall, b.wall], own, other, blockers)
+                {
+                    Sight::None => continue,
+                    Sight::Part => ([View::Partly; 2], partly(geometry, own, other)),
+                    Sight::Whole => {
+                        let exchange = wholly(geometry, own, other);
+                        let even = |from: &Part<f64>, to: &Part<f64>| {
+                            let mean = exchange / from.length;
+                            if mean > 0.0 && evenness(geometry, from, to) >= r_min * mean {
+                                View::Evenly
+                            } else {
+                                View::Wholly
+                            }
+                        };
+                        ([even(own, other), even(other, own)], exchange)
+                    }
+                };
+                let factors = [exchange / own.length, exchange / other.length];
+                let (i, j) = (a.first + i, b.first + j);
+                for (k, place) in [i * n + j, j * n + i].into_iter().enumerate() {
+                    if let (Some(view), Some(entry)) =
+                        (self.views.get_mut(place), self.entries.get_mut(place))
+                    {
+                        *view = views[k] as u8;
+                        *entry = reflectance[k] * factors[k];
+                    }
+                }
+            }
+        }
+    }
+
+    /// n.
+    #[must_use]
+    pub const fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// What the pairs see.
+    #[must_use]
+    pub fn views(&self) -> Views<'_> {
+        Views::made(&self.views, self.cells)
+    }
+
+    /// K'_ij, row by row.
+    #[must_use]
+    pub fn entries(&self) -> &[f64] {
+        &self.entries
+    }
+
+    /// K'.
+    ///
+    /// # Panics
+    /// Never: the table is square.
+    #[must_use]
+    pub fn coefficients(&self) -> Dense<'_, f64> {
+        Dense::new(&self.entries, self.cells).expect("a square table")
+    }
+}
+
+fn side<'a>(
+    wall: usize,
+    geometry: &Geometry<'a, f64>,
+    table: &Cells<'_, f64>,
+    parts: &'a [Part<f64>],
+) -> Option<Side<'a>> {
+    let range = table.range(wall as u32);
+    Some(Side {
+        number: wall as u32,
+        wall: geometry.walls().get(wall)?,
+        first: range.start,
+        cells: parts.get(range)?,
+    })
+}
+
+/// How two walls lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Facing {
+    /// On one line, or one behind the other.
+    Not,
+    /// Each in front of the other, wholly.
+    Wholly,
+    /// One crosses the line of the other. Distances below the number are none.
+    Partly(f64),
+}
+
+impl Facing {
+    fn new(smallest: f64, a: &Side<'_>, b: &Side<'_>) -> Self {
+        let [low_a, high_a] = heights(a.wall, b.wall.ends);
+        let [low_b, high_b] = heights(b.wall, a.wall.ends);
+        if twins(a.wall.vertices, b.wall.vertices) || high_a <= smallest || high_b <= smallest {
+            return Self::Not;
+        }
+        if low_a >= -smallest && low_b >= -smallest {
+            Self::Wholly
+        } else {
+            Self::Partly(smallest)
+        }
+    }
+}
+
+/// The smallest and the largest distance of two points from the line of a wall.
+fn heights(wall: &Wall<f64>, ends: [Vector<f64>; 2]) -> [f64; 2] {
+    let [a, b] = ends.map(|end| wall.height(end));
+    if a <= b { [a, b] } else { [b, a] }
+}
+
+/// The walls that may come between two.
+fn obstacles(
+    geometry: &Geometry<'_, f64>,
+    facing: Facing,
+    [a, b]: [&Side<'_>; 2],
+    out: &mut Vec<Segment<f64>>,
+) {
+    out.clear();
+    let [[ax, ay], [bx, by]] = a.wall.ends;
+    let [[cx, cy], [dx, dy]] = b.wall.ends;
+    let low = [ax.min(bx).min(cx).min(dx), ay.min(by).min(cy).min(dy)];
+    let high = [ax.max(bx).max(cx).max(dx), ay.max(by).max(cy).max(dy)];
+    let off = |node: &Node<f64>| {
+        let size = |d: Vector<f64>| d[0].abs() * node.half[1] + d[1].abs() * node.half[0];
+        let behind = |wall: &Wall<f64>| wall.height(node.centre) < -size(wall.tangent);
+        let apart = |k: usize| {
+            node.centre[k] + node.half[k] < low[k] || node.centre[k] - node.half[k] > high[k]
+        };
+        behind(a.wall) || behind(b.wall) || apart(0) || apart(1)
+    };
+    geometry.visit(off, |segment| {
+        if !twins(segment.vertices, a.wall.vertices)
+            && !twins(segment.vertices, b.wall.vertices)
+            && (facing != Facing::Wholly
+                || between([a.wall.ends, b.wall.ends], segment.ends) != Between::Outside)
+        {
+            out.push(*segment);
+        }
+    });
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sight {
+    None,
+    Part,
+    Whole,
+}
+
+/// What two cells see of each other: whether a wall is in the convex hull of the two.
+fn sight(
+    facing: Facing,
+    walls: [&Wall<f64>; 2],
+    own: &Part<f64>,
+    other: &Part<f64>,
+    blockers: &[Segment<f64>],
+) -> Sight {
+    if let Facing::Partly(smallest) = facing {
+        let [low_a, high_a] = heights(walls[0], other.ends);
+        let [low_b, high_b] = heights(walls[1], own.ends);
+        if high_a <= smallest || high_b <= smallest {
+            return Sight::None;
+        }
+        if low_a < -smallest || low_b < -smallest {
+            return Sight::Part;
+        }
+    }
+    let mut sight = Sight::Whole;
+    for blocker in blockers {
+        match between([own.ends, other.ends], blocker.ends) {
+            Between::Outside => {}
+            Between::Inside => sight = Sight::Part,
+            Between::Across => return Sight::None,
+        }
+    }
+    sight
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Between {
+    Outside,
+    Inside,
+    Across,
+}
+
+/// Where a segment is relative to the hull of two parts that face each other, X_1 X_2 Y_1 Y_2 to the
+/// left: outside (touching it perhaps), inside somewhere, or across, so that it separates the two.
+///
+/// Convex sets with disjoint interiors are separated by the line of one of their sides.
+fn between([x, y]: [[Vector<f64>; 2]; 2], segment: [Vector<f64>; 2]) -> Between {
+    let corners = [x[0], x[1], y[0], y[1]];
+    let [p, q] = segment;
+    let mut outside = false;
+    let mut across = 0;
+    let line = sub(q, p);
+    for (k, &from) in corners.iter().enumerate() {
+        let to = corners[(k + 1) % 4];
+        let side = sub(to, from);
+        let [a, b] = [cross(side, sub(p, from)), cross(side, sub(q, from))];
+        // A side without length separates nothing.
+        outside |= side != [0.0; 2] && a <= 0.0 && b <= 0.0;
+        if k % 2 == 1 {
+            let [c, d] = [cross(line, sub(from, p)), cross(line, sub(to, p))];
+            let cuts = (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0);
+            across += u8::from(cuts && ((c < 0.0 && d > 0.0) || (c > 0.0 && d < 0.0)));
+        }
+    }
+    let turns = corners.map(|corner| cross(line, sub(corner, p)));
+    outside |= turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+    if outside {
+        Between::Outside
+    } else if across == 2 {
+        Between::Across
+    } else {
+        Between::Inside
+    }
+}
+
+/// The point at the fraction `t` of a part.
+fn at(part: &Part<f64>, t: f64) -> Viewer<f64> {
+    let [from, to] = part.ends;
+    Viewer {
+        wall: part.wall,
+        position: [
+            from[0] + t * (to[0] - from[0]),
+            from[1] + t * (to[1] - from[1]),
+        ],
+    }
+}
+
+/// The smaller of the two masses at the ends of `from`: within a part that sees another wholly the
+/// mass has one maximum, so its infimum is at an end. At a corner it is a limit.
+fn evenness(geometry: &Geometry<'_, f64>, from: &Part<f64>, to: &Part<f64>) -> f64 {
+    let [a, b] = [1e-6, 1.0 - 1e-6].map(|t| geometry.unobstructed(&at(from, t), to));
+    a.min(b)
+}
+
+// Gauss–Legendre rules on [0, 1].
+const THREE: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_3, 0.277_777_777_777_777_8),
+    (0.5, 0.444_444_444_444_444_4),
+    (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
+];
+const FOUR: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_7, 0.173_927_422_568_726_9),
+    (0.330_009_478_207_571_9, 0.326_072_577_431_273_1),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_1),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_9),
+];
+
+/// Length times form factor of two parts that see each other wholly.
+fn wholly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
+    let distance = |p: Vector<f64>, q: Vector<f64>| norm(sub(p, q));
+    let sides = [
+        distance(a.ends[1], b.ends[0]),
+        distance(b.ends[1], a.ends[0]),
+    ];
+    let diagonals = [
+        distance(a.ends[0], b.ends[0]),
+        distance(a.ends[1], b.ends[1]),
+    ];
+    let (small, large) = if a.length <= b.length { (a, b) } else { (b, a) };
+    let nearest = sides
+        .iter()
+        .chain(&diagonals)
+        .fold(f64::INFINITY, |m, &d| m.min(d));
+    if nearest > 4.0 * small.length {
+        let terms = THREE.map(|(t, weight)| weight * geometry.unobstructed(&at(small, t), large));
+        return small.length * terms.iter().sum::<f64>();
+    }
+    // Where strings cancel to nothing, nothing is what the pair exchanges.
+    Real::max(
+        0.5 * ((diagonals[0] + diagonals[1]) - (sides[0] + sides[1])),
+        0.0,
+    )
+}
+
+/// Length times form factor of two other parts.
+fn partly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
+    let (small, large) = if a.length <= b.length { (a, b) } else { (b, a) };
+    let terms = FOUR.map(|(t, weight)| weight * geometry.visible(&at(small, t), large));
+    small.length * terms.iter().sum::<f64>()
+}

@@ -1,0 +1,138 @@
+//! Which pairs of cells see each other, and which are in S.
+
+use fredholm_core::galerkin::{PairKind, Pairs};
+
+use crate::RoomError;
+
+/// What cell i sees of cell j.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum View {
+    /// Nothing: the pair lies on one line, or one is behind the other, or a wall is between them.
+    Nothing = 0,
+    /// Perhaps a part.
+    Partly = 1,
+    /// All of it from everywhere, but somewhere p_j(x) is below r_min times its mean.
+    Wholly = 2,
+    /// All of it from everywhere, and r_ij ≥ r_min.
+    Evenly = 3,
+}
+
+/// The views of all pairs: a borrowed table of n² bytes, row by row, each a [`View`].
+///
+/// An empty table knows nothing: every pair is [`View::Partly`] then, which is right and slow.
+#[derive(Clone, Copy, Debug)]
+pub struct Views<'a> {
+    table: &'a [u8],
+    cells: usize,
+}
+
+impl<'a> Views<'a> {
+    /// Of a table for n = `cells` cells. [`View::Wholly`] and [`View::Evenly`] are promises that an
+    /// estimate is biased without.
+    ///
+    /// # Errors
+    /// [`RoomError::Length`] where its length is not n² (or 0), [`RoomError::Tables`] where a byte is
+    /// no view.
+    pub fn new(table: &'a [u8], cells: usize) -> Result<Self, RoomError> {
+        if !table.is_empty() && cells.checked_mul(cells) != Some(table.len()) {
+            return Err(RoomError::Length {
+                expected: cells.saturating_mul(cells),
+                found: table.len(),
+            });
+        }
+        if table.iter().any(|&view| view > View::Evenly as u8) {
+            return Err(RoomError::Tables);
+        }
+        Ok(Self { table, cells })
+    }
+
+    /// A table that this crate made.
+    #[cfg(feature = "alloc")]
+    pub(crate) const fn made(table: &'a [u8], cells: usize) -> Self {
+        Self { table, cells }
+    }
+
+    /// No table.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self {
+            table: &[],
+            cells: 0,
+        }
+    }
+
+    /// The view of the pair (i, j).
+    #[inline]
+    #[must_use]
+    pub fn view(&self, i: usize, j: usize) -> View {
+        match self.table.get(i * self.cells + j) {
+            Some(0) => View::Nothing,
+            Some(2) => View::Wholly,
+            Some(3) => View::Evenly,
+            _ => View::Partly,
+        }
+    }
+
+    /// Row i of the table.
+    fn row(&self, i: usize) -> &'a [u8] {
+        let from = i * self.cells;
+        self.table.get(from..from + self.cells).unwrap_or(&[])
+    }
+}
+
+/// What the neighbour equation does with the pairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// S = the pairs that see each other [`View::Evenly`]; h = 0 on the others, as in Heinrich 1995.
+    Paper,
+    /// The same S; h = k on all others that see anything.
+    Default,
+    /// S is empty; h = k wherever a pair sees anything.
+    Pointwise,
+}
+
+/// The kinds of all pairs, from their views.
+#[derive(Clone, Copy, Debug)]
+pub struct RoomPairs<'a> {
+    /// The views.
+    pub views: Views<'a>,
+    /// What to do with them.
+    pub choice: Choice,
+}
+
+impl RoomPairs<'_> {
+    #[inline]
+    const fn kind_of(&self, view: View) -> PairKind {
+        match (self.choice, view) {
+            (Choice::Paper | Choice::Default, View::Evenly) => PairKind::Galerkin,
+            (Choice::Paper, _) | (_, View::Nothing) => PairKind::None,
+            (Choice::Default | Choice::Pointwise, _) => PairKind::Pointwise,
+        }
+    }
+}
+
+impl Pairs for RoomPairs<'_> {
+    #[inline]
+    fn kind(&self, i: usize, j: usize) -> PairKind {
+        self.kind_of(self.views.view(i, j))
+    }
+
+    /// One pass over the bytes of the row.
+    #[inline]
+    fn pointwise(&self, i: usize, cells: usize) -> impl Iterator<Item = usize> {
+        let row = self.views.row(i);
+        // 1 and 2 are pointwise by default, 3 as well where all are.
+        let (from, to) = match self.choice {
+            Choice::Paper => (1, 0),
+            Choice::Default => (View::Partly as u8, View::Wholly as u8),
+            Choice::Pointwise => (View::Partly as u8, View::Evenly as u8),
+        };
+        let listed = row.iter().enumerate();
+        let listed = listed.filter(move |&(_, &view)| (from..=to).contains(&view));
+        // Without a table all are partly seen.
+        let unlisted = self.views.table.is_empty() && self.choice != Choice::Paper;
+        let all = if unlisted { 0..cells } else { 0..0 };
+        listed.map(|(j, _)| j).chain(all)
+    }
+}

@@ -1,0 +1,547 @@
+//! Scenes: what a user gives, validated and made watertight.
+
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+use core::cell::Cell;
+
+use fredholm_core::Real;
+use robust::{Coord, orient2d};
+
+use crate::RoomError;
+use crate::error::Place;
+use crate::geometry::{Backs, Geometry, Node, Segment, Wall};
+use crate::hierarchy;
+use crate::vector::{Vector, along, bounds, cross, dot, norm, sub};
+
+/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
+pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+/// What a wall does with light: u = F + ρ H, where H is the irradiance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// The reflectance ρ ∈ [0, 1).
+    pub reflectance: f64,
+    /// The emission F, in the unit of u.
+    pub emission: f64,
+}
+
+impl Material {
+    /// A grey body of emissivity ε at T kelvin: ρ = 1 − ε, F = ε σ T⁴ in W m⁻².
+    ///
+    /// ```
+    /// let wall = fredholm_room::Material::grey(0.9, 300.0);
+    /// assert!((wall.emission - 413.37).abs() < 0.01);
+    /// // Above the cold of space it loses what it emits, and gains what it absorbs.
+    /// assert_eq!(wall.net_flux(0.0), wall.emission);
+    /// ```
+    #[must_use]
+    pub const fn grey(emissivity: f64, temperature: f64) -> Self {
+        let square = temperature * temperature;
+        Self {
+            reflectance: 1.0 - emissivity,
+            // Written so that a temperature below 0 is refused: see `Scene::new`.
+            emission: if temperature >= 0.0 {
+                emissivity * STEFAN_BOLTZMANN * square * square
+            } else {
+                f64::NAN
+            },
+        }
+    }
+
+    /// The net flux out of the wall: F − (1 − ρ)H, which for a grey body is ε(σT⁴ − H). Multiplied
+    /// by a length: W per metre of depth.
+    #[must_use]
+    pub const fn net_flux(&self, irradiance: f64) -> f64 {
+        self.emission - (1.0 - self.reflectance) * irradiance
+    }
+}
+
+/// A surface: a polyline, its active side on the left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface<'a> {
+    /// Its vertices, at least two. A closed outline repeats its first vertex at the end.
+    pub points: &'a [[f64; 2]],
+    /// One material, or one for every segment.
+    pub materials: &'a [Material],
+}
+
+/// Whether light may leave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Enclosure {
+    /// It may not: a room from which a ray leaves is refused.
+    Closed,
+    /// Light that leaves, or that meets a wall from behind, is absorbed.
+    Open,
+}
+
+/// A piece of a segment of a surface: walls are numbered in the order of surfaces and, within one, in
+/// its direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Piece {
+    pub(crate) vertices: [u32; 2],
+    pub(crate) place: Place,
+}
+
+/// A validated room, in f64, with coordinates that the walk's scalar has exactly.
+///
+/// Where walls meet they have a vertex in common: vertices nearer to each other than the scene's
+/// smallest distance, 2⁻⁴⁰ of its width (2⁻¹⁶ for f32), are one, and a wall on which the end of
+/// another lies is split there. So a room that is closed on paper is closed for rays, in spite of
+/// rounding.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub(crate) walls: Vec<Wall<f64>>,
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) segments: Vec<Segment<f64>>,
+    pub(crate) nodes: Vec<Node<f64>>,
+    /// The first wall of every surface, and their number.
+    first: Vec<u32>,
+    /// The coordinates of vertices; those that nothing uses any more are left in.
+    pub(crate) vertices: Vec<Vector<f64>>,
+    enclosure: Enclosure,
+    /// The scene's smallest distance.
+    pub(crate) smallest: f64,
+}
+
+/// How far coordinates may be from 0, and how near to each other their extremes, and the smallest
+/// distance as a share of the extremes' distance.
+struct Limits {
+    largest: f64,
+    narrowest: f64,
+    smallest: f64,
+}
+
+fn limits<F: Real>() -> Limits {
+    if F::EPSILON.to_f64() > 1e-10 {
+        Limits {
+            largest: 1e12,
+            narrowest: 1e-6,
+            smallest: 1.0 / 65_536.0,
+        }
+    } else {
+        Limits {
+            largest: 1e100,
+            narrowest: 1e-100,
+            smallest: 1.0 / (1_u64 << 40) as f64,
+        }
+    }
+}
+
+/// A segment of a surface before it is split.
+struct Raw {
+    place: Place,
+    ends: [Vector<f64>; 2],
+    /// Numbers of raw vertices.
+    vertices: [u32; 2],
+    material: Material,
+}
+
+impl Scene {
+    /// Checks the surfaces and builds what rays need. F is the scalar of the walks; coordinates are
+    /// rounded to it first.
+    ///
+    /// O(n log n) for n segments of ordinary scenes.
+    ///
+    /// # Errors
+    /// All of [`RoomError`] that name a place or a surface.
+    pub fn new<F: Real>(surfaces: &[Surface<'_>], enclosure: Enclosure) -> Result<Self, RoomError> {
+        let (raw, points) = read::<F>(surfaces)?;
+        let size = extent::<F>(&raw)?;
+        let smallest = limits::<F>().smallest * size;
+        let epsilon = F::EPSILON.to_f64();
+        if let Some(short) = raw
+            .iter()
+            .find(|r| norm(sub(r.ends[1], r.ends[0])) <= smallest)
+        {
+            return Err(RoomError::ZeroLength(short.place));
+        }
+        let (pieces, materials) = join(&raw, &points, smallest)?;
+        let walls = pieces
+            .iter()
+            .zip(&materials)
+            .map(|(piece, &material)| wall(piece, &points, material))
+            .collect();
+        let mut first: Vec<u32> = Vec::with_capacity(surfaces.len() + 1);
+        for (i, piece) in pieces.iter().enumerate() {
+            while first.len() <= piece.place.surface {
+                first.push(i as u32);
+            }
+        }
+        first.push(pieces.len() as u32);
+        let mut scene = Self {
+            walls,
+            pieces,
+            segments: Vec::new(),
+            nodes: Vec::new(),
+            first,
+            vertices: points,
+            enclosure,
+            smallest,
+        };
+        scene.check_overlap()?;
+        scene.segments = segments(&scene.walls);
+        scene.nodes = hierarchy::build(&mut scene.segments, margin(&scene.walls, epsilon));
+        scene.check_crossings()?;
+        if enclosure == Enclosure::Closed {
+            crate::closed::check(&scene)?;
+        }
+        Ok(scene)
+    }
+
+    /// The number of surfaces.
+    #[must_use]
+    pub fn surfaces(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// The walls of a surface, in its direction.
+    ///
+    /// # Errors
+    /// [`RoomError::Surface`].
+    pub fn walls_of(&self, surface: usize) -> Result<core::ops::Range<usize>, RoomError> {
+        match (self.first.get(surface), self.first.get(surface + 1)) {
+            (Some(&from), Some(&to)) => Ok(from as usize..to as usize),
+            _ => Err(RoomError::Surface { surface }),
+        }
+    }
+
+    /// The surface, and the vertex of it where the segment begins, to which a wall belongs.
+    #[must_use]
+    pub fn place(&self, wall: usize) -> Option<Place> {
+        self.pieces.get(wall).map(|piece| piece.place)
+    }
+
+    /// The wall, and the fraction of it, at the fraction `t` of a surface's length.
+    ///
+    /// # Errors
+    /// [`RoomError::Surface`], [`RoomError::Fraction`] for t outside [0, 1].
+    pub fn along(&self, surface: usize, t: f64) -> Result<(usize, f64), RoomError> {
+        let range = self.walls_of(surface)?;
+        if !(0.0..=1.0).contains(&t) {
+            return Err(RoomError::Fraction);
+        }
+        let last = range.end - 1;
+        let mut rest = t * self.length(surface)?;
+        for (w, wall) in range.clone().zip(self.walls.get(range).unwrap_or(&[])) {
+            if rest < wall.length || w == last {
+                return Ok((w, (rest / wall.length).min(1.0)));
+            }
+            rest -= wall.length;
+        }
+        Ok((last, 1.0))
+    }
+
+    /// The length of a surface.
+    ///
+    /// # Errors
+    /// [`RoomError::Surface`].
+    pub fn length(&self, surface: usize) -> Result<f64, RoomError> {
+        let walls = self.walls.get(self.walls_of(surface)?).unwrap_or(&[]);
+        Ok(walls.iter().map(|wall| wall.length).sum())
+    }
+
+    /// Whether light may leave.
+    #[must_use]
+    pub const fn enclosure(&self) -> Enclosure {
+        self.enclosure
+    }
+
+    /// The geometry in f64: for deterministic work. For walks see [`Tables`](crate::Tables).
+    #[must_use]
+    pub fn geometry(&self) -> Geometry<'_, f64> {
+        Geometry::made(
+            &self.walls,
+            &self.segments,
+            &self.nodes,
+            self.enclosure == Enclosure::Open,
+        )
+    }
+
+    /// No two walls may lie on each other and face the same side.
+    fn check_overlap(&self) -> Result<(), RoomError> {
+        let mut seen = BTreeMap::new();
+        for piece in &self.pieces {
+            if let Some(&first) = seen.get(&piece.vertices) {
+                let second = piece.place;
+                return Err(RoomError::Overlap { first, second });
+            }
+            seen.insert(piece.vertices, piece.place);
+        }
+        Ok(())
+    }
+
+    /// No two walls may cross or touch but in a vertex that they share: by exact signs (Shewchuk
+    /// 1997).
+    fn check_crossings(&self) -> Result<(), RoomError> {
+        let found = Cell::new(None);
+        for (w, wall) in self.walls.iter().enumerate() {
+            self.geometry().visit(
+                |node| found.get().is_some() || passes(node, wall),
+                |other| {
+                    if (other.wall as usize) < w
+                        && !wall.vertices.iter().any(|v| other.vertices.contains(v))
+                        && touch(wall.ends, other.ends)
+                    {
+                        found.set(Some((w, other.wall as usize)));
+                    }
+                },
+            );
+            if let Some((second, first)) = found.get() {
+                let (Some(first), Some(second)) = (self.place(first), self.place(second)) else {
+                    break;
+                };
+                return Err(RoomError::Crossing { first, second });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first wall that a ray from the middle of a wall meets, backs included.
+    pub(crate) fn probe(
+        &self,
+        from: usize,
+        origin: Vector<f64>,
+        direction: Vector<f64>,
+    ) -> Option<crate::Hit<f64>> {
+        let wall = self.walls.get(from)?;
+        let geometry = self.geometry();
+        geometry.nearest(wall, from as u32, origin, direction, Backs::Block)
+    }
+}
+
+/// What the tests of boxes may be wrong by: a few rounding errors of the largest coordinate.
+pub(crate) fn margin(walls: &[Wall<f64>], epsilon: f64) -> f64 {
+    let largest = walls
+        .iter()
+        .flat_map(|w| w.ends.into_iter().flatten())
+        .fold(0.0, |m: f64, x| Real::max(m, x.abs()));
+    32.0 * epsilon * largest
+}
+
+fn wall(piece: &Piece, points: &[Vector<f64>], material: Material) -> Wall<f64> {
+    let at = |v: u32| points.get(v as usize).copied().unwrap_or_default();
+    let ends = piece.vertices.map(at);
+    let span = sub(ends[1], ends[0]);
+    let length = norm(span);
+    Wall {
+        ends,
+        vertices: piece.vertices,
+        tangent: [span[0] / length, span[1] / length],
+        length,
+        reflectance: material.reflectance,
+        emission: material.emission,
+    }
+}
+
+fn segments(walls: &[Wall<f64>]) -> Vec<Segment<f64>> {
+    let of = |(w, wall): (usize, &Wall<f64>)| Segment {
+        ends: wall.ends,
+        vertices: wall.vertices,
+        wall: w as u32,
+    };
+    walls.iter().enumerate().map(of).collect()
+}
+
+/// Raw segments and raw vertices: every surface has its own.
+fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>), RoomError> {
+    if surfaces.is_empty() {
+        return Err(RoomError::Empty);
+    }
+    let round = |x: f64| F::from_f64(x).to_f64();
+    let largest = limits::<F>().largest;
+    let (mut raw, mut points) = (Vec::new(), Vec::new());
+    for (s, surface) in surfaces.iter().enumerate() {
+        let count = surface.points.len().saturating_sub(1);
+        if count == 0 {
+            return Err(RoomError::Vertices { surface: s });
+        }
+        if surface.materials.len() != 1 && surface.materials.len() != count {
+            return Err(RoomError::Materials { surface: s });
+        }
+        let place = |vertex| Place { surface: s, vertex };
+        for (v, &[x, y]) in surface.points.iter().enumerate() {
+            // Written so that NaN fails.
+            if !(x.abs() <= largest && y.abs() <= largest) {
+                return Err(RoomError::Coordinate(place(v)));
+            }
+            points.push([round(x), round(y)]);
+        }
+        let materials = surface.materials.iter().cycle();
+        let base = points.len() - surface.points.len();
+        for ((v, pair), &material) in (0..).zip(surface.points.windows(2)).zip(materials) {
+            let reflectance = F::from_f64(material.reflectance);
+            if !(reflectance >= F::zero() && reflectance < F::one()) {
+                return Err(RoomError::Reflectance(place(v)));
+            }
+            if !F::from_f64(material.emission).is_finite() {
+                return Err(RoomError::Emission(place(v)));
+            }
+            let ends = [pair[0].map(round), pair[1].map(round)];
+            let number = u32::try_from(base + v).map_err(|_| RoomError::Cells)?;
+            raw.push(Raw {
+                place: place(v),
+                ends,
+                vertices: [number, number + 1],
+                material,
+            });
+        }
+    }
+    Ok((raw, points))
+}
+
+/// The larger side of the bounding box.
+fn extent<F: Real>(raw: &[Raw]) -> Result<f64, RoomError> {
+    let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for [x, y] in raw.iter().flat_map(|r| r.ends) {
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
+    }
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    let first = raw.first().map_or(
+        Place {
+            surface: 0,
+            vertex: 0,
+        },
+        |r| r.place,
+    );
+    if size >= limits::<F>().narrowest {
+        Ok(size)
+    } else if size == 0.0 {
+        Err(RoomError::ZeroLength(first))
+    } else {
+        Err(RoomError::Coordinate(first))
+    }
+}
+
+/// Makes vertices that are one into one, and splits segments where the ends of others lie on them.
+fn join(
+    raw: &[Raw],
+    points: &[Vector<f64>],
+    smallest: f64,
+) -> Result<(Vec<Piece>, Vec<Material>), RoomError> {
+    let mut segments: Vec<Segment<f64>> = raw
+        .iter()
+        .enumerate()
+        .map(|(i, r)| Segment {
+            ends: r.ends,
+            vertices: r.vertices,
+            wall: i as u32,
+        })
+        .collect();
+    let nodes = hierarchy::build(&mut segments, smallest);
+    let geometry = Geometry::made(&[], &segments, &nodes, false);
+    // A forest: every vertex points to one of a smaller number that it is one with.
+    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
+    // Raw segment, distance along it, vertex.
+    let mut splits: Vec<(u32, f64, u32)> = Vec::new();
+    for (v, &point) in points.iter().enumerate() {
+        let v = v as u32;
+        let outside = |node: &Node<f64>| {
+            let [x, y] = sub(point, node.centre);
+            x.abs() > node.half[0] || y.abs() > node.half[1]
+        };
+        geometry.visit(outside, |segment| {
+            let near = segment
+                .ends
+                .iter()
+                .zip(segment.vertices)
+                .filter(|(end, _)| norm(sub(point, **end)) <= smallest);
+            let mut at_end = false;
+            for (_, other) in near {
+                at_end = true;
+                unite(&mut parent, v, other);
+            }
+            let span = sub(segment.ends[1], segment.ends[0]);
+            let length = norm(span);
+            let to = sub(point, segment.ends[0]);
+            let (ahead, aside) = (dot(span, to) / length, cross(span, to) / length);
+            if !at_end && aside.abs() <= smallest && ahead > 0.0 && ahead < length {
+                splits.push((segment.wall, ahead, v));
+            }
+        });
+    }
+    splits.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let (mut pieces, mut materials) = (Vec::with_capacity(raw.len()), Vec::new());
+    let mut splits = splits.into_iter().peekable();
+    for (i, r) in raw.iter().enumerate() {
+        let [start, end] = r.vertices.map(|v| root(&mut parent, v));
+        let mut from = start;
+        let mut push = |from: u32, to: u32| {
+            pieces.push(Piece {
+                vertices: [from, to],
+                place: r.place,
+            });
+            materials.push(r.material);
+        };
+        while let Some((_, _, v)) = splits.next_if(|s| s.0 as usize == i) {
+            let v = root(&mut parent, v);
+            if v != from && v != start && v != end {
+                push(from, v);
+                from = v;
+            }
+        }
+        if from == end {
+            return Err(RoomError::ZeroLength(r.place));
+        }
+        push(from, end);
+    }
+    if u32::try_from(pieces.len()).is_err() {
+        return Err(RoomError::Cells);
+    }
+    Ok((pieces, materials))
+}
+
+pub(crate) fn root(parent: &mut [u32], mut v: u32) -> u32 {
+    while let Some(&up) = parent.get(v as usize) {
+        if up == v {
+            break;
+        }
+        let over = parent.get(up as usize).copied().unwrap_or(up);
+        if let Some(place) = parent.get_mut(v as usize) {
+            *place = over;
+        }
+        v = over;
+    }
+    v
+}
+
+pub(crate) fn unite(parent: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parent, a), root(parent, b));
+    if let Some(place) = parent.get_mut(a.max(b) as usize) {
+        *place = a.min(b);
+    }
+}
+
+/// Whether the box is off the wall.
+fn passes(node: &Node<f64>, wall: &Wall<f64>) -> bool {
+    let [low, high] = bounds(wall.ends[0], wall.ends[1]);
+    let apart = |k: usize| {
+        node.centre[k] + node.half[k] < low[k] || node.centre[k] - node.half[k] > high[k]
+    };
+    let [tx, ty] = wall.tangent;
+    let size = tx.abs() * node.half[1] + ty.abs() * node.half[0];
+    apart(0) || apart(1) || wall.height(node.centre).abs() > size
+}
+
+/// Whether two segments have a point in common.
+fn touch(a: [Vector<f64>; 2], b: [Vector<f64>; 2]) -> bool {
+    let apart = |s: [Vector<f64>; 2], t: [Vector<f64>; 2]| {
+        let signs = t.map(|p| turn(s[0], s[1], p));
+        (signs[0] > 0.0 && signs[1] > 0.0) || (signs[0] < 0.0 && signs[1] < 0.0)
+    };
+    let [la, ha] = bounds(a[0], a[1]);
+    let [lb, hb] = bounds(b[0], b[1]);
+    let boxes = (0..2).any(|k| ha[k] < lb[k] || hb[k] < la[k]);
+    !(boxes || apart(a, b) || apart(b, a))
+}
+
+/// The sign of the turn a → b → c, exact: positive to the left.
+pub(crate) fn turn(a: Vector<f64>, b: Vector<f64>, c: Vector<f64>) -> f64 {
+    let [a, b, c] = [a, b, c].map(|[x, y]| Coord { x, y });
+    orient2d(a, b, c)
+}
+
+/// The middle of a wall.
+pub(crate) fn middle(wall: &Wall<f64>) -> Vector<f64> {
+    along(wall.ends[0], 0.5 * wall.length, wall.tangent)
+}

@@ -1,0 +1,101 @@
+//! Where the edges of shadows meet walls.
+
+use alloc::vec::Vec;
+
+use crate::closed::standing_out;
+use crate::geometry::{Backs, Wall};
+use crate::scene::Scene;
+use crate::vector::{Vector, cross, norm, sub};
+
+/// Distances along every wall at which two vertices that stand out into the room are in line and both
+/// are seen: there the edge of a shadow begins or ends. A few are listed that change nothing.
+pub(crate) fn edges(scene: &Scene) -> Vec<Vec<f64>> {
+    let used = used(scene);
+    let out = standing_out(scene);
+    let near: Vec<u32> = used
+        .iter()
+        .copied()
+        .filter(|&v| out.get(v as usize) == Some(&true))
+        .collect();
+    lines(scene, &near, &near)
+}
+
+/// The same for every vertex behind one that stands out: all places at which what is seen of the walls
+/// changes.
+pub(crate) fn kinks(scene: &Scene) -> Vec<Vec<f64>> {
+    let used = used(scene);
+    let out = standing_out(scene);
+    let near: Vec<u32> = used
+        .iter()
+        .copied()
+        .filter(|&v| out.get(v as usize) == Some(&true))
+        .collect();
+    lines(scene, &near, &used)
+}
+
+/// The vertices that walls have, once each.
+pub(crate) fn used(scene: &Scene) -> Vec<u32> {
+    let mut used: Vec<u32> = scene.walls.iter().flat_map(|w| w.vertices).collect();
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+/// The emitter of rays that start in a vertex: none.
+pub(crate) fn nobody(at: Vector<f64>) -> Wall<f64> {
+    Wall {
+        ends: [at; 2],
+        vertices: [u32::MAX; 2],
+        tangent: [0.0, 1.0],
+        length: 0.0,
+        reflectance: 0.0,
+        emission: 0.0,
+    }
+}
+
+/// Where lines from a vertex of `far` past one of `near` meet a wall in sight of the latter.
+fn lines(scene: &Scene, near: &[u32], far: &[u32]) -> Vec<Vec<f64>> {
+    let geometry = scene.geometry();
+    let mut places: Vec<Vec<f64>> = alloc::vec![Vec::new(); scene.walls.len()];
+    let at = |v: u32| scene.vertices.get(v as usize).copied().unwrap_or_default();
+    for &v in near {
+        let hub = at(v);
+        let cast = |d: Vector<f64>| geometry.nearest(&nobody(hub), u32::MAX, hub, d, Backs::Block);
+        for &w in far.iter().filter(|&&w| w != v) {
+            let to = sub(at(w), hub);
+            let length = norm(to);
+            let d = [to[0] / length, to[1] / length];
+            // A ray through a vertex passes it on one side; vertices are often in line, and this is
+            // about what can be seen from either side.
+            let either = [0.0, 1e-9, -1e-9].map(|turn| [d[0] - turn * d[1], d[1] + turn * d[0]]);
+            let seen =
+                |d: &Vector<f64>| cast(*d).is_none_or(|hit| hit.distance >= length * (1.0 - 1e-6));
+            if !either.iter().any(seen) {
+                continue;
+            }
+            let mut last = u32::MAX;
+            for d in either {
+                let hit = cast([-d[0], -d[1]]);
+                let Some(hit) = hit.filter(|hit| !hit.back && hit.wall != last) else {
+                    continue;
+                };
+                last = hit.wall;
+                let wall = scene.walls.get(hit.wall as usize);
+                let own = places.get_mut(hit.wall as usize);
+                if let (Some(wall), Some(own)) = (wall, own) {
+                    // hub + s·to on the line of the wall.
+                    let turn = cross(wall.tangent, to);
+                    let place = cross(sub(hub, wall.ends[0]), to) / turn;
+                    if place > 0.0 && place < wall.length {
+                        own.push(place);
+                    }
+                }
+            }
+        }
+    }
+    for own in &mut places {
+        own.sort_by(f64::total_cmp);
+        own.dedup();
+    }
+    places
+}

@@ -1,0 +1,92 @@
+//! Owned tables for walks.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+
+use crate::cells::{Cells, Edge};
+use crate::geometry::{Geometry, Node, Segment, Wall};
+use crate::scene::margin;
+use crate::{Enclosure, Mesh, Scene};
+
+/// The tables of a room in the walk's scalar.
+#[derive(Clone, Debug)]
+pub struct Tables<F> {
+    walls: Vec<Wall<F>>,
+    segments: Vec<Segment<F>>,
+    nodes: Vec<Node<F>>,
+    open: bool,
+    edges: Vec<Edge<F>>,
+    cell_walls: Vec<u32>,
+    first: Vec<u32>,
+    lengths: Vec<f64>,
+}
+
+impl<F: Real> Tables<F> {
+    /// Of a scene and its mesh, both made for this scalar.
+    #[must_use]
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
+        let to = F::from_f64;
+        let pair = |p: [f64; 2]| p.map(to);
+        let wall = |w: &Wall<f64>| Wall {
+            ends: w.ends.map(pair),
+            vertices: w.vertices,
+            tangent: pair(w.tangent),
+            length: to(w.length),
+            reflectance: to(w.reflectance),
+            emission: to(w.emission),
+        };
+        let segment = |s: &Segment<f64>| Segment {
+            ends: s.ends.map(pair),
+            vertices: s.vertices,
+            wall: s.wall,
+        };
+        // What the rounding of the centre may cut off is less than a margin.
+        let margin = margin(&scene.walls, F::EPSILON.to_f64());
+        let node = |n: &Node<f64>| Node {
+            centre: pair(n.centre),
+            half: n.half.map(|h| to(h + margin)),
+            first: n.first,
+            count: n.count,
+        };
+        let edge = |e: &Edge<f64>| Edge {
+            along: to(e.along),
+            position: pair(e.position),
+        };
+        let mut lengths = Vec::with_capacity(scene.walls.len() + 1);
+        let mut sum = 0.0;
+        lengths.push(sum);
+        for wall in &scene.walls {
+            sum += wall.length;
+            lengths.push(sum);
+        }
+        Self {
+            walls: scene.walls.iter().map(wall).collect(),
+            segments: scene.segments.iter().map(segment).collect(),
+            nodes: scene.nodes.iter().map(node).collect(),
+            open: scene.enclosure() == Enclosure::Open,
+            edges: mesh.edges.iter().map(edge).collect(),
+            cell_walls: mesh.walls.clone(),
+            first: mesh.first.clone(),
+            lengths,
+        }
+    }
+
+    /// The walls.
+    #[must_use]
+    pub fn geometry(&self) -> Geometry<'_, F> {
+        Geometry::made(&self.walls, &self.segments, &self.nodes, self.open)
+    }
+
+    /// The partition.
+    #[must_use]
+    pub fn cells(&self) -> Cells<'_, F> {
+        Cells::made(&self.edges, &self.cell_walls, &self.first)
+    }
+
+    /// The length of all walls before each, and of all: for [`MeanOver`](crate::MeanOver).
+    #[must_use]
+    pub fn lengths(&self) -> &[f64] {
+        &self.lengths
+    }
+}

@@ -1,0 +1,220 @@
+//! What a point sees of a part of a wall: exact, by visible intervals.
+
+use fredholm_core::Real;
+use num_traits::zero;
+
+use crate::geometry::{Geometry, Node, Segment, Wall, factor};
+use crate::vector::{Vector, cross, dot, sub};
+
+/// A part of a wall, from one point to another in the wall's direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part<F> {
+    pub(crate) wall: u32,
+    pub(crate) ends: [Vector<F>; 2],
+    pub(crate) length: F,
+}
+
+/// A point of a wall that looks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Viewer<F> {
+    pub(crate) wall: u32,
+    pub(crate) position: Vector<F>,
+}
+
+/// The directions to the two ends of a part, turned into the half plane before the viewer's wall.
+/// `None`: the part is seen from behind or is behind the viewer.
+#[inline]
+fn directions<F: Real>(
+    from: &Wall<F>,
+    position: Vector<F>,
+    part: &Part<F>,
+    to: &Wall<F>,
+) -> Option<[Vector<F>; 2]> {
+    if !(to.height(position) > zero()) {
+        return None;
+    }
+    let normal = from.normal();
+    let mut directions = part.ends.map(|end| sub(end, position));
+    let heights = directions.map(|d| dot(normal, d));
+    if !(heights[0] > zero() || heights[1] > zero()) {
+        return None;
+    }
+    let [tx, ty] = from.tangent;
+    // Seen from before it, a wall goes from right to left.
+    if heights[0] < zero() {
+        directions[0] = [tx, ty];
+    }
+    if heights[1] < zero() {
+        directions[1] = [-tx, -ty];
+    }
+    (cross(directions[0], directions[1]) > zero()).then_some(directions)
+}
+
+impl<F: Real> Geometry<'_, F> {
+    /// The form factor from a point to a part that it sees wholly, where nothing but the two walls'
+    /// own half planes is in the way.
+    #[inline]
+    pub(crate) fn unobstructed(&self, from: &Viewer<F>, part: &Part<F>) -> F {
+        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
+            return F::NAN;
+        };
+        let height = other.height(from.position);
+        if !(height > zero()) {
+            return zero();
+        }
+        let [a, b] = part.ends.map(|end| sub(end, from.position));
+        factor(own.normal(), a, b, height * part.length)
+    }
+
+    /// The form factor from a point to what it sees of a part.
+    #[inline]
+    pub(crate) fn visible(&self, from: &Viewer<F>, part: &Part<F>) -> F {
+        let Some(own) = self.wall(from.wall) else {
+            return F::NAN;
+        };
+        let mut sum = zero::<F>();
+        self.visible_pieces(from, part, |whole, a, b| {
+            if whole {
+                // The more accurate form.
+                sum = self.unobstructed(from, part);
+            } else {
+                sum += factor(own.normal(), a, b, cross(a, b));
+            }
+        });
+        sum
+    }
+
+    /// Calls `piece` for every visible interval of directions, from right to left, and tells it
+    /// whether that is the whole part.
+    pub(crate) fn visible_pieces(
+        &self,
+        from: &Viewer<F>,
+        part: &Part<F>,
+        mut piece: impl FnMut(bool, Vector<F>, Vector<F>),
+    ) {
+        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
+            return;
+        };
+        let x = from.position;
+        let Some([right, left]) = directions(own, x, part, other) else {
+            return;
+        };
+        let uncut = part.ends.map(|end| sub(end, x));
+        let mut low = right;
+        // Every turn of the loop passes at least one end of a shadow.
+        for _ in 0..=2 * self.walls().len() {
+            let (mut reach, mut next) = (low, left);
+            let outside = |node: &Node<F>| beyond(node, x, low, left, part, other);
+            self.visit(outside, |segment| {
+                let Some([a, b]) = shadow(segment, from, own, part, other, [low, left]) else {
+                    return;
+                };
+                if !(cross(low, a) > zero()) {
+                    if cross(reach, b) > zero() {
+                        reach = b;
+                    }
+                } else if cross(a, next) > zero() {
+                    next = a;
+                }
+            });
+            if cross(low, reach) > zero() {
+                low = reach;
+            } else {
+                piece([low, next] == uncut, low, next);
+                low = next;
+            }
+            if !(cross(low, left) > zero()) {
+                break;
+            }
+        }
+    }
+}
+
+/// Whether a box is outside the triangle of a point and a part seen between two directions.
+#[inline]
+fn beyond<F: Real>(
+    node: &Node<F>,
+    x: Vector<F>,
+    low: Vector<F>,
+    high: Vector<F>,
+    part: &Part<F>,
+    wall: &Wall<F>,
+) -> bool {
+    let to = sub(node.centre, x);
+    let size = |d: Vector<F>| d[0].abs() * node.half[1] + d[1].abs() * node.half[0];
+    let behind = cross(wall.tangent, sub(node.centre, part.ends[0]));
+    cross(low, to) < -size(low) || cross(to, high) < -size(high) || behind < -size(wall.tangent)
+}
+
+/// The directions between `low` and `high` in which a segment hides a part: from right to left.
+#[inline]
+fn shadow<F: Real>(
+    segment: &Segment<F>,
+    from: &Viewer<F>,
+    own: &Wall<F>,
+    part: &Part<F>,
+    other: &Wall<F>,
+    [low, high]: [Vector<F>; 2],
+) -> Option<[Vector<F>; 2]> {
+    // The walls themselves and their twins on the back hide nothing.
+    if twins(segment.vertices, own.vertices) || twins(segment.vertices, other.vertices) {
+        return None;
+    }
+    let [mut a, mut b] = segment.ends.map(|end| sub(end, from.position));
+    let turn = cross(a, b);
+    if turn < zero() {
+        (a, b) = (b, a);
+    } else if !(turn > zero()) {
+        return None;
+    }
+    // Two angles below π meet where the right side of one lies in the other.
+    let inside = |d: Vector<F>| cross(low, d) >= zero() && cross(d, high) > zero();
+    let begin = if inside(a) {
+        a
+    } else if cross(a, low) >= zero() && cross(low, b) > zero() {
+        low
+    } else {
+        return None;
+    };
+    let end = if cross(low, b) > zero() && cross(b, high) >= zero() {
+        b
+    } else {
+        high
+    };
+    (cross(begin, end) > zero() && is_before(segment, from, part, other)).then_some([begin, end])
+}
+
+#[inline]
+pub(crate) fn twins(a: [u32; 2], b: [u32; 2]) -> bool {
+    a == b || a == [b[1], b[0]]
+}
+
+/// Whether a segment, some of whose directions from a point are those of a part, is nearer than it.
+#[inline]
+fn is_before<F: Real>(
+    segment: &Segment<F>,
+    from: &Viewer<F>,
+    part: &Part<F>,
+    other: &Wall<F>,
+) -> bool {
+    let mut heights = [zero::<F>(); 2];
+    for ((height, end), vertex) in heights.iter_mut().zip(segment.ends).zip(segment.vertices) {
+        if vertex != other.vertices[0] && vertex != other.vertices[1] {
+            *height = other.height(end);
+        }
+    }
+    if heights[0] >= zero() && heights[1] >= zero() {
+        return true;
+    }
+    if heights[0] <= zero() && heights[1] <= zero() {
+        return false;
+    }
+    // The segment crosses the line of the other wall outside the part, so the part is on one side of
+    // the segment's line.
+    let [a, b] = segment.ends;
+    let span = sub(b, a);
+    let side = |p: Vector<F>| cross(span, sub(p, a));
+    let beyond = side(part.ends[0]) + side(part.ends[1]);
+    let here = side(from.position);
+    (here > zero()) != (beyond > zero())
+}

@@ -1,0 +1,417 @@
+//! What the checks need to know of rooms, and the scenes of the tests.
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource};
+use fredholm_room::{
+    Choice, Enclosure, Grading, Material, Matrix, Mesh, R_MIN, Room, RoomError, RoomPairs, Scene,
+    Solution, Surface, Tables, rounded,
+};
+
+use crate::quadrature::{Quadrature, gauss_legendre};
+
+/// The absorption probability q0 of the tests.
+pub const ABSORPTION: f64 = 0.2;
+
+/// A scene that owns its surfaces.
+#[derive(Clone, Debug, Default)]
+pub struct Drawing {
+    /// What it is called in messages.
+    pub name: &'static str,
+    /// Vertices and materials of every surface.
+    pub surfaces: Vec<(Vec<[f64; 2]>, Vec<Material>)>,
+    /// Whether light may leave.
+    pub open: bool,
+}
+
+impl Drawing {
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            ..Self::default()
+        }
+    }
+
+    /// With a polyline more, of one material.
+    #[must_use]
+    pub fn line(mut self, points: &[[f64; 2]], reflectance: f64, emission: f64) -> Self {
+        let material = Material {
+            reflectance,
+            emission,
+        };
+        self.surfaces.push((points.to_vec(), vec![material]));
+        self
+    }
+
+    /// With an obstacle more: `points` go round it clockwise, so that its outside is active.
+    #[must_use]
+    pub fn closed(self, points: &[[f64; 2]], reflectance: f64, emission: f64) -> Self {
+        let mut points = points.to_vec();
+        points.extend(points.first().copied());
+        self.line(&points, reflectance, emission)
+    }
+
+    /// With a thin baffle more: both sides.
+    #[must_use]
+    pub fn baffle(self, from: [f64; 2], to: [f64; 2], reflectance: f64) -> Self {
+        self.line(&[from, to], reflectance, 0.0)
+            .line(&[to, from], reflectance, 0.0)
+    }
+
+    /// The same drawing with other materials: surface number → material.
+    #[must_use]
+    pub fn with(mut self, material: impl Fn(usize) -> Material) -> Self {
+        for (s, (_, materials)) in self.surfaces.iter_mut().enumerate() {
+            materials.fill(material(s));
+        }
+        self
+    }
+
+    /// Validated.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub fn scene<F: Real>(&self) -> Result<Scene, RoomError> {
+        let surfaces: Vec<Surface<'_>> = self
+            .surfaces
+            .iter()
+            .map(|(points, materials)| Surface { points, materials })
+            .collect();
+        let enclosure = if self.open {
+            Enclosure::Open
+        } else {
+            Enclosure::Closed
+        };
+        Scene::new::<F>(&surfaces, enclosure)
+    }
+}
+
+/// The unit square of ORACLES: ρ = .3 .6 .7 .5 and F = 0 1 0 0 on bottom, right, top, left.
+#[must_use]
+pub fn square() -> Drawing {
+    Drawing::new("square")
+        .line(&[[0.0, 0.0], [1.0, 0.0]], 0.3, 0.0)
+        .line(&[[1.0, 0.0], [1.0, 1.0]], 0.6, 1.0)
+        .line(&[[1.0, 1.0], [0.0, 1.0]], 0.7, 0.0)
+        .line(&[[0.0, 1.0], [0.0, 0.0]], 0.5, 0.0)
+}
+
+/// The rectangle 2 × 1.
+#[must_use]
+pub fn rectangle() -> Drawing {
+    Drawing::new("rectangle")
+        .line(&[[0.0, 0.0], [2.0, 0.0]], 0.5, 1.0)
+        .line(&[[2.0, 0.0], [2.0, 1.0]], 0.4, 0.0)
+        .line(&[[2.0, 1.0], [0.0, 1.0]], 0.5, 0.0)
+        .line(&[[0.0, 1.0], [0.0, 0.0]], 0.6, 0.0)
+}
+
+/// The L-shaped room: bottom, right, inner horizontal, inner vertical, top, left.
+#[must_use]
+pub fn l_room() -> Drawing {
+    Drawing::new("L-shaped room")
+        .line(&[[0.0, 0.0], [3.0, 0.0]], 0.5, 1.0)
+        .line(&[[3.0, 0.0], [3.0, 1.0]], 0.6, 0.0)
+        .line(&[[3.0, 1.0], [1.0, 1.0]], 0.4, 0.0)
+        .line(&[[1.0, 1.0], [1.0, 3.0]], 0.7, 0.0)
+        .line(&[[1.0, 3.0], [0.0, 3.0]], 0.3, 0.0)
+        .line(&[[0.0, 3.0], [0.0, 0.0]], 0.5, 0.0)
+}
+
+/// The unit square with a centred block of half its width: bottom, right, top, left, then the block's
+/// bottom, left, top, right.
+#[must_use]
+pub fn block() -> Drawing {
+    square()
+        .line(&[[0.75, 0.25], [0.25, 0.25]], 0.5, 0.0)
+        .line(&[[0.25, 0.25], [0.25, 0.75]], 0.6, 0.0)
+        .line(&[[0.25, 0.75], [0.75, 0.75]], 0.3, 0.0)
+        .line(&[[0.75, 0.75], [0.75, 0.25]], 0.7, 0.5)
+        .named("block in a square")
+}
+
+/// FACET (UCID-19887, 1983): the unit square with two baffles, S1 … S12.
+#[must_use]
+pub fn facet() -> Drawing {
+    const VERTICES: [[f64; 2]; 10] = [
+        [0.0, 0.0],
+        [0.0, 0.5],
+        [0.4, 0.5],
+        [0.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 0.5],
+        [0.6, 0.5],
+        [1.0, 0.0],
+        [0.65, 0.0],
+        [0.35, 0.0],
+    ];
+    const SURFACES: [[usize; 2]; 12] = [
+        [2, 1],
+        [3, 2],
+        [2, 3],
+        [4, 2],
+        [5, 4],
+        [6, 5],
+        [7, 6],
+        [6, 7],
+        [8, 6],
+        [9, 8],
+        [10, 9],
+        [1, 10],
+    ];
+    let mut drawing = Drawing::new("FACET");
+    for (s, [a, b]) in SURFACES.into_iter().enumerate() {
+        let reflectance = 0.2 + 0.05 * s as f64;
+        let emission = if s == 4 { 1.0 } else { 0.0 };
+        let ends = [VERTICES[a - 1], VERTICES[b - 1]];
+        drawing = drawing.line(&ends, reflectance, emission);
+    }
+    drawing
+}
+
+/// Two rooms and a doorway; the lamp is in the left one. The wall between them is thick, and meets the
+/// outline in the middle of its sides.
+#[must_use]
+pub fn doorway() -> Drawing {
+    Drawing::new("two rooms and a doorway")
+        .line(&[[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]], 0.6, 0.0)
+        .line(&[[0.0, 2.0], [0.0, 0.0]], 0.4, 1.0)
+        // Below the doorway a thick wall, above it a thin one.
+        .line(&[[1.9, 0.0], [1.9, 0.7], [2.1, 0.7], [2.1, 0.0]], 0.5, 0.0)
+        .baffle([2.0, 1.2], [2.0, 2.0], 0.5)
+        .opened([1.9, 2.1])
+}
+
+/// A furnished room: a lamp on the ceiling, a table, a cupboard in the corner, a picture, a screen at an
+/// angle.
+#[must_use]
+pub fn furnished() -> Drawing {
+    let table = [[1.2, 0.7], [1.2, 0.75], [2.2, 0.75], [2.2, 0.7]];
+    let seat = [
+        [2.6, 0.4],
+        [2.55, 0.43],
+        [2.6, 0.46],
+        [3.0, 0.46],
+        [3.0, 0.4],
+    ];
+    Drawing::new("furnished room")
+        .line(
+            &[[0.0, 0.0], [3.4, 0.0], [3.4, 1.8], [4.0, 1.8], [4.0, 2.5]],
+            0.5,
+            0.0,
+        )
+        .line(&[[4.0, 2.5], [2.4, 2.5]], 0.7, 0.0)
+        .line(&[[2.4, 2.5], [1.6, 2.5]], 0.1, 1.0)
+        .line(&[[1.6, 2.5], [0.0, 2.5]], 0.7, 0.0)
+        .line(&[[0.0, 2.5], [0.0, 0.0]], 0.6, 0.0)
+        .closed(&table, 0.3, 0.0)
+        .closed(&seat, 0.4, 0.0)
+        .baffle([0.3, 0.2], [0.7, 1.3], 0.5)
+        .baffle([0.0, 1.9], [0.35, 2.0], 0.2)
+}
+
+/// The cross-section of a furnace: a hot bed, walls, a load of two billets on a skid, temperatures in
+/// kelvin.
+#[must_use]
+pub fn furnace() -> Drawing {
+    let mut drawing = Drawing::new("furnace");
+    let mut add = |points: &[[f64; 2]], emissivity, temperature| {
+        let material = Material::grey(emissivity, temperature);
+        drawing.surfaces.push((points.to_vec(), vec![material]));
+    };
+    add(&[[0.0, 0.0], [3.0, 0.0]], 0.8, 1500.0);
+    add(&[[3.0, 0.0], [3.0, 1.2]], 0.6, 1200.0);
+    add(&[[3.0, 1.2], [1.5, 1.8], [0.0, 1.2]], 0.6, 1100.0);
+    add(&[[0.0, 1.2], [0.0, 0.0]], 0.6, 1200.0);
+    for x in [0.7, 1.8] {
+        let billet = [[x, 0.5], [x, 0.9], [x + 0.4, 0.9], [x + 0.4, 0.5], [x, 0.5]];
+        add(&billet, 0.9, 700.0);
+    }
+    drawing
+}
+
+/// A regular polygon inscribed in the unit circle, the middle of its side number k at the angle
+/// 2πk/n, with the emission `emission(angle)` of the middle.
+#[must_use]
+pub fn polygon(n: usize, reflectance: f64, emission: impl Fn(f64) -> f64) -> Drawing {
+    let angle = |k: f64| core::f64::consts::TAU * k / n as f64;
+    let point = |k: usize| {
+        let a = angle((k % n) as f64 - 0.5);
+        [a.cos(), a.sin()]
+    };
+    let points = (0..=n).map(point).collect();
+    let material = |k: usize| Material {
+        reflectance,
+        emission: emission(angle(k as f64)),
+    };
+    Drawing {
+        name: "regular polygon",
+        surfaces: vec![(points, (0..n).map(material).collect())],
+        open: false,
+    }
+}
+
+/// All closed scenes with names.
+#[must_use]
+pub fn scenes() -> Vec<Drawing> {
+    vec![
+        square(),
+        rectangle(),
+        l_room(),
+        block(),
+        facet(),
+        doorway(),
+        furnished(),
+        furnace(),
+        polygon(17, 0.5, f64::cos),
+    ]
+}
+
+impl Drawing {
+    /// The same under another name.
+    #[must_use]
+    pub fn named(mut self, name: &'static str) -> Self {
+        self.name = name;
+        self
+    }
+
+    /// Without the part of the floor between two places, where an inner wall is thick.
+    fn opened(mut self, [from, to]: [f64; 2]) -> Self {
+        let (outline, materials) = self.surfaces.remove(0);
+        let rest = [&[[to, 0.0]], &outline[1..]].concat();
+        self.surfaces
+            .insert(0, (vec![[0.0, 0.0], [from, 0.0]], materials.clone()));
+        self.surfaces.insert(1, (rest, materials));
+        self
+    }
+}
+
+/// Everything deterministic about a room, in f64.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The scene.
+    pub scene: Scene,
+    /// Its partition.
+    pub mesh: Mesh,
+    /// Views and coefficients.
+    pub matrix: Matrix,
+    /// The Galerkin solution.
+    pub solution: Solution,
+}
+
+impl Setup {
+    /// Of a drawing, for walks in F. `spoil` is a relative error of every coefficient.
+    ///
+    /// # Errors
+    /// [`RoomError`].
+    pub fn new<F: Real>(
+        drawing: &Drawing,
+        cells: usize,
+        grading: Grading,
+    ) -> Result<Self, RoomError> {
+        let scene = drawing.scene::<F>()?;
+        let mesh = Mesh::new::<F>(&scene, cells, grading)?;
+        let matrix = Matrix::new(&scene, &mesh, R_MIN)?;
+        let solution = Solution::new(&scene, &mesh, &matrix, 1e-15, 1000)?;
+        Ok(Self {
+            scene,
+            mesh,
+            matrix,
+            solution,
+        })
+    }
+
+    /// The neighbour equation for a choice of pairs.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn with<F: Real, R>(
+        &self,
+        choice: Choice,
+        then: impl FnOnce(&Room<'_, F>, &RoomNeighbour<'_, F>, &[F], &[f64]) -> R,
+    ) -> R {
+        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let views = self.matrix.views();
+        let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
+        let pairs = RoomPairs { views, choice };
+        let v = self.solution.rounded::<F>().unwrap();
+        let g = self.solution.source::<F>(&self.matrix, &pairs).unwrap();
+        let entries = rounded::<F>(self.matrix.entries()).unwrap();
+        let dense = Dense::new(&entries, v.len()).unwrap();
+        let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
+        then(&room, &neighbour, &v, tables.lengths())
+    }
+}
+
+/// The neighbour equation of a room.
+pub type RoomNeighbour<'a, F> = Piecewise<
+    'a,
+    F,
+    Room<'a, F>,
+    Dense<'a, F>,
+    RoomPairs<'a>,
+    PointwiseSource<'a, F, Room<'a, F>, RoomPairs<'a>>,
+>;
+
+impl<F: Real> Quadrature for Room<'_, F> {
+    /// Split where the edge of a shadow may fall: at every vertex, seen from x.
+    fn nodes(&self, x: &Self::Point, j: usize) -> Vec<(Self::Point, f64)> {
+        let (Some(from), Some(to)) = (self.inside(j, F::zero()), self.inside(j, F::one())) else {
+            return Vec::new();
+        };
+        let wide = |p: [F; 2]| p.map(Real::to_f64);
+        let [a, b, x] = [from, to, *x].map(|p| wide(p.position()));
+        let span = [b[0] - a[0], b[1] - a[1]];
+        let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+        let dot = |p: [f64; 2], q: [f64; 2]| p[0] * q[0] + p[1] * q[1];
+        let mut cuts = vec![0.0, 1.0];
+        for wall in self.geometry().walls() {
+            for end in wall.ends.map(wide) {
+                // a + t span on the line from x through the vertex.
+                let ray = [end[0] - x[0], end[1] - x[1]];
+                let t = cross([x[0] - a[0], x[1] - a[1]], ray) / cross(span, ray);
+                if t > 0.0 && t < 1.0 {
+                    cuts.push(t);
+                }
+            }
+            // And on the lines of walls.
+            let ends = wall.ends.map(wide);
+            let along = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
+            let t = cross([ends[0][0] - a[0], ends[0][1] - a[1]], along) / cross(span, along);
+            if t > 0.0 && t < 1.0 {
+                cuts.push(t);
+            }
+        }
+        // Where x is near, p(x, ·) varies over its distance: graded from the foot of x.
+        let foot = (dot([x[0] - a[0], x[1] - a[1]], span) / dot(span, span)).clamp(0.0, 1.0);
+        cuts.push(foot);
+        let mut step = 0.5;
+        while step > 1e-5 {
+            cuts.extend(
+                [foot - step, foot + step]
+                    .into_iter()
+                    .filter(|t| *t > 0.0 && *t < 1.0),
+            );
+            step *= 0.4;
+        }
+        cuts.sort_by(f64::total_cmp);
+        let length = self.table().length(j).to_f64();
+        let rule = gauss_legendre(16);
+        let mut nodes = Vec::new();
+        for pair in cuts.windows(2) {
+            let width = pair[1] - pair[0];
+            if width > 1e-14 {
+                for &(t, weight) in &rule {
+                    let point = self.inside(j, F::from_f64(pair[0] + t * width)).unwrap();
+                    nodes.push((point, weight * width * length));
+                }
+            }
+        }
+        nodes
+    }
+
+    fn inside(&self, j: usize, t: f64) -> Self::Point {
+        Room::inside(self, j, F::from_f64(t)).expect("a cell")
+    }
+}

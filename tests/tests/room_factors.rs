@@ -1,0 +1,137 @@
+//! Form factors of rooms against published ones.
+
+use fredholm_room::factors;
+use fredholm_tests::room::{Drawing, block, facet, l_room, rectangle, scenes};
+
+fn table(drawing: &Drawing) -> (Vec<f64>, usize, Vec<f64>) {
+    let scene = drawing
+        .scene::<f64>()
+        .unwrap_or_else(|e| panic!("{}: {e}", drawing.name));
+    let n = scene.surfaces();
+    let lengths = (0..n).map(|s| scene.length(s).unwrap()).collect();
+    (factors(&scene).unwrap(), n, lengths)
+}
+
+fn close(found: f64, expected: f64, allowed: f64) {
+    let difference = (found - expected).abs();
+    assert!(
+        difference <= allowed,
+        "{found:.12} for {expected:.12}: {difference:e}"
+    );
+}
+
+#[test]
+fn rows_sum_to_one_and_exchange_is_reciprocal() {
+    for drawing in scenes() {
+        let (table, n, lengths) = table(&drawing);
+        for i in 0..n {
+            let sum: f64 = table[i * n..][..n].iter().sum();
+            close(sum, 1.0, 1e-12);
+            for j in 0..n {
+                let [there, back] = [lengths[i] * table[i * n + j], lengths[j] * table[j * n + i]];
+                assert!(
+                    (there - back).abs() < 1e-12,
+                    "{}: {i} {j} {there:.15} {back:.15}",
+                    drawing.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn published_tables() {
+    let (table_of, n, _) = table(&rectangle());
+    close(table_of[1], 0.190983005625, 1e-12);
+    close(table_of[2], 0.618033988750, 1e-12);
+    assert_eq!(n, 4);
+    let (table_of, ..) = table(&l_room());
+    let row = [
+        0.0,
+        0.139620389972,
+        0.497355345883,
+        0.041989317034,
+        0.066390939611,
+        0.254644007500,
+    ];
+    for (found, expected) in table_of.iter().zip(row) {
+        close(*found, expected, 1e-12);
+    }
+    let (table_of, ..) = table(&block());
+    // Bottom: itself, right, top, left; the block's bottom, left, top, right.
+    let row = [
+        0.0,
+        0.209430584956,
+        0.081138830084,
+        0.209430584956,
+        0.437016024454,
+        0.031491987775,
+        0.0,
+        0.031491987775,
+    ];
+    // Made by quadrature: their last digits differ from the strings'.
+    for (found, expected) in table_of.iter().zip(row) {
+        close(*found, expected, 1e-11);
+    }
+    let (table_of, n, _) = table(&facet());
+    let first = [
+        0.0,
+        0.259687576257,
+        0.0,
+        0.0,
+        0.007123828961,
+        0.052163627192,
+        0.0,
+        0.062990978841,
+        0.236067977500,
+        0.052026984593,
+        0.090266807444,
+        0.239672219213,
+    ];
+    let fifth = [
+        0.003561914480,
+        0.0,
+        0.238660722451,
+        0.190983005625,
+        0.0,
+        0.190983005625,
+        0.238660722451,
+        0.0,
+        0.003561914480,
+        0.038532750784,
+        0.056523213319,
+        0.038532750784,
+    ];
+    for (row, expected) in [(0, first), (4, fifth)] {
+        for (found, expected) in table_of[row * n..][..n].iter().zip(expected) {
+            close(*found, expected, 1e-12);
+        }
+    }
+}
+
+/// Howell's catalogue: open scenes of two plates.
+#[test]
+fn plates_wedge_and_corner() {
+    let open = |drawing: Drawing| {
+        let drawing = Drawing {
+            open: true,
+            ..drawing
+        };
+        table(&drawing).0[1]
+    };
+    for h in [0.1_f64, 1.0, 3.0] {
+        let plates = Drawing::new("plates")
+            .line(&[[0.0, 0.0], [1.0, 0.0]], 0.5, 0.0)
+            .line(&[[1.0, h], [0.0, h]], 0.5, 0.0);
+        close(open(plates), (1.0 + h * h).sqrt() - h, 1e-12);
+        let corner = Drawing::new("corner")
+            .line(&[[0.0, 0.0], [1.0, 0.0]], 0.5, 0.0)
+            .line(&[[0.0, h], [0.0, 0.0]], 0.5, 0.0);
+        close(open(corner), 0.5 * (1.0 + h - (1.0 + h * h).sqrt()), 1e-12);
+        let alpha = h.min(2.0);
+        let wedge = Drawing::new("wedge")
+            .line(&[[0.0, 0.0], [1.0, 0.0]], 0.5, 0.0)
+            .line(&[[alpha.cos(), alpha.sin()], [0.0, 0.0]], 0.5, 0.0);
+        close(open(wedge), 1.0 - (0.5 * alpha).sin(), 1e-12);
+    }
+}
