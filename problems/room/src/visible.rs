@@ -59,11 +59,21 @@ impl<F: Real> Geometry<'_, F> {
             return F::NAN;
         };
         let height = other.height(from.position);
-        if !(height > zero()) {
-            return zero();
-        }
         let [a, b] = part.ends.map(|end| sub(end, from.position));
-        factor(own.normal(), a, b, height * part.length)
+        let nothing = [zero(); 2];
+        if height > zero() && a != nothing && b != nothing {
+            return factor(own.normal(), a, b, height * part.length);
+        }
+        // In a corner, or within rounding of it: the walls there fill the angle up to the horizon.
+        let [tx, ty] = own.tangent;
+        let (a, b) = if part.ends[0] == own.ends[1] {
+            ([tx, ty], b)
+        } else if part.ends[1] == own.ends[0] {
+            (a, [-tx, -ty])
+        } else {
+            return zero();
+        };
+        factor(own.normal(), a, b, cross(a, b))
     }
 
     /// The form factor from a point to what it sees of a part.
