@@ -170,6 +170,15 @@ fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
             rays.push((hit.wall, at, normal));
         }
     }
+    // Into a gap beyond the vertex, from all over the room.
+    for power in 1..=12 {
+        let share = 1.0 / (10_u64.pow(power) as f64);
+        for spoke in around {
+            let beyond = along(spoke.hub, share, sub(spoke.hub, spoke.end));
+            let from = spread(scene).take(64);
+            rays.extend(from.map(|(wall, from, _)| (wall, from, sub(beyond, from))));
+        }
+    }
     for (wall, from, direction) in rays.iter().copied().chain(spread(scene)) {
         let active = scene
             .walls

@@ -55,7 +55,8 @@ pub fn factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
         let per_length = 1.0 / scene.length(surface(w))?;
         let ends = core::iter::once(&0.0).chain(places);
         for (&from, &to) in ends.zip(places.iter().chain([&wall.length])) {
-            observer.integrate([from, to], 0, &mut |seen, exchange| {
+            let mut halvings = HALVINGS;
+            observer.integrate([from, to], &mut halvings, &mut |seen, exchange| {
                 if let Some(entry) = out.get_mut(row + surface(seen)) {
                     *entry += exchange * per_length;
                 }
@@ -73,21 +74,55 @@ struct Observer<'a> {
     number: u32,
     wall: &'a Wall<f64>,
     /// Kept from place to place: unit vectors to vertices.
-    directions: Vec<(f64, u32, Vector<f64>)>,
+    directions: Vec<(Rank, u32, Vector<f64>)>,
+}
+
+/// How many times an interval may be halved: enough to find a dozen places that the lines did not
+/// give, to rounding.
+const HALVINGS: u32 = 600;
+
+/// Where a direction stands from right to left: exact near the horizon, too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rank {
+    left: bool,
+    share: f64,
+}
+
+impl Rank {
+    /// Of a direction of these components along the wall and away from it.
+    fn new(tangent: f64, normal: f64) -> Self {
+        let share = normal / (normal + tangent.abs());
+        let left = tangent < 0.0;
+        Self {
+            left,
+            share: if left { -share } else { share },
+        }
+    }
+
+    fn compare(&self, other: &Self) -> core::cmp::Ordering {
+        let shares = self.share.total_cmp(&other.share);
+        self.left.cmp(&other.left).then(shares)
+    }
 }
 
 impl Observer<'_> {
     /// The length times the form factor of the part of the wall between two distances, to every wall.
-    fn integrate(&mut self, [from, to]: [f64; 2], depth: u32, add: &mut impl FnMut(u32, f64)) {
+    fn integrate(
+        &mut self,
+        [from, to]: [f64; 2],
+        halvings: &mut u32,
+        add: &mut impl FnMut(u32, f64),
+    ) {
         if !(to - from > 1e-15 * self.wall.length) {
             return;
         }
         // Nowhere near a place of symmetry, where vertices may be in line that hide nothing.
         let at = |t: f64| from + t * (to - from);
         let glimpses = self.look(at(0.091_3));
-        if glimpses != self.look(at(0.893_7)) && depth < 40 {
-            self.integrate([from, at(0.5)], depth + 1, add);
-            self.integrate([at(0.5), to], depth + 1, add);
+        if *halvings > 0 && glimpses != self.look(at(0.893_7)) {
+            *halvings -= 1;
+            self.integrate([from, at(0.5)], halvings, add);
+            self.integrate([at(0.5), to], halvings, add);
             return;
         }
         let ends = [from, to].map(|s| along(self.wall.ends[0], s, self.wall.tangent));
@@ -113,20 +148,22 @@ impl Observer<'_> {
         let [tx, ty] = self.wall.tangent;
         let normal = self.wall.normal();
         self.directions.clear();
-        self.directions.push((-1.0, HORIZON, [tx, ty]));
+        self.directions
+            .push((Rank::new(1.0, 0.0), HORIZON, [tx, ty]));
         for &vertex in self.used {
             let at = self.scene.vertices.get(vertex as usize);
             let to = at.map_or([0.0; 2], |&v| sub(v, origin));
             let length = norm(to);
             if dot(normal, to) > self.scene.smallest && length > 0.0 {
+                let rank = Rank::new(dot(self.wall.tangent, to), dot(normal, to));
                 let unit = [to[0] / length, to[1] / length];
-                self.directions
-                    .push((-dot(self.wall.tangent, unit), vertex, unit));
+                self.directions.push((rank, vertex, unit));
             }
         }
-        self.directions.push((1.0, HORIZON, [-tx, -ty]));
         self.directions
-            .sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            .push((Rank::new(-1.0, -0.0), HORIZON, [-tx, -ty]));
+        self.directions
+            .sort_by(|a, b| a.0.compare(&b.0).then(a.1.cmp(&b.1)));
         let mut glimpses: Vec<Glimpse> = Vec::new();
         for pair in self.directions.windows(2) {
             let [(_, right, a), (_, left, b)] = [pair[0], pair[1]];
