@@ -252,6 +252,27 @@ pub fn polygon(n: usize, reflectance: f64, emission: impl Fn(f64) -> f64) -> Dra
     }
 }
 
+/// The unit square with n/4 small square obstacles, each turned another way, on a grid: n + 4 walls.
+#[must_use]
+pub fn crowd(n: usize) -> Drawing {
+    let mut drawing = square().named("crowd");
+    let side = ((n / 4) as f64).sqrt().ceil();
+    for k in 0..n / 4 {
+        let k = k as f64;
+        let at = [(k % side + 0.5) / side, ((k / side).floor() + 0.5) / side];
+        let corner = |q: f64| {
+            let angle = k - q * core::f64::consts::FRAC_PI_2;
+            [
+                at[0] + 0.3 / side * angle.cos(),
+                at[1] + 0.3 / side * angle.sin(),
+            ]
+        };
+        let corners = [corner(0.0), corner(1.0), corner(2.0), corner(3.0)];
+        drawing = drawing.closed(&corners, 0.5, 0.0);
+    }
+    drawing
+}
+
 /// All closed scenes with names.
 #[must_use]
 pub fn scenes() -> Vec<Drawing> {

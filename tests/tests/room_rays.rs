@@ -2,7 +2,7 @@
 
 use fredholm_core::{DefaultGenerator, Draws, Real, Sampler, Stream, Uniforms};
 use fredholm_room::{Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, Views};
-use fredholm_tests::room::{Drawing, scenes, square};
+use fredholm_tests::room::{Drawing, crowd, scenes, square};
 
 /// Turned, shrunk and moved far away: no vertex that lies on a wall does so exactly.
 fn moved(drawing: &Drawing, angle: f64, scale: f64, offset: [f64; 2]) -> Drawing {
@@ -152,24 +152,6 @@ fn the_hierarchy_finds_what_a_search_of_all_walls_finds() {
             );
         }
     }
-}
-
-/// A square with `n` segments of small obstacles at random places on a grid.
-fn crowd(n: usize) -> Drawing {
-    let mut drawing = square().named("crowd");
-    let side = ((n / 4) as f64).sqrt().ceil();
-    for k in 0..n / 4 {
-        let k = k as f64;
-        let at = [(k % side + 0.5) / side, ((k / side).floor() + 0.5) / side];
-        let (size, turn) = (0.3 / side, k);
-        let corner = |q: f64| {
-            let angle = turn - q * std::f64::consts::FRAC_PI_2;
-            [at[0] + size * angle.cos(), at[1] + size * angle.sin()]
-        };
-        let corners = [corner(0.0), corner(1.0), corner(2.0), corner(3.0)];
-        drawing = drawing.closed(&corners, 0.5, 0.0);
-    }
-    drawing
 }
 
 #[test]
