@@ -13,9 +13,8 @@ const LEAF: usize = 4;
 /// How many bins the surface-area heuristic tries.
 const BINS: usize = 16;
 
-/// Levels up to which the heuristic may split unevenly; below, halves are equal, so that 2³² segments
-/// stay within the stack of a ray.
-const UNEVEN: usize = 8;
+/// The levels that a tree may have and a ray's stack has room for.
+const LEVELS: u32 = 38;
 
 /// A tree over segments, which it puts in the order of its leaves. Boxes are wider by `margin` on every
 /// side.
@@ -29,7 +28,7 @@ pub(crate) fn build(segments: &mut [Segment<f64>], margin: f64) -> Vec<Node<f64>
     };
     nodes.push(empty);
     // Node, range of segments, level.
-    let mut open = Vec::from([(0, 0, segments.len(), 0)]);
+    let mut open = Vec::from([(0, 0, segments.len(), 0_u32)]);
     while let Some((at, from, to, level)) = open.pop() {
         let Some(own) = segments.get_mut(from..to) else {
             continue;
@@ -45,7 +44,9 @@ pub(crate) fn build(segments: &mut [Segment<f64>], margin: f64) -> Vec<Node<f64>
             count: own.len() as u32,
         };
         if own.len() > LEAF {
-            let middle = from + split(own, level < UNEVEN);
+            // Unevenly, as long as equal halves could still end in time.
+            let uneven = level + own.len().ilog2() + 1 < LEVELS;
+            let middle = from + split(own, uneven);
             node.first = nodes.len() as u32;
             node.count = 0;
             open.push((nodes.len(), from, middle, level + 1));
