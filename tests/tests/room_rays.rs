@@ -126,7 +126,7 @@ fn the_hierarchy_finds_what_a_search_of_all_walls_finds() {
             let w = (draw() * geometry.walls().len() as f64) as usize;
             let x = room.point(w, draw()).unwrap().position();
             let wall = geometry.walls()[w];
-            let angle = std::f64::consts::PI * draw();
+            let angle = core::f64::consts::PI * draw();
             let (sin, cos) = angle.sin_cos();
             let [tx, ty] = wall.tangent;
             let d = [cos * tx - sin * ty, cos * ty + sin * tx];

@@ -1,5 +1,5 @@
-//! Solves a circle, from the tables to the estimate, in f32 and f64, with both estimators and both
-//! kinds of neighbour equations, without std, allocator or panic.
+//! Solves a circle and a room, from the tables to the estimate, in f32 and f64, with both estimators
+//! and both kinds of neighbour equations, without std, allocator or panic.
 //!
 //! The panic handler calls a function that does not exist: the program links only where the
 //! optimiser has proved that nothing can panic. Without std there is no allocator either, and no
@@ -7,6 +7,8 @@
 
 #![no_std]
 #![no_main]
+
+mod room;
 
 use fredholm_circle::{
     Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, moments, slots,
@@ -206,5 +208,7 @@ extern "C" fn main(arguments: i32, _: *const *const u8) -> i32 {
     let wide = near(solve::<f64>(&reflectance, 0.2, seed));
     let narrow = near(solve::<f32>(&reflectance, 0.2, seed));
     let exact = linear(seed).is_some_and(|s| (s.preconditioned().estimate - 0.84).abs() < 1e-3);
-    i32::from(!(wide && narrow && exact))
+    let rooms = room::near(room::solve::<f64>(reflectance[1], seed))
+        && room::near(room::solve::<f32>(reflectance[1], seed));
+    i32::from(!(wide && narrow && exact && rooms))
 }

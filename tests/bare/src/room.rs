@@ -1,0 +1,134 @@
+//! A square room from tables that a device would keep.
+
+use fredholm_core::galerkin::{Dense, Piecewise, Sweeps, gauss_seidel, neighbour_source};
+use fredholm_core::{At, Batch, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task};
+use fredholm_room::{
+    Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment, Views,
+    Wall,
+};
+
+const CORNERS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+const LENGTHS: [f64; 5] = [0.0, 1.0, 2.0, 3.0, 4.0];
+const WALLS: [u32; 8] = [0, 0, 1, 1, 2, 2, 3, 3];
+const FIRST: [u32; 5] = [0, 2, 4, 6, 8];
+
+/// Every wall has two cells, ρ and F = 1 − ρ, so that u = 1: at a point, in the mean, and as
+/// irradiance.
+pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics; 3]> {
+    let to = F::from_f64;
+    let corner = |k: usize| CORNERS.get(k).copied().unwrap_or_default();
+    let wall = |w: usize| {
+        let [a, b] = [corner(w), corner(w + 1)];
+        Wall {
+            ends: [a.map(to), b.map(to)],
+            vertices: [w as u32, (w as u32 + 1) % 4],
+            tangent: [to(b[0] - a[0]), to(b[1] - a[1])],
+            length: F::one(),
+            reflectance: to(reflectance),
+            emission: to(1.0 - reflectance),
+        }
+    };
+    let walls: [Wall<F>; 4] = core::array::from_fn(wall);
+    let segments: [Segment<F>; 4] = core::array::from_fn(|w| {
+        let wall = wall(w);
+        Segment {
+            ends: wall.ends,
+            vertices: wall.vertices,
+            wall: w as u32,
+        }
+    });
+    // One box for all, so that nothing depends on how it is divided.
+    let node = |first, count| Node {
+        centre: [to(0.5); 2],
+        half: [to(0.6); 2],
+        first,
+        count,
+    };
+    let nodes = [node(1, 0), node(0, 2), node(2, 2)];
+    let edges: [Edge<F>; 12] = core::array::from_fn(|e| {
+        let (w, along) = (e / 3, 0.5 * (e % 3) as f64);
+        let [a, b] = [corner(w), corner(w + 1)];
+        let at = |k: usize| {
+            let [a, b] = [a, b].map(|p| if k == 0 { p[0] } else { p[1] });
+            to(a + along * (b - a))
+        };
+        Edge {
+            along: to(along),
+            position: [at(0), at(1)],
+        }
+    });
+    let geometry = Geometry::new(&walls, &segments, &nodes, false).ok()?;
+    let cells = Cells::new(&geometry, &edges, &WALLS, &FIRST).ok()?;
+    // Opposite walls in S, others pointwise; a wall sees nothing of itself.
+    let mut table = [0; 64];
+    let mut entries = [F::zero(); 64];
+    for (e, (view, k)) in table.iter_mut().zip(&mut entries).enumerate() {
+        let turns = (e / 16 + 4 - e % 8 / 2) % 4;
+        (*view, *k) = match turns {
+            0 => (0, F::zero()),
+            2 => (3, to(0.2 * reflectance)),
+            _ => (1, to(0.15 * reflectance)),
+        };
+    }
+    let views = Views::new(&table, 8).ok()?;
+    let room = Room::new(geometry, cells, views, 0.2).ok()?;
+    let pairs = RoomPairs {
+        views,
+        choice: Choice::Default,
+    };
+    let dense = Dense::new(&entries, 8)?;
+    let (mut v, mut g) = ([F::zero(); 8], [F::zero(); 8]);
+    let source = [to(1.0 - reflectance); 8];
+    gauss_seidel::<_, 1>(&dense, &source, &mut v, Sweeps::Fixed(9)).ok()?;
+    neighbour_source::<_, _, 1>(&dense, &pairs, &v, &mut g).ok()?;
+    let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).ok()?;
+    let task = Task {
+        equation: &room,
+        neighbour: &neighbour,
+        functional: &At(room.point(0, 0.3).ok()?),
+        neighbour_value: None,
+        estimator: Estimator::Absorption,
+        stream: <Stream>::new(seed, 0),
+        step_limit: STEP_LIMIT,
+    };
+    let mean = MeanOver::new(&room, &LENGTHS, 0..4).ok()?;
+    let irradiance = Irradiance {
+        room: &room,
+        of: mean,
+    };
+    let mut batches = [Batch::new(0, 5000, 5000); 3];
+    let [point, all, falls] = &mut batches;
+    point.run(&task, u64::MAX).ok()?;
+    let [of_mean, of_irradiance] = [1, 2].map(|target| <Stream>::new(seed, target));
+    let mean = Task {
+        functional: &mean,
+        equation: &room,
+        neighbour: &neighbour,
+        neighbour_value: Some(mean.of(&v)),
+        estimator: Estimator::Collision,
+        stream: of_mean,
+        step_limit: STEP_LIMIT,
+    };
+    all.run(&mean, u64::MAX).ok()?;
+    let irradiance = Task {
+        functional: &irradiance,
+        equation: &room,
+        neighbour: &neighbour,
+        neighbour_value: None,
+        estimator: Estimator::Collision,
+        stream: of_irradiance,
+        step_limit: STEP_LIMIT,
+    };
+    falls.run(&irradiance, u64::MAX).ok()?;
+    Some(batches.map(|batch| *batch.statistics()))
+}
+
+/// Whether all estimates are near 1.
+pub(crate) fn near(statistics: Option<[Statistics; 3]>) -> bool {
+    statistics.is_some_and(|all| {
+        all.iter().all(|s| {
+            let best = s.preconditioned();
+            (best.estimate - 1.0).abs() < 5.0 * best.std_error.unwrap_or(0.0)
+        })
+    })
+}
