@@ -135,3 +135,43 @@ fn plates_wedge_and_corner() {
         close(open(wedge), 1.0 - (0.5 * alpha).sin(), 1e-12);
     }
 }
+
+/// 36 walls round a room with 16 obstacles, 100 surfaces: `cargo test --release` prints the time.
+#[test]
+fn a_hundred_surfaces() {
+    let mut drawing = Drawing::new("a hundred surfaces");
+    let corners = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.0, 0.0]];
+    for side in corners.windows(2) {
+        let at = |k: usize| {
+            let t = k as f64 / 9.0;
+            [0, 1].map(|c| side[0][c] + t * (side[1][c] - side[0][c]))
+        };
+        for k in 0..9 {
+            drawing = drawing.line(&[at(k), at(k + 1)], 0.5, 0.0);
+        }
+    }
+    for k in 0..16_u32 {
+        let [x, y] = [k % 4, k / 4].map(|c| 1.2 + 2.2 * f64::from(c));
+        let corner = |q: u32| {
+            let angle = f64::from(k) - f64::from(q) * core::f64::consts::FRAC_PI_2;
+            [x + 0.5 * angle.cos(), y + 0.5 * angle.sin()]
+        };
+        for q in 0..4 {
+            drawing = drawing.line(&[corner(q), corner((q + 1) % 4)], 0.5, 0.0);
+        }
+    }
+    let start = std::time::Instant::now();
+    let (table, n, lengths) = table(&drawing);
+    println!("{n} surfaces: {:.3} s", start.elapsed().as_secs_f64());
+    assert_eq!(n, 100);
+    let mut worst = 0.0_f64;
+    for i in 0..n {
+        close(table[i * n..][..n].iter().sum::<f64>(), 1.0, 1e-12);
+        for j in 0..n {
+            let there = lengths[i] * table[i * n + j];
+            worst = worst.max((there - lengths[j] * table[j * n + i]).abs());
+        }
+    }
+    println!("exchange there and back differs by {worst:.1e}");
+    assert!(worst < 1e-12);
+}
