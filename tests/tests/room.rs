@@ -5,7 +5,7 @@ use fredholm_core::{
     rounding_floor,
 };
 use fredholm_room::{
-    Choice, Grading, Irradiance, Material, MeanOver, R_MIN, Room, RoomPairs, View,
+    Choice, Grading, Irradiance, Material, MeanOver, R_MIN, Room, RoomPairs, Seen, View,
 };
 use fredholm_tests::check::{
     Failure, cells_are_found, density_integrates, masses_do_not_collapse, means,
@@ -408,4 +408,49 @@ fn the_energy_of_a_furnace_is_balanced() {
     assert!((grey.net_flux(1e5) - 0.6 * (black_body - 1e5)).abs() < 1e-9);
     // σ 1000⁴, CODATA 2018: 56,703.744 19 W m⁻².
     assert!((Material::grey(1.0, 1000.0).emission - 56_703.744_19).abs() < 1e-8);
+}
+
+/// Between two parallel plates, one of radiosity 1 and one black, a point sees the former in the angle
+/// that it fills.
+#[test]
+fn a_point_between_walls_sees_them() {
+    let mut drawing = Drawing::new("plates")
+        .line(&[[0.0, 0.0], [1.0, 0.0]], 0.0, 0.0)
+        .line(&[[1.0, 0.5], [0.0, 0.5]], 0.5, 1.0);
+    drawing.open = true;
+    let setup = Setup::new::<f64>(&drawing, 50, Grading::default()).unwrap();
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, _, _| {
+        let seen = |position| {
+            let seen = Seen { room, position };
+            let stream = Stream::new(1, 0);
+            let estimator = Estimator::Collision;
+            let task = task((room, neighbour), &seen, None, estimator, stream);
+            run(&task, 50_000).plain()
+        };
+        let inside = seen([0.3, 0.2]);
+        let angle = f64::atan2(0.7, 0.3) + f64::atan2(0.3, 0.3);
+        let exact = angle / core::f64::consts::TAU;
+        let off = (inside.estimate - exact).abs();
+        assert!(off < STANDARD_ERRORS * inside.std_error.unwrap(), "{off}");
+        // Above the lamp only its back is seen.
+        assert_eq!(seen([0.3, 0.7]).estimate, 0.0);
+    });
+}
+
+/// A result is a promise: these bits change only with a value-breaking change.
+#[test]
+fn results_never_change_a_bit() {
+    fn bits<F: Real>() -> [u64; 2] {
+        let setup = Setup::new::<F>(&doorway(), 100, Grading::default()).unwrap();
+        let [all, point] = run_means::<F>(&setup, Choice::Default, Estimator::Absorption, 1, 1000);
+        [all, point].map(|s| s.preconditioned().estimate.to_bits())
+    }
+    assert_eq!(
+        bits::<f64>(),
+        [4_598_961_374_294_252_177, 4_599_914_529_710_982_122]
+    );
+    assert_eq!(
+        bits::<f32>(),
+        [4_598_961_372_225_448_790, 4_599_914_528_255_562_826]
+    );
 }

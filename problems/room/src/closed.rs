@@ -4,9 +4,8 @@ use alloc::vec::Vec;
 use core::cmp::Ordering;
 
 use crate::error::Place;
-use crate::geometry::{Backs, Wall};
+use crate::geometry::{Backs, Wall, nobody};
 use crate::scene::{Scene, middle, root, turn, unite};
-use crate::shadows::nobody;
 use crate::vector::{Vector, along, dot, sub};
 use crate::{Hit, RoomError};
 

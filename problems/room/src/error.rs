@@ -79,7 +79,12 @@ pub enum RoomError {
         /// The number that was asked for.
         surface: usize,
     },
-    /// A place along a surface is NaN or outside [0, 1].
+    /// There are no such walls.
+    Wall {
+        /// The number of the first.
+        wall: usize,
+    },
+    /// A place along a surface or a wall is NaN or outside [0, 1].
     Fraction,
     /// Numbers in borrowed tables lead nowhere.
     Tables,
@@ -162,7 +167,8 @@ impl fmt::Display for RoomError {
             Self::Grading => write!(f, "the grading exponent must lie between 1 and 10"),
             Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
-            Self::Fraction => write!(f, "a place along a surface lies between 0 and 1"),
+            Self::Wall { wall } => write!(f, "there is no wall {wall}"),
+            Self::Fraction => write!(f, "a place along a wall lies between 0 and 1"),
             Self::Tables => write!(f, "the tables of a room do not belong together"),
             Self::Length { expected, found } => {
                 write!(f, "a buffer of length {expected} is needed, not of {found}")

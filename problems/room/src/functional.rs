@@ -24,7 +24,7 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
     ///
     /// # Errors
     /// [`RoomError::Length`] where `lengths` has not one entry more than there are walls,
-    /// [`RoomError::Surface`] where there are no such walls.
+    /// [`RoomError::Wall`] where there are no such walls.
     pub fn new(
         room: &'r Room<'a, F>,
         lengths: &'a [f64],
@@ -38,9 +38,7 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
             });
         }
         if walls.start >= walls.end || walls.end > count {
-            return Err(RoomError::Surface {
-                surface: walls.start,
-            });
+            return Err(RoomError::Wall { wall: walls.start });
         }
         Ok(Self {
             room,
@@ -100,6 +98,30 @@ impl<'a, F: Real, T: Functional<Room<'a, F>>> Functional<Room<'a, F>> for Irradi
         match self.room.scatter(&x, uniforms.uniform()) {
             Some(y) => (y, phi),
             None => (x, zero()),
+        }
+    }
+}
+
+/// What a point between the walls sees in the mean over all directions, (1/2π) ∫ u dω: times π the
+/// fluence there, for a picture of the light in a room. Walks start where a ray of uniform direction leads,
+/// φ = 1; directions in which it leaves, or meets a wall from behind, bring nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'r, 'a, F> {
+    /// The room.
+    pub room: &'r Room<'a, F>,
+    /// The point.
+    pub position: [F; 2],
+}
+
+impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        let xi: F = uniforms.uniform();
+        let angle = (xi + xi) * F::PI;
+        match self.room.look(self.position, [angle.cos(), angle.sin()]) {
+            Some(y) => (y, one()),
+            // Some point, and nothing of it.
+            None => (self.room.point_at(0, zero()), zero()),
         }
     }
 }

@@ -421,6 +421,19 @@ impl<F: Real> Hit<F> {
     }
 }
 
+/// The emitter of rays that do not start on a wall: none, and none of its vertices is any wall's.
+#[inline]
+pub(crate) fn nobody<F: Real>(at: Vector<F>) -> Wall<F> {
+    Wall {
+        ends: [at; 2],
+        vertices: [u32::MAX; 2],
+        tangent: [zero(), one()],
+        length: zero(),
+        reflectance: zero(),
+        emission: zero(),
+    }
+}
+
 /// The direction of the cosine law: sin φ = 2ξ − 1 is uniform, φ measured from the normal of the
 /// wall towards its second vertex.
 #[inline]

@@ -35,7 +35,7 @@ pub use cells::{Cells, Edge};
 pub use error::{Place, RoomError};
 #[cfg(feature = "alloc")]
 pub use factors::factors;
-pub use functional::{Irradiance, MeanOver};
+pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Segment, Wall};
 #[cfg(feature = "alloc")]
 pub use matrix::{Matrix, R_MIN};

@@ -8,7 +8,7 @@ use num_traits::{one, zero};
 
 use crate::RoomError;
 use crate::cells::Cells;
-use crate::geometry::{Backs, Geometry, Wall, lambert};
+use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
 use crate::pairs::{View, Views};
 use crate::vector::{along, dot, norm, sub};
 use crate::visible::Viewer;
@@ -123,10 +123,10 @@ impl<'a, F: Real> Room<'a, F> {
     /// The point at this fraction of a wall.
     ///
     /// # Errors
-    /// [`RoomError::Surface`] where there is no such wall, [`RoomError::Fraction`] outside [0, 1].
+    /// [`RoomError::Wall`] where there is no such wall, [`RoomError::Fraction`] outside [0, 1].
     pub fn point(&self, wall: usize, fraction: f64) -> Result<Point<F>, RoomError> {
         let Some(found) = self.geometry.walls().get(wall) else {
-            return Err(RoomError::Surface { surface: wall });
+            return Err(RoomError::Wall { wall });
         };
         if !(0.0..=1.0).contains(&fraction) {
             return Err(RoomError::Fraction);
@@ -189,6 +189,18 @@ impl<'a, F: Real> Room<'a, F> {
         let from = self.geometry.wall(x.wall)?;
         let direction = lambert(from, xi);
         let hit = self.geometry.cast(x.wall, x.position, direction)?;
+        let wall = self.geometry.wall(hit.wall)?;
+        Some(self.at(hit.wall, wall, hit.fraction))
+    }
+
+    /// The point of a wall that a ray from a point between the walls meets, or `None` where it leaves.
+    #[inline]
+    pub(crate) fn look(&self, position: [F; 2], direction: [F; 2]) -> Option<Point<F>> {
+        let nobody = nobody(position);
+        let hit = self
+            .geometry
+            .nearest(&nobody, u32::MAX, position, direction, Backs::Block);
+        let hit = hit.filter(|hit| !hit.back)?;
         let wall = self.geometry.wall(hit.wall)?;
         Some(self.at(hit.wall, wall, hit.fraction))
     }

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::closed::standing_out;
-use crate::geometry::{Backs, Wall};
+use crate::geometry::{Backs, nobody};
 use crate::scene::Scene;
 use crate::vector::{Vector, cross, norm, sub};
 
@@ -39,18 +39,6 @@ pub(crate) fn used(scene: &Scene) -> Vec<u32> {
     used.sort_unstable();
     used.dedup();
     used
-}
-
-/// The emitter of rays that start in a vertex: none.
-pub(crate) fn nobody(at: Vector<f64>) -> Wall<f64> {
-    Wall {
-        ends: [at; 2],
-        vertices: [u32::MAX; 2],
-        tangent: [0.0, 1.0],
-        length: 0.0,
-        reflectance: 0.0,
-        emission: 0.0,
-    }
 }
 
 /// Where lines from a vertex of `far` past one of `near` meet a wall in sight of the latter.
