@@ -1,11 +1,13 @@
 //! Rooms against theory: density, masses, sampler, neighbour equation, known solutions.
 
+use fredholm_core::galerkin::Piecewise;
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task,
     rounding_floor,
 };
 use fredholm_room::{
-    Choice, Grading, Irradiance, Material, MeanOver, R_MIN, Room, RoomPairs, Seen, View,
+    Cells, Choice, Edge, Geometry, Grading, Irradiance, Material, MeanOver, Node, R_MIN, Room,
+    RoomError, RoomPairs, Seen, Segment, Tables, View, Views, Wall, second_moment_radius,
 };
 use fredholm_tests::check::{
     Failure, cells_are_found, density_integrates, masses_do_not_collapse, means,
@@ -21,9 +23,11 @@ const CHOICES: [Choice; 3] = [Choice::Paper, Choice::Default, Choice::Pointwise]
 /// if all is well one of them is beyond 4.9 with probability 0.001.
 const STANDARD_ERRORS: f64 = 4.9;
 
-/// Units of ε that the checks allow. Near a corner a distance of 10⁻³ and less is known to ε only, and
-/// masses are measured by their own size: there up to 5,000 are found. A wrong equation is off by 10⁶ and more.
-const ROUNDING: f64 = 16_384.0;
+/// Units of ε that the checks allow. Coordinates of size 4 are known to 4ε, and a point lies as near as
+/// 3.6·10⁻⁴ to a corner (3 % of a cell of 0.012), so its distance from the next wall is known to
+/// 1.1·10⁴ ε of its own size; a mass is a product of two such distances, a moment has one more point.
+/// 17,000 are found. A wrong equation is off by 10⁶ and more.
+const ROUNDING: f64 = 33_000.0;
 
 fn assert_ok(drawing: &Drawing, what: &str, result: Result<(), Failure>) {
     if let Err(e) = result {
@@ -202,7 +206,8 @@ fn polygons_approach_the_circle() {
     let long = std::env::var_os("FREDHOLM_LONG").is_some();
     let exact = 6.0 / 7.0;
     let mut values = Vec::new();
-    // Differences by a deterministic scheme, to their last digit.
+    // Differences by a deterministic scheme that another made, right to some per cent: at n = 45 both
+    // long walks and a fine Galerkin solution have -5.09e-4.
     for (n, difference) in [
         (45, -4.9e-4),
         (90, -1.24e-4),
@@ -220,11 +225,11 @@ fn polygons_approach_the_circle() {
             let point = task(equation, &start, value, Estimator::Absorption, stream);
             run(&point, walks).preconditioned()
         });
+        let difference: f64 = difference;
         let (found, error) = (best.estimate - exact, best.std_error.unwrap());
         println!("n = {n}: {found:.3e} ± {error:.1e}");
-        let digit = 10.0_f64.powf(f64::abs(difference).log10().floor() - 1.0);
         assert!(error < 5e-5);
-        assert!((found - difference).abs() < STANDARD_ERRORS * error + digit);
+        assert!((found - difference).abs() < STANDARD_ERRORS * error + 0.05 * difference.abs());
         values.push((found, error));
     }
     if long {
@@ -437,6 +442,125 @@ fn a_point_between_walls_sees_them() {
     });
 }
 
+/// Without a table of views all pairs are partly seen: slower, and the same equation.
+#[test]
+fn no_views_are_right_too() {
+    let setup = Setup::new::<f64>(&block(), 24, Grading::default()).unwrap();
+    let tables = Tables::<f64>::new(&setup.scene, &setup.mesh);
+    let views = Views::none();
+    let room = Room::new(tables.geometry(), tables.cells(), views, 0.2).unwrap();
+    for choice in CHOICES {
+        let pairs = RoomPairs { views, choice };
+        let v = setup.solution.rounded::<f64>().unwrap();
+        let g = setup.solution.source::<f64>(&setup.matrix, &pairs).unwrap();
+        let dense = setup.matrix.coefficients();
+        let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
+        let result = neighbour_equation(&room, &neighbour, &[0.03, 0.4, 0.97], ROUNDING);
+        assert_ok(&block(), &format!("{choice:?}"), result);
+    }
+}
+
+/// In a closed room the form factors of a row sum to 1, so that the radius for one ρ is ρ²/(1 − q0), up
+/// to the quadrature of shadows, which does not make it larger.
+#[test]
+fn the_second_moments_exist() {
+    for drawing in scenes() {
+        let drawing = drawing.with(|_| Material {
+            reflectance: 0.7,
+            emission: 1.0,
+        });
+        let setup = Setup::new::<f64>(&drawing, 60, Grading::default()).unwrap();
+        assert!(setup.solution.contraction < 0.7 * (1.0 + 1e-7));
+        let (scene, mesh) = (&setup.scene, &setup.mesh);
+        let radius = second_moment_radius(scene, mesh, &setup.matrix, 0.2).unwrap();
+        let exact = 0.49 / 0.8;
+        assert!(radius <= exact * (1.0 + 1e-7), "{}: {radius}", drawing.name);
+        assert!(radius > 0.98 * exact, "{}: {radius}", drawing.name);
+    }
+}
+
+#[test]
+fn tables_that_do_not_belong_together() {
+    let wall = Wall {
+        ends: [[0.0, 0.0], [1.0, 0.0]],
+        vertices: [0, 1],
+        tangent: [1.0, 0.0],
+        length: 1.0,
+        reflectance: 0.5,
+        emission: 0.0,
+    };
+    let segment = |wall_number| Segment {
+        ends: wall.ends,
+        vertices: wall.vertices,
+        wall: wall_number,
+    };
+    let node = |first, count| Node {
+        centre: [0.5, 0.0],
+        half: [0.6, 0.1],
+        first,
+        count,
+    };
+    let geometry = |wall_number, nodes: &[Node<f64>]| {
+        Geometry::new(&[wall], &[segment(wall_number)], nodes, true).err()
+    };
+    let bad = Some(RoomError::Tables);
+    assert_eq!(geometry(0, &[node(0, 1)]), None);
+    assert_eq!(geometry(0, &[node(1, 0), node(0, 1), node(0, 1)]), None);
+    assert_eq!(geometry(1, &[node(0, 1)]), bad);
+    assert_eq!(geometry(0, &[node(0, 2)]), bad);
+    assert_eq!(geometry(0, &[node(1, 1)]), bad);
+    assert_eq!(geometry(0, &[]), bad);
+    // Children that are their own parents, and that have two.
+    assert_eq!(geometry(0, &[node(0, 0), node(0, 1), node(0, 1)]), bad);
+    assert_eq!(geometry(0, &[node(1, 0), node(1, 0), node(0, 1)]), bad);
+    let twice = [node(1, 0), node(3, 0), node(3, 0), node(0, 1), node(0, 1)];
+    assert_eq!(geometry(0, &twice), bad);
+    // A tree of more levels than a stack has room for.
+    let deep = |levels: u32| -> Vec<Node<f64>> {
+        let pair = |k: u32| {
+            let inner = if k + 1 < levels {
+                node(2 * k + 3, 0)
+            } else {
+                node(0, 1)
+            };
+            [inner, node(0, 1)]
+        };
+        let below = (0..levels).flat_map(pair);
+        core::iter::once(node(1, 0)).chain(below).collect()
+    };
+    assert_eq!(geometry(0, &deep(40)), None);
+    assert_eq!(geometry(0, &deep(41)), bad);
+
+    let (walls, segments, nodes) = ([wall], [segment(0)], [node(0, 1)]);
+    let good = Geometry::new(&walls, &segments, &nodes, true).unwrap();
+    let edge = |along| Edge {
+        along,
+        position: [along, 0.0],
+    };
+    let cells =
+        |edges: &[Edge<f64>], of: &[u32], first: &[u32]| Cells::new(&good, edges, of, first).err();
+    let edges = [edge(0.0), edge(0.5), edge(1.0)];
+    assert_eq!(cells(&edges, &[0, 0], &[0, 2]), None);
+    assert_eq!(cells(&edges, &[0, 1], &[0, 2]), bad);
+    assert_eq!(cells(&edges, &[0, 0], &[0, 1]), bad);
+    assert_eq!(cells(&edges[..2], &[0, 0], &[0, 2]), bad);
+    assert_eq!(cells(&edges[..2], &[0], &[0, 1]), bad);
+    let twice = [edge(0.0), edge(0.0), edge(1.0)];
+    assert_eq!(cells(&twice, &[0, 0], &[0, 2]), bad);
+    assert_eq!(Views::new(&[0; 4], 2).err(), None);
+    assert_eq!(Views::new(&[4; 4], 2).err(), bad);
+    let length = RoomError::Length {
+        expected: 4,
+        found: 3,
+    };
+    assert_eq!(Views::new(&[0; 3], 2).err(), Some(length));
+    for absorption in [0.0, 1.0, f64::NAN] {
+        let cells = Cells::new(&good, &edges, &[0, 0], &[0, 2]).unwrap();
+        let room = Room::new(good, cells, Views::none(), absorption);
+        assert_eq!(room.err(), Some(RoomError::Absorption));
+    }
+}
+
 /// A result is a promise: these bits change only with a value-breaking change.
 #[test]
 fn results_never_change_a_bit() {
@@ -447,10 +571,10 @@ fn results_never_change_a_bit() {
     }
     assert_eq!(
         bits::<f64>(),
-        [4_598_961_374_294_252_177, 4_599_914_529_710_982_122]
+        [4_598_961_399_670_140_481, 4_599_914_533_574_577_265]
     );
     assert_eq!(
         bits::<f32>(),
-        [4_598_961_372_225_448_790, 4_599_914_528_255_562_826]
+        [4_598_961_397_673_849_583, 4_599_914_532_173_297_201]
     );
 }

@@ -82,7 +82,7 @@ pub struct Hit<F> {
     pub wall: u32,
     /// Where, as a fraction of the wall in [0, 1].
     pub fraction: F,
-    /// The distance from the ray's origin, in units of its direction's length.
+    /// The distance from the ray's origin.
     pub distance: F,
     /// Whether it came from behind.
     pub back: bool,
@@ -191,7 +191,8 @@ impl<'a, F: Real> Geometry<'a, F> {
         self.walls.get(wall as usize)
     }
 
-    /// The first wall that a ray from a point of wall `from` to its active side meets.
+    /// The first wall that a ray from a point of wall `from` to its active side meets; `direction` has
+    /// length 1.
     ///
     /// **Rays and vertices.** A vertex V lies on the left or on the right of the ray by the sign of
     /// (direction × (V − origin)), where 0 is left; the number is computed once per vertex and

@@ -21,8 +21,8 @@ pub const R_MIN: f64 = 0.25;
 ///
 /// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or better
 /// (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of three
-/// points elsewhere); of others a mean over four points of one cell, exact in the other: an error that
-/// costs variance and no correctness. [`factors`](crate::factors) are exact.
+/// points elsewhere); of others a mean over four points of one cell, exact in the other, and less where
+/// a row would sum to more than ρ: an error that costs variance and no correctness. [`factors`](crate::factors) are exact.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     views: Vec<u8>,
@@ -73,7 +73,36 @@ impl Matrix {
                 matrix.fill(&geometry, facing, [&a, &b], &blockers, r_min);
             }
         }
+        matrix.contract(scene, mesh);
         Ok(matrix)
+    }
+
+    /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get less:
+    /// otherwise a ρ near 1 would be no contraction.
+    fn contract(&mut self, scene: &Scene, mesh: &Mesh) {
+        let n = self.cells.max(1);
+        let rows = self
+            .entries
+            .chunks_exact_mut(n)
+            .zip(self.views.chunks_exact(n));
+        for ((entries, views), &wall) in rows.zip(&mesh.walls) {
+            let reflectance = scene
+                .walls
+                .get(wall as usize)
+                .map_or(0.0, |w| w.reflectance);
+            let partly = |view: u8| view == View::Partly as u8;
+            let (mut sum, mut shadows) = (0.0, 0.0);
+            for (&entry, &view) in entries.iter().zip(views) {
+                sum += entry;
+                shadows += if partly(view) { entry } else { 0.0 };
+            }
+            if sum > reflectance && shadows > 0.0 {
+                let share = Real::max(1.0 - (sum - reflectance) / shadows, 0.0);
+                for (entry, _) in entries.iter_mut().zip(views).filter(|(_, v)| partly(**v)) {
+                    *entry *= share;
+                }
+            }
+        }
     }
 
     /// All pairs of cells of two walls.
