@@ -1,5 +1,5 @@
-//! Rays per second on one thread in rooms of 100 to 100,000 walls, beside the ray casting of parry2d on
-//! the same walls and rays; and the time to build and validate a room.
+//! Rays per second on one thread in rooms of 100 to 100,000 walls, beside the ray casting of
+//! parry2d on the same walls and rays; and the time to build and validate a room.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::{DefaultGenerator, Draws, Sampler, Stream, Uniforms};

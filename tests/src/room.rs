@@ -119,8 +119,8 @@ pub fn l_room() -> Drawing {
         .line(&[[0.0, 3.0], [0.0, 0.0]], 0.5, 0.0)
 }
 
-/// The unit square with a centred block of half its width: bottom, right, top, left, then the block's
-/// bottom, left, top, right.
+/// The unit square with a centred block of half its width: bottom, right, top, left, then the
+/// block's bottom, left, top, right.
 #[must_use]
 pub fn block() -> Drawing {
     square()
@@ -170,8 +170,8 @@ pub fn facet() -> Drawing {
     drawing
 }
 
-/// Two rooms and a doorway; the lamp is in the left one. The wall between them is thick, and meets the
-/// outline in the middle of its sides.
+/// Two rooms and a doorway; the lamp is in the left one. The wall between them is thick, and meets
+/// the outline in the middle of its sides.
 #[must_use]
 pub fn doorway() -> Drawing {
     Drawing::new("two rooms and a doorway")
@@ -183,8 +183,8 @@ pub fn doorway() -> Drawing {
         .opened([1.9, 2.1])
 }
 
-/// A furnished room: a lamp on the ceiling, a table, a cupboard in the corner, a picture, a screen at an
-/// angle.
+/// A furnished room: a lamp on the ceiling, a table, a cupboard in the corner, a picture, a screen
+/// at an angle.
 #[must_use]
 pub fn furnished() -> Drawing {
     let table = [[1.2, 0.7], [1.2, 0.75], [2.2, 0.75], [2.2, 0.7]];
@@ -211,8 +211,8 @@ pub fn furnished() -> Drawing {
         .baffle([0.0, 1.9], [0.35, 2.0], 0.2)
 }
 
-/// The cross-section of a furnace: a hot bed, walls, a load of two billets on a skid, temperatures in
-/// kelvin.
+/// The cross-section of a furnace: a hot bed, walls, a load of two billets on a skid, temperatures
+/// in kelvin.
 #[must_use]
 pub fn furnace() -> Drawing {
     let mut drawing = Drawing::new("furnace");
@@ -252,7 +252,8 @@ pub fn polygon(n: usize, reflectance: f64, emission: impl Fn(f64) -> f64) -> Dra
     }
 }
 
-/// The unit square with n/4 small square obstacles, each turned another way, on a grid: n + 4 walls.
+/// The unit square with n/4 small square obstacles, each turned another way, on a grid: n + 4
+/// walls.
 #[must_use]
 pub fn crowd(n: usize) -> Drawing {
     let mut drawing = square().named("crowd");

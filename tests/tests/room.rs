@@ -19,14 +19,14 @@ use fredholm_tests::room::{
 
 const CHOICES: [Choice; 3] = [Choice::Paper, Choice::Default, Choice::Pointwise];
 
-/// The most standard errors that a mean of this file may be off: it makes about 1,000 comparisons, and
-/// if all is well one of them is beyond 4.9 with probability 0.001.
+/// The most standard errors that a mean of this file may be off: it makes about 1,000 comparisons,
+/// and if all is well one of them is beyond 4.9 with probability 0.001.
 const STANDARD_ERRORS: f64 = 4.9;
 
-/// Units of ε that the checks allow. Coordinates of size 4 are known to 4ε, and a point lies as near as
-/// 3.6·10⁻⁴ to a corner (3 % of a cell of 0.012), so its distance from the next wall is known to
-/// 1.1·10⁴ ε of its own size; a mass is a product of two such distances, a moment has one more point.
-/// 17,000 are found. A wrong equation is off by 10⁶ and more.
+/// Units of ε that the checks allow. Coordinates of size 4 are known to 4ε, and a point lies as
+/// near as 3.6·10⁻⁴ to a corner (3 % of a cell of 0.012), so its distance from the next wall is
+/// known to 1.1·10⁴ ε of its own size; a mass is a product of two such distances, a moment has one
+/// more point. 17,000 are found. A wrong equation is off by 10⁶ and more.
 const ROUNDING: f64 = 33_000.0;
 
 fn assert_ok(drawing: &Drawing, what: &str, result: Result<(), Failure>) {
@@ -206,8 +206,8 @@ fn polygons_approach_the_circle() {
     let long = std::env::var_os("FREDHOLM_LONG").is_some();
     let exact = 6.0 / 7.0;
     let mut values = Vec::new();
-    // Differences by a deterministic scheme that another made, right to some per cent: at n = 45 both
-    // long walks and a fine Galerkin solution have -5.09e-4.
+    // Differences by a deterministic scheme that another made, right to some per cent: at n = 45
+    // both long walks and a fine Galerkin solution have -5.09e-4.
     for (n, difference) in [
         (45, -4.9e-4),
         (90, -1.24e-4),
@@ -351,8 +351,8 @@ fn irradiance_needs_no_reflectance() {
     });
 }
 
-/// A black plate above a lamp of radiosity 1 in empty space: what falls on a point is the form factor,
-/// and walks leave.
+/// A black plate above a lamp of radiosity 1 in empty space: what falls on a point is the form
+/// factor, and walks leave.
 #[test]
 fn an_open_scene_loses_light() {
     let mut drawing = Drawing::new("plates")
@@ -415,8 +415,8 @@ fn the_energy_of_a_furnace_is_balanced() {
     assert!((Material::grey(1.0, 1000.0).emission - 56_703.744_19).abs() < 1e-8);
 }
 
-/// Between two parallel plates, one of radiosity 1 and one black, a point sees the former in the angle
-/// that it fills.
+/// Between two parallel plates, one of radiosity 1 and one black, a point sees the former in the
+/// angle that it fills.
 #[test]
 fn a_point_between_walls_sees_them() {
     let mut drawing = Drawing::new("plates")
@@ -460,8 +460,8 @@ fn no_views_are_right_too() {
     }
 }
 
-/// In a closed room the form factors of a row sum to 1, so that the radius for one ρ is ρ²/(1 − q0), up
-/// to the quadrature of shadows, which does not make it larger.
+/// In a closed room the form factors of a row sum to 1, so that the radius for one ρ is ρ²/(1 −
+/// q0), up to the quadrature of shadows, which does not make it larger.
 #[test]
 fn the_second_moments_exist() {
     for drawing in scenes() {

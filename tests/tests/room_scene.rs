@@ -281,8 +281,8 @@ fn cells_lie_where_they_should() {
         let expected = 2.0 * ((i + 1) as f64 / 20.0).powi(3);
         assert!((end - expected).abs() < 1e-14, "{i}: {end} {expected}");
     }
-    // Edges of shadows: the only vertex that stands out casts none with another. In the block's square
-    // the lines along its sides meet each wall twice, the diagonals none but corners.
+    // Edges of shadows: the only vertex that stands out casts none with another. In the block's
+    // square the lines along its sides meet each wall twice, the diagonals none but corners.
     let shadows = Grading {
         exponent: 1.0,
         shadows: true,

@@ -31,8 +31,8 @@ impl<'a, F: Real> Cells<'a, F> {
     /// Of tables that were made elsewhere, for the walls of `geometry`.
     ///
     /// # Errors
-    /// [`RoomError::Tables`]: the cells of a wall do not run from its one end to the other in growing
-    /// distances, or numbers disagree.
+    /// [`RoomError::Tables`]: the cells of a wall do not run from its one end to the other in
+    /// growing distances, or numbers disagree.
     pub fn new(
         geometry: &Geometry<'_, F>,
         edges: &'a [Edge<F>],

@@ -13,8 +13,8 @@ use crate::{Hit, RoomError};
 #[derive(Clone, Copy, Debug)]
 struct Spoke {
     vertex: u32,
-    /// Where the wall begins at the vertex: its active side is to the left of the spoke, otherwise to
-    /// the right.
+    /// Where the wall begins at the vertex: its active side is to the left of the spoke, otherwise
+    /// to the right.
     leaves: bool,
     wall: u32,
     hub: Vector<f64>,
@@ -51,8 +51,8 @@ pub(crate) fn check(scene: &Scene) -> Result<(), RoomError> {
     for wall in &scene.walls {
         unite(&mut component, wall.vertices[0], wall.vertices[1]);
     }
-    // The leftmost vertex of every set of connected walls, the lowest of these: its last spoke is the
-    // one before the direction to the left.
+    // The leftmost vertex of every set of connected walls, the lowest of these: its last spoke is
+    // the one before the direction to the left.
     let mut outermost: Vec<Option<Spoke>> = alloc::vec![None; component.len()];
     for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
         let (Some(&last), Some(first)) = (around.last(), around.first()) else {
@@ -109,7 +109,8 @@ fn spokes(walls: &[Wall<f64>]) -> Vec<Spoke> {
     walls.iter().enumerate().flat_map(of).collect()
 }
 
-/// Which vertices stand out into the room: an active sector of more than a half turn is around them.
+/// Which vertices stand out into the room: an active sector of more than a half turn is around
+/// them.
 pub(crate) fn standing_out(scene: &Scene) -> Vec<bool> {
     let mut out = alloc::vec![false; scene.vertices.len()];
     let mut spokes = spokes(&scene.walls);
@@ -136,8 +137,8 @@ fn place(scene: &Scene, wall: u32) -> Place {
     })
 }
 
-/// The way out near a vertex around which active sides and backs do not alternate: the first of some
-/// promising rays that leaves, or meets a back.
+/// The way out near a vertex around which active sides and backs do not alternate: the first of
+/// some promising rays that leaves, or meets a back.
 fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
     let mut rays: Vec<(u32, Vector<f64>, Vector<f64>)> = Vec::new();
     for spoke in around {

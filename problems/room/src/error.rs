@@ -122,8 +122,8 @@ impl fmt::Display for RoomError {
             ),
             Self::Reflectance(place) => write!(
                 f,
-                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 and \
-                 at most 1)"
+                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 \
+                 and at most 1)"
             ),
             Self::Emission(place) => write!(
                 f,
@@ -149,8 +149,8 @@ impl fmt::Display for RoomError {
                 direction: [dx, dy],
             } => write!(
                 f,
-                "the room is not closed at the segment from {at}: light leaves, or meets a wall from \
-                 behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
+                "the room is not closed at the segment from {at}: light leaves, or meets a wall \
+                 from behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
                  whose active side is not on the left, or declare the room open"
             ),
             Self::Absorption => {
@@ -161,8 +161,8 @@ impl fmt::Display for RoomError {
             }
             Self::Cells => write!(
                 f,
-                "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can tell \
-                 apart"
+                "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can \
+                 tell apart"
             ),
             Self::Grading => write!(f, "the grading exponent must lie between 1 and 10"),
             Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),

@@ -23,11 +23,12 @@ struct Glimpse {
 /// The form factors F_IJ between all surfaces, row by row: of the energy that leaves surface I, the
 /// share that arrives at J. The rows of a closed room sum to 1; nothing is normalised.
 ///
-/// Exact up to rounding, with occlusion. Between two neighbouring places where vertices of the scene
-/// are in line, a point sees the same walls between the same vertices V, and the integral over the point
-/// of the sine of the angle at which it sees V is a difference of distances: crossed strings (Hottel
-/// 1954) whose ends are vertices. The places come from the lines through all pairs of vertices
-/// in sight of each other; where the ends of an interval disagree about what is seen, it is halved.
+/// Exact up to rounding, with occlusion. Between two neighbouring places where vertices of the
+/// scene are in line, a point sees the same walls between the same vertices V, and the integral
+/// over the point of the sine of the angle at which it sees V is a difference of distances: crossed
+/// strings (Hottel 1954) whose ends are vertices. The places come from the lines through all pairs
+/// of vertices in sight of each other; where the ends of an interval disagree about what is seen,
+/// it is halved.
 ///
 /// O(W²) for each wall of W and each such place on it.
 ///
@@ -106,7 +107,8 @@ impl Rank {
 }
 
 impl Observer<'_> {
-    /// The length times the form factor of the part of the wall between two distances, to every wall.
+    /// The length times the form factor of the part of the wall between two distances, to every
+    /// wall.
     fn integrate(
         &mut self,
         [from, to]: [f64; 2],

@@ -7,8 +7,8 @@ use num_traits::{one, zero};
 
 use crate::{Point, Room, RoomError};
 
-/// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks start
-/// uniformly on them, φ = 1.
+/// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks
+/// start uniformly on them, φ = 1.
 #[derive(Clone, Copy, Debug)]
 pub struct MeanOver<'r, 'a, F> {
     room: &'r Room<'a, F>,
@@ -79,8 +79,9 @@ impl<'a, F: Real> Functional<Room<'a, F>> for MeanOver<'_, 'a, F> {
 }
 
 /// The irradiance H(x) = ∫ V cos θ_x cos θ_y/(2|x − y|) u(y) dy as a functional of u: where `of`
-/// starts, one step of the cosine law is made first, and the walk starts where it leads. So it has no
-/// ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing back.
+/// starts, one step of the cosine law is made first, and the walk starts where it leads. So it has
+/// no ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing
+/// back.
 ///
 /// u = F + ρH, and the net flux out of a wall is F − (1 − ρ)H.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +104,9 @@ impl<'a, F: Real, T: Functional<Room<'a, F>>> Functional<Room<'a, F>> for Irradi
 }
 
 /// What a point between the walls sees in the mean over all directions, (1/2π) ∫ u dω: times π the
-/// fluence there, for a picture of the light in a room. Walks start where a ray of uniform direction leads,
-/// φ = 1; directions in which it leaves, or meets a wall from behind, bring nothing.
+/// fluence there, for a picture of the light in a room. Walks start where a ray of uniform
+/// direction leads, φ = 1; directions in which it leaves, or meets a wall from behind, bring
+/// nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'r, 'a, F> {
     /// The room.

@@ -96,12 +96,12 @@ pub(crate) enum Backs {
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
-    /// Of tables that were made elsewhere, for instance kept as constants of a program. `open` as in
-    /// [`Enclosure`](crate::Enclosure).
+    /// Of tables that were made elsewhere, for instance kept as constants of a program. `open` as
+    /// in [`Enclosure`](crate::Enclosure).
     ///
     /// # Errors
-    /// [`RoomError::Tables`]: a number in them leads nowhere, or the hierarchy is no tree of at most
-    /// 40 levels in which children follow their parents.
+    /// [`RoomError::Tables`]: a number in them leads nowhere, or the hierarchy is no tree of at
+    /// most 40 levels in which children follow their parents.
     pub fn new(
         walls: &'a [Wall<F>],
         segments: &'a [Segment<F>],
@@ -191,20 +191,20 @@ impl<'a, F: Real> Geometry<'a, F> {
         self.walls.get(wall as usize)
     }
 
-    /// The first wall that a ray from a point of wall `from` to its active side meets; `direction` has
-    /// length 1.
+    /// The first wall that a ray from a point of wall `from` to its active side meets; `direction`
+    /// has length 1.
     ///
     /// **Rays and vertices.** A vertex V lies on the left or on the right of the ray by the sign of
-    /// (direction × (V − origin)), where 0 is left; the number is computed once per vertex and
-    /// ray in the same way for every wall that has it, so that a ray passes a vertex on one definite
+    /// (direction × (V − origin)), where 0 is left; the number is computed once per vertex and ray
+    /// in the same way for every wall that has it, so that a ray passes a vertex on one definite
     /// side and no gap is between walls that share it. A wall is met from its active side where its
-    /// first vertex is on the right and its second on the left. The emitting wall is left out by its
-    /// number, its own vertices are on the sides where an exact ray from it has them, and a wall that
-    /// shares a vertex with it is met where its other end is on the active side, whatever rounding says
-    /// about the distance.
+    /// first vertex is on the right and its second on the left. The emitting wall is left out by
+    /// its number, its own vertices are on the sides where an exact ray from it has them, and a
+    /// wall that shares a vertex with it is met where its other end is on the active side, whatever
+    /// rounding says about the distance.
     ///
-    /// In a closed room walls are not met from behind: an active side comes first. In an open one they
-    /// are, and a ray that meets a back first has left.
+    /// In a closed room walls are not met from behind: an active side comes first. In an open one
+    /// they are, and a ray that meets a back first has left.
     #[inline]
     #[must_use]
     pub fn cast(&self, from: u32, origin: [F; 2], direction: [F; 2]) -> Option<Hit<F>> {
@@ -335,8 +335,8 @@ impl<'a, F: Real> Geometry<'a, F> {
 }
 
 /// The widest that two walls at a vertex may be out of line and count as one straight wall, in
-/// units of ε: a wall that starts where the emitting one ends, and goes on in its direction, is met by
-/// rays that pass its far end on the other side.
+/// units of ε: a wall that starts where the emitting one ends, and goes on in its direction, is met
+/// by rays that pass its far end on the other side.
 const STRAIGHT: f64 = 16.0;
 
 /// Where a ray meets a segment; see [`Geometry::cast`].

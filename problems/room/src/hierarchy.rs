@@ -16,8 +16,8 @@ const BINS: usize = 16;
 /// The levels that a tree may have and a ray's stack has room for.
 const LEVELS: u32 = 38;
 
-/// A tree over segments, which it puts in the order of its leaves. Boxes are wider by `margin` on every
-/// side.
+/// A tree over segments, which it puts in the order of its leaves. Boxes are wider by `margin` on
+/// every side.
 pub(crate) fn build(segments: &mut [Segment<f64>], margin: f64) -> Vec<Node<f64>> {
     let mut nodes = Vec::with_capacity(segments.len());
     let empty = Node {
@@ -114,8 +114,8 @@ fn split(segments: &mut [Segment<f64>], uneven: bool) -> usize {
     half
 }
 
-/// The cut of least cost: the number of segments on either side times the perimeter of their box, to
-/// which the number of rays that meet it is proportional.
+/// The cut of least cost: the number of segments on either side times the perimeter of their box,
+/// to which the number of rays that meet it is proportional.
 fn best_cut(segments: &[Segment<f64>], bin: &impl Fn(&Segment<f64>) -> usize) -> Option<usize> {
     let mut bins = [(0_usize, [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]]); BINS];
     for segment in segments {

@@ -16,13 +16,14 @@ use crate::{Mesh, RoomError, Scene};
 /// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S, unless another is asked for.
 pub const R_MIN: f64 = 0.25;
 
-/// What all pairs of cells see of each other, and K'_ij = ρ_i F_ij with F_ij the form factor from cell
-/// i to cell j: n² bytes and 8 n² bytes.
+/// What all pairs of cells see of each other, and K'_ij = ρ_i F_ij with F_ij the form factor from
+/// cell i to cell j: n² bytes and 8 n² bytes.
 ///
-/// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or better
-/// (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of three
-/// points elsewhere); of others a mean over four points of one cell, exact in the other, and less where
-/// a row would sum to more than ρ: an error that costs variance and no correctness. [`factors`](crate::factors) are exact.
+/// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or
+/// better (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of
+/// three points elsewhere); of others a mean over four points of one cell, exact in the other, and
+/// less where a row would sum to more than ρ: an error that costs variance and no correctness.
+/// [`factors`](crate::factors) are exact.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     views: Vec<u8>,
@@ -77,8 +78,8 @@ impl Matrix {
         Ok(matrix)
     }
 
-    /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get less:
-    /// otherwise a ρ near 1 would be no contraction.
+    /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get
+    /// less: otherwise a ρ near 1 would be no contraction.
     fn contract(&mut self, scene: &Scene, mesh: &Mesh) {
         let n = self.cells.max(1);
         let rows = self
@@ -298,8 +299,9 @@ enum Between {
     Across,
 }
 
-/// Where a segment is relative to the hull of two parts that face each other, X_1 X_2 Y_1 Y_2 to the
-/// left: outside (touching it perhaps), inside somewhere, or across, so that it separates the two.
+/// Where a segment is relative to the hull of two parts that face each other, X_1 X_2 Y_1 Y_2 to
+/// the left: outside (touching it perhaps), inside somewhere, or across, so that it separates the
+/// two.
 ///
 /// Convex sets with disjoint interiors are separated by the line of one of their sides.
 fn between([x, y]: [[Vector<f64>; 2]; 2], segment: [Vector<f64>; 2]) -> Between {

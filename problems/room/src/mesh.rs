@@ -84,8 +84,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The cells of a wall, cut at these distances. Cells that the scalar would hardly know are left
-    /// out.
+    /// The cells of a wall, cut at these distances. Cells that the scalar would hardly know are
+    /// left out.
     fn push<F: Real>(&mut self, w: u32, wall: &crate::Wall<f64>, cuts: &[f64]) {
         let round = |x: f64| F::from_f64(x).to_f64();
         let length = round(wall.length);

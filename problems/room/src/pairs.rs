@@ -32,8 +32,8 @@ impl<'a> Views<'a> {
     /// estimate is biased without.
     ///
     /// # Errors
-    /// [`RoomError::Length`] where its length is not n² (or 0), [`RoomError::Tables`] where a byte is
-    /// no view.
+    /// [`RoomError::Length`] where its length is not n² (or 0), [`RoomError::Tables`] where a byte
+    /// is no view.
     pub fn new(table: &'a [u8], cells: usize) -> Result<Self, RoomError> {
         if !table.is_empty() && cells.checked_mul(cells) != Some(table.len()) {
             return Err(RoomError::Length {
@@ -84,7 +84,8 @@ impl<'a> Views<'a> {
 /// What the neighbour equation does with the pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// S = the pairs that see each other [`View::Evenly`]; h = 0 on the others, as in Heinrich 1995.
+    /// S = the pairs that see each other [`View::Evenly`]; h = 0 on the others, as in Heinrich
+    /// 1995.
     Paper,
     /// The same S; h = k on all others that see anything.
     Default,

@@ -59,12 +59,12 @@ impl<F: Real> Point<F> {
 /// u(x) = F(x) + ρ(x) ∫ V(x,y) cos θ_x cos θ_y / (2 |x − y|) u(y) dy
 /// ```
 ///
-/// over all walls, where V is 1 where x and y see each other and 0 elsewhere, and θ are the angles of
-/// the line from x to y with the walls' normals. The measure is length.
+/// over all walls, where V is 1 where x and y see each other and 0 elsewhere, and θ are the angles
+/// of the line from x to y with the walls' normals. The measure is length.
 ///
-/// The chain is p(x,y) = (1 − q0) V cos θ_x cos θ_y/(2|x − y|), q ≡ q0: a walk goes where light goes.
-/// Hence k(x,y) = ρ(x)/(1 − q0), and p_j(x) is 1 − q0 times the form factor from the point to cell j.
-/// Where the room is open a walk that leaves ends.
+/// The chain is p(x,y) = (1 − q0) V cos θ_x cos θ_y/(2|x − y|), q ≡ q0: a walk goes where light
+/// goes. Hence k(x,y) = ρ(x)/(1 − q0), and p_j(x) is 1 − q0 times the form factor from the point to
+/// cell j. Where the room is open a walk that leaves ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Room<'a, F> {
     geometry: Geometry<'a, F>,
@@ -76,8 +76,8 @@ pub struct Room<'a, F> {
 }
 
 impl<'a, F: Real> Room<'a, F> {
-    /// The room with these walls, this partition and absorption probability q0. `views` are those of
-    /// the same partition.
+    /// The room with these walls, this partition and absorption probability q0. `views` are those
+    /// of the same partition.
     ///
     /// # Errors
     /// [`RoomError::Absorption`] for q0 outside (0, 1).
@@ -183,7 +183,8 @@ impl<'a, F: Real> Room<'a, F> {
         }
     }
 
-    /// Where a ray from `x` leads, or `None` where it leaves: the cosine law, by one uniform number.
+    /// Where a ray from `x` leads, or `None` where it leaves: the cosine law, by one uniform
+    /// number.
     #[inline]
     pub(crate) fn scatter(&self, x: &Point<F>, xi: F) -> Option<Point<F>> {
         let from = self.geometry.wall(x.wall)?;
@@ -193,7 +194,8 @@ impl<'a, F: Real> Room<'a, F> {
         Some(self.at(hit.wall, wall, hit.fraction))
     }
 
-    /// The point of a wall that a ray from a point between the walls meets, or `None` where it leaves.
+    /// The point of a wall that a ray from a point between the walls meets, or `None` where it
+    /// leaves.
     #[inline]
     pub(crate) fn look(&self, position: [F; 2], direction: [F; 2]) -> Option<Point<F>> {
         let nobody = nobody(position);

@@ -74,8 +74,8 @@ pub enum Enclosure {
     Open,
 }
 
-/// A piece of a segment of a surface: walls are numbered in the order of surfaces and, within one, in
-/// its direction.
+/// A piece of a segment of a surface: walls are numbered in the order of surfaces and, within one,
+/// in its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub(crate) vertices: [u32; 2],

@@ -7,8 +7,8 @@ use crate::geometry::{Backs, nobody};
 use crate::scene::Scene;
 use crate::vector::{Vector, cross, norm, sub};
 
-/// Distances along every wall at which two vertices that stand out into the room are in line and both
-/// are seen: there the edge of a shadow begins or ends. A few are listed that change nothing.
+/// Distances along every wall at which two vertices that stand out into the room are in line and
+/// both are seen: there the edge of a shadow begins or ends. A few are listed that change nothing.
 pub(crate) fn edges(scene: &Scene) -> Vec<Vec<f64>> {
     let used = used(scene);
     let out = standing_out(scene);
@@ -20,8 +20,8 @@ pub(crate) fn edges(scene: &Scene) -> Vec<Vec<f64>> {
     lines(scene, &near, &near)
 }
 
-/// The same for every vertex behind one that stands out: all places at which what is seen of the walls
-/// changes.
+/// The same for every vertex behind one that stands out: all places at which what is seen of the
+/// walls changes.
 pub(crate) fn kinks(scene: &Scene) -> Vec<Vec<f64>> {
     let used = used(scene);
     let out = standing_out(scene);

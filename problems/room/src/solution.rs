@@ -33,9 +33,9 @@ pub fn rounded<F: Real>(values: &[f64]) -> Result<Vec<F>, RoomError> {
     Ok(out)
 }
 
-/// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0). Plain
-/// walks have a finite variance, and so have preconditioned ones up to the quality of h, if it is below
-/// 1; it is at most max ρ²/(1 − q0).
+/// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
+/// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
+/// it is below 1; it is at most max ρ²/(1 − q0).
 ///
 /// O(n²) for each of 100 powers.
 ///
@@ -78,8 +78,8 @@ impl Solution {
     /// |F'_i|, at most `at_most` sweeps.
     ///
     /// # Errors
-    /// [`RoomError::Memory`], [`RoomError::Galerkin`]; [`RoomError::Length`] where the matrix is not
-    /// of this mesh.
+    /// [`RoomError::Memory`], [`RoomError::Galerkin`]; [`RoomError::Length`] where the matrix is
+    /// not of this mesh.
     pub fn new(
         scene: &Scene,
         mesh: &Mesh,

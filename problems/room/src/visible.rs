@@ -88,7 +88,8 @@ impl<F: Real> Geometry<'_, F> {
                 // The more accurate form.
                 sum = self.unobstructed(from, part);
             } else {
-                // Between the shadows of walls that meet, or end on another, rounding may leave a gap.
+                // Between the shadows of walls that meet, or end on another, rounding may leave a
+                // gap.
                 let gap = F::from_f64(4.0) * F::EPSILON;
                 let part = factor(own.normal(), a, b, cross(a, b));
                 sum += if part > gap { part } else { zero() };
@@ -222,8 +223,8 @@ fn is_before<F: Real>(
     if heights[0] <= zero() && heights[1] <= zero() {
         return false;
     }
-    // The segment crosses the line of the other wall outside the part, so the part is on one side of
-    // the segment's line.
+    // The segment crosses the line of the other wall outside the part, so the part is on one side
+    // of the segment's line.
     let [a, b] = segment.ends;
     let span = sub(b, a);
     let side = |p: Vector<F>| cross(span, sub(p, a));
