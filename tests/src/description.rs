@@ -72,6 +72,14 @@ pub trait Description<const B: usize = 1>: Sized {
         None
     }
 
+    /// How far, in units of ε, ∫_Xj p(x, ·) dμ may be off because `x` and the nodes are stored to ε
+    /// of the size of X, where p varies over less than that: to first order ∫_Xj |∂p/∂x| + |∂p/∂y|
+    /// dμ(y) times the size of X. The kit adds it to the size of what it compares. 0 where p is
+    /// computed to a few ε whatever the points are, as on a circle, where points are angles.
+    fn sensitivity(&self, _x: &PointOf<Self, B>, _cell: usize) -> f64 {
+        0.0
+    }
+
     /// p_j(x) by another formula in f64 or better, of the point as it is stored: to see whether
     /// masses are accurate relative to their own size where quadrature cannot, in tiny cells.
     fn mass(&self, _x: &Located<PointOf<Self, B>>, _cell: usize) -> Option<f64> {

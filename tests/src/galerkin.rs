@@ -11,7 +11,7 @@ use crate::description::Description;
 use crate::outcome::Sum;
 
 /// The points of cell `i` with weights that sum to 1.
-fn normalised<D: Description<B>, const B: usize>(
+pub(crate) fn normalised<D: Description<B>, const B: usize>(
     description: &D,
     i: usize,
 ) -> impl Iterator<Item = (Located<crate::description::PointOf<D, B>>, f64)> {

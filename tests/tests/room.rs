@@ -1,4 +1,4 @@
-//! Rooms against theory: density, masses, sampler, neighbour equation, known solutions.
+//! Rooms against known solutions; what the kit finds of them is in `matrix.rs`.
 
 use fredholm_core::galerkin::Piecewise;
 use fredholm_core::{
@@ -6,91 +6,20 @@ use fredholm_core::{
     rounding_floor,
 };
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, Grading, Irradiance, Material, MeanOver, Node, R_MIN, Room,
-    RoomError, RoomPairs, Seen, Segment, Tables, View, Views, Wall, second_moment_radius,
+    Cells, Choice, Edge, Geometry, Grading, Irradiance, Material, MeanOver, Node, Room, RoomError,
+    RoomPairs, Seen, Segment, Tables, Views, Wall, second_moment_radius,
 };
-use fredholm_tests::check::{
-    Failure, cells_are_found, density_integrates, masses_do_not_collapse, means,
-    moments_are_of_the_density, neighbour_equation, run, sampler_follows,
-};
+use fredholm_tests::check::{STANDARD_ERRORS, means, neighbour_equation, run};
+use fredholm_tests::outcome::Outcome;
 use fredholm_tests::room::{
-    Drawing, RoomNeighbour, Setup, block, doorway, furnace, polygon, scenes, square,
+    CHOICES, Drawing, RoomNeighbour, Setup, block, described, doorway, furnace, glowing, polygon,
+    scenes, square,
 };
 
-const CHOICES: [Choice; 3] = [Choice::Paper, Choice::Default, Choice::Pointwise];
-
-/// The most standard errors that a mean of this file may be off: it makes about 1,000 comparisons,
-/// and if all is well one of them is beyond 4.9 with probability 0.001.
-const STANDARD_ERRORS: f64 = 4.9;
-
-/// Units of ε that the checks allow. Coordinates of size 4 are known to 4ε, and a point lies as
-/// near as 3.6·10⁻⁴ to a corner (3 % of a cell of 0.012), so its distance from the next wall is
-/// known to 1.1·10⁴ ε of its own size; a mass is a product of two such distances, a moment has one
-/// more point. 17,000 are found. A wrong equation is off by 10⁶ and more.
-const ROUNDING: f64 = 33_000.0;
-
-fn assert_ok(drawing: &Drawing, what: &str, result: Result<(), Failure>) {
-    if let Err(e) = result {
+fn assert_ok(drawing: &Drawing, what: &str, outcome: Outcome) {
+    if let Err(e) = outcome.ok() {
         panic!("{}, {what}: {e}", drawing.name);
     }
-}
-
-fn has_shadows<F: Real>(room: &Room<'_, F>) -> bool {
-    let cells = room.table().len();
-    let mut pairs = (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j)));
-    pairs.any(|(i, j)| room.views().view(i, j) == View::Partly)
-}
-
-#[test]
-fn the_kit_finds_nothing() {
-    fn at<F: Real>(cells: usize) {
-        for drawing in scenes() {
-            let setup = Setup::new::<F>(&drawing, cells, Grading::default()).unwrap();
-            setup.with::<F, _>(Choice::Default, |room, _, _, _| {
-                let fractions = [0.03, 0.4, 0.97];
-                let check = |what, result| assert_ok(&drawing, what, result);
-                check("cells", cells_are_found(room, &[1e-3, 0.4, 0.999]));
-                check("density", density_integrates(room, &fractions, ROUNDING));
-                // In f32 the nodes of a rule fall on either side of a shadow's edge by chance, and
-                // a mass behind it is as small as that.
-                if F::EPSILON.to_f64() < 1e-10 || !has_shadows(room) {
-                    let moments = moments_are_of_the_density::<_, 1>(room, &fractions, ROUNDING);
-                    check("moments", moments);
-                }
-                check("sampler", sampler_follows(room, 100_000, 1, 4.5));
-                let pairs = RoomPairs {
-                    views: room.views(),
-                    choice: Choice::Default,
-                };
-                // Its mean is one over seven points.
-                check(
-                    "collapse",
-                    masses_do_not_collapse(room, &pairs, 0.9 * R_MIN),
-                );
-            });
-        }
-    }
-    at::<f64>(24);
-    at::<f64>(40);
-    at::<f32>(16);
-}
-
-#[test]
-fn the_neighbour_equation_holds_pointwise() {
-    fn at<F: Real>(cells: usize) {
-        for drawing in scenes() {
-            let setup = Setup::new::<F>(&drawing, cells, Grading::default()).unwrap();
-            for choice in CHOICES {
-                setup.with::<F, _>(choice, |room, neighbour, _, _| {
-                    let result = neighbour_equation(room, neighbour, &[0.03, 0.4, 0.97], ROUNDING);
-                    assert_ok(&drawing, &format!("{choice:?}"), result);
-                });
-            }
-        }
-    }
-    at::<f64>(24);
-    at::<f64>(60);
-    at::<f32>(24);
 }
 
 fn task<'a, F: Real, T>(
@@ -137,17 +66,6 @@ fn run_means<F: Real>(
     })
 }
 
-/// F = 1 − ρ with another ρ on every surface: u = 1, whatever is in the way.
-fn glowing(drawing: &Drawing) -> Drawing {
-    drawing.clone().with(|s| {
-        let reflectance = 0.15 + 0.7 * ((s as f64 * 0.618).fract());
-        Material {
-            reflectance,
-            emission: 1.0 - reflectance,
-        }
-    })
-}
-
 #[test]
 fn in_a_furnace_all_is_one() {
     fn at<F: Real>(walks: u64) {
@@ -159,7 +77,7 @@ fn in_a_furnace_all_is_one() {
                 for estimator in [Estimator::Absorption, Estimator::Collision] {
                     for statistics in run_means::<F>(&setup, choice, estimator, 1, walks) {
                         let what = format!("{choice:?}, {estimator:?}, eps {:e}", F::EPSILON);
-                        let result = means(&statistics, 1.0, STANDARD_ERRORS, floor);
+                        let result = means(&statistics, Some(1.0), floor);
                         assert_ok(&drawing, &what, result);
                         assert_eq!(statistics.endings().left, 0);
                     }
@@ -185,7 +103,7 @@ fn the_square_has_its_known_value() {
         };
         for seed in 1..=3 {
             let [_, point] = run_means::<f64>(&setup, choice, Estimator::Absorption, seed, walks);
-            let result = means(&point, SQUARE, STANDARD_ERRORS, 1e-12);
+            let result = means(&point, Some(SQUARE), 1e-12);
             assert_ok(&square(), &format!("{choice:?}"), result);
             let error = point.preconditioned().std_error.unwrap();
             println!(
@@ -295,7 +213,7 @@ fn an_irregular_pentagon_agrees_with_a_fine_deterministic_solution() {
         assert_ok(
             &drawing,
             &format!("{choice:?}"),
-            means(&all, fine, STANDARD_ERRORS, floor),
+            means(&all, Some(fine), floor),
         );
     }
 }
@@ -333,7 +251,7 @@ fn irradiance_needs_no_reflectance() {
         assert_ok(
             &drawing,
             "irradiance",
-            means(&statistics, 1.0, STANDARD_ERRORS, 1e-13),
+            means(&statistics, Some(1.0), 1e-13),
         );
         let mean = Irradiance {
             room,
@@ -346,7 +264,7 @@ fn irradiance_needs_no_reflectance() {
         assert_ok(
             &drawing,
             "mean irradiance",
-            means(&statistics, 1.0, STANDARD_ERRORS, 1e-13),
+            means(&statistics, Some(1.0), 1e-13),
         );
     });
 }
@@ -380,7 +298,7 @@ fn an_open_scene_loses_light() {
             assert_ok(
                 &drawing,
                 "plates",
-                means(&statistics, exact, STANDARD_ERRORS, 1e-14),
+                means(&statistics, Some(exact), 1e-14),
             );
             assert!(statistics.endings().left > 1000);
         });
@@ -455,8 +373,10 @@ fn no_views_are_right_too() {
         let g = setup.solution.source::<f64>(&setup.matrix, &pairs).unwrap();
         let dense = setup.matrix.coefficients();
         let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
-        let result = neighbour_equation(&room, &neighbour, &[0.03, 0.4, 0.97], ROUNDING);
-        assert_ok(&block(), &format!("{choice:?}"), result);
+        described::<f64, _>(&block(), 24, 1.0, |described| {
+            let result = neighbour_equation(described, &neighbour, 1);
+            assert_ok(&block(), &format!("{choice:?}"), result);
+        });
     }
 }
 

@@ -74,14 +74,16 @@ pub fn density<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
-        let mut sum = Sum::default();
+        let (mut sum, mut size) = (Sum::default(), 1.0);
         for j in 0..equation.cells() {
+            size += description.sensitivity(&x.point, j);
             for (y, weight) in description.nodes(&x.point, j) {
                 sum.add(weight * equation.density(&x.point, &y).to_f64());
             }
         }
         let expected = staying(description, &x.point);
-        worst.compare(expected, sum.value(), epsilon::<D, B>(), || {
+        let unit = epsilon::<D, B>() * size;
+        worst.compare(expected, sum.value(), unit, || {
             format!("the integral of p(x, .) at x = {:?}", x.point)
         });
     }
@@ -133,14 +135,17 @@ pub fn basis<D: Description<B>, const B: usize>(description: &D, seed: u64) -> O
 /// and the masses sum to 1 − q(x).
 ///
 /// A node of the rule is stored to ε of the size of X, of which a cell is one of n^(1/d) parts:
-/// that moves an integrand by n^(1/d) ε times its variation over the cell, which counts as size.
+/// that moves an integrand by n^(1/d) ε times its variation over the cell, which counts as size. So
+/// does what the description says of its points: [`Description::sensitivity`].
 #[must_use]
 pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
-        let mut total = Sum::default();
+        let (mut total, mut total_size) = (Sum::default(), 1.0);
         for j in 0..equation.cells() {
+            let sensitivity = description.sensitivity(&x.point, j);
+            total_size += sensitivity;
             let nodes: Vec<(f64, f64, [f64; B])> = description
                 .nodes(&x.point, j)
                 .into_iter()
@@ -158,7 +163,10 @@ pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
                     let values = || nodes.iter().map(|(w, p, psi)| (w, p * psi[b] * psi[c]));
                     let sum: Sum = values().map(|(w, value)| w * value).collect();
                     let (low, high) = extremes(values().map(|(_, value)| value));
-                    let size = sum.size() + noise(description) * (high - low) * measure;
+                    let products = nodes.iter().map(|(_, _, psi)| (psi[b] * psi[c]).abs());
+                    let size = sum.size()
+                        + noise(description) * (high - low) * measure
+                        + sensitivity * products.fold(0.0, f64::max);
                     let unit = size * epsilon::<D, B>();
                     worst.compare(sum.value(), found[b][c], unit, || {
                         format!("moment ({b}, {c}) from {:?} to cell {j}", x.point)
@@ -167,7 +175,8 @@ pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
             }
         }
         let expected = staying(description, &x.point);
-        worst.compare(expected, total.value(), epsilon::<D, B>(), || {
+        let unit = epsilon::<D, B>() * total_size;
+        worst.compare(expected, total.value(), unit, || {
             format!("the sum of the masses at x = {:?}", x.point)
         });
     }
@@ -213,7 +222,8 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
         for j in near.into_iter().chain([0, n - 1]) {
             let expected = description.mass(&x, j)?;
             let found = equation.moments(&x, j)[0][0].to_f64();
-            worst.compare(expected, found, epsilon::<D, B>() * expected, || {
+            let size = expected + description.sensitivity(&x.point, j);
+            worst.compare(expected, found, epsilon::<D, B>() * size, || {
                 format!("the mass from {:?} in cell {} to cell {j}", x.point, x.cell)
             });
         }
@@ -324,16 +334,19 @@ pub fn solution<D: Description<B>, const B: usize>(description: &D, seed: u64) -
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
         let expected = description.solution(&x.point)?;
-        let mut sum = Sum::default();
+        let (mut sum, mut moved) = (Sum::default(), 0.0);
         sum.add(equation.source(&x.point).to_f64());
         for j in 0..equation.cells() {
+            let mut largest = 0.0_f64;
             for (y, weight) in description.nodes(&x.point, j) {
                 let p = equation.density(&x.point, &y).to_f64();
-                let k = equation.kernel(&x.point, &y).to_f64();
-                sum.add(weight * p * k * description.solution(&y)?);
+                let ku = equation.kernel(&x.point, &y).to_f64() * description.solution(&y)?;
+                largest = largest.max(ku.abs());
+                sum.add(weight * p * ku);
             }
+            moved += largest * description.sensitivity(&x.point, j);
         }
-        let unit = epsilon::<D, B>() * (sum.size() + expected.abs());
+        let unit = epsilon::<D, B>() * (sum.size() + expected.abs() + moved);
         worst.compare(expected, sum.value(), unit, || {
             format!("(T_K u + F)(x) at x = {:?}", x.point)
         });

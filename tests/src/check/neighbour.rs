@@ -7,6 +7,7 @@ use fredholm_core::{Kernel, Located, Neighbour, Real, TransitionDensity};
 
 use super::{ROUNDING, UNITS, cells_of, corners, grid, samples};
 use crate::description::{Description, PointOf, ScalarOf, epsilon};
+use crate::galerkin::normalised;
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many points a check looks at.
@@ -27,19 +28,23 @@ where
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
         let x = neighbour.locate(x.point);
-        let mut sum = Sum::default();
+        let (mut sum, mut moved) = (Sum::default(), 0.0);
         sum.add(neighbour.source(&x).to_f64());
         for j in 0..equation.cells() {
+            let mut largest = 0.0_f64;
             for (y, weight) in description.nodes(&x.point, j) {
                 let y = neighbour.locate(y);
                 let k = equation.kernel(&x.point, &y.point);
                 let h = neighbour.kernel(&x, &y, k).to_f64();
                 let p = equation.density(&x.point, &y.point).to_f64();
-                sum.add(weight * h * p * neighbour.value(&y).to_f64());
+                let hv = h * neighbour.value(&y).to_f64();
+                largest = largest.max(hv.abs());
+                sum.add(weight * p * hv);
             }
+            moved += largest * description.sensitivity(&x.point, j);
         }
         let value = neighbour.value(&x).to_f64();
-        let unit = epsilon::<D, B>() * (sum.size() + value.abs());
+        let unit = epsilon::<D, B>() * (sum.size() + value.abs() + moved);
         worst.compare(value, sum.value(), unit, || {
             format!("(T_hp v + gq)(x) at x = {:?} in cell {}", x.point, x.cell)
         });
@@ -58,14 +63,19 @@ where
     let per_axis = (equation.cells() as f64).powf(1.0 / D::DIMENSION as f64);
     for x in samples(description, seed, POINTS) {
         for j in 0..equation.cells() {
+            let mut largest = [0.0_f64; B];
             let nodes: Vec<(f64, [f64; B])> = description
                 .nodes(&x.point, j)
                 .into_iter()
                 .map(|(point, weight)| {
-                    let k = equation.kernel(&x.point, &point).to_f64()
-                        * equation.density(&x.point, &point).to_f64();
+                    let k = equation.kernel(&x.point, &point).to_f64();
+                    let p = equation.density(&x.point, &point).to_f64();
                     let psi = equation.basis(&Located { point, cell: j });
-                    (weight, psi.map(|psi| k * psi.to_f64()))
+                    let values = psi.map(|psi| k * psi.to_f64());
+                    for (largest, value) in largest.iter_mut().zip(values) {
+                        *largest = largest.max(value.abs());
+                    }
+                    (weight, values.map(|value| p * value))
                 })
                 .collect();
             let measure: f64 = nodes.iter().map(|(weight, _)| weight).sum();
@@ -76,7 +86,9 @@ where
                 let values = || nodes.iter().map(|(_, values)| values[b]);
                 let high = values().fold(f64::NEG_INFINITY, f64::max);
                 let low = values().fold(f64::INFINITY, f64::min);
-                let size = sum.size() + per_axis * (high - low) * measure;
+                let size = sum.size()
+                    + per_axis * (high - low) * measure
+                    + largest[b] * description.sensitivity(&x.point, j);
                 let unit = epsilon::<D, B>() * size;
                 worst.compare(sum.value(), found.to_f64(), unit, || {
                     format!("the pair integral {b} from {:?} to cell {j}", x.point)
@@ -135,9 +147,7 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
             point: description.point(i, &t),
             cell: i,
         };
-        let inside: Vec<_> = grid::<D, B>(&[0.1, 0.3, 0.5, 0.7, 0.9])
-            .map(located)
-            .collect();
+        let inside: Vec<_> = normalised(description, i).collect();
         let all: Vec<_> = grid::<D, B>(&[0.5])
             .chain(corners::<D, B>())
             .chain(grid::<D, B>(&[1e-6, 0.5, 1.0 - 1e-6]))
@@ -148,7 +158,7 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
             let mass = |x: &Located<PointOf<D, B>>| {
                 smallest_eigenvalue(equation.moments(x, j).map(|row| row.map(Real::to_f64)))
             };
-            let mean = inside.iter().map(mass).sum::<f64>() / inside.len() as f64;
+            let mean: f64 = inside.iter().map(|(x, weight)| weight * mass(x)).sum();
             for x in &all {
                 let ratio = mass(x) / mean;
                 // A negative or vanishing ratio is infinitely bad.
