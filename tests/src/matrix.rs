@@ -47,12 +47,15 @@ pub const PROBLEMS: &[Entry] = &[
     ("cube, d = 3, Green", |seed| cube::examined::<3>(model::green(1.0, 0.25), 2, 3, seed)),
     ("cube, d = 3, s t^4", |seed| cube::examined::<3>(model::steep(0.5), 2, 4, seed)),
     ("cube, d = 3, furnace", |seed| cube::examined_furnace::<3>(model::quadratic(0.6), 2, 3, seed)),
-    ("room, square", |seed| room::examined(&room::square(), 12, 1e-6, seed)),
-    ("room, L-shaped", |seed| room::examined(&room::l_room(), 12, 1e-2, seed)),
+    ("room, square", |seed| room::examined(&room::square(), 24, 1e-6, seed)),
+    ("room, L-shaped", |seed| room::examined(&room::l_room(), 16, 1e-2, seed)),
     ("room, block in a square", |seed| room::examined(&room::block(), 20, 1e-2, seed)),
     ("room, doorway", |seed| room::examined(&room::doorway(), 20, 1e-2, seed)),
-    ("room, furnace with a block", |seed| room::examined(&room::glowing(&room::block()), 16, 1e-2, seed)),
-    ("room, yard, open", |seed| room::examined(&room::yard(), 10, 1e-6, seed)),
+    ("room, FACET", |seed| room::examined(&room::facet(), 16, 1e-2, seed)),
+    ("room, furnished", |seed| room::examined(&room::furnished(), 30, 1e-2, seed)),
+    ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
+    ("room, u = 1", |seed| room::examined(&room::glowing(&room::block()), 16, 1e-2, seed)),
+    ("room, yard, open", |seed| room::examined(&room::yard(), 15, 1e-6, seed)),
 ];
 
 /// The base seeds for which every problem must pass.

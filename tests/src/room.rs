@@ -4,7 +4,7 @@ use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource};
 use fredholm_core::{Located, Real, TransitionDensity};
 use fredholm_room::{
     Choice, Enclosure, Grading, Material, Matrix, Mesh, Point, R_MIN, Room, RoomError, RoomPairs,
-    Scene, Solution, Surface, Tables, View, Wall, rounded,
+    Scene, Solution, Surface, Tables, Wall, rounded,
 };
 
 use crate::description::Description;
@@ -414,7 +414,7 @@ pub struct Described<'a, F> {
     rule: Vec<(f64, f64)>,
     /// The largest coordinate.
     size: f64,
-    /// Whether nothing is in the way of anything.
+    /// Whether nothing is in the way of anything: no vertex is behind any wall.
     clear: bool,
 }
 
@@ -434,7 +434,13 @@ pub fn described<F: Real, R>(
     let views = setup.matrix.views();
     let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
     let points = drawing.surfaces.iter().flat_map(|(points, _)| points);
-    let n = tables.lengths().len();
+    let walls = room.geometry().walls().iter();
+    let vertices = walls.clone().flat_map(|wall| wall.ends);
+    let convex = walls.clone().all(|wall| {
+        let [a, b] = wall.ends.map(wide);
+        let height = |v: [F; 2]| cross(sub(b, a), sub(wide(v), a));
+        vertices.clone().all(|v| height(v) >= 0.0)
+    });
     then(&Described {
         room,
         setup: &setup,
@@ -442,7 +448,7 @@ pub fn described<F: Real, R>(
         claim,
         rule: gauss_legendre(12),
         size: points.flatten().fold(0.0, |m, c| m.max(c.abs())),
-        clear: (0..n - 1).all(|i| (0..n - 1).all(|j| views.view(i, j) != View::Partly)),
+        clear: convex,
     })
 }
 
