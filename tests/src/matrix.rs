@@ -52,7 +52,6 @@ pub const PROBLEMS: &[Entry] = &[
     ("room, block in a square", |seed| room::examined(&room::block(), 20, 1e-2, seed)),
     ("room, doorway", |seed| room::examined(&room::doorway(), 20, 1e-2, seed)),
     ("room, FACET", |seed| room::examined(&room::facet(), 16, 1e-2, seed)),
-    ("room, furnished", |seed| room::examined(&room::furnished(), 30, 1e-2, seed)),
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
     ("room, u = 1", |seed| room::examined(&room::glowing(&room::block()), 16, 1e-2, seed)),
     ("room, yard, open", |seed| room::examined(&room::yard(), 15, 1e-6, seed)),

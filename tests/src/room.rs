@@ -647,9 +647,11 @@ impl<'a, F: Real> Description for Described<'a, F> {
         offers.pairs("the paper's", pairs(Choice::Paper));
         offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
         offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));
-        offers.coefficients("strings", &self.setup.matrix.coefficients(), self.claim);
+        // What they are compared with has nodes in F, some of them in corners.
+        let claim = self.claim.max(100.0 * F::EPSILON.to_f64());
+        offers.coefficients("strings", &self.setup.matrix.coefficients(), claim);
         let v = &self.setup.solution;
-        offers.galerkin_solution("own", &v.v, self.claim / (1.0 - v.contraction));
+        offers.galerkin_solution("own", &v.v, claim / (1.0 - v.contraction));
         for choice in CHOICES {
             self.setup.with::<F, _>(choice, |_, neighbour, _, _| {
                 offers.neighbour::<RoomNeighbour<'_, F>>(&format!("own, {choice:?}"), neighbour);
@@ -693,10 +695,13 @@ impl<'a, F: Real> Description for Described<'a, F> {
             return None;
         }
         let survival = 1.0 - F::from_f64(ABSORPTION).to_f64();
-        if x.point.wall() == self.wall_of(cell) {
+        // In the line of the cell, and not in the corner where it ends, x sees its edge.
+        let (at, ends) = (wide(x.point.position()), self.ends(cell));
+        let aside = self.height(self.wall_of(cell), at) <= 0.0 && !ends.contains(&at);
+        if aside || x.point.wall() == self.wall_of(cell) {
             return Some(0.0);
         }
-        Some(survival * self.form_factor(&x.point, self.ends(cell)))
+        Some(survival * self.form_factor(&x.point, ends))
     }
 }
 

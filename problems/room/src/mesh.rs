@@ -103,7 +103,8 @@ impl Mesh {
             let position = if at <= 0.5 * length {
                 along(wall.ends[0], at, wall.tangent)
             } else {
-                along(wall.ends[1], at - wall.length, wall.tangent)
+                // The length that the walk knows: from the true one the cell would lose digits.
+                along(wall.ends[1], at - length, wall.tangent)
             };
             self.edges.push(Edge {
                 along: at,
