@@ -52,6 +52,8 @@ the error against kernel evaluations, set-up counted, of preconditioned walks, o
 Galerkin solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's.
 The file's cells and targets are not used.")]
     Rates(RatesArgs),
+    /// Print the form factors between the surfaces of a room
+    Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
 A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as
@@ -76,6 +78,8 @@ pub(crate) enum Kind {
     Circle,
     /// Any kernel on [0, 1]^d, as a formula
     Cube,
+    /// Light or heat in a room with straight walls
+    Room,
 }
 
 /// Options of `paper`.
@@ -121,6 +125,16 @@ pub(crate) struct ExportArgs {
     /// Where to write: .rs, constants in Rust, or .bin, a compact table with a checksum
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+}
+
+/// Options of `factors`.
+#[derive(Debug, Args)]
+pub(crate) struct FactorsArgs {
+    /// The problem file of a room (TOML), or a View2D deck (.vs2)
+    pub(crate) file: PathBuf,
+    /// Print one JSON document on stdout and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Options of every command that walks.

@@ -325,11 +325,11 @@ impl<'f> CircleFile<'f> {
             What::At(at) => at.value.iter().map(|at| Where::Angle(at.value)).collect(),
             What::OverAll => vec![Where::Arc(0.0, TAU)],
             What::Over(from, to) => vec![Where::Arc(from.value, to.value)],
-            What::Grid(points) => (0..points.value)
+            What::Grid(points, _) => (0..points.value)
                 .map(|i| Where::Angle(TAU * i as f64 / points.value as f64))
                 .collect(),
             // Validation has refused it.
-            What::Weight(_) => Vec::new(),
+            What::Weight(_) | What::On(..) | What::OverSurface(_) => Vec::new(),
         })?;
         Ok(Self {
             file,
@@ -396,6 +396,8 @@ impl<'f> CircleFile<'f> {
             solve: setup.solve,
             setup_seconds: setup.seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
+            besides: Vec::new(),
+            fluxes: Vec::new(),
         })
     }
 }
@@ -442,15 +444,15 @@ impl Problem for CircleFile<'_> {
         self.file.walk.absorption.value
     }
 
-    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_> {
-        Box::new(Self {
+    fn mean_on(&self, cells: usize) -> Result<Box<dyn Problem + '_>, Failure> {
+        Ok(Box::new(Self {
             cells,
             asked: vec![Asked {
                 name: "mean".to_owned(),
                 place: Where::Arc(0.0, TAU),
             }],
             ..self.clone()
-        })
+        }))
     }
 
     fn levels(&self) -> Vec<usize> {

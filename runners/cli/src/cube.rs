@@ -308,14 +308,14 @@ impl<'f> CubeFile<'f> {
             What::At(at) => vec![Where::Point(at.value.iter().map(|x| x.value).collect())],
             What::OverAll => vec![Where::All],
             What::Weight(text) => vec![Where::Weight(text.value.clone())],
-            What::Grid(points) => {
+            What::Grid(points, _) => {
                 let last = points.value.saturating_sub(1).max(1) as f64;
                 (0..points.value)
                     .map(|i| Where::Point(vec![i as f64 / last]))
                     .collect()
             }
             // Validation has refused it.
-            What::Over(..) => Vec::new(),
+            What::Over(..) | What::On(..) | What::OverSurface(_) => Vec::new(),
         })?;
         Ok(Self {
             file,
@@ -493,6 +493,8 @@ impl<'f> CubeFile<'f> {
             solve: solution.solve,
             setup_seconds: setup.seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
+            besides: Vec::new(),
+            fluxes: Vec::new(),
         })
     }
 
@@ -729,7 +731,7 @@ fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Option<f64>
             let weight = kept::<f64>(text).ok()?;
             integral::<D>(|x| u.value(x, &[]) * weight.value(x, &[]))
         }
-        Where::Angle(_) | Where::Arc(..) => None,
+        _ => None,
     }
 }
 
@@ -834,15 +836,15 @@ impl Problem for CubeFile<'_> {
         self.file.walk.absorption.value
     }
 
-    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_> {
-        Box::new(Self {
+    fn mean_on(&self, cells: usize) -> Result<Box<dyn Problem + '_>, Failure> {
+        Ok(Box::new(Self {
             per_axis: cells,
             asked: vec![Asked {
                 name: "mean".to_owned(),
                 place: Where::All,
             }],
             ..self.clone()
-        })
+        }))
     }
 
     fn levels(&self) -> Vec<usize> {

@@ -69,6 +69,8 @@ pub(crate) enum Axis {
     Angle,
     /// x from 0 to 1.
     Unit,
+    /// A part t of a surface's length.
+    Surface,
 }
 
 /// A profile with its error band, on linear axes.
@@ -164,6 +166,9 @@ pub(crate) fn band_svg(band: &Band) -> Result<String, NothingToDraw> {
             .with_x_axis_max(TAU)
             .with_x_tick_step(TAU / 4.0)
             .with_x_tick_format(TickFormat::Custom(Arc::new(quarter_turn))),
+        Axis::Surface => {
+            layout(&plots, &band.title, "t along the surface", "u(t)").with_x_axis_max(1.0)
+        }
         Axis::Unit => layout(&plots, &band.title, "x", "u(x)").with_x_axis_max(1.0),
     };
     let layout = layout.with_x_axis_min(0.0);

@@ -6,7 +6,9 @@
 mod args;
 mod circle;
 mod cube;
+mod deck;
 mod export;
+mod factors;
 mod failure;
 mod figure;
 mod file;
@@ -19,6 +21,7 @@ mod problem;
 mod progress;
 mod rates;
 mod report;
+mod room;
 mod solve;
 mod threads;
 
@@ -41,6 +44,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
     match command {
         Command::Paper(args) => paper::paper(args),
         Command::Solve(args) => solve::solve(args),
+        Command::Factors(args) => factors::factors(args),
         Command::Rates(args) => rates::rates(args),
         Command::Check { file } => solve::check(file),
         Command::Export(args) => export::export(args),

@@ -3,7 +3,7 @@
 use core::fmt::Display;
 
 use fredholm_core::galerkin::Solve;
-use fredholm_core::{Real, rounding_floor};
+use fredholm_core::{Estimate, Real, rounding_floor};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Outcome, Plan};
 
@@ -13,6 +13,7 @@ use crate::failure::Failure;
 use crate::file::{self, ProblemFile};
 use crate::progress::Progress;
 use crate::rates::Deterministic;
+use crate::room::RoomFile;
 
 /// A problem of a file, ready to be set up.
 pub(crate) trait Problem: Sync {
@@ -35,6 +36,12 @@ pub(crate) trait Problem: Sync {
     /// What is asked for, in the order of the file.
     fn asked(&self) -> &[Asked];
 
+    /// The name of a surface.
+    fn surface(&self, number: usize) -> Option<&str> {
+        let _ = number;
+        None
+    }
+
     /// Bytes of the tables at their largest.
     fn memory(&self) -> usize;
 
@@ -48,7 +55,7 @@ pub(crate) trait Problem: Sync {
     fn absorption(&self) -> f64;
 
     /// The same problem on so many cells (as the file counts them), asked for the mean of u.
-    fn mean_on(&self, cells: usize) -> Box<dyn Problem + '_>;
+    fn mean_on(&self, cells: usize) -> Result<Box<dyn Problem + '_>, Failure>;
 
     /// Cells for a sweep, from few to as many as take a second or so.
     fn levels(&self) -> Vec<usize>;
@@ -73,6 +80,7 @@ pub(crate) fn of_file(file: &ProblemFile) -> Result<Box<dyn Problem + '_>, Failu
     Ok(match &file.problem {
         file::Problem::Circle(circle) => Box::new(CircleFile::new(file, circle)?),
         file::Problem::Cube(cube) => Box::new(CubeFile::new(file, cube)?),
+        file::Problem::Room(room) => Box::new(RoomFile::new(file, room)?),
     })
 }
 
@@ -98,6 +106,10 @@ pub(crate) enum Where {
     All,
     /// (u, w) with this formula for w.
     Weight(String),
+    /// u on the surface of this number, at this part of its length.
+    On(usize, f64),
+    /// The mean of u over the surface of this number.
+    Surface(usize),
 }
 
 /// Every target of a file, a grid as one for each of its points; refuses names that are there twice.
@@ -108,7 +120,7 @@ pub(crate) fn asked(
     let mut all = Vec::new();
     for target in &file.targets {
         let name = &target.name.value;
-        let grid = matches!(target.what, file::What::Grid(_));
+        let grid = matches!(target.what, file::What::Grid(..));
         let places = ask(&target.what).into_iter().enumerate();
         all.extend(places.map(|(i, place)| Asked {
             name: if grid {
@@ -163,6 +175,19 @@ pub(crate) struct Answer {
     pub(crate) setup_seconds: f64,
     /// How long the walks took.
     pub(crate) walk_seconds: f64,
+    /// What rooms say besides, in the order of what was asked; empty for others.
+    pub(crate) besides: Vec<Besides>,
+    /// The net flux out of every surface, where there are temperatures; `None` where its material changes.
+    pub(crate) fluxes: Vec<(String, Option<Estimate>)>,
+}
+
+/// What a room says of a target besides u.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Besides {
+    /// The irradiance H.
+    pub(crate) irradiance: Option<Estimate>,
+    /// The net flux out of the wall, with temperatures.
+    pub(crate) net_flux: Option<Estimate>,
 }
 
 /// What rounding leaves of every target in walks of scalar `F`.

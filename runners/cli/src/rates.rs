@@ -130,15 +130,17 @@ const FILES: [&str; 4] = ["rates.csv", "rates.json", "work-error.svg", "deviatio
 fn sweep(whole: &dyn Problem, mut plan: Plan, degree: usize) -> Result<(Rates, Ended), Failure> {
     let levels = whole.levels();
     let finest = levels.last().copied().unwrap_or(1);
-    let squared = |cells: usize| (whole.mean_on(cells).unknowns() as u64).pow(2);
-    let total = levels.iter().map(|&cells| squared(cells).max(ENOUGH_WALKS));
-    let progress = Progress::new(total.sum::<u64>() + REFERENCE_WALKS);
+    let mut total = REFERENCE_WALKS;
+    for &cells in &levels {
+        total += squared(&*whole.mean_on(cells)?).max(ENOUGH_WALKS);
+    }
+    let progress = Progress::new(total);
 
     let (mut rows, mut estimates) = (Vec::new(), Vec::new());
     let (mut exact, mut ended) = (None, Ended::Done);
     for &cells in &levels {
-        let level = whole.mean_on(cells);
-        let wanted = squared(cells);
+        let level = whole.mean_on(cells)?;
+        let wanted = squared(&*level);
         plan.walks = wanted.max(ENOUGH_WALKS);
         if cells == finest {
             plan.walks = plan.walks.max(REFERENCE_WALKS);
@@ -166,6 +168,11 @@ fn sweep(whole: &dyn Problem, mut plan: Plan, degree: usize) -> Result<(Rates, E
     progress.done();
     let rates = Rates::new(whole, plan.seed, degree, (exact, &estimates), rows, nystrom);
     Ok((rates, ended))
+}
+
+/// N = n².
+fn squared(level: &dyn Problem) -> u64 {
+    (level.unknowns() as u64).pow(2)
 }
 
 impl Row {

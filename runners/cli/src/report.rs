@@ -36,6 +36,75 @@ pub(crate) struct Report {
     pub(crate) setup_seconds: f64,
     pub(crate) walk_seconds: f64,
     pub(crate) targets: Vec<TargetReport>,
+    /// Of rooms with temperatures.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub(crate) energy: Option<EnergyReport>,
+}
+
+/// What every surface of a room gains and loses.
+#[derive(Debug, Serialize)]
+pub(crate) struct EnergyReport {
+    /// The net flux out of every surface, in W per metre of depth; none where its material changes.
+    surfaces: Vec<SurfaceReport>,
+    /// Their sum: 0 in a closed room.
+    energy_balance: Option<EstimateReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct SurfaceReport {
+    name: String,
+    net_flux: Option<EstimateReport>,
+}
+
+impl EnergyReport {
+    /// Of these fluxes, if there are some.
+    pub(crate) fn new(fluxes: Vec<(String, Option<Estimate>)>) -> Option<Self> {
+        if fluxes.is_empty() {
+            return None;
+        }
+        // Every surface has walks of its own: errors are independent.
+        let known: Option<Vec<Estimate>> = fluxes.iter().map(|(_, flux)| *flux).collect();
+        let square = |x: Option<f64>| x.map(|x| x * x);
+        let energy_balance = known.map(|known| {
+            let squares: Option<f64> = known.iter().map(|e| square(e.std_error)).sum();
+            EstimateReport {
+                estimate: Some(known.iter().map(|e| e.estimate).sum()),
+                std_error: squares.map(f64::sqrt),
+                std_dev: None,
+            }
+        });
+        let surface = |(name, flux): (String, Option<Estimate>)| SurfaceReport {
+            name,
+            net_flux: flux.map(|flux| EstimateReport {
+                estimate: Some(flux.estimate),
+                std_error: flux.std_error,
+                std_dev: flux.std_dev,
+            }),
+        };
+        Some(Self {
+            surfaces: fluxes.into_iter().map(surface).collect(),
+            energy_balance,
+        })
+    }
+
+    fn text(&self) -> String {
+        let flux = |report: &Option<EstimateReport>| match report {
+            Some(report) => report.text(0.0),
+            None => "its material changes".to_owned(),
+        };
+        let mut rows = vec![
+            ["net flux out of", "W per metre"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        for surface in &self.surfaces {
+            rows.push(vec![surface.name.clone(), flux(&surface.net_flux)]);
+        }
+        if let Some(balance) = &self.energy_balance {
+            rows.push(vec!["all".to_owned(), balance.text(0.0)]);
+        }
+        format!("\n{}", aligned(&rows))
+    }
 }
 
 /// One target's answer; a grid has one for every point.
@@ -55,6 +124,12 @@ pub(crate) struct TargetReport {
     pub(crate) endings: EndingsReport,
     pub(crate) plain: EstimateReport,
     pub(crate) preconditioned: EstimateReport,
+    /// Of rooms: ∫ of the arriving u, and with temperatures the net flux out of the wall, of a surface in
+    /// W per metre of depth, at a point in W/m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) irradiance: Option<EstimateReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) net_flux: Option<EstimateReport>,
 }
 
 /// A point: an angle, or coordinates.
@@ -63,6 +138,7 @@ pub(crate) struct TargetReport {
 pub(crate) enum Coordinates {
     One(f64),
     Many(Vec<f64>),
+    On { surface: String, t: f64 },
 }
 
 impl Coordinates {
@@ -71,6 +147,7 @@ impl Coordinates {
         match self {
             Self::One(s) => Some(*s),
             Self::Many(x) => x.first().copied(),
+            Self::On { t, .. } => Some(*t),
         }
     }
 
@@ -82,6 +159,7 @@ impl Coordinates {
                 let texts: Vec<String> = x.iter().map(f64::to_string).collect();
                 texts.join(" ")
             }
+            Self::On { surface, t } => format!("{surface} {t}"),
         }
     }
 }
@@ -91,7 +169,7 @@ impl Coordinates {
 #[serde(untagged)]
 pub(crate) enum Over {
     Interval([f64; 2]),
-    Word(&'static str),
+    Word(String),
 }
 
 /// How walks ended.
@@ -165,17 +243,29 @@ impl Report {
                 }
                 _ => "-".to_owned(),
             };
-            rows.push(vec![
+            let mut row = vec![
                 target.name.clone(),
                 target.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
                 format!("{:.6}", target.galerkin),
                 target.plain.text(target.rounding_floor),
                 target.preconditioned.text(target.rounding_floor),
                 gain,
-            ]);
+            ];
+            let besides = [&target.irradiance, &target.net_flux];
+            for report in besides.into_iter().flatten() {
+                row.push(report.text(target.rounding_floor));
+            }
+            rows.push(row);
+        }
+        let any = |of: fn(&TargetReport) -> bool| self.targets.iter().any(of);
+        if any(|t| t.irradiance.is_some()) {
+            rows[0].push("irradiance".to_owned());
+        }
+        if any(|t| t.net_flux.is_some()) {
+            rows[0].push("net flux".to_owned());
         }
         format!(
-            "{}{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}\n\
+            "{}{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
             self.problem,
             self.dimension
@@ -187,6 +277,9 @@ impl Report {
             self.scalar,
             self.seed,
             aligned(&rows),
+            self.energy
+                .as_ref()
+                .map_or(String::new(), EnergyReport::text),
             self.targets.iter().map(|t| t.walks).sum::<u64>(),
             self.states,
             short(self.setup_seconds),
@@ -206,11 +299,15 @@ impl Report {
         let count = |condition: &dyn Fn(&TargetReport) -> bool| {
             self.targets.iter().filter(|&t| condition(t)).count()
         };
+        // The last digits of f64 are no news.
+        let matters = |t: &TargetReport| {
+            let size = t.preconditioned.estimate.unwrap_or(0.0).abs();
+            t.rounding_floor > 1e-11 * size
+        };
         remark(
             count(&|t| {
-                t.preconditioned
-                    .std_error
-                    .is_some_and(|e| e < t.rounding_floor)
+                let error = t.preconditioned.std_error;
+                matters(t) && error.is_some_and(|error| error < t.rounding_floor)
             }),
             "the standard error is below the rounding floor, which more walks do not lower; \
              use scalar = \"f64\" or believe the floor",
@@ -271,10 +368,10 @@ impl Report {
         }
         let band = Band {
             title: format!("{name}: the solution with its 95 % error band"),
-            axis: if self.problem == "circle" {
-                Axis::Angle
-            } else {
-                Axis::Unit
+            axis: match self.problem {
+                "circle" => Axis::Angle,
+                "room" => Axis::Surface,
+                _ => Axis::Unit,
             },
             name: "preconditioned walks".to_owned(),
             points: points
@@ -308,6 +405,10 @@ struct CsvRow<'a> {
     preconditioned: Option<f64>,
     preconditioned_std_error: Option<f64>,
     preconditioned_std_dev: Option<f64>,
+    irradiance: Option<f64>,
+    irradiance_std_error: Option<f64>,
+    net_flux: Option<f64>,
+    net_flux_std_error: Option<f64>,
     rounding_floor: f64,
     absorbed: u64,
     step_limit: u64,
@@ -334,6 +435,10 @@ impl<'a> CsvRow<'a> {
             preconditioned: target.preconditioned.estimate,
             preconditioned_std_error: target.preconditioned.std_error,
             preconditioned_std_dev: target.preconditioned.std_dev,
+            irradiance: target.irradiance.as_ref().and_then(|h| h.estimate),
+            irradiance_std_error: target.irradiance.as_ref().and_then(|h| h.std_error),
+            net_flux: target.net_flux.as_ref().and_then(|q| q.estimate),
+            net_flux_std_error: target.net_flux.as_ref().and_then(|q| q.std_error),
             rounding_floor: target.rounding_floor,
             absorbed: target.endings.absorbed,
             step_limit: target.endings.step_limit,

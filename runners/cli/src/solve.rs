@@ -14,7 +14,9 @@ use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
 use crate::progress::{Progress, catch_interrupts};
-use crate::report::{Coordinates, EndingsReport, EstimateReport, Over, Report, TargetReport};
+use crate::report::{
+    Coordinates, EndingsReport, EnergyReport, EstimateReport, Over, Report, TargetReport,
+};
 use crate::threads::with_threads;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -76,7 +78,7 @@ pub(crate) fn refuse_beyond_memory(
         bytes(available),
         match &file.problem {
             file::Problem::Cube(_) => ", or `kernel_factors` if the kernel is a product",
-            file::Problem::Circle(_) => "",
+            file::Problem::Circle(_) | file::Problem::Room(_) => "",
         }
     );
     Err(match &file.galerkin.cells {
@@ -130,7 +132,7 @@ fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Fail
         Some("json") => Format::Json,
         Some("csv") => Format::Csv,
         Some("svg") => {
-            let is_grid = |target: &&file::Target| matches!(target.what, What::Grid(_));
+            let is_grid = |target: &&file::Target| matches!(target.what, What::Grid(..));
             let mut grids = file.targets.iter().filter(is_grid);
             match (grids.next(), grids.next()) {
                 (Some(grid), None) => Format::Svg(grid.name.value.clone()),
@@ -224,9 +226,15 @@ fn answer(
         .zip(&answer.known)
         .zip(statistics.clone().zip(&answer.floors))
         .map(|((asked, known), (statistics, &floor))| {
-            target_report(asked, known, statistics, floor)
+            target_report(problem, asked, known, statistics, floor)
         })
         .collect();
+    let mut targets: Vec<TargetReport> = targets;
+    for (target, besides) in targets.iter_mut().zip(&answer.besides) {
+        let report = |estimate| EstimateReport::new(estimate, target.walks);
+        target.irradiance = besides.irradiance.map(report);
+        target.net_flux = besides.net_flux.map(report);
+    }
     let report = Report {
         problem: problem.kind(),
         dimension: problem.dimension(),
@@ -246,6 +254,7 @@ fn answer(
         states: statistics.map(Statistics::states).sum(),
         setup_seconds: answer.setup_seconds,
         walk_seconds: answer.walk_seconds,
+        energy: EnergyReport::new(answer.fluxes),
         targets,
     };
     Ok((report, ended))
@@ -262,6 +271,7 @@ fn ending(outcome: &Outcome, plan: &Plan) -> (&'static str, Ended) {
 }
 
 fn target_report(
+    problem: &dyn Problem,
     asked: &Asked,
     known: &Known,
     statistics: &Statistics,
@@ -273,11 +283,19 @@ fn target_report(
         at: match &asked.place {
             Where::Angle(s) => Some(Coordinates::One(*s)),
             Where::Point(x) => Some(Coordinates::Many(x.clone())),
+            Where::On(surface, t) => problem.surface(*surface).map(|name| Coordinates::On {
+                surface: name.to_owned(),
+                t: *t,
+            }),
             _ => None,
         },
         over: match asked.place {
             Where::Arc(from, to) => Some(Over::Interval([from, to])),
-            Where::All => Some(Over::Word("all")),
+            Where::All => Some(Over::Word("all".to_owned())),
+            Where::Surface(surface) => {
+                let name = problem.surface(surface);
+                name.map(|name| Over::Word(name.to_owned()))
+            }
             _ => None,
         },
         weight: match &asked.place {
@@ -291,6 +309,8 @@ fn target_report(
         endings: EndingsReport::new(statistics),
         plain: EstimateReport::new(statistics.plain(), walks),
         preconditioned: EstimateReport::new(statistics.preconditioned(), walks),
+        irradiance: None,
+        net_flux: None,
     }
 }
 

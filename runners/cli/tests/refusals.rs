@@ -345,12 +345,6 @@ fn unknown_keys_are_shown_where_they_stand() {
 fn kinds() {
     replaced(
         "\"circle\"",
-        "\"room\"",
-        "\"room\"",
-        &["`kind", "not in this version"],
-    );
-    replaced(
-        "\"circle\"",
         "\"square\"",
         "\"square\"",
         &["`kind`", "\"circle\""],
@@ -361,7 +355,7 @@ fn kinds() {
         "[problem]",
         &["`kind` is missing"],
     );
-    assert_refused(&fredholm(&["init", "room"]), &["room", "circle"]);
+    assert_refused(&fredholm(&["init", "square"]), &["square", "circle"]);
 }
 
 #[test]

@@ -182,7 +182,15 @@ impl Circle {
                     "the second angle of `over` must be more than the first",
                 )
             }
-            What::Grid(points) => file.validate_grid(points),
+            What::Grid(points, None) => file.validate_grid(points),
+            What::OverSurface(word) => Err(file.error(
+                &word.place,
+                "`over` must be \"all\", or two angles `[from, to]`",
+            )),
+            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
+                &surface.place,
+                "a circle has no surfaces: they belong to rooms",
+            )),
             What::Weight(weight) => Err(file.error(
                 &weight.place,
                 "`weight` belongs to cubes; on a circle use `over = [from, to]`",

@@ -180,7 +180,15 @@ impl Cube {
                 "a part of a cube is not offered: use `over = \"all\"` or a `weight`",
             )),
             What::Weight(text) => formula_is_good(file, text, self.point()),
-            What::Grid(points) => {
+            What::OverSurface(word) => Err(file.error(
+                &word.place,
+                "`over` must be \"all\"; for a part of a cube use a `weight`",
+            )),
+            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
+                &surface.place,
+                "a cube has no surfaces: they belong to rooms",
+            )),
+            What::Grid(points, None) => {
                 file.demand(points, dimension == 1, "a `grid` needs `dimension = 1`")?;
                 file.validate_grid(points)
             }

@@ -15,8 +15,11 @@
 mod circle;
 mod cube;
 mod place;
+mod room;
 mod section;
 mod validate;
+
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use toml::de::{DeTable, DeValue};
@@ -25,6 +28,7 @@ pub(crate) use circle::{Circle, Emission, common_multiple};
 pub(crate) use cube::{Cube, KernelText};
 use place::Source;
 pub(crate) use place::{InputError, Place, Placed};
+pub(crate) use room::{Material, Numbers, Room, unknown_surface};
 use section::{Field, Section, unknown_word};
 
 /// The largest number of cells accepted.
@@ -59,6 +63,8 @@ pub(crate) enum Problem {
     Circle(Circle),
     /// An equation on [0, 1]^d.
     Cube(Cube),
+    /// Light or heat in a room.
+    Room(Room),
 }
 
 /// The Galerkin scheme: `[galerkin]`.
@@ -72,6 +78,8 @@ pub(crate) struct Galerkin {
     pub(crate) pairs: Placed<Pairs>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
     pub(crate) points: Option<Placed<usize>>,
+    /// How cells shrink towards the corners of a room.
+    pub(crate) grading: Option<Placed<f64>>,
 }
 
 /// The random walks: `[walk]`.
@@ -113,8 +121,12 @@ pub(crate) enum What {
     OverAll,
     /// The mean of the solution from one angle to another.
     Over(Placed<f64>, Placed<f64>),
-    /// The solution at so many equally spaced angles, or points of [0, 1].
-    Grid(Placed<usize>),
+    /// The solution at so many equally spaced angles, points of [0, 1], or points along a surface.
+    Grid(Placed<usize>, Option<Placed<String>>),
+    /// The solution on a surface, at this part of its length.
+    On(Placed<String>, Placed<f64>),
+    /// The mean of the solution over a surface.
+    OverSurface(Placed<String>),
     /// The integral of the solution times this formula.
     Weight(Placed<String>),
 }
@@ -122,10 +134,11 @@ pub(crate) enum What {
 /// The choices of `pairs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Pairs {
-    /// As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S
+    /// As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S; room, left out
+    /// what the default has pointwise
     Paper,
     /// All pairs in S, but for a kernel with a kink at x = y (circle; cube with `kernel_integral`) the
-    /// diagonal pointwise
+    /// diagonal pointwise; room: pairs that are partly hidden, or meet in a corner, pointwise
     Default,
     /// All pairs pointwise: the neighbour equation differs in its source only
     Pointwise,
@@ -153,6 +166,14 @@ pub(crate) enum Scalar {
 pub(crate) fn word<T: ValueEnum>(choice: &T) -> String {
     let value = choice.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+impl ProblemFile {
+    /// A path that stands in the file, which means it from the file's own folder.
+    pub(crate) fn beside(&self, path: &Path) -> PathBuf {
+        let folder = Path::new(&self.source.name).parent();
+        folder.map_or_else(|| path.to_owned(), |folder| folder.join(path))
+    }
 }
 
 /// Reads the problem file `name` with the content `text`.
@@ -196,13 +217,11 @@ pub(crate) fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
 /// Reads `[problem]`, whose other keys depend on its `kind`.
 fn read_problem(mut section: Section<'_, '_>) -> Result<Problem, InputError> {
     let kind = section.required("kind")?;
-    let known = ["circle", "cube"].map(str::to_owned);
+    let known = ["circle", "cube", "room"].map(str::to_owned);
     match kind.text()? {
         "circle" => circle::read(section).map(Problem::Circle),
         "cube" => cube::read(section).map(Problem::Cube),
-        "room" => Err(kind.error(
-            "`kind = \"room\"` is planned, but not in this version; it has \"circle\" and \"cube\"",
-        )),
+        "room" => room::read(section).map(Problem::Room),
         other => Err(kind.error(unknown_word("kind", other, &known))),
     }
 }
@@ -213,12 +232,14 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let degree = section.optional("degree");
     let pairs = section.optional("pairs");
     let points = section.optional("points");
+    let grading = section.optional("grading");
     section.finish()?;
     Ok(Galerkin {
         cells: cells.map(|field| field.integer()).transpose()?,
         degree: or_default(degree, Field::integer, 0)?,
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
         points: points.map(|field| field.integer()).transpose()?,
+        grading: grading.map(|field| field.number()).transpose()?,
     })
 }
 
@@ -267,6 +288,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         .into_iter()
         .filter_map(|key| section.optional(key))
         .collect::<Vec<_>>();
+    let surface = section.optional("surface");
     section.finish()?;
     let name = Placed::file(name.span.clone(), name.text()?.to_owned());
 
@@ -276,8 +298,9 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let Some(first) = chosen.next() else {
         return Err(section.error(format_args!(
             "target {:?} does not say what to compute: give one of \
-             `at = …` (an angle, or a point of the cube), `over = \"all\"`, \
-             `over = [from, to]` (circle), `weight = \"…\"` (cube), `grid = points`",
+             `at = …` (an angle, a point of the cube, a place on a surface), `over = \"all\"`, \
+             `over = [from, to]` (circle), `over = \"surface\"` (room), `weight = \"…\"` (cube), \
+             `grid = points`",
             name.value
         )));
     };
@@ -292,18 +315,42 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         ));
     }
     let what = match first.name.as_str() {
-        "at" => What::At(first.numbers()?),
+        "at" => read_at(first)?,
         "over" => read_over(first)?,
         "weight" => What::Weight(first.string()?),
-        _ => What::Grid(first.integer()?),
+        _ => {
+            let surface = surface.as_ref().map(Field::string).transpose()?;
+            return Ok(Target {
+                name,
+                what: What::Grid(first.integer()?, surface),
+            });
+        }
     };
+    if let Some(surface) = surface {
+        let message = "`surface` belongs to `grid`; elsewhere write `over = \"name\"`, \
+                       or `at = { surface = \"name\", t = 0.5 }`";
+        return Err(section.source.error(surface.key.clone(), message));
+    }
     Ok(Target { name, what })
+}
+
+/// Reads `at`: an angle, a point, or a place on a surface.
+fn read_at(field: Field<'_, '_>) -> Result<What, InputError> {
+    if !matches!(field.value, DeValue::Table(_)) {
+        return Ok(What::At(field.numbers()?));
+    }
+    let mut section = field.section("in `at`")?;
+    let surface = section.required("surface")?.string()?;
+    let t = section.required("t")?.number()?;
+    section.finish()?;
+    Ok(What::On(surface, t))
 }
 
 /// Reads `over`: everything, or from one angle to another.
 fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
     match &field.value {
         DeValue::String(word) if word == "all" => return Ok(What::OverAll),
+        DeValue::String(_) => return Ok(What::OverSurface(field.string()?)),
         DeValue::Array(_) => {
             if let [from, to] = field.numbers()?.value.as_slice() {
                 return Ok(What::Over(from.clone(), to.clone()));
@@ -311,7 +358,9 @@ fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
         }
         _ => {}
     }
-    Err(field.error("`over` must be \"all\" or two angles `[from, to]`"))
+    Err(field.error(
+        "`over` must be \"all\", two angles `[from, to]` (circle), or the name of a surface (room)",
+    ))
 }
 
 /// What `read` makes of the field, or the default where there is none.

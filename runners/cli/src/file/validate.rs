@@ -16,6 +16,7 @@ impl ProblemFile {
         match &self.problem {
             Problem::Circle(circle) => circle.validate(self)?,
             Problem::Cube(cube) => cube.validate(self)?,
+            Problem::Room(room) => room.validate(self)?,
         }
         self.validate_walk()?;
         self.validate_targets()
@@ -62,6 +63,7 @@ impl ProblemFile {
             cells,
             degree,
             points,
+            grading,
             ..
         } = &self.galerkin;
         self.demand(
@@ -74,6 +76,18 @@ impl ProblemFile {
                 points,
                 (1..=5).contains(&points.value),
                 "`points` must be from 1 to 5",
+            )?;
+        }
+        if let Some(grading) = grading {
+            self.demand(
+                grading,
+                matches!(self.problem, Problem::Room(_)),
+                "`grading` belongs to rooms",
+            )?;
+            self.demand(
+                grading,
+                (1.0..=10.0).contains(&grading.value),
+                "`grading` must be from 1 (equal cells) to 10",
             )?;
         }
         let Some(cells) = cells else { return Ok(()) };
@@ -171,6 +185,7 @@ impl ProblemFile {
             match &self.problem {
                 Problem::Circle(circle) => circle.validate_what(self, &target.what)?,
                 Problem::Cube(cube) => cube.validate_what(self, &target.what)?,
+                Problem::Room(room) => room.validate_what(self, &target.what)?,
             }
         }
         Ok(())
@@ -190,7 +205,7 @@ impl ProblemFile {
     }
 
     /// Says on which line a place is, if it is in the file.
-    fn line(&self, place: &Place) -> String {
+    pub(super) fn line(&self, place: &Place) -> String {
         match place {
             Place::File(span) => {
                 let line = self.source.locate(span.start).line;

@@ -1,0 +1,319 @@
+//! View2D decks (`.vs2`): vertices and straight surfaces, one a line.
+//!
+//! `V id x y`; `S id v1 v2 obs bas cmb emit name`, its active side on the left of v1 → v2; `T` a title,
+//! `C encl …` control, `G 2` the dimension; `!` and `/` begin a comment; `End of data` ends it (Walton,
+//! NISTIR 6925, 2002).
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::failure::Failure;
+
+/// Surfaces that a deck may have at most.
+const MAX_SURFACES: usize = 1_000_000;
+
+/// What a deck says.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Deck {
+    /// Its surfaces, in its order.
+    pub(crate) surfaces: Vec<DeckSurface>,
+    /// Whether it says that it is no enclosure.
+    pub(crate) open: bool,
+}
+
+/// A surface of a deck.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DeckSurface {
+    pub(crate) name: String,
+    pub(crate) ends: [[f64; 2]; 2],
+    pub(crate) emissivity: f64,
+}
+
+/// Reads a deck.
+pub(crate) fn read(path: &Path) -> Result<Deck, Failure> {
+    let name = path.display();
+    let bytes = std::fs::read(path)
+        .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
+    // Titles and names of old decks may be in any encoding; numbers are not.
+    let text = String::from_utf8_lossy(&bytes);
+    parse(&text).map_err(|wrong| {
+        let Wrong {
+            line,
+            column,
+            message,
+        } = wrong;
+        let shown: String = text
+            .lines()
+            .nth(line - 1)
+            .unwrap_or("")
+            .chars()
+            .take(100)
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
+        let indent = " ".repeat(column - 1);
+        let gutter = " ".repeat(line.to_string().len());
+        Failure::input(format_args!(
+            "{name}:{line}:{column}: {message}\n{gutter} |\n{line} | {shown}\n{gutter} | {indent}^"
+        ))
+    })
+}
+
+/// What is wrong, and where, both counted from 1.
+#[derive(Clone, Debug, PartialEq)]
+struct Wrong {
+    line: usize,
+    column: usize,
+    message: String,
+}
+
+/// The words of a line, with what an error needs.
+struct Words<'t> {
+    line: usize,
+    text: &'t str,
+    rest: &'t str,
+}
+
+impl<'t> Words<'t> {
+    fn wrong(&self, word: &str, message: impl Into<String>) -> Wrong {
+        // A word is a part of the line.
+        let byte = word.as_ptr() as usize - self.text.as_ptr() as usize;
+        let before = self.text.get(..byte).unwrap_or(self.text);
+        Wrong {
+            line: self.line,
+            column: before.chars().count() + 1,
+            message: message.into(),
+        }
+    }
+
+    fn word(&mut self, what: &str) -> Result<&'t str, Wrong> {
+        let rest = self.rest.trim_start();
+        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+        let (word, rest) = rest.split_at(end);
+        self.rest = rest;
+        if word.is_empty() {
+            return Err(self.wrong(rest, format!("the line ends before {what}")));
+        }
+        Ok(word)
+    }
+
+    fn parsed<T: core::str::FromStr>(&mut self, what: &str) -> Result<T, Wrong> {
+        let word = self.word(what)?;
+        let wrong = || self.wrong(word, format!("{word:?} is not {what}"));
+        word.parse().map_err(|_| wrong())
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64, Wrong> {
+        let start = self.rest.trim_start();
+        let number: f64 = self.parsed(what)?;
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            Err(self.wrong(start, format!("{what} must be a finite number")))
+        }
+    }
+
+    fn zero(&mut self, what: &str, why: &str) -> Result<(), Wrong> {
+        let start = self.rest.trim_start();
+        match self.parsed::<i64>(what)? {
+            0 => Ok(()),
+            _ => Err(self.wrong(start, why)),
+        }
+    }
+}
+
+fn parse(text: &str) -> Result<Deck, Wrong> {
+    let mut vertices: HashMap<u64, [f64; 2]> = HashMap::new();
+    let mut names: HashMap<String, usize> = HashMap::new();
+    let mut numbers: HashMap<u64, usize> = HashMap::new();
+    let mut surfaces = Vec::new();
+    let mut open = false;
+    let mut last = 1;
+    for (line, text) in (1..).zip(text.lines()) {
+        last = line;
+        let content = text.split(['!', '/']).next().unwrap_or("");
+        let mut words = Words {
+            line,
+            text,
+            rest: content,
+        };
+        let Ok(key) = words.word("a key") else {
+            continue;
+        };
+        match key.to_ascii_uppercase().as_str() {
+            "T" => {}
+            "C" => {
+                // Positional, or `encl=1`; the rest of it concerns View2D's own accuracy.
+                if let Ok(first) = words.word("encl") {
+                    let value = first.strip_prefix("encl=").unwrap_or(first);
+                    open = value == "0";
+                }
+            }
+            "G" => {
+                let start = words.rest.trim_start();
+                if words.parsed::<u32>("the dimension")? != 2 {
+                    return Err(words.wrong(start, "only two-dimensional decks are read: `G 2`"));
+                }
+            }
+            "V" => {
+                let start = words.rest.trim_start();
+                let id = words.parsed("the number of a vertex")?;
+                let point = [
+                    words.number("the coordinate x")?,
+                    words.number("the coordinate y")?,
+                ];
+                if vertices.insert(id, point).is_some() {
+                    return Err(words.wrong(start, format!("a second vertex {id}")));
+                }
+            }
+            "S" => {
+                if surfaces.len() == MAX_SURFACES {
+                    let message = format!("more than {MAX_SURFACES} surfaces");
+                    return Err(words.wrong(key, message));
+                }
+                let surface = surface(&mut words, &vertices, &mut numbers)?;
+                if let Some(first) = names.insert(surface.name.clone(), line) {
+                    let message = format!(
+                        "a second surface named {:?}; the first is on line {first}",
+                        surface.name
+                    );
+                    return Err(words.wrong(key, message));
+                }
+                surfaces.push(surface);
+            }
+            "END" => {
+                if surfaces.is_empty() {
+                    return Err(words.wrong(key, "the deck has no surface"));
+                }
+                return Ok(Deck { surfaces, open });
+            }
+            _ => {
+                let message = format!(
+                    "unknown key {key:?}; known: T, C, G, V, S, `End of data`, and `!` or `/` for \
+                     comments"
+                );
+                return Err(words.wrong(key, message));
+            }
+        }
+    }
+    Err(Wrong {
+        line: last,
+        column: 1,
+        message: "the deck is cut short: `End of data` is missing after this line".to_owned(),
+    })
+}
+
+/// The rest of an `S` line.
+fn surface(
+    words: &mut Words<'_>,
+    vertices: &HashMap<u64, [f64; 2]>,
+    numbers: &mut HashMap<u64, usize>,
+) -> Result<DeckSurface, Wrong> {
+    let start = words.rest.trim_start();
+    let id: u64 = words.parsed("the number of a surface")?;
+    if let Some(first) = numbers.insert(id, words.line) {
+        let message = format!("a second surface {id}; the first is on line {first}");
+        return Err(words.wrong(start, message));
+    }
+    let mut end = || {
+        let start = words.rest.trim_start();
+        let id: u64 = words.parsed("the number of a vertex")?;
+        let found = vertices.get(&id).copied();
+        found.ok_or_else(|| words.wrong(start, format!("there is no vertex {id} above this line")))
+    };
+    let ends = [end()?, end()?];
+    // Whether a surface may hide others is found from the geometry.
+    words.parsed::<i64>("the flag `obs`")?;
+    words.zero("the number `bas`", "subsurfaces (`bas`) are not read")?;
+    words.zero("the number `cmb`", "combined surfaces (`cmb`) are not read")?;
+    let start = words.rest.trim_start();
+    let emissivity = words.number("the emissivity")?;
+    if !(emissivity > 0.0 && emissivity <= 1.0) {
+        return Err(words.wrong(start, "an emissivity must be more than 0 and at most 1"));
+    }
+    let name = words.rest.trim();
+    Ok(DeckSurface {
+        name: if name.is_empty() {
+            format!("S{id}")
+        } else {
+            name.to_owned()
+        },
+        ends,
+        emissivity,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse;
+
+    const SQUARE: &str = "T a square\nC 1 0 1e-4 8 0 1\nG 2\n! corners\nV 1 0 0\nV 2 1 0\nV 3 1 1\n\
+                          V 4 0 1 / the last\nS 1 1 2 0 0 0 0.9 floor\nS 2 2 3 0 0 0 0.5 right wall\n\
+                          S 3 3 4 0 0 0 0.9\ns 4 4 1 0 0 0 1.0 left\nEnd of data\nanything\n";
+
+    #[test]
+    fn a_deck_is_read() {
+        let deck = parse(SQUARE).unwrap();
+        let names: Vec<_> = deck.surfaces.iter().map(|s| s.name.as_str()).collect();
+        assert_eq!(names, ["floor", "right wall", "S3", "left"]);
+        assert_eq!(deck.surfaces[1].ends, [[1.0, 0.0], [1.0, 1.0]]);
+        assert_eq!(deck.surfaces[1].emissivity, 0.5);
+        assert!(!deck.open);
+        assert!(parse(&SQUARE.replace("C 1", "C 0")).unwrap().open);
+        assert!(
+            parse(&SQUARE.replace("C 1 0", "C encl=0 list=0"))
+                .unwrap()
+                .open
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_place() {
+        let wrong = |from: &str, to: &str| {
+            assert_eq!(SQUARE.matches(from).count(), 1, "{from}");
+            let wrong = parse(&SQUARE.replace(from, to)).unwrap_err();
+            (wrong.line, wrong.column, wrong.message)
+        };
+        let at = |from: &str, to: &str, line: usize, column: usize, words: &str| {
+            let (l, c, message) = wrong(from, to);
+            assert_eq!((l, c), (line, column), "{message}");
+            assert!(message.contains(words), "{message}");
+        };
+        at("V 2 1 0", "V 2 1 NaN", 6, 7, "finite");
+        at(
+            "V 2 1 0",
+            "V 2 one 0",
+            6,
+            5,
+            "\"one\" is not the coordinate x",
+        );
+        at("V 2 1 0", "V 2 1", 6, 6, "ends before the coordinate y");
+        at("V 2 1 0", "V 1 1 0", 6, 3, "second vertex 1");
+        at("S 2 2 3", "S 2 2 9", 10, 7, "no vertex 9");
+        at(
+            "S 2 2 3",
+            "S 1 2 3",
+            10,
+            3,
+            "second surface 1; the first is on line 9",
+        );
+        at("0.5 right wall", "1.5 right wall", 10, 15, "at most 1");
+        at(
+            "right wall",
+            "floor",
+            10,
+            1,
+            "named \"floor\"; the first is on line 9",
+        );
+        at("0 0 0 0.5", "0 0 4 0.5", 10, 13, "combined");
+        at("G 2", "G 3", 3, 3, "two-dimensional");
+        at("V 3 1 1", "W 3 1 1", 7, 1, "unknown key");
+        at("End of data\nanything\n", "", 12, 1, "cut short");
+        assert!(parse("").unwrap_err().message.contains("cut short"));
+        assert!(
+            parse("End of data")
+                .unwrap_err()
+                .message
+                .contains("no surface")
+        );
+    }
+}

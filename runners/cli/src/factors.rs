@@ -1,0 +1,91 @@
+//! `fredholm factors`: form factors between the surfaces of a room.
+
+use std::io::Write;
+
+use fredholm_room::factors as form_factors;
+use serde::Serialize;
+
+use crate::args::FactorsArgs;
+use crate::deck;
+use crate::failure::{Ended, Failure};
+use crate::file;
+use crate::numbers::aligned;
+use crate::room::Surfaces;
+use crate::solve;
+
+/// Everything that `factors --json` prints.
+#[derive(Debug, Serialize)]
+struct Factors {
+    surfaces: Vec<String>,
+    /// Row I: of the energy that leaves surface I, the share that arrives at each.
+    factors: Vec<Vec<f64>>,
+}
+
+/// Runs `factors`.
+pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
+    let is_deck = args
+        .file
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
+    let factors = if is_deck {
+        let deck = deck::read(&args.file)?;
+        let surfaces = Surfaces::plain(&deck);
+        let scene = surfaces.scene::<f64>(deck.open).map_err(|error| {
+            let (message, _) = surfaces.explain(error);
+            Failure::input(format_args!("{}: {message}", args.file.display()))
+        })?;
+        Factors::new(surfaces.names, &form_factors(&scene).map_err(Failure::run)?)
+    } else {
+        let file = solve::read(&args.file, |_| ())?;
+        let file::Problem::Room(room) = &file.problem else {
+            return Err(Failure::input(format_args!(
+                "{}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck",
+                args.file.display()
+            )));
+        };
+        let (surfaces, scene) = crate::room::scene(&file, room)?;
+        Factors::new(surfaces.names, &form_factors(&scene).map_err(Failure::run)?)
+    };
+    let text = if args.json {
+        let mut text = serde_json::to_string_pretty(&factors).map_err(Failure::run)?;
+        text.push('\n');
+        text
+    } else {
+        factors.text()
+    };
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()?;
+    Ok(Ended::Done)
+}
+
+impl Factors {
+    fn new(surfaces: Vec<String>, entries: &[f64]) -> Self {
+        let rows = entries.chunks_exact(surfaces.len().max(1));
+        Self {
+            factors: rows.map(<[f64]>::to_vec).collect(),
+            surfaces,
+        }
+    }
+
+    /// A table, with the sum of every row: 1 in a closed room.
+    fn text(&self) -> String {
+        let mut header = vec!["from \\ to".to_owned()];
+        header.extend(self.surfaces.iter().cloned());
+        header.push("sum".to_owned());
+        let mut rows = vec![header];
+        for (name, row) in self.surfaces.iter().zip(&self.factors) {
+            let mut cells = vec![name.clone()];
+            cells.extend(row.iter().map(|f| {
+                if *f == 0.0 {
+                    "0".to_owned()
+                } else {
+                    format!("{f:.6}")
+                }
+            }));
+            cells.push(format!("{:.6}", row.iter().sum::<f64>()));
+            rows.push(cells);
+        }
+        aligned(&rows)
+    }
+}

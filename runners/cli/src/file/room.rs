@@ -1,0 +1,247 @@
+//! `[problem]` with `kind = "room"`, and what it asks of the rest of the file.
+
+use std::collections::HashMap;
+
+use toml::de::DeValue;
+
+use super::place::{InputError, Place, Placed};
+use super::section::{Field, Section, nearest};
+use super::{ProblemFile, What};
+
+/// Light or heat in a room: `[problem]` with `kind = "room"`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Room {
+    /// A View2D deck, relative to the problem file.
+    pub(crate) deck: Option<Placed<String>>,
+    /// Whether light that leaves is absorbed.
+    pub(crate) open: Placed<bool>,
+    /// The surfaces; with a deck, what is said of its own.
+    pub(crate) surfaces: Vec<Surface>,
+    /// Where the problem stands, or should say more.
+    pub(crate) place: Place,
+}
+
+/// A surface: `[[problem.surface]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Surface {
+    /// What targets and results call it.
+    pub(crate) name: Placed<String>,
+    /// Its vertices, the active side on the left; none for a surface of the deck.
+    pub(crate) points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
+    /// Its materials, one, or one for every segment.
+    pub(crate) material: Material,
+}
+
+/// What a surface does with light, as the file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Material {
+    /// `reflectance` and `emission`.
+    Light(Numbers, Numbers),
+    /// `emissivity` and `temperature`.
+    Grey(Numbers, Numbers),
+}
+
+/// One number, or one for every segment; absent where the deck or a default gives it.
+pub(crate) type Numbers = Option<Placed<Vec<Placed<f64>>>>;
+
+/// Reads the rest of `[problem]` for a room.
+pub(super) fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
+    let deck = section.optional("deck").map(|f| f.string()).transpose()?;
+    let open = section.optional("open").map(|f| f.boolean()).transpose()?;
+    let surfaces = section.optional("surface").map(read_surfaces).transpose()?;
+    section.finish()?;
+    Ok(Room {
+        deck,
+        open: open.unwrap_or_else(|| Placed::default(false)),
+        surfaces: surfaces.unwrap_or_default(),
+        place: Place::File(section.span.clone()),
+    })
+}
+
+fn read_surfaces(field: Field<'_, '_>) -> Result<Vec<Surface>, InputError> {
+    let DeValue::Array(array) = &field.value else {
+        return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
+    };
+    let items = array.iter().enumerate();
+    items
+        .map(|(index, item)| {
+            let table = field.element(index, item);
+            read_surface(table.section("in `[[problem.surface]]`")?)
+        })
+        .collect()
+}
+
+fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
+    let name = section.required("name")?.string()?;
+    let points = section.optional("points").map(read_points).transpose()?;
+    let mut numbers = |key| {
+        section
+            .optional(key)
+            .map(|field| (field.key.clone(), field.numbers()))
+    };
+    let keys = ["reflectance", "emission", "emissivity", "temperature"];
+    let [reflectance, emission, emissivity, temperature] = keys.map(&mut numbers);
+    section.finish()?;
+    let light = reflectance.as_ref().or(emission.as_ref());
+    let grey = emissivity.as_ref().or(temperature.as_ref());
+    if let (Some(_), Some((key, _))) = (light, grey) {
+        return Err(section.source.error(
+            key.clone(),
+            "give either `reflectance` and `emission`, or `emissivity` and `temperature`",
+        ));
+    }
+    let is_grey = grey.is_some();
+    let value =
+        |field: Option<(_, Result<_, InputError>)>| field.map(|(_, value)| value).transpose();
+    Ok(Surface {
+        name,
+        points,
+        material: if is_grey {
+            Material::Grey(value(emissivity)?, value(temperature)?)
+        } else {
+            Material::Light(value(reflectance)?, value(emission)?)
+        },
+    })
+}
+
+/// Reads a list of points.
+fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
+    let DeValue::Array(array) = &field.value else {
+        return Err(field.mistyped("a list of points [x, y]"));
+    };
+    let items = array.iter().enumerate();
+    let points = items
+        .map(|(index, item)| {
+            let point = field.element(index, item);
+            let numbers = match &point.value {
+                DeValue::Array(_) => point.numbers()?,
+                _ => return Err(point.mistyped("a point [x, y]")),
+            };
+            match numbers.value.as_slice() {
+                [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
+                _ => Err(point.error("a point has two coordinates: [x, y]")),
+            }
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Placed::file(field.span.clone(), points))
+}
+
+impl Room {
+    /// Checks `[problem]`; what surfaces ask of one another is checked where the scene is made.
+    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        if self.surfaces.is_empty() && self.deck.is_none() {
+            let message = "a room needs surfaces: `[[problem.surface]]`, or a `deck`";
+            return Err(file.error(&self.place, message));
+        }
+        if let Some(points) = &file.galerkin.points {
+            let message = "`points` belongs to cubes; a room has its own rules";
+            return Err(file.refuse(points, message));
+        }
+        let mut seen = HashMap::new();
+        for surface in &self.surfaces {
+            let name = &surface.name;
+            let good = !name.value.trim().is_empty() && name.value != "all";
+            let message = "the name of a surface must not be empty, nor \"all\"";
+            file.demand(name, good, message)?;
+            if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
+                let first = file.line(first);
+                let message = format_args!("a second surface named {:?}{first}", name.value);
+                return Err(file.refuse(name, message));
+            }
+            self.validate_surface(file, surface)?;
+        }
+        Ok(())
+    }
+
+    fn validate_surface(&self, file: &ProblemFile, surface: &Surface) -> Result<(), InputError> {
+        let name = &surface.name;
+        match (&surface.points, &self.deck) {
+            (Some(points), Some(_)) => {
+                let message = "surfaces of a deck have their points there: leave `points` out";
+                return Err(file.error(&points.place, message));
+            }
+            (None, None) => return Err(file.error(&name.place, "this surface has no `points`")),
+            _ => {}
+        }
+        if self.deck.is_none() {
+            let missing = match &surface.material {
+                Material::Light(None, _) => Some("`reflectance`"),
+                Material::Grey(None, _) => Some("`emissivity`"),
+                Material::Grey(_, None) => Some("`temperature`"),
+                _ => None,
+            };
+            if let Some(missing) = missing {
+                return Err(file.error(&name.place, format_args!("this surface has no {missing}")));
+            }
+        }
+        let each = |numbers: &Numbers, good: &dyn Fn(f64) -> bool, message: &str| {
+            let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
+            numbers
+                .into_iter()
+                .try_for_each(|number| file.demand(number, good(number.value), message))
+        };
+        match &surface.material {
+            Material::Light(reflectance, emission) => {
+                each(
+                    reflectance,
+                    &|rho| (0.0..1.0).contains(&rho),
+                    "a reflectance must be at least 0 and less than 1",
+                )?;
+                each(emission, &f64::is_finite, "an emission must be finite")
+            }
+            Material::Grey(emissivity, temperature) => {
+                each(
+                    emissivity,
+                    &|e| e > 0.0 && e <= 1.0,
+                    "an emissivity must be more than 0 and at most 1",
+                )?;
+                each(
+                    temperature,
+                    &|t| (0.0..=1e6).contains(&t),
+                    "a temperature is in kelvin, from 0 to a million",
+                )
+            }
+        }
+    }
+
+    /// Checks what a target asks for; which surfaces there are is known where the scene is made.
+    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+        match what {
+            What::On(_, t) => {
+                let inside = (0.0..=1.0).contains(&t.value);
+                file.demand(t, inside, "`t` must be from 0 to 1, along the surface")
+            }
+            What::Grid(points, Some(_)) => file.validate_grid(points),
+            What::Grid(points, None) => Err(file.error(
+                &points.place,
+                "in a room a grid lies on a surface: add `surface = \"name\"`",
+            )),
+            What::OverAll | What::OverSurface(_) => Ok(()),
+            What::At(at) => Err(file.error(
+                &at.place,
+                "`at` must be a place on a surface: { surface = \"name\", t = 0.5 }",
+            )),
+            What::Over(from, _) => Err(file.error(
+                &from.place,
+                "`over` must be \"all\" or the name of a surface",
+            )),
+            What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
+        }
+    }
+}
+
+/// The error for a name that no surface has.
+pub(crate) fn unknown_surface(
+    file: &ProblemFile,
+    name: &Placed<String>,
+    known: &[String],
+) -> InputError {
+    let hint = match nearest(&name.value, known) {
+        Some(near) => format!("; did you mean \"{near}\"?"),
+        None => String::new(),
+    };
+    file.error(
+        &name.place,
+        format_args!("there is no surface {:?}{hint}", name.value),
+    )
+}

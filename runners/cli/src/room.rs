@@ -1,0 +1,678 @@
+//! A room from its file to statistics: scene, set-up, targets, walks, irradiance and net flux.
+
+use std::path::Path;
+use std::time::Instant;
+
+use fredholm_core::galerkin::{Dense, Piecewise, Rounded};
+use fredholm_core::{At, Estimate, Functional, Neighbour, Real, Uniforms};
+use fredholm_embedded::TableBuilder;
+use fredholm_rayon::{Plan, Target, run};
+use fredholm_room::{
+    Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
+    Room, RoomError, RoomPairs, Scene, Solution, Surface, Tables, second_moment_radius,
+};
+
+use crate::deck::{self, Deck};
+use crate::failure::Failure;
+use crate::file::{self, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface};
+use crate::problem::{
+    Answer, Asked, Besides, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+};
+use crate::progress::{Progress, begin_walking};
+
+/// The relative residual at which the Gauss–Seidel iteration stops.
+const TOLERANCE: f64 = 1e-14;
+/// The most sweeps.
+const SWEEPS: u32 = 10_000;
+/// About so many cells where the file does not say.
+const DEFAULT_CELLS: usize = 500;
+/// Seconds of a visited state, and of a pair of the set-up, on the machines this was measured on.
+const STATE: f64 = 120e-9;
+const PAIR: f64 = 250e-9;
+
+/// The surfaces of a file or a deck, as the library takes them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Surfaces {
+    pub(crate) names: Vec<String>,
+    pub(crate) points: Vec<Vec<[f64; 2]>>,
+    pub(crate) materials: Vec<Vec<Material>>,
+    /// Whether temperatures are given: results are W/m² then.
+    pub(crate) heat: bool,
+    /// Whether a deck says that it is no enclosure.
+    pub(crate) open: bool,
+}
+
+impl Surfaces {
+    /// Those of a file, with its deck.
+    pub(crate) fn new(file: &ProblemFile, room: &file::Room) -> Result<Self, Failure> {
+        match &room.deck {
+            Some(path) => Self::of_deck(file, room, path),
+            None => Self::of_file(room),
+        }
+    }
+
+    fn of_file(room: &file::Room) -> Result<Self, Failure> {
+        let mut all = Self::default();
+        for surface in &room.surfaces {
+            let points = surface.points.iter().flat_map(|points| &points.value);
+            all.names.push(surface.name.value.clone());
+            all.points.push(points.map(|point| point.value).collect());
+            all.materials.push(materials(&surface.material, 0.0));
+            all.heat |= matches!(surface.material, file::Material::Grey(..));
+        }
+        Ok(all)
+    }
+
+    fn of_deck(
+        file: &ProblemFile,
+        room: &file::Room,
+        path: &Placed<String>,
+    ) -> Result<Self, Failure> {
+        let whole = file.beside(Path::new(&path.value));
+        let deck = deck::read(&whole).map_err(|failure| match failure {
+            Failure::Input(message) => file.error(&path.place, message).into(),
+            other => other,
+        })?;
+        let mut all = Self::plain(&deck);
+        for surface in &room.surfaces {
+            let Some(i) = all
+                .names
+                .iter()
+                .position(|name| *name == surface.name.value)
+            else {
+                return Err(unknown_surface(file, &surface.name, &all.names).into());
+            };
+            let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
+            all.materials[i] = materials(&surface.material, own);
+            all.heat |= matches!(surface.material, file::Material::Grey(..));
+        }
+        Ok(all)
+    }
+
+    /// Those of a deck, which says nothing of temperatures: nothing emits.
+    pub(crate) fn plain(deck: &Deck) -> Self {
+        let mut all = Self {
+            open: deck.open,
+            ..Self::default()
+        };
+        for surface in &deck.surfaces {
+            all.names.push(surface.name.clone());
+            all.points.push(surface.ends.to_vec());
+            all.materials.push(vec![Material {
+                reflectance: 1.0 - surface.emissivity,
+                emission: 0.0,
+            }]);
+        }
+        all
+    }
+
+    /// The scene for walks in `F`, with errors that name surfaces.
+    pub(crate) fn scene<F: Real>(&self, open: bool) -> Result<Scene, RoomError> {
+        let surfaces = self.points.iter().zip(&self.materials);
+        let surfaces: Vec<Surface<'_>> = surfaces
+            .map(|(points, materials)| Surface { points, materials })
+            .collect();
+        let enclosure = if open {
+            Enclosure::Open
+        } else {
+            Enclosure::Closed
+        };
+        Scene::new::<F>(&surfaces, enclosure)
+    }
+
+    /// "surface "floor", vertex 2".
+    fn place(&self, place: Place) -> String {
+        let name = self.names.get(place.surface).map_or("?", String::as_str);
+        format!("surface {name:?}, vertex {}", place.vertex + 1)
+    }
+
+    /// What is wrong with a scene, with the names of its surfaces, and where.
+    pub(crate) fn explain(&self, error: RoomError) -> (String, Option<Place>) {
+        let at = |place: Place, what: &str| (format!("{}: {what}", self.place(place)), Some(place));
+        match error {
+            RoomError::Vertices { surface } => at(
+                Place { surface, vertex: 0 },
+                "a surface needs at least two vertices",
+            ),
+            RoomError::Materials { surface } => at(
+                Place { surface, vertex: 0 },
+                "give one number for the surface, or one for each of its segments",
+            ),
+            RoomError::Coordinate(place) => at(
+                place,
+                "coordinates must be finite, and the scene between 1e-6 and 1e12 wide in f32",
+            ),
+            RoomError::Reflectance(place) => at(place, "the reflectance must be in [0, 1)"),
+            RoomError::Emission(place) => at(place, "the emission must be finite"),
+            RoomError::ZeroLength(place) => {
+                at(place, "the segment to the next vertex has no length")
+            }
+            RoomError::Crossing { first, second } => (
+                format!(
+                    "the segment from {} crosses that from {}: split them where they meet",
+                    self.place(second),
+                    self.place(first)
+                ),
+                Some(second),
+            ),
+            RoomError::Overlap { first, second } => (
+                format!(
+                    "the segments from {} and from {} lie on each other and face the same side; a \
+                     thin baffle is two surfaces that face opposite sides",
+                    self.place(second),
+                    self.place(first)
+                ),
+                Some(second),
+            ),
+            RoomError::Open {
+                at: place,
+                from: [x, y],
+                direction: [dx, dy],
+            } => at(
+                place,
+                &format!(
+                    "the room is not closed here: light leaves, or meets a wall from behind, from \
+                     ({x:.4}, {y:.4}) in direction ({dx:.3}, {dy:.3}); close the gap, turn surfaces \
+                     whose active side is not on the left, or say `open = true`"
+                ),
+            ),
+            other => (other.to_string(), None),
+        }
+    }
+}
+
+/// The materials of a surface; `own` is its reflectance where nothing is said of it.
+fn materials(material: &file::Material, own: f64) -> Vec<Material> {
+    let list = |numbers: &Numbers, default: f64| -> Vec<f64> {
+        numbers.as_ref().map_or(vec![default], |numbers| {
+            numbers.value.iter().map(|number| number.value).collect()
+        })
+    };
+    let (first, second, make): (_, _, fn(f64, f64) -> Material) = match material {
+        file::Material::Light(reflectance, emission) => (
+            list(reflectance, own),
+            list(emission, 0.0),
+            |reflectance, emission| Material {
+                reflectance,
+                emission,
+            },
+        ),
+        file::Material::Grey(emissivity, temperature) => (
+            list(emissivity, 1.0 - own),
+            list(temperature, 0.0),
+            Material::grey,
+        ),
+    };
+    // A list of another length than the other's stays one: the scene refuses it.
+    let at = |list: &[f64], i: usize| match list {
+        [one] => *one,
+        many => many.get(i).copied().unwrap_or(f64::NAN),
+    };
+    (0..first.len().max(second.len()))
+        .map(|i| make(at(&first, i), at(&second, i)))
+        .collect()
+}
+
+/// The surfaces and the scene of a file.
+pub(crate) fn scene(file: &ProblemFile, room: &file::Room) -> Result<(Surfaces, Scene), Failure> {
+    let surfaces = Surfaces::new(file, room)?;
+    let open = room.open.value || surfaces.open;
+    let scene = match file.walk.scalar.value {
+        Scalar::F32 => surfaces.scene::<f32>(open),
+        Scalar::F64 => surfaces.scene::<f64>(open),
+    };
+    match scene {
+        Ok(scene) => Ok((surfaces, scene)),
+        Err(error) => Err(refused(file, room, &surfaces, error)),
+    }
+}
+
+/// A room of a file.
+#[derive(Clone, Debug)]
+pub(crate) struct RoomFile<'f> {
+    file: &'f ProblemFile,
+    surfaces: Surfaces,
+    scene: Scene,
+    mesh: Mesh,
+    cells: usize,
+    asked: Vec<Asked>,
+}
+
+impl<'f> RoomFile<'f> {
+    /// The room of this file.
+    pub(crate) fn new(file: &'f ProblemFile, room: &'f file::Room) -> Result<Self, Failure> {
+        let (surfaces, scene) = scene(file, room)?;
+        let cells = file.galerkin.cells.as_ref();
+        let cells = cells.map_or(DEFAULT_CELLS, |cells| cells.value);
+        let mesh = mesh(file, &scene, cells)?;
+        let find = |name: &Placed<String>| {
+            let found = surfaces.names.iter().position(|known| *known == name.value);
+            found.ok_or_else(|| unknown_surface(file, name, &surfaces.names))
+        };
+        let mut unknown = None;
+        let asked = asked(file, |what| match targets(what, find) {
+            Ok(places) => places,
+            Err(error) => {
+                unknown.get_or_insert(error);
+                Vec::new()
+            }
+        })?;
+        match unknown {
+            Some(error) => Err(error.into()),
+            None => Ok(Self {
+                file,
+                surfaces,
+                scene,
+                mesh,
+                cells,
+                asked,
+            }),
+        }
+    }
+
+    fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let start = Instant::now();
+        let matrix = Matrix::new(&self.scene, &self.mesh, R_MIN).map_err(Failure::run)?;
+        let solution = Solution::new(&self.scene, &self.mesh, &matrix, TOLERANCE, SWEEPS)
+            .map_err(Failure::run)?;
+        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let absorption = self.file.walk.absorption.value;
+        let room = Room::new(
+            tables.geometry(),
+            tables.cells(),
+            matrix.views(),
+            absorption,
+        )
+        .map_err(Failure::input)?;
+        let pairs = RoomPairs {
+            views: matrix.views(),
+            choice: match self.file.galerkin.pairs.value {
+                Pairs::Paper => Choice::Paper,
+                Pairs::Default => Choice::Default,
+                Pairs::Pointwise => Choice::Pointwise,
+            },
+        };
+        let v = solution.rounded::<F>().map_err(Failure::run)?;
+        let g = solution
+            .source::<F>(&matrix, &pairs)
+            .map_err(Failure::run)?;
+        let dense = Dense::new(matrix.entries(), matrix.cells())
+            .ok_or_else(|| Failure::run("a table has a wrong size"))?;
+        let coefficients = Rounded::new(&dense);
+        let neighbour =
+            Piecewise::with_pointwise(&room, &coefficients, pairs, &v, &g).map_err(Failure::run)?;
+        let setup_seconds = start.elapsed().as_secs_f64();
+
+        let lengths = tables.lengths();
+        let mut starts = Vec::new();
+        let mut known = Vec::new();
+        let places = self.places();
+        for place in &places {
+            let start = self.start(&room, lengths, place)?;
+            let galerkin = match &start {
+                Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
+                Start::Mean(mean) => mean.of(&v),
+                Start::Light(_) | Start::LightMean(_) => f64::NAN,
+            };
+            known.push(Known {
+                exact: None,
+                galerkin,
+            });
+            starts.push(Target {
+                functional: start,
+                neighbour_value: Some(galerkin),
+            });
+        }
+        // Where irradiance does not follow from u it takes walks of its own.
+        let mut own = Vec::new();
+        for (number, place) in places.iter().enumerate() {
+            if self.through_u(place).is_none() {
+                let target = match self.start(&room, lengths, place)? {
+                    Start::Point(at) => Target {
+                        neighbour_value: Some(room.irradiance_of(&at.0, &v)),
+                        functional: Start::Light(Irradiance {
+                            room: &room,
+                            of: at,
+                        }),
+                    },
+                    Start::Mean(mean) => Target {
+                        neighbour_value: None,
+                        functional: Start::LightMean(Irradiance {
+                            room: &room,
+                            of: mean,
+                        }),
+                    },
+                    other => Target {
+                        functional: other,
+                        neighbour_value: None,
+                    },
+                };
+                own.push(number);
+                starts.push(target);
+            }
+        }
+        begin_walking();
+        let start = Instant::now();
+        let mut outcome = run(&room, &neighbour, &starts, plan, progress).map_err(Failure::run)?;
+        let walk_seconds = start.elapsed().as_secs_f64();
+        let irradiance = outcome.statistics.split_off(places.len());
+        let of = |(number, place): (usize, &Where)| {
+            let h = match own.iter().position(|&own| own == number) {
+                Some(own) => irradiance.get(own).map(|s| s.preconditioned()),
+                None => {
+                    let u = outcome.statistics.get(number)?.preconditioned();
+                    self.through_u(place).map(|through| through.of(u))
+                }
+            };
+            Some(self.besides(place, h))
+        };
+        let mut besides: Vec<Besides> = places.iter().enumerate().filter_map(of).collect();
+        let fluxes = besides.split_off(self.asked.len().min(besides.len()));
+        outcome.statistics.truncate(self.asked.len());
+        known.truncate(self.asked.len());
+        let names = self.surfaces.names.iter().cloned();
+        let fluxes = names.zip(fluxes.into_iter().map(|besides| besides.net_flux));
+        Ok(Answer {
+            known,
+            floors: floors(&v, solution.contraction, &outcome),
+            outcome,
+            solve: solution.solve,
+            setup_seconds,
+            walk_seconds,
+            besides,
+            fluxes: fluxes.collect(),
+        })
+    }
+
+    /// What is asked for and, with temperatures, every surface: for its net flux.
+    fn places(&self) -> Vec<Where> {
+        let mut places: Vec<Where> = self.asked.iter().map(|asked| asked.place.clone()).collect();
+        if self.surfaces.heat {
+            places.extend((0..self.surfaces.names.len()).map(Where::Surface));
+        }
+        places
+    }
+
+    /// Where the walks of a target start.
+    fn start<'r, 'a, F: Real>(
+        &self,
+        room: &'r Room<'a, F>,
+        lengths: &'a [f64],
+        place: &Where,
+    ) -> Result<Start<'r, 'a, F>, Failure> {
+        Ok(match place {
+            Where::On(surface, t) => {
+                let (wall, fraction) = self.scene.along(*surface, *t).map_err(Failure::run)?;
+                Start::Point(At(room.point(wall, fraction).map_err(Failure::run)?))
+            }
+            place => {
+                let walls = self.walls(place)?;
+                Start::Mean(MeanOver::new(room, lengths, walls).map_err(Failure::run)?)
+            }
+        })
+    }
+
+    /// The walls of a mean.
+    fn walls(&self, place: &Where) -> Result<core::ops::Range<usize>, Failure> {
+        match place {
+            Where::Surface(surface) => self.scene.walls_of(*surface).map_err(Failure::run),
+            _ => {
+                let last = self.scene.walls_of(self.scene.surfaces() - 1);
+                Ok(0..last.map_err(Failure::run)?.end)
+            }
+        }
+    }
+
+    /// The one material of a place, if it has one.
+    fn material(&self, place: &Where) -> Option<Material> {
+        let of = |surface: usize| self.surfaces.materials.get(surface);
+        match place {
+            Where::On(surface, t) => {
+                let (wall, _) = self.scene.along(*surface, *t).ok()?;
+                let vertex = self.scene.place(wall)?.vertex;
+                let own = of(*surface)?;
+                own.get(vertex).or(own.first()).copied()
+            }
+            Where::Surface(surface) => match of(*surface)?.as_slice() {
+                [first, rest @ ..] if rest.iter().all(|other| other == first) => Some(*first),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// How the irradiance of a place follows from u there, if it does.
+    fn through_u(&self, place: &Where) -> Option<ThroughU> {
+        match place {
+            // All light that leaves walls of a closed room arrives at walls.
+            Where::All if self.scene.enclosure() == Enclosure::Closed => Some(ThroughU {
+                emission: 0.0,
+                reflectance: 1.0,
+            }),
+            place => self
+                .material(place)
+                .filter(|material| material.reflectance > 0.0)
+                .map(|material| ThroughU {
+                    emission: material.emission,
+                    reflectance: material.reflectance,
+                }),
+        }
+    }
+
+    /// Irradiance, and with temperatures the net flux out of a wall: of a surface in W per metre of
+    /// depth, at a point in W/m².
+    fn besides(&self, place: &Where, irradiance: Option<Estimate>) -> Besides {
+        let net_flux = irradiance.filter(|_| self.surfaces.heat).and_then(|h| {
+            let material = self.material(place)?;
+            let length = match place {
+                Where::Surface(surface) => self.scene.length(*surface).ok()?,
+                _ => 1.0,
+            };
+            let scale = |x: Option<f64>| x.map(|x| (1.0 - material.reflectance) * length * x);
+            Some(Estimate {
+                estimate: length * material.net_flux(h.estimate),
+                std_error: scale(h.std_error),
+                std_dev: scale(h.std_dev),
+            })
+        });
+        Besides {
+            irradiance,
+            net_flux,
+        }
+    }
+}
+
+/// H = (u − F)/ρ.
+struct ThroughU {
+    emission: f64,
+    reflectance: f64,
+}
+
+impl ThroughU {
+    fn of(&self, u: Estimate) -> Estimate {
+        let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
+        Estimate {
+            estimate: (u.estimate - self.emission) / self.reflectance,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        }
+    }
+}
+
+/// The cells of a scene.
+fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure> {
+    let grading = file.galerkin.grading.as_ref();
+    let grading = Grading {
+        exponent: grading.map_or(Grading::default().exponent, |grading| grading.value),
+        shadows: false,
+    };
+    match file.walk.scalar.value {
+        Scalar::F32 => Mesh::new::<f32>(scene, cells, grading),
+        Scalar::F64 => Mesh::new::<f64>(scene, cells, grading),
+    }
+    .map_err(Failure::input)
+}
+
+/// The places of a target; `find` gives the number of a surface.
+fn targets<E>(
+    what: &What,
+    find: impl Fn(&Placed<String>) -> Result<usize, E>,
+) -> Result<Vec<Where>, E> {
+    Ok(match what {
+        What::On(surface, t) => vec![Where::On(find(surface)?, t.value)],
+        What::OverSurface(surface) => vec![Where::Surface(find(surface)?)],
+        What::OverAll => vec![Where::All],
+        What::Grid(points, Some(surface)) => {
+            let surface = find(surface)?;
+            // The middles of equal parts: in a corner two surfaces meet.
+            let at = |i| (i as f64 + 0.5) / points.value as f64;
+            (0..points.value)
+                .map(|i| Where::On(surface, at(i)))
+                .collect()
+        }
+        // Validation has refused them.
+        What::At(_) | What::Over(..) | What::Weight(_) | What::Grid(_, None) => Vec::new(),
+    })
+}
+
+/// The error of a scene, at its place in the file.
+fn refused(
+    file: &ProblemFile,
+    room: &file::Room,
+    surfaces: &Surfaces,
+    error: RoomError,
+) -> Failure {
+    let (message, place) = surfaces.explain(error);
+    let found = place.and_then(|place| {
+        let surface = room.surfaces.get(place.surface)?;
+        let points = surface.points.as_ref()?;
+        Some(
+            points
+                .value
+                .get(place.vertex)
+                .map_or(&points.place, |point| &point.place),
+        )
+    });
+    match found {
+        Some(place) => file.error(place, message).into(),
+        None => file.error(&room.place, message).into(),
+    }
+}
+
+/// Where the walks of a target start.
+enum Start<'r, 'a, F> {
+    Point(At<Point<F>>),
+    Mean(MeanOver<'r, 'a, F>),
+    Light(Irradiance<'r, 'a, F, At<Point<F>>>),
+    LightMean(Irradiance<'r, 'a, F, MeanOver<'r, 'a, F>>),
+}
+
+impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        match self {
+            Self::Point(At(x)) => (*x, F::one()),
+            Self::Mean(mean) => mean.start(uniforms),
+            Self::Light(light) => light.start(uniforms),
+            Self::LightMean(light) => light.start(uniforms),
+        }
+    }
+}
+
+impl Problem for RoomFile<'_> {
+    fn kind(&self) -> &'static str {
+        "room"
+    }
+
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn unknowns(&self) -> usize {
+        self.mesh.len()
+    }
+
+    fn asked(&self) -> &[Asked] {
+        &self.asked
+    }
+
+    fn surface(&self, number: usize) -> Option<&str> {
+        self.surfaces.names.get(number).map(String::as_str)
+    }
+
+    fn memory(&self) -> usize {
+        let n = self.mesh.len();
+        let table = n.saturating_mul(n).saturating_mul(9);
+        table.saturating_add(n.saturating_mul(200 + 8 * 8))
+    }
+
+    fn cost(&self) -> Cost {
+        let n = self.mesh.len() as f64;
+        Cost {
+            setup: n * n * PAIR,
+            state: STATE,
+        }
+    }
+
+    fn refuse_infinite_variance(&self) -> Result<(), Failure> {
+        let absorption = self.file.walk.absorption.value;
+        let materials = self.surfaces.materials.iter().flatten();
+        let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
+        if largest * largest / (1.0 - absorption) < 1.0 {
+            return Ok(());
+        }
+        let coarse = mesh(self.file, &self.scene, 200)?;
+        let matrix = Matrix::new(&self.scene, &coarse, R_MIN).map_err(Failure::run)?;
+        let radius = second_moment_radius(&self.scene, &coarse, &matrix, absorption)
+            .map_err(Failure::run)?;
+        if radius < 1.0 {
+            return Ok(());
+        }
+        let what = "reflectance²/(1 − absorption)";
+        Err(infinite_variance(self.file, what, radius))
+    }
+
+    fn absorption(&self) -> f64 {
+        self.file.walk.absorption.value
+    }
+
+    fn mean_on(&self, cells: usize) -> Result<Box<dyn Problem + '_>, Failure> {
+        Ok(Box::new(Self {
+            mesh: mesh(self.file, &self.scene, cells)?,
+            cells,
+            asked: vec![Asked {
+                name: "mean".to_owned(),
+                place: Where::All,
+            }],
+            ..self.clone()
+        }))
+    }
+
+    fn levels(&self) -> Vec<usize> {
+        let walls = self.scene.walls_of(self.scene.surfaces() - 1);
+        let least = walls.map_or(1, |walls| walls.end);
+        let levels = [100, 200, 400, 800, 1600];
+        levels
+            .into_iter()
+            .filter(|&cells| cells > 2 * least)
+            .collect()
+    }
+
+    /// Every pair costs about one evaluation.
+    fn evaluations(&self, _: u32) -> f64 {
+        (self.mesh.len() as f64).powi(2)
+    }
+
+    fn tables(&self) -> Result<TableBuilder, Failure> {
+        Err(Failure::input(
+            "tables of rooms are not in this version: `export` takes circles and cubes",
+        ))
+    }
+
+    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        match self.file.walk.scalar.value {
+            Scalar::F32 => self.answer_in::<f32>(plan, progress),
+            Scalar::F64 => self.answer_in::<f64>(plan, progress),
+        }
+    }
+}
