@@ -85,8 +85,11 @@ fn interrupted<F: Real>(
         let mut driver = Driver::new(fresh(), plan).unwrap();
         for &walks in cuts {
             driver.poll(walks).unwrap();
+            let before = (driver.statistics(), driver.stop());
             let state = through(driver.save());
             driver = Driver::restore(fresh(), plan, &state).unwrap();
+            // Walks that were lost and run again would end with the same bits, too.
+            assert_eq!((driver.statistics(), driver.stop()), before);
         }
         driver.poll(u64::MAX).unwrap();
         (driver.statistics(), driver.stop())
@@ -287,8 +290,9 @@ fn a_state_of_something_else_is_refused() {
 #[test]
 fn a_contradictory_state_is_refused() {
     let state = serde_json::to_value(some_state()).unwrap();
-    let edits: [(&str, Option<&str>, u64); 7] = [
+    let edits: [(&str, Option<&str>, u64); 8] = [
         ("round_end", None, 1),
+        ("round_end", None, 2),
         ("round_end", None, 51),
         ("merged", Some("walks"), 250),
         ("merged", Some("left"), 300),
