@@ -54,7 +54,7 @@ pub const PROBLEMS: &[Entry] = &[
     ("room, FACET", |seed| room::examined(&room::facet(), 16, 1e-2, seed)),
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
     ("room, u = 1", |seed| room::examined(&room::glowing(&room::block()), 16, 1e-2, seed)),
-    ("room, yard, open", |seed| room::examined(&room::yard(), 15, 1e-6, seed)),
+    ("room, yard, open", |seed| room::examined(&room::yard(), 25, 1e-6, seed)),
 ];
 
 /// The base seeds for which every problem must pass.
