@@ -202,7 +202,8 @@ fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
 }
 
 /// **Coefficients are near the integrals**: K'_(ia)(jb) against quadrature over both cells, within
-/// `relative` of Σ_j ∫∫|K| over the row, or [`ROUNDING`] units of it where that is more. As
+/// `relative` of Σ_j ∫∫|K| over the row, or [`ROUNDING`] units of it where that is more, and what
+/// [`Description::sensitivity`] says besides. As
 /// approximate coefficients cost variance only, a problem says itself what it claims.
 #[must_use]
 pub fn coefficients<D: Description<B>, C, const B: usize>(
@@ -221,10 +222,11 @@ where
         let row = |a: usize| &system[(i * B + a) * n * B..][..n * B];
         let size = row(0).iter().map(|k| k.abs()).sum::<f64>();
         for j in 0..n {
+            let moved = rounding * mean_sensitivity(description, i, j);
             let block = coefficients.block(i, j).map(|row| row.map(Real::to_f64));
             for (a, found) in block.iter().enumerate() {
                 for (b, &found) in found.iter().enumerate() {
-                    let allowed = relative.max(rounding) * size;
+                    let allowed = relative.max(rounding) * size + moved;
                     worst.compare(row(a)[j * B + b], found, allowed, || {
                         format!("K'_(i{a})(j{b}) for i = {i}, j = {j}")
                     });
@@ -233,6 +235,22 @@ where
         }
     }
     worst.outcome()
+}
+
+/// The mean over x in cell i of what the rounding of points does to ∫_Xj K(x,y) dμ(y).
+fn mean_sensitivity<D: Description<B>, const B: usize>(description: &D, i: usize, j: usize) -> f64 {
+    let equation = description.equation();
+    let at = |(x, weight): (Located<PointOf<D, B>>, f64)| {
+        let sensitivity = description.sensitivity(&x.point, j);
+        if sensitivity == 0.0 {
+            return 0.0;
+        }
+        let nodes = description.nodes(&x.point, j);
+        let kernels = nodes.iter().map(|(y, _)| equation.kernel(&x.point, y));
+        let largest = kernels.fold(0.0, |m: f64, k| m.max(k.to_f64().abs()));
+        weight * largest * sensitivity
+    };
+    normalised(description, i).map(at).sum()
 }
 
 /// **F' is near the integrals**: (40) by quadrature, within `relative` of the largest |F'|, or
