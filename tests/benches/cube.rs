@@ -6,9 +6,7 @@ use core::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::galerkin::{Coefficients, Dense, OffDiagonal, PairKind, Partition, Piecewise};
 use fredholm_core::{Draws, Estimator, Real, Stream, Uniforms};
-use fredholm_cube::{
-    Cube, KernelFactors, Mean, Product, ProductTables, Rule, Solution, empty_table,
-};
+use fredholm_cube::{Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table};
 use fredholm_rayon::{Plan, Target, fill_rows, run};
 
 const PER_AXIS: usize = 10;
@@ -62,7 +60,7 @@ fn set_up(c: &mut Criterion) {
                 let cube = Cube::new(kernel, source, PER_AXIS, ABSORPTION).unwrap();
                 let entries = table(&cube, points);
                 let dense = Dense::new(&entries, CELLS).unwrap();
-                let solution = Solution::new(&cube, &dense, rule, 1e-14, 1000).unwrap();
+                let solution = cube.solve(&dense, rule, 1e-14, 1000).unwrap();
                 solution.source::<f64, _, _>(&dense, &ALL).unwrap()
             });
         });
@@ -70,7 +68,7 @@ fn set_up(c: &mut Criterion) {
             b.iter(|| {
                 let cube = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
                 let tables = ProductTables::new(&cube, rule).unwrap();
-                let solution = Solution::new(&cube, &tables, rule, 1e-14, 1000).unwrap();
+                let solution = cube.solve(&tables, rule, 1e-14, 1000).unwrap();
                 solution.source::<f64, _, _>(&tables, &ALL).unwrap()
             });
         });
@@ -84,7 +82,7 @@ fn solved<C: Coefficients<Scalar = f64>>(
     coefficients: &C,
 ) -> (Vec<f64>, Vec<f64>) {
     let rule = Rule::new(1).unwrap();
-    let solution = Solution::new(cube, coefficients, rule, 1e-14, 1000).unwrap();
+    let solution = cube.solve(coefficients, rule, 1e-14, 1000).unwrap();
     let g = solution.source::<f64, _, _>(coefficients, &ALL).unwrap();
     (solution.v, g)
 }

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Solution, Tables};
+use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Tables};
 use fredholm_core::galerkin::{
     AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
@@ -57,8 +57,11 @@ pub fn with_piecewise<F: Real, E: Emission<F> + Emission<f64> + Copy, S: Pairs +
 ) -> R {
     let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
     let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
-    let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
-    let (v, g) = (solution.rounded(), solution.source(&wide, &pairs).unwrap());
+    let solution = wide.solve(1e-15, 1000).unwrap();
+    let (v, g) = (
+        solution.rounded().unwrap(),
+        solution.source(&wide, &pairs).unwrap(),
+    );
     let tables = Tables::new(reflectance, cells).unwrap();
     let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g).unwrap();
@@ -77,8 +80,11 @@ pub fn with_residual<F: Real, E: Emission<F> + Emission<f64> + Copy, R>(
 ) -> R {
     let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
     let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
-    let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
-    let (v, moments) = (solution.rounded(), solution.moments(&wide.table()).unwrap());
+    let solution = wide.solve(1e-15, 1000).unwrap();
+    let (v, moments) = (
+        solution.rounded().unwrap(),
+        wide.residual_moments(&solution).unwrap(),
+    );
     let tables = Tables::new(reflectance, cells).unwrap();
     let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
     let residual = Residual::new(&circle, &v, &moments).unwrap();
@@ -208,7 +214,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
         let mut means = vec![0.0; n];
         wide.source_means(&mut means).unwrap();
         offers.source_means("closed form", &means, 0.0);
-        let solution = Solution::new(&wide, 1e-15, 1000).unwrap();
+        let solution = wide.solve(1e-15, 1000).unwrap();
         offers.galerkin_solution("own", &solution.v, 1e-13);
     }
 

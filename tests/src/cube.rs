@@ -2,13 +2,13 @@
 
 use fredholm_core::galerkin::{
     AllPointwise, Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
-    PointwiseSource, SourceTable,
+    PointwiseSource, SourceTable, rounded,
 };
 use fredholm_core::{Located, Real};
 use fredholm_cube::model::{Model, ModelKernel};
 use fredholm_cube::{
     CellIntegral, Cube, Function, IntegralKernel, KernelFactors, Product, ProductTables, Rule,
-    Solution, rounded, table,
+    table,
 };
 
 use crate::description::Description;
@@ -95,7 +95,7 @@ where
     }
     let n = cells.pow(D as u32);
     let dense = Dense::new(&entries, n).unwrap();
-    let solution = Solution::new(&wide, &dense, rule, 1e-15, 1000).unwrap();
+    let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
     let v = solution.rounded::<F>().unwrap();
     let g = solution.source::<F, _, _>(&dense, &pairs).unwrap();
     let narrow = rounded::<F>(&entries).unwrap();
@@ -170,7 +170,7 @@ where
     let kernel = Product(factors);
     let wide = Cube::<f64, D, _, _>::new(kernel, source, cells, ABSORPTION).unwrap();
     let tables = ProductTables::new(&wide, rule).unwrap();
-    let solution = Solution::new(&wide, &tables, rule, 1e-15, 1000).unwrap();
+    let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
     let v = solution.rounded::<F>().unwrap();
     let g = solution.source::<F, _, _>(&tables, &pairs).unwrap();
     let narrow = tables.rounded::<F>().unwrap();
@@ -306,7 +306,7 @@ where
         let mut means = vec![0.0; wide.cells()];
         wide.source_means(rule, &mut means).unwrap();
         offers.source_means("own", &means, relative);
-        let solution = Solution::new(&wide, &tables, rule, 1e-15, 1000).unwrap();
+        let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
         offers.galerkin_solution("own", &solution.v, relative);
     }
 

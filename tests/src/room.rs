@@ -1,10 +1,10 @@
 //! What the checks need to know of rooms, and the scenes of the tests.
 
-use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource};
+use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource, Solution, rounded};
 use fredholm_core::{Located, Real, TransitionDensity};
 use fredholm_room::{
     Choice, Enclosure, Grading, Material, Matrix, Mesh, Point, R_MIN, Room, RoomError, RoomPairs,
-    Scene, Solution, Surface, Tables, Wall, rounded,
+    Scene, Surface, Tables, Wall,
 };
 
 use crate::description::Description;
@@ -337,7 +337,7 @@ impl Setup {
         let scene = drawing.scene::<F>()?;
         let mesh = Mesh::new::<F>(&scene, cells, grading)?;
         let matrix = Matrix::new(&scene, &mesh, R_MIN)?;
-        let solution = Solution::new(&scene, &mesh, &matrix, 1e-15, 1000)?;
+        let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
         Ok(Self {
             scene,
             mesh,
@@ -360,7 +360,10 @@ impl Setup {
         let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
         let pairs = RoomPairs { views, choice };
         let v = self.solution.rounded::<F>().unwrap();
-        let g = self.solution.source::<F>(&self.matrix, &pairs).unwrap();
+        let g = self
+            .solution
+            .source::<F, _, _>(&self.matrix.coefficients(), &pairs)
+            .unwrap();
         let entries = rounded::<F>(self.matrix.entries()).unwrap();
         let dense = Dense::new(&entries, v.len()).unwrap();
         let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();

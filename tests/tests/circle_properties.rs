@@ -1,7 +1,7 @@
 //! Whatever a circle's constructors accept, walks on it end with finite scores and no panic; what
 //! they refuse, they refuse by an error.
 
-use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Solution, Tables};
+use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables};
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
 use proptest::prelude::*;
@@ -55,12 +55,12 @@ fn solve<F: Real>(scene: &Scene, estimator: Estimator) -> Result<[Statistics; 2]
     let pairs = OffDiagonal {
         diagonal: PairKind::Pointwise,
     };
-    let solution = Solution::new(&circle, 1e-14, 50).expect("reflectances are below 1");
+    let solution = circle.solve(1e-14, 50).expect("reflectances are below 1");
     let (v, g) = (
-        solution.rounded::<F>(),
+        solution.rounded::<F>().expect("memory"),
         solution.source(&circle, &pairs).expect("its cells"),
     );
-    let moments = solution.moments(&circle.table())?;
+    let moments = circle.residual_moments(&solution).expect("its cells");
 
     let tables = Tables::<F>::new(&scene.reflectance, scene.cells)?;
     let circle = Circle::new(tables.cells(), scene.light, scene.absorption)?;

@@ -1,14 +1,14 @@
 //! What is special to the cube: exact solutions up to five dimensions, tables, rates, refusals.
 
-use fredholm_core::galerkin::{Coefficients, Dense, GalerkinError, Partition};
+use fredholm_core::galerkin::{Coefficients, Dense, GalerkinError, Partition, Solution, rounded};
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, Neighbour, Real, STEP_LIMIT, Stream, Task,
     rounding_floor,
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
-    Cube, CubeError, Mean, Product, ProductTables, Rule, Solution, Weighted, absolute_radius,
-    rounded, table, table_bytes,
+    Cube, CubeError, Mean, Product, ProductTables, Rule, Weighted, absolute_radius, table,
+    table_bytes,
 };
 use fredholm_tests::check::{means, run};
 use fredholm_tests::cube::{
@@ -169,8 +169,8 @@ fn product_tables_are_dense_tables() {
             }
         }
         let solve = |v: Solution| v.v;
-        let by_dense = solve(Solution::new(&cube, &dense, rule, 1e-15, 1000).unwrap());
-        let by_product = solve(Solution::new(&cube, &product, rule, 1e-15, 1000).unwrap());
+        let by_dense = solve(cube.solve(&dense, rule, 1e-15, 1000).unwrap());
+        let by_product = solve(cube.solve(&product, rule, 1e-15, 1000).unwrap());
         for (a, b) in by_dense.iter().zip(&by_product) {
             close(*a, *b);
         }
@@ -341,7 +341,7 @@ fn an_infinite_variance_is_seen_beforehand() {
         let model = model::steep(lambda);
         let cube = Cube::<f64, 1, _, _>::new(model.kernel, model.source, 50, absorption).unwrap();
         let tables = ProductTables::new(&cube, rule).unwrap();
-        Solution::new(&cube, &tables, rule, 1e-14, 1000).unwrap();
+        cube.solve(&tables, rule, 1e-14, 1000).unwrap();
         let square = |x: &[f64; 1], y: &[f64; 1]| {
             let k: f64 = fredholm_cube::IntegralKernel::kernel(&model.kernel, x, y);
             k * k
@@ -419,7 +419,7 @@ fn refusals() {
     let model = model::quadratic(0.2);
     let cube = Cube::<f64, 1, _, _>::new(model.kernel, model.source, 10, 0.2).unwrap();
     let tables = ProductTables::new(&cube, one).unwrap();
-    let error = Solution::new(&cube, &tables, one, 1e-14, 100).unwrap_err();
+    let error = cube.solve(&tables, one, 1e-14, 100).unwrap_err();
     assert_eq!(error, CubeError::Galerkin(GalerkinError::Radius));
 }
 

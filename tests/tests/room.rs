@@ -363,7 +363,10 @@ fn no_views_are_right_too() {
     for choice in CHOICES {
         let pairs = RoomPairs { views, choice };
         let v = setup.solution.rounded::<f64>().unwrap();
-        let g = setup.solution.source::<f64>(&setup.matrix, &pairs).unwrap();
+        let g = setup
+            .solution
+            .source::<f64, _, _>(&setup.matrix.coefficients(), &pairs)
+            .unwrap();
         let dense = setup.matrix.coefficients();
         let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
         described::<f64, _>(&block(), 24, 1.0, |described| {

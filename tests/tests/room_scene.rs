@@ -1,8 +1,6 @@
 //! What scenes are refused, and why; and that no input makes the checks panic or hang.
 
-use fredholm_room::{
-    Enclosure, Grading, Material, Matrix, Mesh, Place, RoomError, Scene, Solution, Surface,
-};
+use fredholm_room::{Enclosure, Grading, Material, Matrix, Mesh, Place, RoomError, Scene, Surface};
 use fredholm_tests::room::{Drawing, block, facet, l_room, scenes, square};
 use proptest::prelude::*;
 
@@ -245,7 +243,7 @@ fn meshes_and_matrices_that_are_none() {
     let matrix = Matrix::new(&scene, &mesh, 0.25).unwrap();
     let other = Mesh::new::<f64>(&scene, 20, Grading::default()).unwrap();
     assert!(matches!(
-        Solution::new(&scene, &other, &matrix, 1e-14, 100),
+        matrix.solve(&scene, &other, 1e-14, 100),
         Err(RoomError::Length { .. })
     ));
 }
@@ -339,7 +337,7 @@ proptest! {
                 let grading = Grading { exponent: 2.0, shadows: true };
                 let mesh = Mesh::new::<f64>(&scene, 30, grading).unwrap();
                 let matrix = Matrix::new(&scene, &mesh, 0.25).unwrap();
-                let solution = Solution::new(&scene, &mesh, &matrix, 1e-12, 1000).unwrap();
+                let solution = matrix.solve(&scene, &mesh, 1e-12, 1000).unwrap();
                 prop_assert!(solution.v.iter().all(|v| v.is_finite()));
                 let factors = fredholm_room::factors(&scene).unwrap();
                 prop_assert!(factors.iter().all(|f| (-1e-9..1.0 + 1e-9).contains(f)));

@@ -33,30 +33,37 @@ pub trait Coefficients<const B: usize = 1> {
         core::array::from_fn(|b| dot(left, &block.map(|row| row[b])))
     }
 
-    /// Σ_j Σ_b |K'_(ia)(jb)|, the largest over a.
+    /// K'_(i0)(j0) = μ(X_i)⁻¹ ∫_Xi ∫_Xj K(x,y) dμ(y) dμ(x): the coefficient of the piecewise constants,
+    /// as ψ_i0 = 1.
+    #[inline]
+    fn mean(&self, i: usize, j: usize) -> Self::Scalar {
+        let block = self.block(i, j);
+        block
+            .first()
+            .and_then(|row| row.first())
+            .map_or(Self::Scalar::NAN, |k| *k)
+    }
+
+    /// Σ_j |K'_(i0)(j0)|: the mean over X_i of ∫ |K(x,y)| dμ(y), if K keeps its sign on pairs of cells.
     fn row_sum(&self, i: usize) -> Self::Scalar {
-        let mut sums = [zero::<Self::Scalar>(); B];
-        for j in 0..self.cells() {
-            for (sum, row) in sums.iter_mut().zip(self.block(i, j)) {
-                for k in row {
-                    *sum += k.abs();
-                }
-            }
-        }
-        sums.into_iter().fold(zero(), Real::max)
+        let sum = |sum: Self::Scalar, j| sum + self.mean(i, j).abs();
+        (0..self.cells()).fold(zero(), sum)
     }
 
     /// out = K'v. Both have n·B entries.
     fn apply(&self, v: &[Self::Scalar], out: &mut [Self::Scalar]) {
         for (i, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&row_times(self, i, v, |k| k));
+            out.copy_from_slice(&row_times(self, i, v));
         }
     }
 
-    /// out = |K'|w, with the absolute value of every entry. Both have n·B entries.
+    /// out_i = Σ_j |K'_(i0)(j0)| w_j. Both have n entries.
     fn apply_absolute(&self, w: &[Self::Scalar], out: &mut [Self::Scalar]) {
-        for (i, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&row_times(self, i, w, Real::abs));
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = zero();
+            for (j, &w) in w.iter().enumerate() {
+                *out += self.mean(i, j).abs() * w;
+            }
         }
     }
 
@@ -67,7 +74,7 @@ pub trait Coefficients<const B: usize = 1> {
         for i in 0..self.cells() {
             let old: [Self::Scalar; B] = small::block(v, i);
             let right: [Self::Scalar; B] = small::block(source, i);
-            let product: [Self::Scalar; B] = row_times(self, i, v, |k| k);
+            let product: [Self::Scalar; B] = row_times(self, i, v);
             let residual = core::array::from_fn(|a| right[a] + product[a] - old[a]);
             largest = residual.iter().fold(largest, |m, r| max_or_nan(m, r.abs()));
             let step = small::solve(identity_minus(self.block(i, i)), residual);
@@ -79,18 +86,17 @@ pub trait Coefficients<const B: usize = 1> {
     }
 }
 
-/// Row i of K', its entries changed by `entry`, times v.
+/// Row i of K' times v.
 fn row_times<C: Coefficients<B> + ?Sized, const B: usize>(
     coefficients: &C,
     i: usize,
     v: &[C::Scalar],
-    entry: impl Fn(C::Scalar) -> C::Scalar,
 ) -> [C::Scalar; B] {
     let mut sum = [zero::<C::Scalar>(); B];
     for (j, v) in v.chunks_exact(B).enumerate() {
         for (sum, row) in sum.iter_mut().zip(coefficients.block(i, j)) {
             for (&k, &v) in row.iter().zip(v) {
-                *sum += entry(k) * v;
+                *sum += k * v;
             }
         }
     }
@@ -181,5 +187,22 @@ impl<F: Real, const B: usize> Coefficients<B> for Dense<'_, F> {
                 None => [F::NAN; B],
             }
         })
+    }
+
+    /// Row by row from the table: a block of many unknowns is never copied.
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+        let mut sums = [zero(); B];
+        for (a, &left) in left.iter().enumerate() {
+            let start = (i * B + a) * self.unknowns + j * B;
+            let row: [F; B] = match self.entries.get(start..) {
+                Some(rest) => small::block(rest, 0),
+                None => [F::NAN; B],
+            };
+            for (sum, k) in sums.iter_mut().zip(row) {
+                *sum = if a == 0 { left * k } else { *sum + left * k };
+            }
+        }
+        sums
     }
 }

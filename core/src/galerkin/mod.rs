@@ -29,12 +29,16 @@ mod pairs;
 mod partition;
 mod piecewise;
 mod small;
+#[cfg(feature = "alloc")]
+mod solution;
 mod solve;
 
 pub use coefficients::{Coefficients, Dense, Rounded};
 pub use pairs::{AllPointwise, OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
+#[cfg(feature = "alloc")]
+pub use solution::{Solution, buffer, rounded};
 pub use solve::{
     GalerkinError, Solve, Sweeps, contraction, contraction_of_powers, gauss_seidel,
     neighbour_source, radius_bounds,

@@ -1,5 +1,6 @@
 //! What a problem says of its cells.
 
+use super::small;
 use crate::{Located, StateSpace};
 
 /// A partition of X into cells X_0 … X_(n−1), of positive measure and disjoint up to null sets.
@@ -40,6 +41,18 @@ pub trait TransitionMoments<const B: usize = 1>: Basis<B> {
     /// It must be accurate relative to its own size: where a difference of nearly equal numbers
     /// would cancel for small cells, rewrite it.
     fn moments(&self, x: &Located<Self::Point>, j: usize) -> [[Self::Scalar; B]; B];
+
+    /// The solution c of M_j(x) c = `right`: by elimination, unless a problem knows better. Where M is a
+    /// multiple of the identity it is a division.
+    #[inline]
+    fn divide(
+        &self,
+        x: &Located<Self::Point>,
+        j: usize,
+        right: [Self::Scalar; B],
+    ) -> [Self::Scalar; B] {
+        small::solve(self.moments(x, j), right)
+    }
 }
 
 /// Exact first moments of the kernel, for pointwise pairs.

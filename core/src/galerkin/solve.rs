@@ -53,6 +53,11 @@ pub enum GalerkinError {
     /// The spectral radius of |K'| is not seen to be below 1 by its powers, so that E η(h,g) = (v,Φ) is
     /// not granted.
     Radius,
+    /// There is no memory for a buffer.
+    Memory {
+        /// Its size; `None` where that is no number of this machine.
+        bytes: Option<usize>,
+    },
     /// A pair is pointwise where only pairs in S or outside are allowed.
     Pointwise {
         /// The number i of its row.
@@ -83,6 +88,14 @@ impl fmt::Display for GalerkinError {
                 "the absolute values of the coefficients have an estimated spectral radius of 1 or \
                  more: the mean of the walks does not exist; a smaller kernel is needed"
             ),
+            Self::Memory { bytes: Some(bytes) } => write!(
+                f,
+                "there is no memory for a table of {bytes} bytes; fewer cells need less"
+            ),
+            Self::Memory { bytes: None } => write!(
+                f,
+                "a table of this size cannot be addressed; fewer cells need less"
+            ),
             Self::Pointwise { row } => write!(
                 f,
                 "row {row} has a pointwise pair: its source is no table, the problem's exact \
@@ -94,8 +107,9 @@ impl fmt::Display for GalerkinError {
 
 impl core::error::Error for GalerkinError {}
 
-/// The largest Σ_j |K'_ij| (over i and a). Below 1 it grants, for B = 1 and any choice of pairs in
-/// S and outside, that E η(h,g) = (v,Φ).
+/// The largest [row sum](Coefficients::row_sum) Σ_j |K'_(i0)(j0)|. Below 1 it grants, for B = 1 and any
+/// choice of pairs in S and outside, that E η(h,g) = (v,Φ). For B > 1 it bounds the averages of
+/// ∫|K(x,y)| dμ(y) over cells and nothing of h: see `Piecewise::second_moment`.
 ///
 /// # Errors
 /// [`GalerkinError::RowSum`]: a row sum is 1 or more, or NaN.
@@ -115,7 +129,7 @@ pub fn contraction<C: Coefficients<B>, const B: usize>(
 }
 
 /// As [`contraction`], and where a row sum is 1 or more a bound of the spectral radius of |K'| by at
-/// most `powers` powers: if it is below 1, E η(h,g) = (v,Φ) all the same. `w` and `next` are room for n·B
+/// most `powers` powers: if it is below 1, E η(h,g) = (v,Φ) all the same. `w` and `next` are room for n
 /// numbers each; what they hold is lost.
 ///
 /// # Errors
@@ -133,8 +147,12 @@ pub fn contraction_of_powers<C: Coefficients<B>, const B: usize>(
     if let Some(row) = (refused..coefficients.cells()).find(|&i| coefficients.row_sum(i).is_nan()) {
         return Err(GalerkinError::RowSum { row });
     }
-    check_length(coefficients, w)?;
-    check_length(coefficients, next)?;
+    for found in [w.len(), next.len()] {
+        let expected = coefficients.cells();
+        if found != expected {
+            return Err(GalerkinError::Length { expected, found });
+        }
+    }
     w.fill(one());
     let apply = |w: &[C::Scalar], out: &mut [C::Scalar]| coefficients.apply_absolute(w, out);
     let [_, radius] = radius_bounds(apply, w, next, powers);

@@ -23,4 +23,4 @@ pub use error::CircleError;
 pub use mean::MeanOver;
 pub use residual::{Moment, Residual, moments};
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, Tables, second_moment_radius};
+pub use solution::{Tables, second_moment_radius};

@@ -3,10 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{
-    Coefficients, GalerkinError, Pairs, Solve, Sweeps, contraction, gauss_seidel, neighbour_source,
-    radius_bounds,
-};
+use fredholm_core::galerkin::{Coefficients, GalerkinError, Solution, buffer, radius_bounds};
 
 use crate::{Cell, Cells, Circle, CircleError, Emission, Moment, Slot, moments, slots};
 
@@ -63,83 +60,40 @@ pub fn second_moment_radius<E: Emission<f64>>(circle: &Circle<'_, f64, E>) -> f6
     upper
 }
 
-/// The Galerkin solution of a circle, computed in f64.
-#[derive(Clone, Debug)]
-pub struct Solution {
-    /// v_i.
-    pub v: Vec<f64>,
-    /// How the iteration went.
-    pub solve: Solve<f64>,
-    /// max ρ, the bound on ∫|K(x,y)| dμ(y).
-    pub contraction: f64,
-}
-
-impl Solution {
-    /// Solves (41) by Gauss–Seidel sweeps until no residual is above `tolerance` times the largest
-    /// F'_i.
+impl<E: Emission<f64>> Circle<'_, f64, E> {
+    /// The Galerkin solution: solves (41) by Gauss–Seidel sweeps until no residual is above `tolerance`
+    /// times the largest |F'_i|, at most `at_most` sweeps.
     ///
     /// # Errors
-    /// [`GalerkinError`].
-    pub fn new<E: Emission<f64>>(
-        circle: &Circle<'_, f64, E>,
-        tolerance: f64,
-        at_most: u32,
-    ) -> Result<Self, GalerkinError> {
-        let n = circle.table().len();
-        let contraction = contraction(circle)?;
-        let mut source = alloc::vec![0.0; n];
-        circle
-            .source_means(&mut source)
+    /// As [`Solution::new`].
+    pub fn solve(&self, tolerance: f64, at_most: u32) -> Result<Solution, GalerkinError> {
+        let mut source = buffer(self.table().len())?;
+        self.source_means(&mut source)
             .map_err(|_| GalerkinError::Length {
-                expected: n,
+                expected: self.table().len(),
                 found: source.len(),
             })?;
-        let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
-        // F' is a good start: the reflected light is missing.
-        let mut v = source.clone();
-        let sweeps = Sweeps::UntilResidual {
-            residual: tolerance * largest,
-            at_most,
-        };
-        let solve = gauss_seidel(circle, &source, &mut v, sweeps)?;
-        Ok(Self {
-            v,
-            solve,
-            contraction,
-        })
-    }
-
-    /// v in the walk's scalar.
-    #[must_use]
-    pub fn rounded<F: Real>(&self) -> Vec<F> {
-        self.v.iter().map(|&v| F::from_f64(v)).collect()
-    }
-
-    /// G for these pairs in the walk's scalar, from v as rounded to it.
-    ///
-    /// # Errors
-    /// [`GalerkinError::Length`]: the circle has another number of cells.
-    pub fn source<F: Real, E: Emission<f64>, P: Pairs>(
-        &self,
-        circle: &Circle<'_, f64, E>,
-        pairs: &P,
-    ) -> Result<Vec<F>, GalerkinError> {
-        let mut g = alloc::vec![0.0; self.v.len()];
-        neighbour_source(circle, pairs, &self.wide::<F>(), &mut g)?;
-        Ok(g.into_iter().map(F::from_f64).collect())
+        Solution::new(self, source, tolerance, at_most)
     }
 
     /// The moments for [`Residual`](crate::Residual) in the walk's scalar, from v as rounded to it.
     ///
     /// # Errors
-    /// [`CircleError::Length`]: the circle has another number of cells.
-    pub fn moments<F: Real>(&self, cells: &Cells<'_, f64>) -> Result<Vec<Moment<F>>, CircleError> {
-        let mut out = alloc::vec![Moment::default(); self.v.len()];
-        moments(cells, &self.wide::<F>(), &mut out)?;
-        Ok(out.iter().map(Moment::cast).collect())
-    }
-
-    fn wide<F: Real>(&self) -> Vec<f64> {
-        self.v.iter().map(|&v| F::from_f64(v).to_f64()).collect()
+    /// [`GalerkinError::Length`]: the solution has another number of cells; [`GalerkinError::Memory`].
+    pub fn residual_moments<F: Real>(
+        &self,
+        solution: &Solution,
+    ) -> Result<Vec<Moment<F>>, GalerkinError> {
+        let v = solution.seen::<F>()?;
+        let mut wide = buffer(v.len())?;
+        moments(&self.table(), &v, &mut wide).map_err(|_| GalerkinError::Length {
+            expected: self.table().len(),
+            found: v.len(),
+        })?;
+        let mut out = buffer(v.len())?;
+        for (out, wide) in out.iter_mut().zip(&wide) {
+            *out = wide.cast();
+        }
+        Ok(out)
     }
 }

@@ -29,5 +29,5 @@ pub use product::{FactorIntegral, KernelFactors, Product};
 pub use product_tables::ProductTables;
 pub use rule::Rule;
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, absolute_radius, empty_table, rounded, table};
+pub use solution::{absolute_radius, empty_table, table};
 pub use table::table_bytes;

@@ -3,10 +3,10 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, Dense};
+use fredholm_core::galerkin::{Coefficients, Dense, buffer, rounded};
 
 use crate::mesh::Mesh;
-use crate::solution::{absolute_radius, buffer, rounded};
+use crate::solution::absolute_radius;
 use crate::{Cube, CubeError, FactorTables, Function, KernelFactors, Product, Rule};
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every

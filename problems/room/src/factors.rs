@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 use crate::geometry::Backs;
 use crate::scene::Scene;
 use crate::shadows::{kinks, used};
-use crate::solution::buffer;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 use crate::{Geometry, RoomError, Wall};
+use fredholm_core::galerkin::buffer;
 
 /// What bounds a visible interval of directions: a vertex, or the wall's own plane.
 const HORIZON: u32 = u32::MAX;

@@ -46,6 +46,6 @@ pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, rounded, second_moment_radius};
+pub use solution::second_moment_radius;
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

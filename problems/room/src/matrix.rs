@@ -8,10 +8,10 @@ use fredholm_core::galerkin::Dense;
 use crate::cells::Cells;
 use crate::geometry::{Geometry, Node, Segment, Wall};
 use crate::pairs::{View, Views};
-use crate::solution::buffer;
 use crate::vector::{Vector, cross, norm, sub};
 use crate::visible::{Part, Viewer, twins};
 use crate::{Mesh, RoomError, Scene};
+use fredholm_core::galerkin::buffer;
 
 /// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S, unless another is asked for.
 pub const R_MIN: f64 = 0.25;

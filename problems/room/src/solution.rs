@@ -1,37 +1,8 @@
 //! The whole deterministic part in one call.
 
-use alloc::vec::Vec;
-
-use fredholm_core::Real;
-use fredholm_core::galerkin::{
-    Pairs, Solve, Sweeps, contraction, gauss_seidel, neighbour_source, radius_bounds,
-};
+use fredholm_core::galerkin::{Solution, buffer, radius_bounds};
 
 use crate::{Matrix, Mesh, RoomError, Scene};
-
-/// A vector of `length` zeros, or an error in place of an abort.
-pub(crate) fn buffer<T: Clone + Default>(length: usize) -> Result<Vec<T>, RoomError> {
-    let mut buffer = Vec::new();
-    buffer
-        .try_reserve_exact(length)
-        .map_err(|_| RoomError::Memory {
-            bytes: length.checked_mul(size_of::<T>()),
-        })?;
-    buffer.resize(length, T::default());
-    Ok(buffer)
-}
-
-/// The same numbers in the walk's scalar.
-///
-/// # Errors
-/// [`RoomError::Memory`].
-pub fn rounded<F: Real>(values: &[f64]) -> Result<Vec<F>, RoomError> {
-    let mut out = buffer(values.len())?;
-    for (out, &value) in out.iter_mut().zip(values) {
-        *out = F::from_f64(value);
-    }
-    Ok(out)
-}
 
 /// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
 /// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
@@ -62,84 +33,32 @@ pub fn second_moment_radius(
     Ok(upper)
 }
 
-/// The Galerkin solution of a room, computed in f64.
-#[derive(Clone, Debug)]
-pub struct Solution {
-    /// v_i.
-    pub v: Vec<f64>,
-    /// How the iteration went.
-    pub solve: Solve<f64>,
-    /// The largest Σ_j |K'_ij|.
-    pub contraction: f64,
-}
-
-impl Solution {
-    /// Solves (41) by Gauss–Seidel sweeps until no residual is above `tolerance` times the largest
-    /// |F'_i|, at most `at_most` sweeps.
+impl Matrix {
+    /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps until
+    /// no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///
     /// # Errors
-    /// [`RoomError::Memory`], [`RoomError::Galerkin`]; [`RoomError::Length`] where the matrix is
-    /// not of this mesh.
-    pub fn new(
+    /// [`RoomError::Length`] where the matrix is not of this mesh, and as [`RoomError::Galerkin`] what
+    /// [`Solution::new`] says.
+    pub fn solve(
+        &self,
         scene: &Scene,
         mesh: &Mesh,
-        matrix: &Matrix,
         tolerance: f64,
         at_most: u32,
-    ) -> Result<Self, RoomError> {
-        if matrix.cells() != mesh.len() {
+    ) -> Result<Solution, RoomError> {
+        if self.cells() != mesh.len() {
             return Err(RoomError::Length {
                 expected: mesh.len(),
-                found: matrix.cells(),
+                found: self.cells(),
             });
         }
-        let coefficients = matrix.coefficients();
-        let contraction = contraction::<_, 1>(&coefficients)?;
         let mut source = buffer(mesh.len())?;
         for (source, &wall) in source.iter_mut().zip(&mesh.walls) {
-            *source = scene
-                .walls
-                .get(wall as usize)
-                .map_or(f64::NAN, |w| w.emission);
+            let wall = scene.walls.get(wall as usize);
+            *source = wall.map_or(f64::NAN, |w| w.emission);
         }
-        let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
-        // F' is a good start: the reflected light is missing.
-        let mut v = source.clone();
-        let sweeps = Sweeps::UntilResidual {
-            residual: tolerance * largest,
-            at_most,
-        };
-        let solve = gauss_seidel::<_, 1>(&coefficients, &source, &mut v, sweeps)?;
-        Ok(Self {
-            v,
-            solve,
-            contraction,
-        })
-    }
-
-    /// v in the walk's scalar.
-    ///
-    /// # Errors
-    /// [`RoomError::Memory`].
-    pub fn rounded<F: Real>(&self) -> Result<Vec<F>, RoomError> {
-        rounded(&self.v)
-    }
-
-    /// G over S for these pairs in the walk's scalar, from v as rounded to it.
-    ///
-    /// # Errors
-    /// [`RoomError::Memory`], [`RoomError::Galerkin`]: the matrix is of another mesh.
-    pub fn source<F: Real>(
-        &self,
-        matrix: &Matrix,
-        pairs: &impl Pairs,
-    ) -> Result<Vec<F>, RoomError> {
-        let mut wide = buffer(self.v.len())?;
-        for (wide, &v) in wide.iter_mut().zip(&self.v) {
-            *wide = F::from_f64(v).to_f64();
-        }
-        let mut g = buffer(self.v.len())?;
-        neighbour_source::<_, _, 1>(&matrix.coefficients(), pairs, &wide, &mut g)?;
-        rounded(&g)
+        let coefficients = self.coefficients();
+        Ok(Solution::new(&coefficients, source, tolerance, at_most)?)
     }
 }

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 use std::time::Instant;
 
 use fredholm_circle::{
-    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, Residual, Solution, Tables,
+    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, Residual, Tables,
     second_moment_radius,
 };
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise, Solve};
@@ -118,7 +118,7 @@ impl<'a, F: Real> Setup<'a, F> {
             let tables =
                 Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
             let circle = scene.circle(&tables)?;
-            let solution = Solution::new(&circle, TOLERANCE, SWEEPS).map_err(Failure::run)?;
+            let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
             let table = |diagonal| {
                 let pairs = OffDiagonal { diagonal };
                 let g = solution.source(&circle, &pairs).map_err(Failure::run)?;
@@ -128,11 +128,11 @@ impl<'a, F: Real> Setup<'a, F> {
                 Pairs::Paper => table(PairKind::None)?,
                 Pairs::Default => table(PairKind::Pointwise)?,
                 Pairs::Pointwise => {
-                    let moments = solution.moments(&circle.table()).map_err(Failure::run)?;
+                    let moments = circle.residual_moments(&solution).map_err(Failure::run)?;
                     NeighbourSource::ClosedForm(moments)
                 }
             };
-            let v = solution.rounded();
+            let v = solution.rounded().map_err(Failure::run)?;
             (solution, v, source)
         };
         Ok(Self {

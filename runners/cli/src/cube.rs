@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{
     AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition, Piecewise,
-    Rounded, Sweeps, gauss_seidel,
+    Rounded, Solution, Sweeps, gauss_seidel, rounded,
 };
 use fredholm_core::{At, Functional, Located, Neighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
-    ProductTables, Rule, Solution, Weighted, absolute_radius, empty_table, rounded, table_bytes,
+    ProductTables, Rule, Weighted, absolute_radius, empty_table, table_bytes,
 };
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
@@ -219,7 +219,9 @@ pub(crate) fn set_up<const D: usize>(
         let tables = product
             .and_then(|cube| ProductTables::new(&cube, rule))
             .map_err(explain)?;
-        let solution = Solution::new(&cube, &tables, rule, TOLERANCE, SWEEPS).map_err(explain)?;
+        let solution = cube
+            .solve(&tables, rule, TOLERANCE, SWEEPS)
+            .map_err(explain)?;
         (Table::Product(tables), solution)
     } else {
         let n = cube.cells();
@@ -227,7 +229,9 @@ pub(crate) fn set_up<const D: usize>(
         fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row)).map_err(explain)?;
         let dense =
             Dense::new(&entries, n).ok_or_else(|| Failure::run("a table has a wrong size"))?;
-        let solution = Solution::new(&cube, &dense, rule, TOLERANCE, SWEEPS).map_err(explain)?;
+        let solution = cube
+            .solve(&dense, rule, TOLERANCE, SWEEPS)
+            .map_err(explain)?;
         (Table::Dense(entries), solution)
     };
     Ok(Setup {

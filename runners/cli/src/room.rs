@@ -9,7 +9,7 @@ use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
-    Room, RoomError, RoomPairs, Scene, Solution, Surface, Tables, second_moment_radius,
+    Room, RoomError, RoomPairs, Scene, Surface, Tables, second_moment_radius,
 };
 
 use crate::deck::{self, Deck};
@@ -273,7 +273,8 @@ impl<'f> RoomFile<'f> {
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let start = Instant::now();
         let matrix = Matrix::new(&self.scene, &self.mesh, R_MIN).map_err(Failure::run)?;
-        let solution = Solution::new(&self.scene, &self.mesh, &matrix, TOLERANCE, SWEEPS)
+        let solution = matrix
+            .solve(&self.scene, &self.mesh, TOLERANCE, SWEEPS)
             .map_err(Failure::run)?;
         let tables = Tables::<F>::new(&self.scene, &self.mesh);
         let absorption = self.file.walk.absorption.value;
@@ -294,7 +295,7 @@ impl<'f> RoomFile<'f> {
         };
         let v = solution.rounded::<F>().map_err(Failure::run)?;
         let g = solution
-            .source::<F>(&matrix, &pairs)
+            .source::<F, _, _>(&matrix.coefficients(), &pairs)
             .map_err(Failure::run)?;
         let dense = Dense::new(matrix.entries(), matrix.cells())
             .ok_or_else(|| Failure::run("a table has a wrong size"))?;

@@ -6,7 +6,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use fredholm_circle::{Circle, Harmonic, Solution, Tables};
+use fredholm_circle::{Circle, Harmonic, Tables};
 use fredholm_core::galerkin::{Coefficients, OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Draws, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task,
@@ -37,9 +37,9 @@ impl Setup {
     pub fn new(n: usize) -> Self {
         let tables = Tables::new(&RHO, n).unwrap();
         let circle = Circle::new(tables.cells(), LIGHT, Q0).unwrap();
-        let solution = Solution::new(&circle, 1e-14, 1000).unwrap();
+        let solution = circle.solve(1e-14, 1000).unwrap();
         let (v, g) = (
-            solution.rounded(),
+            solution.rounded().unwrap(),
             solution.source(&circle, &PAPER).unwrap(),
         );
         Self { tables, v, g, n }

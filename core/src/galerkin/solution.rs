@@ -1,0 +1,136 @@
+//! The deterministic part in one call, with buffers of its own.
+
+use alloc::vec::Vec;
+
+use super::{
+    Coefficients, GalerkinError, Pairs, Solve, Sweeps, contraction_of_powers, gauss_seidel,
+    neighbour_source,
+};
+use crate::Real;
+
+/// The most powers of a matrix that are looked at for its spectral radius.
+const POWERS: u32 = 100;
+
+/// A vector of `length` default values, or an error in place of an abort.
+///
+/// # Errors
+/// [`GalerkinError::Memory`].
+pub fn buffer<T: Clone + Default>(length: usize) -> Result<Vec<T>, GalerkinError> {
+    let mut buffer = Vec::new();
+    buffer
+        .try_reserve_exact(length)
+        .map_err(|_| GalerkinError::Memory {
+            bytes: length.checked_mul(size_of::<T>()),
+        })?;
+    buffer.resize(length, T::default());
+    Ok(buffer)
+}
+
+/// The same numbers in the walk's scalar.
+///
+/// # Errors
+/// [`GalerkinError::Memory`].
+pub fn rounded<F: Real>(values: &[f64]) -> Result<Vec<F>, GalerkinError> {
+    let mut out = buffer(values.len())?;
+    for (out, &value) in out.iter_mut().zip(values) {
+        *out = F::from_f64(value);
+    }
+    Ok(out)
+}
+
+/// A Galerkin solution, computed in f64. Problems have a `solve` that makes one.
+///
+/// ```
+/// use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Solution};
+///
+/// // Two cells: (I − K') v = F'.
+/// let table = [0.1, 0.2, 0.3, 0.4];
+/// let coefficients = Dense::new(&table, 2).unwrap();
+/// let solution: Solution = Solution::new(&coefficients, vec![1.0, 2.0], 1e-15, 100)?;
+/// assert!((solution.v[0] - 1.0 / 0.48).abs() < 1e-14);
+/// // With all pairs in S, G is F' up to what is left of the residual.
+/// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
+/// let g: Vec<f64> = solution.source(&coefficients, &pairs)?;
+/// assert!((g[0] - 1.0).abs() < 1e-14 && (g[1] - 2.0).abs() < 1e-14);
+/// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Solution<const B: usize = 1> {
+    /// v_ia, n·B entries.
+    pub v: Vec<f64>,
+    /// How the iteration went.
+    pub solve: Solve<f64>,
+    /// The largest Σ_j |K'_(i0)(j0)| or, where that is not below 1, a bound of the spectral radius of these
+    /// absolute values.
+    pub contraction: f64,
+}
+
+impl<const B: usize> Solution<B> {
+    /// Solves (41) with the right-hand side F' = `source` until no residual is above `tolerance` times
+    /// the largest |F'_ia|, at most `at_most` sweeps.
+    ///
+    /// # Errors
+    /// What [`contraction_of_powers`] and [`gauss_seidel`] say, and [`GalerkinError::Memory`].
+    pub fn new<C: Coefficients<B, Scalar = f64>>(
+        coefficients: &C,
+        source: Vec<f64>,
+        tolerance: f64,
+        at_most: u32,
+    ) -> Result<Self, GalerkinError> {
+        let cells = coefficients.cells();
+        let contraction = {
+            let (mut w, mut next) = (buffer(cells)?, buffer(cells)?);
+            contraction_of_powers(coefficients, &mut w, &mut next, POWERS)?
+        };
+        let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
+        // F' is a good start: what the kernel adds is missing.
+        let mut v = buffer(source.len())?;
+        v.copy_from_slice(&source);
+        let sweeps = Sweeps::UntilResidual {
+            residual: tolerance * largest,
+            at_most,
+        };
+        let solve = gauss_seidel(coefficients, &source, &mut v, sweeps)?;
+        Ok(Self {
+            v,
+            solve,
+            contraction,
+        })
+    }
+
+    /// v in the walk's scalar.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn rounded<F: Real>(&self) -> Result<Vec<F>, GalerkinError> {
+        rounded(&self.v)
+    }
+
+    /// v as the walk's scalar has it, in f64: what everything exact must be computed from.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn seen<F: Real>(&self) -> Result<Vec<f64>, GalerkinError> {
+        let mut seen = buffer(self.v.len())?;
+        for (seen, &v) in seen.iter_mut().zip(&self.v) {
+            *seen = F::from_f64(v).to_f64();
+        }
+        Ok(seen)
+    }
+
+    /// G over S for these coefficients and pairs in the walk's scalar, from v as rounded to it.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`]; [`GalerkinError::Length`]: the coefficients have another number of
+    /// cells.
+    pub fn source<F, C, P>(&self, coefficients: &C, pairs: &P) -> Result<Vec<F>, GalerkinError>
+    where
+        F: Real,
+        C: Coefficients<B, Scalar = f64>,
+        P: Pairs,
+    {
+        let mut g = buffer(self.v.len())?;
+        neighbour_source(coefficients, pairs, &self.seen::<F>()?, &mut g)?;
+        rounded(&g)
+    }
+}
