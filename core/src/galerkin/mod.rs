@@ -25,6 +25,7 @@
 //! [`contraction`] gives a sufficient condition.
 
 mod coefficients;
+mod legendre;
 mod pairs;
 mod partition;
 mod piecewise;
@@ -34,6 +35,7 @@ mod solution;
 mod solve;
 
 pub use coefficients::{Coefficients, Dense, Rounded};
+pub use legendre::legendre;
 pub use pairs::{AllPointwise, OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable};
