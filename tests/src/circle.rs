@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{Circle, Emission, Harmonic, Point, Residual, Tables};
+use fredholm_circle::{Circle, Emission, Harmonic, Point, Polynomials, Residual, Tables};
 use fredholm_core::galerkin::{
     AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
@@ -249,5 +249,120 @@ impl<'a, F: Real> Description for Described<'a, F> {
             quarter.sin() * (middle - half).sin().abs()
         };
         Some((1.0 - F::from_f64(0.2).to_f64()) * form_factor)
+    }
+}
+
+/// The generic neighbour equation on a circle with B functions per cell.
+pub type OfDegree<'c, 'a, F, E, S, const B: usize> = Piecewise<
+    'c,
+    F,
+    Polynomials<'c, 'a, F, E, B>,
+    Polynomials<'c, 'a, F, E, B>,
+    S,
+    PointwiseSource<'c, F, Polynomials<'c, 'a, F, E, B>, S, B>,
+    B,
+>;
+
+/// As [`with_piecewise`], with polynomials of degree B − 1.
+///
+/// # Panics
+/// If there is no such circle.
+pub fn with_polynomials<F, E, S, R, const B: usize>(
+    reflectance: &[f64],
+    cells: usize,
+    emission: E,
+    pairs: S,
+    then: impl FnOnce(&Circle<'_, F, E>, &OfDegree<'_, '_, F, E, S, B>, &[F]) -> R,
+) -> R
+where
+    F: Real,
+    E: Emission<F> + Emission<f64> + Copy,
+    S: Pairs + Copy,
+{
+    let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
+    let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
+    let wide = Polynomials::<_, _, B>::new(&wide);
+    let solution = wide.solve(1e-15, 1000).unwrap();
+    let (v, g) = (
+        solution.rounded().unwrap(),
+        solution.source(&wide, &pairs).unwrap(),
+    );
+    let tables = Tables::new(reflectance, cells).unwrap();
+    let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
+    let polynomials = Polynomials::new(&circle);
+    let neighbour = Piecewise::with_pointwise(&polynomials, &polynomials, pairs, &v, &g).unwrap();
+    then(&circle, &neighbour, &v)
+}
+
+/// A circle with polynomials as the kit sees it.
+struct Curved<'x, 'a, F, const B: usize> {
+    circle: &'x Described<'a, F>,
+    polynomials: Polynomials<'x, 'a, F, Harmonic, B>,
+}
+
+/// As [`examined`], with polynomials of degree B − 1.
+#[must_use]
+pub fn examined_of_degree<const B: usize>(cells: usize, light: Harmonic, seed: u64) -> Report {
+    fn curved<'x, 'a, F: Real, const B: usize>(
+        circle: &'x Described<'a, F>,
+    ) -> Curved<'x, 'a, F, B> {
+        Curved {
+            circle,
+            polynomials: Polynomials::new(&circle.circle),
+        }
+    }
+    described::<f32, _>(&RHO, cells, light, |narrow| {
+        described::<f64, _>(&RHO, cells, light, |wide| {
+            examine_both::<_, _, B>(&curved(narrow), &curved(wide), seed)
+        })
+    })
+}
+
+impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
+    type Equation = Polynomials<'x, 'a, F, Harmonic, B>;
+    const DIMENSION: usize = 1;
+
+    fn equation(&self) -> &Self::Equation {
+        &self.polynomials
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        self.circle.point(cell, t)
+    }
+    fn contains(&self, cell: usize, x: &Point<F>) -> bool {
+        self.circle.contains(cell, x)
+    }
+    fn nodes(&self, x: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
+        self.circle.nodes(x, cell)
+    }
+    fn solution(&self, x: &Point<F>) -> Option<f64> {
+        self.circle.solution(x)
+    }
+    fn constant(&self) -> Option<f64> {
+        self.circle.constant()
+    }
+    fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
+        self.circle.mass(x, cell)
+    }
+
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
+        let (n, light) = (self.circle.cells(), self.circle.light());
+        offers.pairs("the paper's", PAPER);
+        offers.pairs("all in S", IN_S);
+        offers.pointwise_pairs("diagonal pointwise", DEFAULT);
+        offers.coefficients("closed form", &self.polynomials, 0.0);
+        for pairs in [PAPER, DEFAULT] {
+            let name = format!("own, diagonal {:?}", pairs.diagonal);
+            with_polynomials::<F, _, _, _, B>(&RHO, n, light, pairs, |_, neighbour, _| {
+                offers.neighbour::<OfDegree<'_, '_, F, _, _, B>>(&name, neighbour);
+            });
+        }
+        let tables = Tables::<f64>::new(&RHO, n).unwrap();
+        let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
+        let wide = Polynomials::<_, _, B>::new(&wide);
+        let mut means = vec![0.0; n * B];
+        wide.source_means(&mut means).unwrap();
+        offers.source_means("16 points a cell", &means, 1e-14);
+        let solution = wide.solve(1e-15, 1000).unwrap();
+        offers.galerkin_solution("own", &solution.v, 1e-13);
     }
 }

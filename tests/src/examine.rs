@@ -274,6 +274,10 @@ pub struct Offers<'a, D: Description<B>, const B: usize = 1> {
     report: Report,
 }
 
+/// A neighbour equation of a described problem.
+type AnyNeighbour<'a, D, const B: usize> =
+    dyn Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + 'a;
+
 impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them,
     /// and spoils them: the neighbour equation holds for any.
@@ -348,6 +352,11 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     where
         N: Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>>,
     {
+        self.any_neighbour(name, neighbour);
+    }
+
+    /// One type for all of them: a problem with many choices compiles in a fraction of the time.
+    fn any_neighbour(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>) {
         let outcome = check::neighbour_equation(self.description, neighbour, self.seed);
         self.push("neighbour equation", name, outcome);
         for estimator in [Estimator::Absorption, Estimator::Collision] {
@@ -393,10 +402,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         }
     }
 
-    fn walks<N>(&mut self, name: &str, neighbour: &N, estimator: Estimator)
-    where
-        N: Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>>,
-    {
+    fn walks(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>, estimator: Estimator) {
         const WALKS: u64 = 20_000;
         const REPLAYED: u64 = 2000;
         const COVERAGE: u64 = 400;

@@ -36,12 +36,36 @@ impl<F: Real> Direction<F> {
             return sine;
         }
         rarely();
+        self.small_sine(other).abs()
+    }
+
+    /// sin of the angle from another direction to this one, with a relative error of about 4 ε however
+    /// small it is.
+    #[inline]
+    pub(crate) fn small_sine(&self, other: &Self) -> F {
         let (left, right) = (self.sin * other.cos, self.cos * other.sin);
         let left_low = self.sin.product_error(other.cos);
         let right_low = self.cos.product_error(other.sin);
         let low = (self.sin_low * other.cos - self.cos_low * other.sin)
             + (self.sin * other.cos_low - self.cos * other.sin_low);
-        ((left - right) + ((left_low - right_low) + low)).abs()
+        (left - right) + ((left_low - right_low) + low)
+    }
+
+    /// cos of the angle between two directions, with an absolute error of ε.
+    #[inline]
+    pub(crate) fn cosine(&self, other: &Self) -> F {
+        self.cos * other.cos + self.sin * other.sin
+    }
+
+    /// The direction a quarter turn on.
+    #[inline]
+    pub(crate) fn turned(&self) -> Self {
+        Self {
+            cos: -self.sin,
+            sin: self.cos,
+            cos_low: -self.sin_low,
+            sin_low: self.cos_low,
+        }
     }
 }
 

@@ -311,7 +311,7 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
 
     /// ∫_Xj ¼|sin((t − s)/2)| dt up to the factor sin A: |sin((m_j − s)/2)|, x outside cell j.
     #[inline]
-    fn sine(&self, x: &Point<F>, j: usize) -> F {
+    pub(crate) fn sine(&self, x: &Point<F>, j: usize) -> F {
         self.cells
             .get(j)
             .map_or(F::NAN, |c| c.middle.sine(&x.direction()))
@@ -327,7 +327,12 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         self.constants.versine + self.constants.cos_quarter * (square / (F::one() + cosine))
     }
 
-    /// (1 − q0) sin A and 1 − q0.
+    /// 1 − q0.
+    pub(crate) const fn survival(&self) -> F {
+        self.constants.survival
+    }
+
+    /// sin A.
     pub(crate) fn form_factor_scale(&self) -> F {
         self.constants.mass * self.constants.per_survival
     }

@@ -12,6 +12,8 @@ mod double;
 mod emission;
 mod error;
 mod mean;
+mod polynomials;
+mod quadrature;
 mod residual;
 #[cfg(feature = "alloc")]
 mod solution;
@@ -21,6 +23,7 @@ pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 pub use mean::MeanOver;
+pub use polynomials::Polynomials;
 pub use residual::{Moment, Residual, moments};
 #[cfg(feature = "alloc")]
 pub use solution::{Tables, second_moment_radius};

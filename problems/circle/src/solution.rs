@@ -5,7 +5,9 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, GalerkinError, Solution, buffer, radius_bounds};
 
-use crate::{Cell, Cells, Circle, CircleError, Emission, Moment, Slot, moments, slots};
+use crate::{
+    Cell, Cells, Circle, CircleError, Emission, Moment, Polynomials, Slot, moments, slots,
+};
 
 /// The buffers of [`Cells`], owned.
 #[derive(Clone, Debug)]
@@ -95,5 +97,22 @@ impl<E: Emission<f64>> Circle<'_, f64, E> {
             *out = wide.cast();
         }
         Ok(out)
+    }
+}
+
+impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
+    /// The Galerkin solution, as [`Circle::solve`].
+    ///
+    /// # Errors
+    /// As [`Solution::new`].
+    pub fn solve(&self, tolerance: f64, at_most: u32) -> Result<Solution<B>, GalerkinError> {
+        let expected = self.circle().table().len() * B;
+        let mut source = buffer(expected)?;
+        self.source_means(&mut source)
+            .map_err(|_| GalerkinError::Length {
+                expected,
+                found: source.len(),
+            })?;
+        Solution::new(self, source, tolerance, at_most)
     }
 }

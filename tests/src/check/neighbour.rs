@@ -9,6 +9,7 @@ use super::{ROUNDING, UNITS, cells_of, corners, grid, samples};
 use crate::description::{Description, PointOf, ScalarOf, epsilon};
 use crate::galerkin::normalised;
 use crate::outcome::{Outcome, Sum, Worst};
+use crate::quadrature::gauss_legendre;
 
 /// How many points a check looks at.
 const POINTS: usize = 24;
@@ -131,7 +132,9 @@ pub fn pair_lists<S: Pairs>(pairs: &S, cells: usize) -> Outcome {
 /// **On S no mass collapses**: r = p_j(x)/(its mean over the cell of x) is above r_min = ¼ at the
 /// ends, corners and edges of cells, not only inside. Where it collapses the variance of ζ is
 /// infinite, and no short run shows it. At degree > 0 the smallest eigenvalue of M_j(x) takes the
-/// place of p_j(x). `None` where no pair is in S.
+/// place of p_j(x), and r_min shrinks as it may: a density that vanishes linearly at the end of X_j, as on
+/// the neighbours of a cell of the circle, has the eigenvalues 1 − t_b, t_b the nodes of the Gauss rule of B
+/// points. `None` where no pair is in S.
 #[must_use]
 pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
     description: &D,
@@ -141,6 +144,9 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
     let equation = description.equation();
     // r_min/r ≤ 1.
     let mut worst = Worst::new("times r_min/r", 1.0);
+    let nodes = gauss_legendre(B);
+    // Nodes on [0, 1], the first nearest to 0: 1 − t = 2 node.
+    let r_min = R_MIN * nodes.iter().map(|(t, _)| 2.0 * t).fold(1.0, f64::min);
     let mut in_s = false;
     for i in cells_of(description, seed, 64) {
         let located = |t: Vec<f64>| Located {
@@ -163,11 +169,11 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
                 let ratio = mass(x) / mean;
                 // A negative or vanishing ratio is infinitely bad.
                 let distance = if ratio > 0.0 {
-                    R_MIN / ratio
+                    r_min / ratio
                 } else {
                     f64::INFINITY
                 };
-                worst.add(R_MIN, ratio, distance, || {
+                worst.add(r_min, ratio, distance, || {
                     format!("r_ij at {:?} in cell {i}, j = {j}", x.point)
                 });
             }
@@ -176,7 +182,7 @@ pub fn collapse<D: Description<B>, S: Pairs, const B: usize>(
     in_s.then(|| worst.outcome())
 }
 
-/// r_min of [`collapse`].
+/// r_min of [`collapse`] at degree 0.
 const R_MIN: f64 = 0.25;
 
 /// The smallest eigenvalue of a symmetric matrix, by Jacobi's rotations.

@@ -1,0 +1,130 @@
+//! The circle with polynomials: how the standard deviation falls, by degree.
+
+use core::f64::consts::TAU;
+
+use fredholm_core::{
+    At, Batch, Draws, Estimator, Neighbour, STEP_LIMIT, Statistics, Stream, Task, Uniforms,
+    rounding_floor,
+};
+use fredholm_tests::circle::{DEFAULT, LIGHT, with_piecewise, with_polynomials};
+use rayon::prelude::*;
+
+/// Ten arcs up to the paper's ρ* = 0.75.
+const RHO: [f64; 10] = [0.3, 0.7, 0.0, 0.55, 0.74, 0.1, 0.62, 0.25, 0.48, 0.4];
+/// Walks for a point.
+const WALKS: u64 = 2000;
+
+/// The walks' statistics at so many random points, from draws that no walk uses, with n cells of
+/// degree B − 1.
+fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, Statistics)> {
+    let mut draws = Draws(<Stream>::new(7, u64::MAX).generator(0));
+    let angles: Vec<f64> = (0..points)
+        .map(|_| TAU * Uniforms::<f64>::uniform(&mut draws))
+        .collect();
+    let all = |circle: &fredholm_circle::Circle<'_, f64, _>,
+               neighbour: &(dyn Neighbour<Scalar = f64, Point = _> + Sync)| {
+        let one = |(number, &angle): (usize, &f64)| {
+            let x = circle.point(angle);
+            let task = Task {
+                equation: circle,
+                neighbour,
+                functional: &At(x),
+                neighbour_value: Some(neighbour.value(&neighbour.locate(x))),
+                estimator: Estimator::Absorption,
+                stream: <Stream>::new(1, number as u64),
+                step_limit: STEP_LIMIT,
+            };
+            let mut batch = Batch::new(0, WALKS, WALKS);
+            batch.run(&task, u64::MAX).unwrap();
+            (LIGHT.solution(angle), *batch.statistics())
+        };
+        angles.par_iter().enumerate().map(one).collect()
+    };
+    if B == 1 {
+        with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, DEFAULT, |circle, n, _| all(circle, n))
+    } else {
+        with_polynomials::<f64, _, _, _, B>(&RHO, cells, LIGHT, DEFAULT, |circle, n, _| {
+            all(circle, n)
+        })
+    }
+}
+
+/// The root mean squares of the standard deviations, plain and preconditioned.
+fn deviations(statistics: &[(f64, Statistics)]) -> [f64; 2] {
+    [Statistics::plain, Statistics::preconditioned].map(|of| {
+        let squares = statistics
+            .iter()
+            .map(|(_, s)| of(s).std_dev.unwrap().powi(2));
+        (squares.sum::<f64>() / statistics.len() as f64).sqrt()
+    })
+}
+
+/// The slope of the least squares line.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let products = points.iter().map(|p| (p.0 - x) * (p.1 - y));
+    products.sum::<f64>() / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+}
+
+fn slope_of_degree<const B: usize>(levels: [usize; 4]) {
+    let deviations = levels.map(|n| deviations(&at_random_points::<B>(n, 200))[1]);
+    let points: Vec<_> = levels
+        .iter()
+        .zip(deviations)
+        .map(|(&n, d)| ((n as f64).ln(), d.ln()))
+        .collect();
+    let (slope, expected) = (slope(&points), -(B as f64));
+    println!(
+        "degree {}: {levels:?} {deviations:?}, slope {slope:.3}",
+        B - 1
+    );
+    assert!(
+        (slope / expected - 1.0).abs() < 0.15,
+        "degree {}: {slope}",
+        B - 1
+    );
+}
+
+/// √Var ~ n^−(degree + 1), as root mean square over 200 random points: the same points at each level, so that
+/// a level's error is that of 400,000 walks.
+#[test]
+fn the_standard_deviation_falls_as_the_degree_says() {
+    slope_of_degree::<1>([50, 100, 200, 400]);
+    slope_of_degree::<2>([50, 100, 200, 400]);
+    slope_of_degree::<3>([50, 100, 200, 400]);
+    slope_of_degree::<4>([50, 100, 200, 400]);
+    slope_of_degree::<5>([40, 60, 80, 120]);
+}
+
+fn reduction<const B: usize>() -> f64 {
+    let statistics = at_random_points::<B>(1000 / B / 10 * 10, 100);
+    let [plain, preconditioned] = deviations(&statistics);
+    let mut worst: f64 = 0.0;
+    for (exact, statistics) in &statistics {
+        let estimate = statistics.preconditioned();
+        let floor = rounding_floor::<f64>(6.0, 6.0, 0.74);
+        let error = (estimate.estimate - exact).abs();
+        worst = worst.max(error / (4.0 * estimate.std_error.unwrap()).max(floor));
+    }
+    println!(
+        "degree {}: plain {plain:.3}, preconditioned {preconditioned:.3e}, reduced {:.3e} times; error at most \
+         {worst:.2} times what is allowed",
+        B - 1,
+        plain / preconditioned
+    );
+    // 100 points: one of them beyond 4 standard errors has a probability of 0.6 %.
+    assert!(worst <= 1.0, "degree {}: {worst}", B - 1);
+    plain / preconditioned
+}
+
+/// At most 1,000 unknowns, root mean square over 100 random points; the paper: 870.
+#[test]
+fn a_thousand_unknowns_reduce_it_by_eight_digits() {
+    assert!(reduction::<1>() > 300.0);
+    assert!(reduction::<2>() > 1e4);
+    assert!(reduction::<3>() > 1e6);
+    assert!(reduction::<4>() > 5e7);
+    assert!(reduction::<5>() > 1e8);
+}
