@@ -2,7 +2,9 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{Circle, Emission, Harmonic, Point, Polynomials, Residual, Tables};
+use fredholm_circle::{
+    Circle, Emission, Harmonic, Moment, Point, PolynomialResidual, Polynomials, Residual, Tables,
+};
 use fredholm_core::galerkin::{
     AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
@@ -359,10 +361,19 @@ impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
         let tables = Tables::<f64>::new(&RHO, n).unwrap();
         let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
         let wide = Polynomials::<_, _, B>::new(&wide);
+        let solution = wide.solve(1e-15, 1000).unwrap();
+        let (v, seen) = (
+            solution.rounded::<F>().unwrap(),
+            solution.seen::<F>().unwrap(),
+        );
+        let mut moments = vec![Moment::default(); n];
+        wide.residual_moments(&seen, &mut moments).unwrap();
+        let moments: Vec<_> = moments.iter().map(Moment::cast).collect();
+        let residual = PolynomialResidual::new(&self.polynomials, &v, &moments).unwrap();
+        offers.neighbour("residual", &residual);
         let mut means = vec![0.0; n * B];
         wide.source_means(&mut means).unwrap();
         offers.source_means("16 points a cell", &means, 1e-14);
-        let solution = wide.solve(1e-15, 1000).unwrap();
         offers.galerkin_solution("own", &solution.v, 1e-13);
     }
 }

@@ -119,24 +119,21 @@ where
     }
 }
 
-impl<F, P, C, S, G, const B: usize> Piecewise<'_, F, P, C, S, G, B>
+/// ∫_Xj h(x,y)² p(x,y) dμ(y) for (i, j) ∈ S, x ∈ X_i, exactly: r·c with M_j(x) c = r and
+/// r_b = Σ_a K'_(ia)(jb) ψ_ia(x), since h(x,·) = Σ_c c_c ψ_jc there.
+#[inline]
+pub fn second_moment<P, C, const B: usize>(
+    problem: &P,
+    coefficients: &C,
+    x: &Located<P::Point>,
+    j: usize,
+) -> P::Scalar
 where
-    F: Real,
-    P: TransitionMoments<B> + StateSpace<Scalar = F>,
-    C: Coefficients<B, Scalar = F>,
+    P: TransitionMoments<B>,
+    C: Coefficients<B, Scalar = P::Scalar>,
 {
-    /// ∫_Xj h(x,y)² p(x,y) dμ(y) for (i, j) ∈ S, x ∈ X_i, exactly: r·c with M_j(x) c = r and
-    /// r_b = Σ_a K'_(ia)(jb) ψ_ia(x), since h(x,·) = Σ_c c_c ψ_jc there.
-    ///
-    /// The walks' error bars exist where the operator with the kernel h²p has a spectral radius below 1
-    /// (Heinrich 1995, Proposition 2), and then E η(h,g) = (v,Φ) too.
-    #[inline]
-    pub fn second_moment(&self, x: &Located<P::Point>, j: usize) -> F {
-        let right = self
-            .coefficients
-            .contract(x.cell, j, &self.problem.basis(x));
-        small::dot(&right, &self.problem.divide(x, j, right))
-    }
+    let right = coefficients.contract(x.cell, j, &problem.basis(x));
+    small::dot(&right, &problem.divide(x, j, right))
 }
 
 fn check_sizes<P: Basis<B>, C: Coefficients<B, Scalar = P::Scalar>, const B: usize>(

@@ -109,7 +109,7 @@ impl core::error::Error for GalerkinError {}
 
 /// The largest [row sum](Coefficients::row_sum) Σ_j |K'_(i0)(j0)|. Below 1 it grants, for B = 1 and any
 /// choice of pairs in S and outside, that E η(h,g) = (v,Φ). For B > 1 it bounds the averages of
-/// ∫|K(x,y)| dμ(y) over cells and nothing of h: see `Piecewise::second_moment`.
+/// ∫|K(x,y)| dμ(y) over cells and nothing of h: see [`second_moment`](super::second_moment).
 ///
 /// # Errors
 /// [`GalerkinError::RowSum`]: a row sum is 1 or more, or NaN.

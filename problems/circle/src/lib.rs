@@ -23,7 +23,7 @@ pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 pub use mean::MeanOver;
-pub use polynomials::Polynomials;
+pub use polynomials::{PolynomialResidual, Polynomials};
 pub use residual::{Moment, Residual, moments};
 #[cfg(feature = "alloc")]
-pub use solution::{Tables, second_moment_radius};
+pub use solution::{Tables, neighbour_second_moment_radius, second_moment_radius};

@@ -4,13 +4,13 @@ use fredholm_core::galerkin::{
     Basis, Coefficients, PairIntegral, Partition, TransitionMoments, legendre,
 };
 use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
+    Kernel, Located, Neighbour, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
 use crate::cells::Direction;
 use crate::quadrature::{bessel, integrate, integrate_from};
 use crate::residual::Sum;
-use crate::{Circle, CircleError, Emission, Point};
+use crate::{Circle, CircleError, Emission, Moment, Point};
 
 /// Terms of a series in even or in odd powers of an angle in units of A ≤ π/2: (π/2)²⁴/24! < 10⁻¹⁸.
 const TERMS: usize = 12;
@@ -75,6 +75,8 @@ pub struct Polynomials<'c, 'a, F, E, const B: usize> {
     coordinate_terms: usize,
     /// A.
     quarter: F,
+    /// √A.
+    root: F,
     /// C.
     even: [[F; B]; B],
     /// D.
@@ -115,6 +117,7 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
             coordinate: (quarter < 0.2).then(|| arcsine(quarter).map(F::from_f64)),
             coordinate_terms: arcsine_terms(quarter),
             quarter: F::from_f64(quarter),
+            root: F::from_f64(Real::sqrt(quarter)),
             even: moments(Real::cos),
             odd: moments(Real::sin),
             factors: factors.map(F::from_f64),
@@ -272,6 +275,114 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
             reflectance * products.fold(F::zero(), |sum, x| sum + x)
         })
     }
+}
+
+impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
+    /// Fills what [`PolynomialResidual`] asks for from the solution `v`.
+    ///
+    /// # Errors
+    /// [`CircleError::Length`] unless `v` has n·B entries and `out` n.
+    pub fn residual_moments(&self, v: &[F], out: &mut [Moment<F>]) -> Result<(), CircleError> {
+        let cells = self.circle.table();
+        let n = cells.len();
+        for (expected, found) in [(n * B, v.len()), (n, out.len())] {
+            if expected != found {
+                return Err(CircleError::Length { expected, found });
+            }
+        }
+        let mut after = Sum::default();
+        for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
+            self.add(&mut after, &cell.middle, v);
+        }
+        let mut before = Sum::default();
+        for ((out, v), cell) in out.iter_mut().zip(v.chunks_exact(B)).zip(cells.iter()) {
+            self.add(&mut after, &cell.middle, &negated::<F, B>(v));
+            *out = Moment::between(&before, &after);
+            self.add(&mut before, &cell.middle, v);
+        }
+        Ok(())
+    }
+}
+
+/// The neighbour equation with all pairs pointwise: h = k, and G = v − T_K v in closed form, O(B) at any n;
+/// [`Residual`](crate::Residual) of any degree.
+#[derive(Clone, Copy, Debug)]
+pub struct PolynomialResidual<'p, 'c, 'a, F, E, const B: usize> {
+    polynomials: &'p Polynomials<'c, 'a, F, E, B>,
+    solution: &'p [F],
+    moments: &'p [Moment<F>],
+}
+
+impl<'p, 'c, 'a, F: Real, E: Emission<F>, const B: usize> PolynomialResidual<'p, 'c, 'a, F, E, B> {
+    /// Of the solution v and its [moments](Polynomials::residual_moments).
+    ///
+    /// # Errors
+    /// [`CircleError::Length`].
+    pub fn new(
+        polynomials: &'p Polynomials<'c, 'a, F, E, B>,
+        solution: &'p [F],
+        moments: &'p [Moment<F>],
+    ) -> Result<Self, CircleError> {
+        let n = polynomials.circle.table().len();
+        for (expected, found) in [(n * B, solution.len()), (n, moments.len())] {
+            if expected != found {
+                return Err(CircleError::Length { expected, found });
+            }
+        }
+        Ok(Self {
+            polynomials,
+            solution,
+            moments,
+        })
+    }
+
+    #[inline]
+    fn own(&self, cell: usize) -> [F; B] {
+        let own = self.solution.get(cell * B..).and_then(<[F]>::first_chunk);
+        own.copied().unwrap_or([F::NAN; B])
+    }
+}
+
+impl<F: Real, E, const B: usize> StateSpace for PolynomialResidual<'_, '_, '_, F, E, B> {
+    type Scalar = F;
+    type Point = Point<F>;
+}
+
+impl<F: Real, E: Emission<F>, const B: usize> Neighbour
+    for PolynomialResidual<'_, '_, '_, F, E, B>
+{
+    #[inline]
+    fn locate(&self, x: Point<F>) -> Located<Point<F>> {
+        Located {
+            point: x,
+            cell: x.cell(),
+        }
+    }
+    #[inline]
+    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: F) -> F {
+        k
+    }
+    fn source(&self, x: &Located<Point<F>>) -> F {
+        let problem = self.polynomials;
+        let Some(moment) = self.moments.get(x.cell) else {
+            return F::NAN;
+        };
+        let v = self.own(x.cell);
+        let tau = problem.coordinate(&x.point, x.cell);
+        let others = problem.root * moment.turn_from(&x.point);
+        let reflected =
+            problem.circle.reflectance(x.cell) * (others + dot(&v, &problem.own_cell(tau)));
+        dot(&v, &legendre(tau)) - reflected
+    }
+    #[inline]
+    fn value(&self, x: &Located<Point<F>>) -> F {
+        dot(&self.own(x.cell), &self.polynomials.basis(x))
+    }
+}
+
+fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
+    let products = a.iter().zip(b).map(|(&a, &b)| a * b);
+    products.fold(F::zero(), |sum, x| sum + x)
 }
 
 /// The matrix with these entries.

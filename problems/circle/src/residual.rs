@@ -65,6 +65,21 @@ impl<F: Real> Moment<F> {
         (self.cos, self.sin)
     }
 
+    /// Of the sums over the cells before and behind cell i.
+    pub(crate) fn between(before: &Sum<F>, after: &Sum<F>) -> Self {
+        Self {
+            cos: (before.cos - after.cos) + (before.cos_low - after.cos_low),
+            sin: (after.sin - before.sin) + (after.sin_low - before.sin_low),
+        }
+    }
+
+    /// Σ_{j≠i} v_j |sin((m_j − s)/2)| for s in cell i.
+    #[inline]
+    pub(crate) fn turn_from(&self, x: &Point<F>) -> F {
+        let (cos, sin) = x.half_angle();
+        sin * self.cos + cos * self.sin
+    }
+
     /// The nearest in another scalar.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Moment<T> {
@@ -99,10 +114,7 @@ pub fn moments<F: Real>(
     let mut before = Sum::default();
     for ((out, &v), middle) in out.iter_mut().zip(v).zip(middles(cells)) {
         after.add(middle, -v);
-        *out = Moment {
-            cos: (before.cos - after.cos) + (before.cos_low - after.cos_low),
-            sin: (after.sin - before.sin) + (after.sin_low - before.sin_low),
-        };
+        *out = Moment::between(&before, &after);
         before.add(middle, v);
     }
     Ok(())
@@ -146,11 +158,10 @@ impl<'a, 'b, F: Real, E: Emission<F>> Residual<'a, 'b, F, E> {
     /// (T_K v)(x) = ρ_i [sin A Σ_{j≠i} v_j |sin((m_j − s)/2)| + v_i (1 − cos A cos((m_i − s)/2))].
     #[inline]
     pub fn reflected(&self, x: &Located<Point<F>>) -> F {
-        let (cos, sin) = x.point.half_angle();
         let Some(moment) = self.moments.get(x.cell) else {
             return F::NAN;
         };
-        let others = self.circle.form_factor_scale() * (sin * moment.cos + cos * moment.sin);
+        let others = self.circle.form_factor_scale() * moment.turn_from(&x.point);
         let own = self.value(x) * self.circle.own_cell(&x.point, x.cell);
         self.circle.reflectance(x.cell) * (others + own)
     }

@@ -3,7 +3,9 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, GalerkinError, Solution, buffer, radius_bounds};
+use fredholm_core::galerkin::{
+    Coefficients, GalerkinError, PairIntegral, Pairs, Solution, buffer, radius_bounds,
+};
 
 use crate::{
     Cell, Cells, Circle, CircleError, Emission, Moment, Polynomials, Slot, moments, slots,
@@ -115,4 +117,33 @@ impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
             })?;
         Solution::new(self, source, tolerance, at_most)
     }
+}
+
+/// The spectral radius of T_h²p with B functions per cell and these pairs, as
+/// `fredholm_core::galerkin::second_moment_radius` estimates it from three points of every cell.
+///
+/// # Errors
+/// [`GalerkinError::Memory`].
+pub fn neighbour_second_moment_radius<E: Emission<f64>, P: Pairs + Copy, const B: usize>(
+    polynomials: &Polynomials<'_, '_, f64, E, B>,
+    pairs: P,
+) -> Result<f64, GalerkinError> {
+    let circle = polynomials.circle();
+    let cells = circle.table().len();
+    let point =
+        |i: usize, t: f64| circle.point(core::f64::consts::TAU * ((i as f64 + t) / cells as f64));
+    fredholm_core::galerkin::second_moment_radius(
+        polynomials,
+        polynomials,
+        &pairs,
+        // Within the cell: at its very ends a point belongs to the next.
+        |i| [1e-6, 0.5, 1.0 - 1e-6].map(|t| point(i, t)),
+        |x, j| {
+            let [first] = <_ as PairIntegral<B>>::pair_integral(polynomials, x, j)
+                .first_chunk()
+                .copied()
+                .unwrap_or([f64::NAN]);
+            circle.weight(x.cell) * first
+        },
+    )
 }

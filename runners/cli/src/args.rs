@@ -89,9 +89,9 @@ pub(crate) struct PaperArgs {
     /// The most walks for a point; the table has 10, 100, … up to it
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(10..))]
     pub(crate) max_walks: u64,
-    /// Degree of the piecewise polynomials; this version has 0
+    /// Degree of the piecewise polynomials, 0 to 4; the paper's is 0
     #[arg(long, value_name = "p", default_value_t = 0, value_parser = degree)]
-    pub(crate) degree: u32,
+    pub(crate) degree: usize,
     /// Seed of the reflectances, the points and the walks
     #[arg(long, value_name = "S", default_value_t = 1995)]
     pub(crate) seed: u64,
@@ -194,11 +194,11 @@ pub(crate) struct SolveArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// A degree that this version has.
-fn degree(text: &str) -> Result<u32, String> {
+/// A degree of the circle.
+fn degree(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(0) => Ok(0),
-        Ok(_) => Err("only degree 0, piecewise constants, is in this version".to_owned()),
+        Ok(degree @ 0..=4) => Ok(degree),
+        Ok(_) => Err("the degree is at most 4".to_owned()),
         Err(_) => Err("a degree is a whole number".to_owned()),
     }
 }

@@ -4,11 +4,11 @@ use core::f64::consts::TAU;
 use std::time::Instant;
 
 use fredholm_circle::{
-    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, Residual, Tables,
-    second_moment_radius,
+    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, PolynomialResidual, Polynomials,
+    Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise, Solve};
-use fredholm_core::{At, Functional, Neighbour, Real, Uniforms};
+use fredholm_core::galerkin::{Basis, OffDiagonal, PairKind, Piecewise, Solve};
+use fredholm_core::{At, Functional, Located, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
@@ -28,6 +28,13 @@ const SWEEPS: u32 = 1000;
 
 /// Cells enough to estimate a spectral radius.
 const COARSE: usize = 200;
+
+/// No light.
+const DARK: Light<'static> = Light::Harmonic(Harmonic {
+    constant: 0.0,
+    amplitude: 0.0,
+    frequency: 1,
+});
 
 /// The light of a file.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +82,25 @@ pub(crate) struct Scene<'a> {
     pub(crate) absorption: f64,
     /// Which pairs the neighbour equation treats how.
     pub(crate) pairs: Pairs,
+    /// The degree of the polynomials on a cell.
+    pub(crate) degree: usize,
+}
+
+/// An expression in which the number of functions per cell of a degree is a constant of this name.
+macro_rules! of_degree {
+    ($degree:expr, $name:ident => $then:expr) => {
+        match $degree {
+            1 => of_degree!(2 as $name => $then),
+            2 => of_degree!(3 as $name => $then),
+            3 => of_degree!(4 as $name => $then),
+            // Validation lets nothing above 4 pass, and 0 has its own way.
+            _ => of_degree!(5 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
 }
 
 /// What is asked for.
@@ -113,23 +139,62 @@ pub(crate) enum NeighbourSource<F> {
 impl<'a, F: Real> Setup<'a, F> {
     /// Solves the Galerkin system of the scene in f64 and rounds what the walks need.
     pub(crate) fn new(scene: Scene<'a>) -> Result<Self, Failure> {
+        if scene.degree > 0 {
+            return of_degree!(scene.degree, B => Self::of_degree::<B>(scene));
+        }
         let start = Instant::now();
         let (solution, v, source) = {
             let tables =
                 Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
             let circle = scene.circle(&tables)?;
             let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
-            let table = |diagonal| {
-                let pairs = OffDiagonal { diagonal };
-                let g = solution.source(&circle, &pairs).map_err(Failure::run)?;
-                Ok::<_, Failure>(NeighbourSource::Table(pairs, g))
-            };
-            let source = match scene.pairs {
-                Pairs::Paper => table(PairKind::None)?,
-                Pairs::Default => table(PairKind::Pointwise)?,
-                Pairs::Pointwise => {
+            let source = match scene.diagonal() {
+                Some(diagonal) => {
+                    let pairs = OffDiagonal { diagonal };
+                    let g = solution.source(&circle, &pairs).map_err(Failure::run)?;
+                    NeighbourSource::Table(pairs, g)
+                }
+                None => {
                     let moments = circle.residual_moments(&solution).map_err(Failure::run)?;
                     NeighbourSource::ClosedForm(moments)
+                }
+            };
+            let v = solution.rounded().map_err(Failure::run)?;
+            (solution, v, source)
+        };
+        Ok(Self {
+            scene,
+            tables: Tables::new(scene.reflectance, scene.cells).map_err(Failure::input)?,
+            v,
+            source,
+            solve: solution.solve,
+            contraction: solution.contraction,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// The same with B functions per cell.
+    fn of_degree<const B: usize>(scene: Scene<'a>) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let (solution, v, source) = {
+            let tables =
+                Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
+            let circle = scene.circle(&tables)?;
+            let polynomials = Polynomials::<_, _, B>::new(&circle);
+            let solution = polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
+            let source = match scene.diagonal() {
+                Some(diagonal) => {
+                    let pairs = OffDiagonal { diagonal };
+                    let g = solution.source(&polynomials, &pairs);
+                    NeighbourSource::Table(pairs, g.map_err(Failure::run)?)
+                }
+                None => {
+                    let v = solution.seen::<F>().map_err(Failure::run)?;
+                    let mut moments = vec![Moment::default(); scene.cells];
+                    polynomials
+                        .residual_moments(&v, &mut moments)
+                        .map_err(Failure::run)?;
+                    NeighbourSource::ClosedForm(moments.iter().map(Moment::cast).collect())
                 }
             };
             let v = solution.rounded().map_err(Failure::run)?;
@@ -168,6 +233,9 @@ impl<'a, F: Real> Setup<'a, F> {
             Light::Arcs(_) => None,
         };
         let galerkin = match *question {
+            Question::At(s) if self.scene.degree > 0 => {
+                of_degree!(self.scene.degree, B => self.value::<B>(circle, s))
+            }
             Question::At(s) => {
                 let cell = circle.point(s).cell();
                 self.v.get(cell).map_or(f64::NAN, |v| v.to_f64())
@@ -180,6 +248,16 @@ impl<'a, F: Real> Setup<'a, F> {
         Ok(Known { exact, galerkin })
     }
 
+    /// v at an angle, of B functions per cell.
+    fn value<const B: usize>(&self, circle: &Circle<'_, F, Light<'_>>, s: f64) -> f64 {
+        let point = circle.point(s);
+        let cell = point.cell();
+        let psi: [F; B] = Polynomials::new(circle).basis(&Located { point, cell });
+        let v = self.v.iter().skip(cell * B);
+        let sum = v.zip(psi).fold(F::zero(), |sum, (&v, psi)| sum + v * psi);
+        sum.to_f64()
+    }
+
     /// Walks.
     pub(crate) fn run(
         &self,
@@ -189,6 +267,12 @@ impl<'a, F: Real> Setup<'a, F> {
         observer: &impl Observer,
     ) -> Result<Outcome, Failure> {
         let circle = self.scene.circle(&self.tables)?;
+        let degree = self.scene.degree;
+        if degree > 0 {
+            return of_degree!(degree, B => {
+                self.run_of_degree::<B>(&circle, questions, known, plan, observer)
+            });
+        }
         match &self.source {
             NeighbourSource::Table(pairs, g) => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &self.v, g)
@@ -203,7 +287,58 @@ impl<'a, F: Real> Setup<'a, F> {
     }
 }
 
+/// A neighbour equation of any kind: one type of walk for all degrees.
+type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
+
+impl<F: Real> Setup<'_, F> {
+    fn run_of_degree<const B: usize>(
+        &self,
+        circle: &Circle<'_, F, Light<'_>>,
+        questions: &[Question],
+        known: &[Known],
+        plan: &Plan,
+        observer: &impl Observer,
+    ) -> Result<Outcome, Failure> {
+        let polynomials = Polynomials::<_, _, B>::new(circle);
+        let neighbour: Box<Boxed<'_, F>> = match &self.source {
+            NeighbourSource::Table(pairs, g) => Box::new(
+                Piecewise::with_pointwise(&polynomials, &polynomials, *pairs, &self.v, g)
+                    .map_err(Failure::run)?,
+            ),
+            NeighbourSource::ClosedForm(moments) => Box::new(
+                PolynomialResidual::new(&polynomials, &self.v, moments).map_err(Failure::run)?,
+            ),
+        };
+        walk(circle, &*neighbour, questions, known, plan, observer)
+    }
+}
+
 impl<'a> Scene<'a> {
+    /// The kind of the diagonal's pairs; `None`: all pairs are pointwise.
+    fn diagonal(&self) -> Option<PairKind> {
+        match self.pairs {
+            Pairs::Paper => Some(PairKind::None),
+            Pairs::Default => Some(PairKind::Pointwise),
+            Pairs::Pointwise => None,
+        }
+    }
+
+    /// The estimated spectral radius of T_h²p: no less than that of T_k²p by which it is multiplied where
+    /// cells are too few for the degree.
+    fn neighbour_second_moment<const B: usize>(&self) -> Result<f64, Failure> {
+        let Some(diagonal) = self.diagonal() else {
+            // h = k.
+            return Ok(0.0);
+        };
+        // More cells only bring h nearer to k.
+        let arcs = self.reflectance.len();
+        let cells = self.cells.min(COARSE.next_multiple_of(arcs));
+        let tables = Tables::<f64>::new(self.reflectance, cells).map_err(Failure::input)?;
+        let circle = Circle::new(tables.cells(), DARK, self.absorption).map_err(Failure::input)?;
+        let polynomials = Polynomials::<_, _, B>::new(&circle);
+        neighbour_second_moment_radius(&polynomials, OffDiagonal { diagonal }).map_err(Failure::run)
+    }
+
     fn circle<'t, F: Real>(
         &self,
         tables: &'t Tables<F>,
@@ -222,23 +357,19 @@ impl<'a> Scene<'a> {
         let arcs = self.reflectance.len();
         let tables = Tables::<f64>::new(self.reflectance, COARSE.next_multiple_of(arcs))
             .map_err(Failure::input)?;
-        let dark = Light::Harmonic(Harmonic {
-            constant: 0.0,
-            amplitude: 0.0,
-            frequency: 1,
-        });
-        let circle = Circle::new(tables.cells(), dark, self.absorption).map_err(Failure::input)?;
+        let circle = Circle::new(tables.cells(), DARK, self.absorption).map_err(Failure::input)?;
         Ok(second_moment_radius(&circle))
     }
 }
 
-/// Bytes of the tables of so many cells, at their largest.
-fn memory<F: Real>(cells: usize) -> usize {
+/// Bytes of the tables of so many cells of a degree, at their largest.
+fn memory<F: Real>(cells: usize, degree: usize) -> usize {
     let size = size_of::<F>();
+    let functions = degree + 1;
     // Tables of 9 numbers a cell in f64 for the set-up, with F', v, G and a copy of v; then the
     // walk's own with v and G or two moments.
-    let setup = 9 * 8 + 4 * 8 + 3 * size;
-    let walk = 9 * size + 3 * size + 8;
+    let setup = 9 * 8 + functions * (4 * 8 + 2 * size) + size;
+    let walk = 9 * size + functions * 2 * size + size + 8;
     cells.saturating_mul(setup.max(walk))
 }
 
@@ -251,7 +382,7 @@ fn walk<'c, F: Real, E: Emission<F> + Sync, N>(
     observer: &impl Observer,
 ) -> Result<Outcome, Failure>
 where
-    N: Neighbour<Scalar = F, Point = Point<F>> + Sync,
+    N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
     let mut targets = Vec::with_capacity(questions.len());
     for (question, known) in questions.iter().zip(known) {
@@ -295,6 +426,11 @@ const DEFAULT_CELLS: usize = 100;
 const STATE: f64 = 25e-9;
 /// Seconds of the set-up for a cell: tables, and sweeps of a few nanoseconds each.
 const CELL: f64 = 800e-9;
+
+/// The same for every function per cell besides the constant one: sixteen values of F, sweeps.
+const FUNCTION: f64 = 4e-6;
+/// Seconds that a degree adds to a state.
+const STEP: f64 = 30e-9;
 
 /// A circle of a file.
 #[derive(Clone, Debug)]
@@ -345,6 +481,10 @@ impl<'f> CircleFile<'f> {
         })
     }
 
+    fn degree(&self) -> usize {
+        self.file.galerkin.degree.value
+    }
+
     fn scene(&self) -> Result<Scene<'_>, Failure> {
         let light = match &self.circle.emission {
             file::Emission::Harmonic {
@@ -366,6 +506,7 @@ impl<'f> CircleFile<'f> {
             cells: self.cells,
             absorption: self.file.walk.absorption.value,
             pairs: self.file.galerkin.pairs.value,
+            degree: self.degree(),
         })
     }
 
@@ -418,25 +559,40 @@ impl Problem for CircleFile<'_> {
     fn memory(&self) -> usize {
         // Neither light nor anything else of the scene counts.
         let tables = match self.file.walk.scalar.value {
-            Scalar::F32 => memory::<f32>(self.cells),
-            Scalar::F64 => memory::<f64>(self.cells),
+            Scalar::F32 => memory::<f32>(self.cells, self.degree()),
+            Scalar::F64 => memory::<f64>(self.cells, self.degree()),
         };
         tables.saturating_add(self.asked.len().saturating_mul(1024))
     }
 
     fn cost(&self) -> Cost {
+        let degree = self.degree() as f64;
         Cost {
-            setup: self.cells as f64 * CELL,
-            state: STATE,
+            setup: self.cells as f64 * (CELL + degree * FUNCTION),
+            state: STATE + degree * STEP,
         }
     }
 
     fn refuse_infinite_variance(&self) -> Result<(), Failure> {
-        let radius = self.scene()?.second_moment()?;
+        let scene = self.scene()?;
+        let radius = scene.second_moment()?;
+        if !(radius < 1.0) {
+            let what = "reflectance²/(1 − absorption)";
+            return Err(infinite_variance(self.file, what, radius));
+        }
+        if scene.degree == 0 {
+            // h is a mean of k over cells.
+            return Ok(());
+        }
+        let radius = of_degree!(scene.degree, B => scene.neighbour_second_moment::<B>())?;
         if radius < 1.0 {
             return Ok(());
         }
-        let what = "reflectance²/(1 − absorption)";
+        let degree = scene.degree;
+        let what = format!(
+            "h² of degree {degree} on {} cells (more may help)",
+            self.cells
+        );
         Err(infinite_variance(self.file, what, radius))
     }
 
@@ -468,6 +624,10 @@ impl Problem for CircleFile<'_> {
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
+        if self.degree() > 0 {
+            let message = "tables of a circle are exported with `degree = 0` only";
+            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
+        }
         Ok(match self.file.walk.scalar.value {
             Scalar::F32 => self.tables_in::<f32>()?,
             Scalar::F64 => self.tables_in::<f64>()?,

@@ -68,8 +68,8 @@ impl ProblemFile {
         } = &self.galerkin;
         self.demand(
             degree,
-            degree.value == 0,
-            "only `degree = 0`, piecewise constant functions, is in this version",
+            degree.value == 0 || matches!(self.problem, Problem::Circle(_)) && degree.value <= 4,
+            "`degree` is from 0 to 4 for circles, and 0 for others in this version",
         )?;
         if let Some(points) = points {
             self.demand(
