@@ -3,7 +3,12 @@
 
 mod loops;
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
+use fredholm_core::{At, Batch, Estimator, STEP_LIMIT, Stream, Task};
+use fredholm_tests::circle::{DEFAULT, LIGHT, with_polynomials};
 use loops::{Setup, Specialised};
 
 const WALKS: u64 = 20_000;
@@ -39,5 +44,44 @@ fn circle(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, circle);
+/// A state by degree, with 1,000 unknowns in all.
+fn degrees(c: &mut Criterion) {
+    fn of_degree<const B: usize>(group: &mut BenchmarkGroup<'_, WallTime>) {
+        let rho = [0.3, 0.7, 0.0, 0.55, 0.74];
+        with_polynomials::<f64, _, _, _, B>(
+            &rho,
+            1000 / B / 5 * 5,
+            LIGHT,
+            DEFAULT,
+            |circle, n, _| {
+                let task = Task {
+                    equation: circle,
+                    neighbour: n,
+                    functional: &At(circle.point(0.3)),
+                    neighbour_value: Some(0.0),
+                    estimator: Estimator::Absorption,
+                    stream: <Stream>::new(1, 0),
+                    step_limit: STEP_LIMIT,
+                };
+                let run = || {
+                    let mut batch = Batch::new(0, WALKS, WALKS);
+                    batch.run(&task, u64::MAX).unwrap();
+                    *batch.statistics()
+                };
+                group.throughput(Throughput::Elements(run().states()));
+                group.bench_function(BenchmarkId::new("degree", B - 1), |b| b.iter(run));
+            },
+        );
+    }
+    let mut group = c.benchmark_group("circle, a state by degree");
+    // Piecewise constants through the code of all degrees; the engine above is their own.
+    of_degree::<1>(&mut group);
+    of_degree::<2>(&mut group);
+    of_degree::<3>(&mut group);
+    of_degree::<4>(&mut group);
+    of_degree::<5>(&mut group);
+    group.finish();
+}
+
+criterion_group!(benches, circle, degrees);
 criterion_main!(benches);

@@ -2,11 +2,14 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_core::{
-    At, Batch, Draws, Estimator, Neighbour, STEP_LIMIT, Statistics, Stream, Task, Uniforms,
-    rounding_floor,
+use fredholm_circle::{
+    Circle, MeanOver, Polynomials, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
-use fredholm_tests::circle::{DEFAULT, LIGHT, with_piecewise, with_polynomials};
+use fredholm_core::{
+    At, Batch, Draws, Estimator, Located, Neighbour, STEP_LIMIT, Statistics, Stream, Task,
+    Uniforms, rounding_floor,
+};
+use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
 use rayon::prelude::*;
 
 /// Ten arcs up to the paper's ρ* = 0.75.
@@ -21,7 +24,7 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
     let angles: Vec<f64> = (0..points)
         .map(|_| TAU * Uniforms::<f64>::uniform(&mut draws))
         .collect();
-    let all = |circle: &fredholm_circle::Circle<'_, f64, _>,
+    let all = |circle: &Circle<'_, f64, _>,
                neighbour: &(dyn Neighbour<Scalar = f64, Point = _> + Sync)| {
         let one = |(number, &angle): (usize, &f64)| {
             let x = circle.point(angle);
@@ -127,4 +130,66 @@ fn a_thousand_unknowns_reduce_it_by_eight_digits() {
     assert!(reduction::<3>() > 1e6);
     assert!(reduction::<4>() > 5e7);
     assert!(reduction::<5>() > 1e8);
+}
+
+/// (v, Φ) of a mean against a sum over v at many points, for ends within cells, at cells' ends, and within one
+/// cell.
+#[test]
+fn means_of_polynomials_are_those_of_v() {
+    with_polynomials::<f64, _, _, _, 5>(&RHO, 20, LIGHT, DEFAULT, |circle, neighbour, v| {
+        let cell = TAU / 20.0;
+        for (from, to) in [
+            (0.0, TAU),
+            (0.1, 0.2),
+            (0.5 * cell, 7.3 * cell),
+            (cell, 2.0 * cell),
+        ] {
+            let mean = MeanOver::new(circle, from, to).unwrap().of(v);
+            // Simpson's rule between the cells' ends and the interval's.
+            let mut ends: Vec<f64> = (0..=20).map(|i| f64::from(i) * cell).collect();
+            ends.extend([from, to]);
+            ends.retain(|s| (from..=to).contains(s));
+            ends.sort_by(f64::total_cmp);
+            let value = |s: f64, i: usize| {
+                let point = circle.point(s);
+                neighbour.value(&Located { point, cell: i })
+            };
+            let mut sum = 0.0;
+            for ends in ends.windows(2) {
+                let (left, width) = (ends[0], (ends[1] - ends[0]) / 64.0);
+                let i = ((0.5 * (ends[0] + ends[1]) / cell) as usize).min(19);
+                for part in 0..64 {
+                    let at = |t: f64| value(left + (f64::from(part) + t) * width, i);
+                    sum += width / 6.0 * (at(0.0) + 4.0 * at(0.5) + at(1.0));
+                }
+            }
+            let expected = sum / (to - from);
+            assert!(
+                (mean - expected).abs() < 1e-10,
+                "{from} {to}: {mean} {expected}"
+            );
+        }
+    });
+}
+
+/// On a fine partition h is near k = ρ/(1 − q0), so that T_h²p has nearly the radius of T_k²p; with the diagonal
+/// left out it has less.
+#[test]
+fn the_second_moment_of_h_is_near_that_of_k() {
+    let tables = Tables::<f64>::new(&RHO, 100).unwrap();
+    let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
+    let of_k = second_moment_radius(&circle);
+    let cubic = Polynomials::<_, _, 4>::new(&circle);
+    let of_h = neighbour_second_moment_radius(&cubic, DEFAULT).unwrap();
+    let without = neighbour_second_moment_radius(&cubic, PAPER).unwrap();
+    println!("k: {of_k}, h: {of_h}, without the diagonal {without}");
+    // The supremum over a cell in place of its mean is off by O(1/n).
+    assert!((of_h / of_k - 1.0).abs() < 0.03);
+    assert!(without < of_h);
+    // Two cells are too few for anything, and it is finite all the same.
+    let tables = Tables::<f64>::new(&[0.74, 0.74], 2).unwrap();
+    let coarse = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
+    let coarse = Polynomials::<_, _, 5>::new(&coarse);
+    let of_h = neighbour_second_moment_radius(&coarse, PAPER).unwrap();
+    assert!(of_h > 0.0 && of_h.is_finite(), "{of_h}");
 }

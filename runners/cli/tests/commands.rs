@@ -170,6 +170,12 @@ fn the_experiment_has_its_rows() {
     assert_eq!(again.quietly(0).timeless(), ran.timeless());
     let other = fredholm(&["paper", "--max-walks", "100", "--json", "--seed", "7"]);
     assert_ne!(other.quietly(0).timeless(), ran.timeless());
+    // Of degree 2 the standard deviation falls like n^-3; the paper has no such numbers.
+    let cubic = ["paper", "--max-walks", "1000", "--json", "--degree", "2"];
+    let table = fredholm(&cubic).json();
+    let rate = number(&table["rates"], "sd_pmc_against_n");
+    assert!((rate + 3.0).abs() < 0.4, "{rate}");
+    assert!(paper_rows(&table).iter().all(|row| row["paper"].is_null()));
     let text = fredholm(&["paper", "--max-walks", "10"]).quietly(0).stdout;
     assert!(text.contains("√Var^pmc") && text.contains("paper"));
 }

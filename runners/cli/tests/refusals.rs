@@ -166,15 +166,15 @@ fn cells() {
 
 #[test]
 fn degrees() {
-    let degree = "`degree = 0`";
+    let degree = "from 0 to 4";
     replaced(
         "degree = 0",
-        "degree = 1",
+        "degree = 5",
         "1\npairs",
-        &[degree, "this version"],
+        &["`degree`", degree],
     );
-    refused_flags(&["--degree", "1"], &["--degree 1", degree]);
-    let paper = fredholm(&["paper", "--degree", "1", "--max-walks", "10"]);
+    refused_flags(&["--degree", "5"], &["--degree 5", degree]);
+    let paper = fredholm(&["paper", "--degree", "5", "--max-walks", "10"]);
     assert_refused(&paper, &["--degree"]);
 }
 

@@ -388,3 +388,34 @@ fn an_interrupt_prints_what_is_there() {
     assert_eq!(out.names(), ["result.json"]);
     assert_eq!(fs::read_to_string(&result).unwrap(), ran.stdout);
 }
+
+/// Every degree and all pairs, with as many threads: within five standard errors or the rounding floor, and the
+/// same bits.
+#[test]
+fn degrees_sharpen_the_estimate() {
+    let folder = Folder::new();
+    let mut before = f64::INFINITY;
+    for degree in ["0", "1", "2", "3", "4"] {
+        let flags = [
+            "--json", "--degree", degree, "--cells", "200", "--walks", "4000",
+        ];
+        let report = folder.solve(CIRCLE, &flags).json();
+        assert_sound(&report);
+        assert_eq!(report["degree"].to_string(), degree);
+        let target = &targets(&report)[0];
+        let deviation = number(&target["preconditioned"], "std_dev");
+        assert!(deviation < 0.1 * before, "degree {degree}: {deviation}");
+        before = deviation;
+        for pairs in ["paper", "pointwise"] {
+            let mut flags = flags.to_vec();
+            flags.extend(["--pairs", pairs]);
+            assert_sound(&folder.solve(CIRCLE, &flags).json());
+        }
+        let bits = |threads| {
+            let mut flags = flags.to_vec();
+            flags.extend(["--threads", threads]);
+            folder.solve(CIRCLE, &flags).json()["targets"].to_string()
+        };
+        assert_eq!(bits("1"), bits("3"));
+    }
+}

@@ -450,11 +450,11 @@ fn cells() {
     fails(&text("cells = 0"), 6, 9, "0", &["at least 1"]);
     fails(&text("cells = 100000001"), 6, 9, "100000001", &["memory"]);
     fails(
-        &text("degree = 1"),
+        &text("degree = 5"),
         6,
         10,
-        "1",
-        &["only `degree = 0`", "this version"],
+        "5",
+        &["`degree`", "from 0 to 4"],
     );
     let harmonic = FULL.replace("1_000", "7");
     let words = ["multiple of the 2 arcs of `reflectance`; nearest: 6 or 8"];

@@ -69,7 +69,7 @@ impl ProblemFile {
         self.demand(
             degree,
             degree.value == 0 || matches!(self.problem, Problem::Circle(_)) && degree.value <= 4,
-            "`degree` is from 0 to 4 for circles, and 0 for others in this version",
+            "`degree` must be from 0 to 4 for circles, and 0 for others in this version",
         )?;
         if let Some(points) = points {
             self.demand(
