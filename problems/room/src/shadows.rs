@@ -10,27 +10,22 @@ use crate::vector::{Vector, cross, norm, sub};
 /// Distances along every wall at which two vertices that stand out into the room are in line and
 /// both are seen: there the edge of a shadow begins or ends. A few are listed that change nothing.
 pub(crate) fn edges(scene: &Scene) -> Vec<Vec<f64>> {
-    let used = used(scene);
-    let out = standing_out(scene);
-    let near: Vec<u32> = used
-        .iter()
-        .copied()
-        .filter(|&v| out.get(v as usize) == Some(&true))
-        .collect();
+    let near = outstanding(scene);
     lines(scene, &near, &near)
 }
 
 /// The same for every vertex behind one that stands out: all places at which what is seen of the
 /// walls changes.
 pub(crate) fn kinks(scene: &Scene) -> Vec<Vec<f64>> {
-    let used = used(scene);
+    lines(scene, &outstanding(scene), &used(scene))
+}
+
+/// The vertices that stand out into the room.
+fn outstanding(scene: &Scene) -> Vec<u32> {
     let out = standing_out(scene);
-    let near: Vec<u32> = used
-        .iter()
-        .copied()
-        .filter(|&v| out.get(v as usize) == Some(&true))
-        .collect();
-    lines(scene, &near, &used)
+    let mut used = used(scene);
+    used.retain(|&v| out.get(v as usize) == Some(&true));
+    used
 }
 
 /// The vertices that walls have, once each.

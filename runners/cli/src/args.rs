@@ -48,9 +48,11 @@ about 95 % of those twice as wide.")]
     /// Measure how fast the error falls with cells and walks, beside theory and other methods
     #[command(after_help = "\
 A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and
-the error against kernel evaluations, set-up counted, of preconditioned walks, of plain walks, of the
-Galerkin solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's.
-The file's cells and targets are not used.")]
+the error against work, set-up counted, of preconditioned walks, of plain walks, of the Galerkin
+solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's. Work is
+kernel evaluations; for rooms, whose shadows cost more than their kernel, measured seconds. The file's
+cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
+standard deviation and the time of a walk come from as many as it says.")]
     Rates(RatesArgs),
     /// Print the form factors between the surfaces of a room
     Factors(FactorsArgs),
@@ -107,6 +109,22 @@ pub(crate) struct PaperArgs {
 pub(crate) struct RatesArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
+    /// Cells of the levels; of a cube per axis [default: some that take seconds]
+    #[arg(long, value_name = "n,…", value_delimiter = ',')]
+    pub(crate) cells: Vec<usize>,
+    /// Walks that every level's standard deviation is measured on [default: n² and at least 65536, at
+    /// the finest 4194304]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..))]
+    pub(crate) walks: Option<u64>,
+    /// Which pairs of cells the neighbour equation treats how
+    #[arg(long, value_name = "NAME")]
+    pub(crate) pairs: Option<Pairs>,
+    /// Rooms: how cells shrink towards corners; 1 makes them equal
+    #[arg(long, value_name = "g")]
+    pub(crate) grading: Option<f64>,
+    /// Rooms: cut walls at the edges of shadows too
+    #[arg(long)]
+    pub(crate) shadow_cuts: bool,
     /// Seed of the walks
     #[arg(long, value_name = "S")]
     pub(crate) seed: Option<u64>,

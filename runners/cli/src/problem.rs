@@ -33,6 +33,14 @@ pub(crate) trait Problem: Sync {
         self.cells()
     }
 
+    /// "100", "10 per axis, 1000 in all".
+    fn cells_text(&self) -> String {
+        match self.dimension() {
+            Some(2..) => format!("{} per axis, {} in all", self.cells(), self.unknowns()),
+            _ => self.cells().to_string(),
+        }
+    }
+
     /// What is asked for, in the order of the file.
     fn asked(&self) -> &[Asked];
 
@@ -62,6 +70,13 @@ pub(crate) trait Problem: Sync {
 
     /// Kernel evaluations of a set-up whose iteration took so many sweeps.
     fn evaluations(&self, sweeps: u32) -> f64;
+
+    /// Seconds of a plain walk that follows no neighbour equation, for the mean of u: of problems whose
+    /// work the clock tells, as most of it is no evaluation of the kernel.
+    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
+        let _ = plan;
+        Ok(None)
+    }
 
     /// Deterministic solutions to compare with, where there are some.
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {

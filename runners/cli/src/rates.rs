@@ -4,6 +4,7 @@
 //! standard deviation depends on where the point lies in its cell; the mean has no such place.
 
 use std::io::Write;
+use std::time::Instant;
 
 use fredholm_core::{Estimate, Statistics};
 use fredholm_rayon::{Plan, Stop};
@@ -12,7 +13,7 @@ use serde::Serialize;
 use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::figure::{Curve, Figure, Style, log_log_svg};
-use crate::file::Placed;
+use crate::file::{Placed, ProblemFile, word};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::problem::{self, Problem};
@@ -31,6 +32,7 @@ struct Rates {
     problem: &'static str,
     dimension: Option<usize>,
     degree: usize,
+    pairs: String,
     absorption: f64,
     seed: u64,
     /// The mean of u: exact, or the preconditioned estimate of the finest level.
@@ -51,15 +53,20 @@ struct Row {
     unknowns: usize,
     /// N = n².
     walks: u64,
-    /// Kernel evaluations of the set-up, and of all.
-    setup_evaluations: f64,
-    evaluations: f64,
+    /// Kernel evaluations of the set-up, and of all; `null` where seconds tell the work.
+    setup_evaluations: Option<f64>,
+    evaluations: Option<f64>,
+    /// Seconds of the set-up, and of all; `null` where kernel evaluations tell the work.
+    setup_seconds: Option<f64>,
+    seconds: Option<f64>,
     std_dev_plain: f64,
     std_dev: f64,
     /// √(Var/N) of the preconditioned estimate of N walks.
     error: f64,
-    /// √(Var/N) of as many evaluations spent on plain walks alone.
-    error_plain: f64,
+    /// √(Var/N) of as much work spent on plain walks alone.
+    #[serde(rename = "error_plain")]
+    error_plain_in_evaluations: Option<f64>,
+    error_plain_in_seconds: Option<f64>,
     /// (v, Φ), and its error; `null` where that is not known well enough.
     galerkin: f64,
     error_galerkin: Option<f64>,
@@ -83,20 +90,35 @@ pub(crate) struct Deterministic {
 struct Fits {
     /// √Var ~ n^this.
     std_dev: Option<f64>,
+    /// The same from a tenth of the finest level's cells on.
+    std_dev_last_decade: Option<f64>,
     std_dev_theory: f64,
-    /// error ~ evaluations^this.
-    error: Option<f64>,
+    /// error ~ evaluations^this, or seconds^this.
+    #[serde(rename = "error")]
+    error_in_evaluations: Option<f64>,
+    error_in_seconds: Option<f64>,
     error_theory: f64,
 }
 
 /// Runs `rates`.
 pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
-    let file = solve::read(&args.file, |file| {
+    let replace = |file: &mut ProblemFile| {
         if let Some(seed) = args.seed {
             file.walk.seed = Placed::flag("--seed", seed);
         }
-    })?;
+        if let Some(pairs) = args.pairs {
+            file.galerkin.pairs = Placed::flag("--pairs", pairs);
+        }
+        if let Some(grading) = args.grading {
+            file.galerkin.grading = Some(Placed::flag("--grading", grading));
+        }
+        if args.shadow_cuts {
+            file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
+        }
+    };
+    let file = solve::read(&args.file, replace)?;
     let whole = problem::of_file(&file)?;
+    let levels = levels(&file, &*whole, &args.cells)?;
     whole.refuse_infinite_variance()?;
     let outputs = match &args.out {
         Some(folder) => Some(open_all(folder, FILES)?),
@@ -105,7 +127,13 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
     catch_interrupts()?;
     let mut plan = solve::plan(&file, None);
     plan.target_error = None;
-    let job = || sweep(&*whole, plan, file.galerkin.degree.value);
+    let sweep = Sweep {
+        file: &file,
+        whole: &*whole,
+        levels,
+        measured: args.walks,
+    };
+    let job = || sweep.run(plan);
     let (rates, ended) = with_threads(args.common.threads, job)??;
     let mut json = serde_json::to_string_pretty(&rates).map_err(Failure::run)?;
     json.push('\n');
@@ -126,60 +154,112 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
 /// The files of `--out`.
 const FILES: [&str; 4] = ["rates.csv", "rates.json", "work-error.svg", "deviation.svg"];
 
-/// All levels, or those before an interruption.
-fn sweep(whole: &dyn Problem, mut plan: Plan, degree: usize) -> Result<(Rates, Ended), Failure> {
-    let levels = whole.levels();
-    let finest = levels.last().copied().unwrap_or(1);
-    let mut total = REFERENCE_WALKS;
+/// The levels that were asked for, each as good as the file's own cells; or those of the problem.
+fn levels(file: &ProblemFile, whole: &dyn Problem, asked: &[usize]) -> Result<Vec<usize>, Failure> {
+    let mut levels = asked.to_vec();
+    levels.sort_unstable();
+    levels.dedup();
     for &cells in &levels {
-        total += squared(&*whole.mean_on(cells)?).max(ENOUGH_WALKS);
+        let mut file = file.clone();
+        file.galerkin.cells = Some(Placed::flag("--cells", cells));
+        file.validate()?;
+        solve::refuse_beyond_memory(&file, &*problem::of_file(&file)?)?;
     }
-    let progress = Progress::new(total);
+    Ok(if levels.is_empty() {
+        whole.levels()
+    } else {
+        levels
+    })
+}
 
-    let (mut rows, mut estimates) = (Vec::new(), Vec::new());
-    let (mut exact, mut ended) = (None, Ended::Done);
-    for &cells in &levels {
-        let level = whole.mean_on(cells)?;
-        let wanted = squared(&*level);
-        plan.walks = wanted.max(ENOUGH_WALKS);
-        if cells == finest {
-            plan.walks = plan.walks.max(REFERENCE_WALKS);
+/// What is to be measured.
+struct Sweep<'a> {
+    file: &'a ProblemFile,
+    whole: &'a dyn Problem,
+    levels: Vec<usize>,
+    /// Walks of a level's standard deviation, if the command line says how many.
+    measured: Option<u64>,
+}
+
+impl Sweep<'_> {
+    /// The walks that are made on a level.
+    fn walks(&self, cells: usize) -> Result<u64, Failure> {
+        if let Some(measured) = self.measured {
+            return Ok(measured);
         }
-        progress.say(format!("{} cells", level.unknowns()));
-        let answer = level.answer(&plan, &progress)?;
-        if answer.outcome.stop == Stop::Cancelled {
-            ended = Ended::Interrupted;
-            break;
-        }
-        let (Some(statistics), Some(known)) =
-            (answer.outcome.statistics.first(), answer.known.first())
-        else {
-            return Err(Failure::run("a level has no result"));
-        };
-        exact = known.exact;
-        let setup = level.evaluations(answer.solve.sweeps);
-        estimates.push(statistics.preconditioned());
-        rows.push(Row::new(&*level, wanted, setup, statistics, known.galerkin));
+        let enough = squared(&*self.whole.mean_on(cells)?).max(ENOUGH_WALKS);
+        Ok(if self.levels.last() == Some(&cells) {
+            enough.max(REFERENCE_WALKS)
+        } else {
+            enough
+        })
     }
-    let nystrom = match ended {
-        Ended::Done => whole.nystrom()?,
-        _ => Vec::new(),
-    };
-    progress.done();
-    let rates = Rates::new(whole, plan.seed, degree, (exact, &estimates), rows, nystrom);
-    Ok((rates, ended))
+
+    /// All levels, or those before an interruption.
+    fn run(&self, mut plan: Plan) -> Result<(Rates, Ended), Failure> {
+        let mut total = 0_u64;
+        for &cells in &self.levels {
+            total = total.saturating_add(self.walks(cells)?);
+        }
+        let progress = Progress::new(total);
+
+        let (mut rows, mut estimates) = (Vec::new(), Vec::new());
+        let (mut exact, mut ended) = (None, Ended::Done);
+        for &cells in &self.levels {
+            plan.walks = self.walks(cells)?;
+            let start = Instant::now();
+            let level = self.whole.mean_on(cells)?;
+            let cutting = start.elapsed().as_secs_f64();
+            progress.say(format!("{} cells", level.unknowns()));
+            let answer = level.answer(&plan, &progress)?;
+            if answer.outcome.stop == Stop::Cancelled {
+                ended = Ended::Interrupted;
+                break;
+            }
+            let (Some(statistics), Some(known)) =
+                (answer.outcome.statistics.first(), answer.known.first())
+            else {
+                return Err(Failure::run("a level has no result"));
+            };
+            exact = known.exact;
+            let clock = level.plain_seconds(&plan)?.map(|plain| Clock {
+                setup: cutting + answer.setup_seconds,
+                walk: answer.walk_seconds / statistics.walks() as f64,
+                plain,
+            });
+            let evaluations = level.evaluations(answer.solve.sweeps);
+            estimates.push(statistics.preconditioned());
+            let work = clock.ok_or(evaluations);
+            rows.push(Row::new(&*level, work, statistics, known.galerkin));
+        }
+        let nystrom = match ended {
+            Ended::Done => self.whole.nystrom()?,
+            _ => Vec::new(),
+        };
+        progress.done();
+        let rates = Rates::new(self, plan.seed, (exact, &estimates), rows, nystrom);
+        Ok((rates, ended))
+    }
 }
 
 /// N = n².
 fn squared(level: &dyn Problem) -> u64 {
-    (level.unknowns() as u64).pow(2)
+    (level.unknowns() as u64).saturating_pow(2)
+}
+
+/// Seconds of a set-up, of a walk that both equations follow, and of a plain one.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    setup: f64,
+    walk: f64,
+    plain: f64,
 }
 
 impl Row {
+    /// `work`: what the clock says or, where it is not asked, the kernel evaluations of the set-up.
     fn new(
         level: &dyn Problem,
-        walks: u64,
-        setup_evaluations: f64,
+        work: Result<Clock, f64>,
         statistics: &Statistics,
         galerkin: f64,
     ) -> Self {
@@ -188,30 +268,48 @@ impl Row {
             deviation(statistics.plain()),
             deviation(statistics.preconditioned()),
         );
+        let walks = squared(level);
+        let setup = work.map_or_else(|setup| setup, |clock| clock.setup);
         // A walk of m states evaluates the kernel m − 1 times.
         let steps = statistics.states() as f64 / statistics.walks() as f64 - 1.0;
-        let evaluations = setup_evaluations + walks as f64 * steps;
+        let [walk, plain_walk] = work.map_or([steps; 2], |clock| [clock.walk, clock.plain]);
+        let all = setup + walks as f64 * walk;
+        let error_plain = plain / (all / plain_walk).sqrt();
+        let counted = |value: f64| work.is_err().then_some(value);
+        let timed = |value: f64| work.is_ok().then_some(value);
         Self {
             cells: level.cells(),
             unknowns: level.unknowns(),
             walks,
-            setup_evaluations,
-            evaluations,
+            setup_evaluations: counted(setup),
+            evaluations: counted(all),
+            setup_seconds: timed(setup),
+            seconds: timed(all),
             std_dev_plain: plain,
             std_dev,
             error: std_dev / (walks as f64).sqrt(),
-            error_plain: plain / (evaluations / steps).sqrt(),
+            error_plain_in_evaluations: counted(error_plain),
+            error_plain_in_seconds: timed(error_plain),
             galerkin,
             error_galerkin: None,
         }
+    }
+
+    /// Evaluations or seconds of the set-up, of all, and the error of plain walks in these.
+    fn work(&self) -> [f64; 3] {
+        let one = |counted: Option<f64>, timed: Option<f64>| counted.or(timed).unwrap_or(f64::NAN);
+        [
+            one(self.setup_evaluations, self.setup_seconds),
+            one(self.evaluations, self.seconds),
+            one(self.error_plain_in_evaluations, self.error_plain_in_seconds),
+        ]
     }
 }
 
 impl Rates {
     fn new(
-        whole: &dyn Problem,
+        sweep: &Sweep<'_>,
         seed: u64,
-        degree: usize,
         (exact, estimates): (Option<f64>, &[Estimate]),
         mut rows: Vec<Row>,
         mut nystrom: Vec<Deterministic>,
@@ -236,22 +334,32 @@ impl Rates {
         }
         let fit =
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
+        let galerkin = &sweep.file.galerkin;
+        let (whole, degree) = (sweep.whole, galerkin.degree.value);
         let order = (degree + 1) as f64 / whole.dimension().unwrap_or(1) as f64;
+        let deviations = |from: usize| {
+            let rows = rows.iter().filter(|r| r.cells >= from);
+            fit(rows.map(|r| (r.unknowns as f64, r.std_dev)).collect())
+        };
+        let error = fit(rows.iter().map(|r| (r.work()[1], r.error)).collect());
+        let is_timed = rows.iter().any(|r| r.seconds.is_some());
         Self {
             problem: whole.kind(),
             dimension: whole.dimension(),
             degree,
+            pairs: word(&galerkin.pairs.value),
             absorption: whole.absorption(),
             seed,
             mean,
             mean_std_error,
             fits: Fits {
-                std_dev: fit(rows
-                    .iter()
-                    .map(|r| (r.unknowns as f64, r.std_dev))
-                    .collect()),
+                std_dev: deviations(0),
+                std_dev_last_decade: deviations(
+                    rows.last().map_or(0, |finest| finest.cells.div_ceil(10)),
+                ),
                 std_dev_theory: -order,
-                error: fit(rows.iter().map(|r| (r.evaluations, r.error)).collect()),
+                error_in_evaluations: error.filter(|_| !is_timed),
+                error_in_seconds: error.filter(|_| is_timed),
                 error_theory: -0.5 * order - 0.5,
             },
             rows,
@@ -265,34 +373,40 @@ impl Rates {
             "cells",
             "n",
             "walks",
-            "evaluations",
+            self.unit(),
             "√Var plain",
             "√Var",
+            "ratio",
             "error",
             "plain",
+            "gain",
             "Galerkin",
         ];
         let optional = |error: Option<f64>| error.map_or("-".to_owned(), short);
         let mut rows = vec![header.map(str::to_owned).to_vec()];
         for row in &self.rows {
+            let [_, work, error_plain] = row.work();
             rows.push(vec![
                 row.cells.to_string(),
                 row.unknowns.to_string(),
                 row.walks.to_string(),
-                short(row.evaluations),
+                short(work),
                 short(row.std_dev_plain),
                 short(row.std_dev),
+                short(row.std_dev_plain / row.std_dev),
                 short(row.error),
-                short(row.error_plain),
+                short(error_plain),
+                short(error_plain / row.error),
                 optional(row.error_galerkin),
             ]);
         }
         let mut text = format!(
-            "{}{}, degree {}: the mean of u, {:.9} {}\n\n{}",
+            "{}{}, degree {}, {} pairs: the mean of u, {:.9} {}\n\n{}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
             self.degree,
+            self.pairs,
             self.mean,
             self.mean_std_error
                 .map_or("(exact)".to_owned(), |e| format!(
@@ -315,12 +429,13 @@ impl Rates {
             }
             text += &format!("\n{}", aligned(&rows));
         }
+        let unit = self.unit();
         let exponent = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
         text += &format!(
             "\nerrors are those of the mean: of walks √(Var/N), of the others the distance from {}\n\
-             plain: as many kernel evaluations spent on plain walks alone\n\n\
-             fitted exponents\n  √Var  ~ n^{:<18} theory {:.3}\n  error ~ evaluations^{:<8} \
-             theory {:.3}\n",
+             plain: as many {unit} spent on plain walks alone; gain: how many times larger that is\n\n\
+             fitted exponents\n  √Var  ~ n^{:<18} theory {:.3}\n  √Var  ~ n^{:<18} from a tenth of \
+             the finest level's cells on\n  error ~ {:<20} theory {:.3}\n",
             if self.mean_std_error.is_some() {
                 "the finest level's estimate, where that is known well enough"
             } else {
@@ -328,7 +443,15 @@ impl Rates {
             },
             exponent(self.fits.std_dev),
             self.fits.std_dev_theory,
-            exponent(self.fits.error),
+            exponent(self.fits.std_dev_last_decade),
+            format!(
+                "{unit}^{}",
+                exponent(
+                    self.fits
+                        .error_in_evaluations
+                        .or(self.fits.error_in_seconds)
+                )
+            ),
             self.fits.error_theory,
         );
         text
@@ -348,6 +471,14 @@ impl Rates {
         deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
     }
 
+    /// What work is counted in.
+    fn unit(&self) -> &'static str {
+        match self.rows.first() {
+            Some(row) if row.seconds.is_some() => "seconds",
+            _ => "evaluations",
+        }
+    }
+
     fn what(&self) -> String {
         match self.dimension {
             Some(d) => format!("{}, d = {d}", self.problem),
@@ -359,12 +490,12 @@ impl Rates {
     fn work_figure(&self) -> Figure {
         let of = |y: &dyn Fn(&Row) -> Option<f64>| {
             let rows = self.rows.iter();
-            rows.filter_map(|row| Some((row.evaluations, y(row)?)))
+            rows.filter_map(|row| Some((row.work()[1], y(row)?)))
                 .collect::<Vec<_>>()
         };
         // A deterministic solution ends where its walks would begin.
         let galerkin = self.rows.iter();
-        let galerkin = galerkin.filter_map(|r| Some((r.setup_evaluations, r.error_galerkin?)));
+        let galerkin = galerkin.filter_map(|r| Some((r.work()[0], r.error_galerkin?)));
         let nystrom = self.nystrom.iter();
         let nystrom = nystrom.filter_map(|s| Some((s.evaluations, s.error?)));
         let curve = |name: &str, points, colour, marker| Curve {
@@ -377,20 +508,24 @@ impl Rates {
             },
         };
         let mut curves = vec![
-            curve("plain Monte Carlo", of(&|r| Some(r.error_plain)), 0, 1),
+            curve("plain Monte Carlo", of(&|r| Some(r.work()[2])), 0, 1),
             curve("Galerkin alone", galerkin.collect(), 5, 3),
             curve("Gauss–Nyström", nystrom.collect(), 3, 2),
             curve("preconditioned", of(&|r| Some(r.error)), 1, 0),
         ];
         if let (Some(first), Some(last)) = (self.rows.first(), self.rows.last()) {
             let exponent = self.fits.error_theory;
-            let from = (first.evaluations, 2.0 * first.error);
+            let from = (first.work()[1], 2.0 * first.error);
             let name = format!("slope {exponent:.2}").replace('-', "−");
-            curves.push(Curve::power_law(&name, exponent, from, last.evaluations));
+            curves.push(Curve::power_law(&name, exponent, from, last.work()[1]));
         }
         Figure {
             title: format!("Error of the mean against work ({})", self.what()),
-            x_label: "kernel evaluations, set-up included".to_owned(),
+            x_label: match self.unit() {
+                "seconds" => "seconds, set-up included",
+                _ => "kernel evaluations, set-up included",
+            }
+            .to_owned(),
             y_label: "error".to_owned(),
             curves,
         }

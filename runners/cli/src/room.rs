@@ -4,17 +4,19 @@ use std::path::Path;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{Dense, Piecewise, Rounded};
-use fredholm_core::{At, Estimate, Functional, Neighbour, Real, Uniforms};
+use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
-    Room, RoomError, RoomPairs, Scene, Surface, Tables, second_moment_radius,
+    Room, RoomError, RoomPairs, Scene, Surface, Tables, Views, second_moment_radius,
 };
 
 use crate::deck::{self, Deck};
 use crate::failure::Failure;
-use crate::file::{self, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface};
+use crate::file::{
+    self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
+};
 use crate::problem::{
     Answer, Asked, Besides, Cost, Known, Problem, Where, asked, floors, infinite_variance,
 };
@@ -236,6 +238,8 @@ pub(crate) struct RoomFile<'f> {
     mesh: Mesh,
     cells: usize,
     asked: Vec<Asked>,
+    /// Whether u is all that is wanted: no irradiance, no net flux.
+    only_u: bool,
 }
 
 impl<'f> RoomFile<'f> {
@@ -266,6 +270,7 @@ impl<'f> RoomFile<'f> {
                 mesh,
                 cells,
                 asked,
+                only_u: false,
             }),
         }
     }
@@ -327,7 +332,7 @@ impl<'f> RoomFile<'f> {
         // Where irradiance does not follow from u it takes walks of its own.
         let mut own = Vec::new();
         for (number, place) in places.iter().enumerate() {
-            if self.through_u(place).is_none() {
+            if !self.only_u && self.through_u(place).is_none() {
                 let target = match self.start(&room, lengths, place)? {
                     Start::Point(at) => Target {
                         neighbour_value: Some(room.irradiance_of(&at.0, &v)),
@@ -385,10 +390,32 @@ impl<'f> RoomFile<'f> {
         })
     }
 
+    /// The time of one of a number of plain walks for the mean of u.
+    fn plain_in<F: Real>(&self, plan: &Plan) -> Result<f64, Failure> {
+        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let (geometry, cells) = (tables.geometry(), tables.cells());
+        let absorption = self.file.walk.absorption.value;
+        let room = Room::new(geometry, cells, Views::none(), absorption).map_err(Failure::input)?;
+        let target = Target {
+            functional: self.start(&room, tables.lengths(), &Where::All)?,
+            neighbour_value: None,
+        };
+        let start = Instant::now();
+        run(
+            &room,
+            &NoNeighbour::<Room<'_, F>>::new(),
+            &[target],
+            plan,
+            &(),
+        )
+        .map_err(Failure::run)?;
+        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+    }
+
     /// What is asked for and, with temperatures, every surface: for its net flux.
     fn places(&self) -> Vec<Where> {
         let mut places: Vec<Where> = self.asked.iter().map(|asked| asked.place.clone()).collect();
-        if self.surfaces.heat {
+        if self.surfaces.heat && !self.only_u {
             places.extend((0..self.surfaces.names.len()).map(Where::Surface));
         }
         places
@@ -502,10 +529,15 @@ impl ThroughU {
 
 /// The cells of a scene.
 fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure> {
-    let grading = file.galerkin.grading.as_ref();
+    let Galerkin {
+        grading,
+        shadow_cuts,
+        ..
+    } = &file.galerkin;
+    let default = Grading::default();
     let grading = Grading {
-        exponent: grading.map_or(Grading::default().exponent, |grading| grading.value),
-        shadows: false,
+        exponent: grading.as_ref().map_or(default.exponent, |g| g.value),
+        shadows: shadow_cuts.as_ref().map_or(default.shadows, |s| s.value),
     };
     match file.walk.scalar.value {
         Scalar::F32 => Mesh::new::<f32>(scene, cells, grading),
@@ -593,6 +625,10 @@ impl Problem for RoomFile<'_> {
         self.mesh.len()
     }
 
+    fn cells_text(&self) -> String {
+        format!("{} asked for, {} in all", self.cells, self.mesh.len())
+    }
+
     fn asked(&self) -> &[Asked] {
         &self.asked
     }
@@ -645,6 +681,7 @@ impl Problem for RoomFile<'_> {
                 name: "mean".to_owned(),
                 place: Where::All,
             }],
+            only_u: true,
             ..self.clone()
         }))
     }
@@ -662,6 +699,13 @@ impl Problem for RoomFile<'_> {
     /// Every pair costs about one evaluation.
     fn evaluations(&self, _: u32) -> f64 {
         (self.mesh.len() as f64).powi(2)
+    }
+
+    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
+        Ok(Some(match self.file.walk.scalar.value {
+            Scalar::F32 => self.plain_in::<f32>(plan)?,
+            Scalar::F64 => self.plain_in::<f64>(plan)?,
+        }))
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {

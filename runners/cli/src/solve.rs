@@ -314,18 +314,6 @@ fn target_report(
     }
 }
 
-/// "100", "10 per axis, 1000 in all".
-fn cells_text(problem: &dyn Problem) -> String {
-    match problem.dimension() {
-        Some(2..) => format!(
-            "{} per axis, {} in all",
-            problem.cells(),
-            problem.unknowns()
-        ),
-        _ => problem.cells().to_string(),
-    }
-}
-
 /// Runs `check`.
 pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     let file = read(path, |_| ())?;
@@ -345,7 +333,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     };
     let rows = [
         ("problem", problem.kind().to_owned()),
-        ("cells", cells_text(&*problem)),
+        ("cells", problem.cells_text()),
         ("pairs", word(&file.galerkin.pairs.value)),
         ("estimator", word(&file.walk.estimator.value)),
         ("scalar", word(&file.walk.scalar.value)),

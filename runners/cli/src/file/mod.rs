@@ -80,6 +80,8 @@ pub(crate) struct Galerkin {
     pub(crate) points: Option<Placed<usize>>,
     /// How cells shrink towards the corners of a room.
     pub(crate) grading: Option<Placed<f64>>,
+    /// Whether the walls of a room are cut at the edges of shadows too.
+    pub(crate) shadow_cuts: Option<Placed<bool>>,
 }
 
 /// The random walks: `[walk]`.
@@ -233,6 +235,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let pairs = section.optional("pairs");
     let points = section.optional("points");
     let grading = section.optional("grading");
+    let shadow_cuts = section.optional("shadow_cuts");
     section.finish()?;
     Ok(Galerkin {
         cells: cells.map(|field| field.integer()).transpose()?,
@@ -240,6 +243,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
         points: points.map(|field| field.integer()).transpose()?,
         grading: grading.map(|field| field.number()).transpose()?,
+        shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,
     })
 }
 

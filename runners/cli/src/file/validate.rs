@@ -64,6 +64,7 @@ impl ProblemFile {
             degree,
             points,
             grading,
+            shadow_cuts,
             ..
         } = &self.galerkin;
         self.demand(
@@ -88,6 +89,13 @@ impl ProblemFile {
                 grading,
                 (1.0..=10.0).contains(&grading.value),
                 "`grading` must be from 1 (equal cells) to 10",
+            )?;
+        }
+        if let Some(shadow_cuts) = shadow_cuts {
+            self.demand(
+                shadow_cuts,
+                matches!(self.problem, Problem::Room(_)),
+                "`shadow_cuts` belongs to rooms",
             )?;
         }
         let Some(cells) = cells else { return Ok(()) };
