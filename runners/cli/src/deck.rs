@@ -4,10 +4,12 @@
 //! `C encl …` control, `G 2` the dimension; `!` and `/` begin a comment; `End of data` ends it (Walton,
 //! NISTIR 6925, 2002).
 
+use core::ops::Range;
 use std::collections::HashMap;
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::file::Source;
 
 /// Surfaces that a deck may have at most.
 const MAX_SURFACES: usize = 1_000_000;
@@ -35,52 +37,35 @@ pub(crate) fn read(path: &Path) -> Result<Deck, Failure> {
     let bytes = std::fs::read(path)
         .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
     // Titles and names of old decks may be in any encoding; numbers are not.
-    let text = String::from_utf8_lossy(&bytes);
-    parse(&text).map_err(|wrong| {
-        let Wrong {
-            line,
-            column,
-            message,
-        } = wrong;
-        let shown: String = text
-            .lines()
-            .nth(line - 1)
-            .unwrap_or("")
-            .chars()
-            .take(100)
-            .map(|c| if c.is_control() { ' ' } else { c })
-            .collect();
-        let indent = " ".repeat(column - 1);
-        let gutter = " ".repeat(line.to_string().len());
-        Failure::input(format_args!(
-            "{name}:{line}:{column}: {message}\n{gutter} |\n{line} | {shown}\n{gutter} | {indent}^"
-        ))
-    })
+    let source = Source {
+        name: name.to_string(),
+        text: String::from_utf8_lossy(&bytes).into_owned(),
+    };
+    parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message).into())
 }
 
-/// What is wrong, and where, both counted from 1.
+/// What is wrong, and the bytes where it is.
 #[derive(Clone, Debug, PartialEq)]
 struct Wrong {
-    line: usize,
-    column: usize,
+    place: Range<usize>,
     message: String,
 }
 
 /// The words of a line, with what an error needs.
 struct Words<'t> {
     line: usize,
+    /// The whole deck.
     text: &'t str,
     rest: &'t str,
 }
 
 impl<'t> Words<'t> {
     fn wrong(&self, word: &str, message: impl Into<String>) -> Wrong {
-        // A word is a part of the line.
-        let byte = word.as_ptr() as usize - self.text.as_ptr() as usize;
-        let before = self.text.get(..byte).unwrap_or(self.text);
+        // A word is a part of the deck; of a longer part, its first word is shown.
+        let start = word.as_ptr() as usize - self.text.as_ptr() as usize;
+        let length = word.find(char::is_whitespace).unwrap_or(word.len());
         Wrong {
-            line: self.line,
-            column: before.chars().count() + 1,
+            place: start..start + length,
             message: message.into(),
         }
     }
@@ -127,10 +112,8 @@ fn parse(text: &str) -> Result<Deck, Wrong> {
     let mut numbers: HashMap<u64, usize> = HashMap::new();
     let mut surfaces = Vec::new();
     let mut open = false;
-    let mut last = 1;
-    for (line, text) in (1..).zip(text.lines()) {
-        last = line;
-        let content = text.split(['!', '/']).next().unwrap_or("");
+    for (line, content) in (1..).zip(text.lines()) {
+        let content = content.split(['!', '/']).next().unwrap_or("");
         let mut words = Words {
             line,
             text,
@@ -195,9 +178,10 @@ fn parse(text: &str) -> Result<Deck, Wrong> {
             }
         }
     }
+    let text = text.trim_end();
+    let start = text.rfind('\n').map_or(0, |end| end + 1);
     Err(Wrong {
-        line: last,
-        column: 1,
+        place: start..text.len(),
         message: "the deck is cut short: `End of data` is missing after this line".to_owned(),
     })
 }
@@ -244,7 +228,7 @@ fn surface(
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{Source, parse};
 
     const SQUARE: &str = "T a square\nC 1 0 1e-4 8 0 1\nG 2\n! corners\nV 1 0 0\nV 2 1 0\nV 3 1 1\n\
                           V 4 0 1 / the last\nS 1 1 2 0 0 0 0.9 floor\nS 2 2 3 0 0 0 0.5 right wall\n\
@@ -270,8 +254,12 @@ mod tests {
     fn what_is_wrong_is_told_with_its_place() {
         let wrong = |from: &str, to: &str| {
             assert_eq!(SQUARE.matches(from).count(), 1, "{from}");
-            let wrong = parse(&SQUARE.replace(from, to)).unwrap_err();
-            (wrong.line, wrong.column, wrong.message)
+            let text = SQUARE.replace(from, to);
+            let wrong = parse(&text).unwrap_err();
+            let name = String::new();
+            let source = Source { name, text };
+            let found = source.locate(wrong.place.start);
+            (found.line, found.before + 1, wrong.message)
         };
         let at = |from: &str, to: &str, line: usize, column: usize, words: &str| {
             let (l, c, message) = wrong(from, to);

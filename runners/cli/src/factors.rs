@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use fredholm_room::factors as form_factors;
+use fredholm_room::{Scene, factors as form_factors};
 use serde::Serialize;
 
 use crate::args::FactorsArgs;
@@ -11,7 +11,10 @@ use crate::failure::{Ended, Failure};
 use crate::file;
 use crate::numbers::aligned;
 use crate::room::Surfaces;
-use crate::solve;
+use crate::solve::{self, lacking_memory};
+
+/// Bytes of a form factor: twice as a number, and as text.
+const PAIR: usize = 48;
 
 /// Everything that `factors --json` prints.
 #[derive(Debug, Serialize)]
@@ -34,7 +37,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
             let (message, _) = surfaces.explain(error);
             Failure::input(format_args!("{}: {message}", args.file.display()))
         })?;
-        Factors::new(surfaces.names, &form_factors(&scene).map_err(Failure::run)?)
+        Factors::new(surfaces.names, &scene)?
     } else {
         let file = solve::read(&args.file, |_| ())?;
         let file::Problem::Room(room) = &file.problem else {
@@ -44,7 +47,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
             )));
         };
         let (surfaces, scene) = crate::room::scene(&file, room)?;
-        Factors::new(surfaces.names, &form_factors(&scene).map_err(Failure::run)?)
+        Factors::new(surfaces.names, &scene)?
     };
     let text = if args.json {
         let mut text = serde_json::to_string_pretty(&factors).map_err(Failure::run)?;
@@ -60,12 +63,19 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
 }
 
 impl Factors {
-    fn new(surfaces: Vec<String>, entries: &[f64]) -> Self {
-        let rows = entries.chunks_exact(surfaces.len().max(1));
-        Self {
+    fn new(surfaces: Vec<String>, scene: &Scene) -> Result<Self, Failure> {
+        let n = surfaces.len();
+        let needed = n.saturating_mul(n).saturating_mul(PAIR);
+        if let Some(lacking) = lacking_memory(needed) {
+            let message = format_args!("the form factors of {n} surfaces need {lacking}");
+            return Err(Failure::input(message));
+        }
+        let entries = form_factors(scene).map_err(Failure::run)?;
+        let rows = entries.chunks_exact(n.max(1));
+        Ok(Self {
             factors: rows.map(<[f64]>::to_vec).collect(),
             surfaces,
-        }
+        })
     }
 
     /// A table, with the sum of every row: 1 in a closed room.

@@ -21,6 +21,7 @@ use crate::problem::{
     Answer, Asked, Besides, Cost, Known, Problem, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
+use crate::solve::refuse_memory;
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -248,6 +249,9 @@ impl<'f> RoomFile<'f> {
         let (surfaces, scene) = scene(file, room)?;
         let cells = file.galerkin.cells.as_ref();
         let cells = cells.map_or(DEFAULT_CELLS, |cells| cells.value);
+        // Walls are cut into one cell at least; whether there is room for them is asked before.
+        let least = cells.max(scene.geometry().walls().len());
+        refuse_memory(file, least, memory(least))?;
         let mesh = mesh(file, &scene, cells)?;
         let find = |name: &Placed<String>| {
             let found = surfaces.names.iter().position(|known| *known == name.value);
@@ -546,6 +550,12 @@ fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure
     .map_err(Failure::input)
 }
 
+/// Bytes of the tables of n cells.
+const fn memory(n: usize) -> usize {
+    let table = n.saturating_mul(n).saturating_mul(9);
+    table.saturating_add(n.saturating_mul(200 + 8 * 8))
+}
+
 /// The places of a target; `find` gives the number of a surface.
 fn targets<E>(
     what: &What,
@@ -638,9 +648,7 @@ impl Problem for RoomFile<'_> {
     }
 
     fn memory(&self) -> usize {
-        let n = self.mesh.len();
-        let table = n.saturating_mul(n).saturating_mul(9);
-        table.saturating_add(n.saturating_mul(200 + 8 * 8))
+        memory(self.mesh.len())
     }
 
     fn cost(&self) -> Cost {

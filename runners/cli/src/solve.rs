@@ -9,7 +9,7 @@ use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, What, word};
+use crate::file::{self, Placed, ProblemFile, Source, What, word};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
@@ -25,8 +25,18 @@ pub(crate) fn read(
     replace: impl FnOnce(&mut ProblemFile),
 ) -> Result<ProblemFile, Failure> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path)
+    let bytes = std::fs::read(path)
         .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let place = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+            let message = "this is no text: a problem file is in UTF-8";
+            let source = Source { name, text };
+            return Err(source.error(place..place, message).into());
+        }
+    };
     let mut file = file::read(&name, &text)?;
     replace(&mut file);
     file.validate()?;
@@ -64,18 +74,34 @@ pub(crate) fn refuse_beyond_memory(
     file: &ProblemFile,
     problem: &dyn Problem,
 ) -> Result<(), Failure> {
-    let needed = problem.memory();
+    refuse_memory(file, problem.unknowns(), problem.memory())
+}
+
+/// "2.0 GB of memory, and 1.0 GB are free", where it is so.
+pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let available = system.available_memory();
-    if available == 0 || (needed as u64) < available {
+    (available > 0 && needed as u64 >= available).then(|| {
+        format!(
+            "{} of memory, and {} are free",
+            bytes(needed as u64),
+            bytes(available)
+        )
+    })
+}
+
+/// The same of so many cells that need so many bytes.
+pub(crate) fn refuse_memory(
+    file: &ProblemFile,
+    unknowns: usize,
+    needed: usize,
+) -> Result<(), Failure> {
+    let Some(lacking) = lacking_memory(needed) else {
         return Ok(());
-    }
+    };
     let message = format!(
-        "{} cells need {} of memory, and {} are free: use fewer cells{}",
-        problem.unknowns(),
-        bytes(needed as u64),
-        bytes(available),
+        "{unknowns} cells need {lacking}: use fewer cells{}",
         match &file.problem {
             file::Problem::Cube(_) => ", or `kernel_factors` if the kernel is a product",
             file::Problem::Circle(_) | file::Problem::Room(_) => "",

@@ -26,8 +26,7 @@ use toml::de::{DeTable, DeValue};
 
 pub(crate) use circle::{Circle, Emission, common_multiple};
 pub(crate) use cube::{Cube, KernelText};
-use place::Source;
-pub(crate) use place::{InputError, Place, Placed};
+pub(crate) use place::{InputError, Place, Placed, Source};
 pub(crate) use room::{Material, Numbers, Room, unknown_surface};
 use section::{Field, Section, unknown_word};
 

@@ -63,19 +63,19 @@ impl core::error::Error for InputError {}
 
 /// Name and text of a file.
 #[derive(Clone, Debug)]
-pub(super) struct Source {
+pub(crate) struct Source {
     /// What errors call the file.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Its content.
-    pub(super) text: String,
+    pub(crate) text: String,
 }
 
 /// A place as people count.
-pub(super) struct Position<'t> {
+pub(crate) struct Position<'t> {
     /// The line, from 1.
-    pub(super) line: usize,
+    pub(crate) line: usize,
     /// The number of characters before the place in its line.
-    pub(super) before: usize,
+    pub(crate) before: usize,
     /// Where the place is, in bytes: on a character, in the line or at its end.
     start: usize,
     /// The line, without its end.
@@ -84,7 +84,7 @@ pub(super) struct Position<'t> {
 
 impl Source {
     /// Renders an error at some bytes of the text.
-    pub(super) fn error(&self, span: Range<usize>, message: impl Display) -> InputError {
+    pub(crate) fn error(&self, span: Range<usize>, message: impl Display) -> InputError {
         let Position {
             line,
             before,
@@ -155,7 +155,7 @@ impl Source {
     }
 
     /// Where a byte of the text is.
-    pub(super) fn locate(&self, byte: usize) -> Position<'_> {
+    pub(crate) fn locate(&self, byte: usize) -> Position<'_> {
         let text = self.text.as_str();
         // An editor does not show a byte order mark.
         let first = if text.starts_with('\u{feff}') { 3 } else { 0 };

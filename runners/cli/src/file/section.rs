@@ -314,9 +314,16 @@ pub(super) fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&
         .map(|(_, known)| known)
 }
 
+/// Longer words, in bytes, are no slips of the pen.
+const LONGEST_WORD: usize = 200;
+
 /// How far a word is from a known one, if it may be meant: a few wrong letters,
 /// an abbreviation or an ending too many.
 pub(super) fn distance_if_near(word: &str, known: &str) -> Option<usize> {
+    // The distance takes time and memory like the product of the lengths.
+    if word.len().max(known.len()) > LONGEST_WORD {
+        return None;
+    }
     let word = word.to_lowercase();
     let distance = strsim::damerau_levenshtein(&word, known);
     let extends = |long: &str, short: &str| short.len() >= 3 && long.starts_with(short);
