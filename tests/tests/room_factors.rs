@@ -1,7 +1,7 @@
 //! Form factors of rooms against published ones.
 
 use fredholm_room::factors;
-use fredholm_tests::room::{Drawing, block, facet, l_room, rectangle, scenes};
+use fredholm_tests::room::{Drawing, published, scenes};
 
 fn table(drawing: &Drawing) -> (Vec<f64>, usize, Vec<f64>) {
     let scene = drawing
@@ -41,70 +41,11 @@ fn rows_sum_to_one_and_exchange_is_reciprocal() {
 
 #[test]
 fn published_tables() {
-    let (table_of, n, _) = table(&rectangle());
-    close(table_of[1], 0.190983005625, 1e-12);
-    close(table_of[2], 0.618033988750, 1e-12);
-    assert_eq!(n, 4);
-    let (table_of, ..) = table(&l_room());
-    let row = [
-        0.0,
-        0.139620389972,
-        0.497355345883,
-        0.041989317034,
-        0.066390939611,
-        0.254644007500,
-    ];
-    for (found, expected) in table_of.iter().zip(row) {
-        close(*found, expected, 1e-12);
-    }
-    let (table_of, ..) = table(&block());
-    // Bottom: itself, right, top, left; the block's bottom, left, top, right.
-    let row = [
-        0.0,
-        0.209430584956,
-        0.081138830084,
-        0.209430584956,
-        0.437016024454,
-        0.031491987775,
-        0.0,
-        0.031491987775,
-    ];
-    // Made by quadrature: their last digits differ from the strings'.
-    for (found, expected) in table_of.iter().zip(row) {
-        close(*found, expected, 1e-11);
-    }
-    let (table_of, n, _) = table(&facet());
-    let first = [
-        0.0,
-        0.259687576257,
-        0.0,
-        0.0,
-        0.007123828961,
-        0.052163627192,
-        0.0,
-        0.062990978841,
-        0.236067977500,
-        0.052026984593,
-        0.090266807444,
-        0.239672219213,
-    ];
-    let fifth = [
-        0.003561914480,
-        0.0,
-        0.238660722451,
-        0.190983005625,
-        0.0,
-        0.190983005625,
-        0.238660722451,
-        0.0,
-        0.003561914480,
-        0.038532750784,
-        0.056523213319,
-        0.038532750784,
-    ];
-    for (row, expected) in [(0, first), (4, fifth)] {
-        for (found, expected) in table_of[row * n..][..n].iter().zip(expected) {
-            close(*found, expected, 1e-12);
+    for published in published() {
+        let (table, n, _) = table(&published.drawing);
+        let row = &table[published.row * n..];
+        for (found, expected) in row.iter().zip(published.factors) {
+            close(*found, *expected, published.accuracy);
         }
     }
 }

@@ -33,14 +33,17 @@ pub(crate) struct DeckSurface {
 
 /// Reads a deck.
 pub(crate) fn read(path: &Path) -> Result<Deck, Failure> {
-    let name = path.display();
+    let name = path.display().to_string();
     let bytes = std::fs::read(path)
         .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
     // Titles and names of old decks may be in any encoding; numbers are not.
-    let source = Source {
-        name: name.to_string(),
-        text: String::from_utf8_lossy(&bytes).into_owned(),
-    };
+    parse_named(&name, String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Reads the deck `name` with the content `text`.
+pub(crate) fn parse_named(name: &str, text: String) -> Result<Deck, Failure> {
+    let name = name.to_owned();
+    let source = Source { name, text };
     parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message).into())
 }
 

@@ -13,6 +13,8 @@ mod failure;
 mod figure;
 mod file;
 mod formula;
+#[cfg(test)]
+mod hostile;
 mod init;
 mod numbers;
 mod output;

@@ -109,3 +109,79 @@ fn a_circle_has_rates_too() {
     assert_eq!(number(&json, "seed"), 2.0);
     assert!(list(&json, "nystrom").is_empty());
 }
+
+/// The table of rooms: levels, pairs and grading are what is asked for, work is in seconds.
+#[test]
+fn rooms_have_rates_by_the_clock() {
+    let folder = Folder::new();
+    let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    let example = example.join("facet.toml").to_str().unwrap().to_owned();
+    let rates = |args: &[&str]| {
+        let command = [
+            "rates",
+            &example,
+            "--cells",
+            "400,100,200,100",
+            "--walks",
+            "20000",
+        ];
+        fredholm(&[&command, args].concat())
+    };
+    let out = folder.at("out");
+    let ran = rates(&["--json", "--out", &out]).quietly(0);
+    let json = ran.json();
+    let rows = list(&json, "rows");
+    let cells: Vec<f64> = rows.iter().map(|row| number(row, "cells")).collect();
+    assert_eq!(cells, [100.0, 200.0, 400.0]);
+    for row in rows {
+        let n = number(row, "unknowns");
+        assert_eq!(number(row, "walks"), n * n);
+        let error = number(row, "error");
+        assert!((error / (number(row, "std_dev") / n) - 1.0).abs() < 1e-12);
+        assert!(row["evaluations"].is_null() && row["error_plain"].is_null());
+        assert!(number(row, "seconds") > number(row, "setup_seconds"));
+        assert!(number(row, "error_plain_in_seconds") > error);
+    }
+    // n⁻¹, within what 20,000 walks and a factor of four leave.
+    let slope = number(&json["fits"], "std_dev");
+    assert!((slope + 1.0).abs() < 0.2, "{slope}");
+    let work = std::fs::read_to_string(format!("{out}/work-error.svg")).unwrap();
+    assert!(work.contains("seconds, set-up included"));
+    assert_eq!(
+        rates(&["--json", "--threads", "1"]).timeless(),
+        ran.timeless()
+    );
+    // Corners keep equal cells, and what the paper leaves out keeps its pairs, at n^−½; pointwise
+    // pairs are better than the default.
+    let last = |json: &serde_json::Value| number(list(json, "rows").last().unwrap(), "std_dev");
+    let default = last(&json);
+    for (args, worse) in [
+        (["--pairs", "paper"], true),
+        (["--grading", "1"], true),
+        (["--pairs", "pointwise"], false),
+    ] {
+        let other = last(&rates(&[&args[..], &["--json"]].concat()).quietly(0).json());
+        assert_eq!(other > 1.2 * default, worse, "{args:?}: {other} {default}");
+    }
+    let text = rates(&["--pairs", "paper"]).quietly(0).stdout;
+    for word in ["paper pairs", "seconds^", "ratio", "gain", "from a tenth"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    for (args, word) in [
+        (["--cells", "0"], "`--cells 0`"),
+        (["--cells", "100000000"], "GB of memory"),
+        (["--grading", "0.5"], "`--grading 0.5`"),
+        (["--walks", "1"], "--walks"),
+    ] {
+        let ran = fredholm(&[&["rates", example.as_str()], &args[..]].concat());
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(word), "{ran:?}");
+    }
+    let circle = folder.file("circle.toml", common::CIRCLE);
+    let ran = fredholm(&["rates", &circle, "--shadow-cuts"]);
+    assert_eq!(ran.status, Some(2));
+    assert!(
+        ran.stderr.contains("`shadow_cuts` belongs to rooms"),
+        "{ran:?}"
+    );
+}
