@@ -2,6 +2,7 @@
 //! comes, it is read, or refused with a place: no panic, no hang.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 use crate::deck;
 use crate::failure::Failure;
@@ -166,12 +167,19 @@ fn outlines() -> impl Strategy<Value = (Vec<[i8; 2]>, bool)> {
     (prop::collection::vec(point, 2..9), any::<bool>())
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 400,
+/// The same cases every time; a hundred times as many with FREDHOLM_LONG in the environment.
+fn config() -> ProptestConfig {
+    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    ProptestConfig {
+        cases: if long { 40_000 } else { 400 },
+        rng_seed: RngSeed::Fixed(1),
         failure_persistence: None,
         ..ProptestConfig::default()
-    })]
+    }
+}
+
+proptest! {
+    #![proptest_config(config())]
 
     #[test]
     fn a_mutated_deck_is_read_or_refused_at_its_place(text in mutated(DECK)) {
