@@ -465,7 +465,7 @@ fn bad_rooms_are_refused_at_their_place() {
 /// more than there is memory for, which is said at once.
 #[test]
 fn more_surfaces_than_there_is_memory_for() {
-    use std::fmt::Write;
+    use core::fmt::Write;
 
     let long = std::env::var_os("FREDHOLM_LONG").is_some();
     let n = if long { 1_000_000 } else { 100_000 };
