@@ -60,8 +60,9 @@ pub const PROBLEMS: &[Entry] = &[
     ("room, FACET", |seed| room::examined(&room::facet(), 16, 1e-2, seed)),
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
     ("room, u = 1", |seed| room::examined(&room::glowing(&room::block()), 16, 1e-2, seed)),
-    // The furnished room is not here: so few cells are in each other's shadow that with the paper's pairs
-    // scores are rare, and intervals of the kit's 400 walks cover too seldom. What needs no walks, and
+    // The furnished room is not here: with the paper's pairs and as few cells as the kit has time for,
+    // most pairs are left out, scores are rare, and intervals of the kit's 400 walks cover too seldom
+    // (30 cells: 820 and 725 of 1,000 with seeds 1 and 2; all else passes). What needs no walks, and
     // longer runs, are in `a_furnished_room_passes_with_longer_runs`.
     ("room, yard, open", |seed| room::examined(&room::yard(), 25, 1e-6, seed)),
 ];
