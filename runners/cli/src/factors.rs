@@ -10,7 +10,7 @@ use crate::deck;
 use crate::failure::{Ended, Failure};
 use crate::file;
 use crate::numbers::aligned;
-use crate::room::Surfaces;
+use crate::room::{self, Surfaces};
 use crate::solve::{self, lacking_memory};
 
 /// Bytes of a form factor: twice as a number, and as text.
@@ -33,6 +33,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     let factors = if is_deck {
         let deck = deck::read(&args.file)?;
         let surfaces = Surfaces::plain(&deck);
+        refuse_beyond_memory(surfaces.names.len())?;
         let scene = surfaces.scene::<f64>(deck.open).map_err(|error| {
             let (message, _) = surfaces.explain(error);
             Failure::input(format_args!("{}: {message}", args.file.display()))
@@ -40,13 +41,15 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         Factors::new(surfaces.names, &scene)?
     } else {
         let file = solve::read(&args.file, |_| ())?;
-        let file::Problem::Room(room) = &file.problem else {
+        let file::Problem::Room(own) = &file.problem else {
             return Err(Failure::input(format_args!(
                 "{}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck",
                 args.file.display()
             )));
         };
-        let (surfaces, scene) = crate::room::scene(&file, room)?;
+        let surfaces = Surfaces::new(&file, own)?;
+        refuse_beyond_memory(surfaces.names.len())?;
+        let scene = room::scene(&file, own, &surfaces)?;
         Factors::new(surfaces.names, &scene)?
     };
     let text = if args.json {
@@ -62,14 +65,20 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     Ok(Ended::Done)
 }
 
+/// Asked before a scene is made, which may take long.
+fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
+    let needed = surfaces.saturating_mul(surfaces).saturating_mul(PAIR);
+    match lacking_memory(needed) {
+        None => Ok(()),
+        Some(lacking) => Err(Failure::input(format_args!(
+            "the form factors of {surfaces} surfaces need {lacking}"
+        ))),
+    }
+}
+
 impl Factors {
     fn new(surfaces: Vec<String>, scene: &Scene) -> Result<Self, Failure> {
         let n = surfaces.len();
-        let needed = n.saturating_mul(n).saturating_mul(PAIR);
-        if let Some(lacking) = lacking_memory(needed) {
-            let message = format_args!("the form factors of {n} surfaces need {lacking}");
-            return Err(Failure::input(message));
-        }
         let entries = form_factors(scene).map_err(Failure::run)?;
         let rows = entries.chunks_exact(n.max(1));
         Ok(Self {

@@ -216,18 +216,18 @@ fn materials(material: &file::Material, own: f64) -> Vec<Material> {
         .collect()
 }
 
-/// The surfaces and the scene of a file.
-pub(crate) fn scene(file: &ProblemFile, room: &file::Room) -> Result<(Surfaces, Scene), Failure> {
-    let surfaces = Surfaces::new(file, room)?;
+/// The scene of the surfaces of a file.
+pub(crate) fn scene(
+    file: &ProblemFile,
+    room: &file::Room,
+    surfaces: &Surfaces,
+) -> Result<Scene, Failure> {
     let open = room.open.value || surfaces.open;
     let scene = match file.walk.scalar.value {
         Scalar::F32 => surfaces.scene::<f32>(open),
         Scalar::F64 => surfaces.scene::<f64>(open),
     };
-    match scene {
-        Ok(scene) => Ok((surfaces, scene)),
-        Err(error) => Err(refused(file, room, &surfaces, error)),
-    }
+    scene.map_err(|error| refused(file, room, surfaces, error))
 }
 
 /// A room of a file.
@@ -246,12 +246,15 @@ pub(crate) struct RoomFile<'f> {
 impl<'f> RoomFile<'f> {
     /// The room of this file.
     pub(crate) fn new(file: &'f ProblemFile, room: &'f file::Room) -> Result<Self, Failure> {
-        let (surfaces, scene) = scene(file, room)?;
+        let surfaces = Surfaces::new(file, room)?;
         let cells = file.galerkin.cells.as_ref();
         let cells = cells.map_or(DEFAULT_CELLS, |cells| cells.value);
-        // Walls are cut into one cell at least; whether there is room for them is asked before.
-        let least = cells.max(scene.geometry().walls().len());
+        // Every segment is one cell at least. Whether there is room for them is asked before a scene
+        // is made of them, which may take long: see the crate's README.
+        let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
+        let least = cells.max(segments.sum());
         refuse_memory(file, least, memory(least))?;
+        let scene = scene(file, room, &surfaces)?;
         let mesh = mesh(file, &scene, cells)?;
         let find = |name: &Placed<String>| {
             let found = surfaces.names.iter().position(|known| *known == name.value);

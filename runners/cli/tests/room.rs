@@ -485,6 +485,20 @@ fn more_surfaces_than_there_is_memory_for() {
                 [[target]]\nname = 'all'\nover = 'all'\n";
     let words = ["cells need", "GB of memory"];
     refused(&folder.solve(file, &[]), &words);
+    // And before the time that long slanted walls side by side would take.
+    let mut file = "[problem]\nkind = 'room'\nopen = true\n".to_owned();
+    for i in 0..n {
+        let x = f64::from(i) / f64::from(n);
+        let points = [[x, 0.0], [x + 10.0, 10.0]];
+        write!(
+            file,
+            "[[problem.surface]]\nname = '{i}'\npoints = {points:?}\n"
+        )
+        .unwrap();
+        file += "reflectance = 0.5\n";
+    }
+    file += "[[target]]\nname = 'all'\nover = 'all'\n";
+    refused(&folder.solve(&file, &[]), &words);
     if long {
         folder.file("round.vs2", deck + "S 1000000 1 2 0 0 0 0.9\nEnd of data\n");
         let words = ["round.vs2:2000004:1", "more than 1000000 surfaces"];
