@@ -9,7 +9,8 @@ use fredholm_core::{
     Stream, TargetError, Task,
 };
 use fredholm_embedded::{
-    Driver, Plan, PlanError, State, StateError, Stop, Table, TableBuilder, TableError, bytemuck,
+    Driver, Plan, PlanError, State, StateError, Stop, Table, TableBuilder, TableError,
+    zerocopy::IntoBytes,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 use fredholm_tests::device::{With, lines};
@@ -383,7 +384,7 @@ fn aligned(bytes: &[u8]) -> Vec<u64> {
 
 fn read(bytes: &[u8]) -> Result<(), TableError> {
     let words = aligned(bytes);
-    let place: &[u8] = bytemuck::cast_slice(&words);
+    let place = words.as_bytes();
     Table::read(&place[..bytes.len()], "circle").map(|_| ())
 }
 
@@ -398,7 +399,7 @@ fn small_table() -> TableBuilder {
 #[test]
 fn a_table_is_read_as_it_was_written() {
     let words = aligned(&small_table().to_bytes());
-    let table = Table::read(bytemuck::cast_slice(&words), "circle").unwrap();
+    let table = Table::read(words.as_bytes(), "circle").unwrap();
     assert_eq!(table.slice::<f32>("v"), Ok(&[1.0, -2.5, 3.0][..]));
     assert_eq!(table.one::<f64>("absorb"), Ok(0.2));
     assert_eq!(table.slice::<u32>("eightlet"), Ok(&[7, 8][..]));
@@ -456,7 +457,7 @@ fn a_damaged_or_foreign_table_is_refused() {
     // Whatever lies at odd places.
     let mut words = aligned(&[&[0; 4], &bytes[..]].concat());
     words.push(0);
-    let place: &[u8] = bytemuck::cast_slice(&words);
+    let place = words.as_bytes();
     assert_eq!(
         Table::read(&place[4..4 + bytes.len()], "circle").err(),
         Some(TableError::Alignment)

@@ -8,7 +8,7 @@ use crate::double::{Double, rotate};
 /// cos and sin of an angle, each as a number and its rounding error, so that the sine of the angle
 /// between two nearly parallel directions keeps its digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Direction<F> {
     pub(crate) cos: F,
@@ -76,7 +76,7 @@ fn rarely() {}
 
 /// What a walk looks up about a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Cell<F> {
     /// The half angle of the cell's middle.
@@ -117,7 +117,7 @@ impl<F: Copy> Cell<F> {
 /// One of equal parts of the pseudo-angle: the first cell that ends behind the beginning of the
 /// part, and where that is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Slot<F> {
     end: F,

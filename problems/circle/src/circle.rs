@@ -115,7 +115,7 @@ pub struct Circle<'a, F, E> {
 /// What a circle of n cells computes once from n and q0, with A = π/2n. A device that keeps it beside
 /// its tables needs no trigonometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Constants<F> {
     /// q0.

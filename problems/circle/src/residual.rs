@@ -45,7 +45,7 @@ pub(crate) fn middles<'a, F: Real>(cells: &Cells<'a, F>) -> impl Iterator<Item =
 
 /// Per cell i: Σ_{j<i} − Σ_{j>i} of v_j cos(m_j/2), and Σ_{j>i} − Σ_{j<i} of v_j sin(m_j/2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bytemuck", derive(bytemuck::AnyBitPattern))]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Moment<F> {
     cos: F,

@@ -8,6 +8,8 @@ use crate::visible::Part;
 
 /// A cut of a wall, or one of its ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Edge<F> {
     /// The distance from the wall's first vertex.
     pub along: F,
@@ -85,6 +87,12 @@ impl<'a, F: Real> Cells<'a, F> {
             walls,
             first,
         }
+    }
+
+    /// The tables: what [`new`](Self::new) takes.
+    #[must_use]
+    pub const fn tables(&self) -> (&'a [Edge<F>], &'a [u32], &'a [u32]) {
+        (self.edges, self.walls, self.first)
     }
 
     /// n.

@@ -9,6 +9,8 @@ use crate::vector::{Vector, along, cross, dot, sub};
 /// A straight wall. Its active side is on the left of the direction from its first vertex to its
 /// second.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Wall<F> {
     /// Its vertices.
     pub ends: [[F; 2]; 2],
@@ -40,6 +42,8 @@ impl<F: Real> Wall<F> {
 
 /// A wall as rays see it, in the order of the hierarchy's leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Segment<F> {
     /// The wall's vertices.
     pub ends: [[F; 2]; 2],
@@ -52,6 +56,8 @@ pub struct Segment<F> {
 /// A box of the hierarchy: centre and half extents, widened so that no rounding error of a test
 /// makes a ray miss a wall in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Node<F> {
     /// The middle of the box.
     pub centre: [F; 2],
@@ -99,9 +105,12 @@ impl<'a, F: Real> Geometry<'a, F> {
     /// Of tables that were made elsewhere, for instance kept as constants of a program. `open` as
     /// in [`Enclosure`](crate::Enclosure).
     ///
+    /// What cannot be is refused; whether the numbers are right is not looked at.
+    ///
     /// # Errors
-    /// [`RoomError::Tables`]: a number in them leads nowhere, or the hierarchy is no tree of at
-    /// most 40 levels in which children follow their parents.
+    /// [`RoomError::Tables`]: a number in them leads nowhere, a segment is not its wall's, a
+    /// material is none, or the hierarchy is no tree of at most 40 levels in which children follow
+    /// their parents.
     pub fn new(
         walls: &'a [Wall<F>],
         segments: &'a [Segment<F>],
@@ -114,7 +123,16 @@ impl<'a, F: Real> Geometry<'a, F> {
             nodes,
             open,
         };
-        let segments_lead = segments.iter().all(|s| (s.wall as usize) < walls.len());
+        let possible = zero::<F>()..one::<F>();
+        let materials = walls
+            .iter()
+            .all(|w| possible.contains(&w.reflectance) && w.emission.is_finite());
+        // What rays meet is held twice.
+        let segments_lead = segments.len() == walls.len()
+            && segments.iter().all(|s| {
+                let wall = walls.get(s.wall as usize);
+                wall.is_some_and(|w| w.ends == s.ends && w.vertices == s.vertices)
+            });
         let nodes_lead = nodes.iter().enumerate().all(|(i, node)| {
             let first = node.first as usize;
             if node.count == 0 {
@@ -126,7 +144,7 @@ impl<'a, F: Real> Geometry<'a, F> {
         // In a tree no node has two parents: the children of all others are as many as its nodes.
         let inner = nodes.iter().filter(|node| node.count == 0).count();
         let tree = 2 * inner + 1 == nodes.len();
-        if segments_lead && nodes_lead && tree && geometry.depth() <= DEPTH {
+        if materials && segments_lead && nodes_lead && tree && geometry.depth() <= DEPTH {
             Ok(geometry)
         } else {
             Err(RoomError::Tables)
@@ -178,6 +196,18 @@ impl<'a, F: Real> Geometry<'a, F> {
     #[must_use]
     pub const fn walls(&self) -> &'a [Wall<F>] {
         self.walls
+    }
+
+    /// The walls as rays see them.
+    #[must_use]
+    pub const fn segments(&self) -> &'a [Segment<F>] {
+        self.segments
+    }
+
+    /// The hierarchy.
+    #[must_use]
+    pub const fn nodes(&self) -> &'a [Node<F>] {
+        self.nodes
     }
 
     /// Whether light may leave.

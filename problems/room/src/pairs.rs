@@ -62,6 +62,12 @@ impl<'a> Views<'a> {
         }
     }
 
+    /// The table: what [`new`](Self::new) takes.
+    #[must_use]
+    pub const fn table(&self) -> &'a [u8] {
+        self.table
+    }
+
     /// The view of the pair (i, j).
     #[inline]
     #[must_use]

@@ -1,11 +1,13 @@
 //! `fredholm export`: the neighbour equation as tables for a device.
 
+use core::fmt::Debug;
 use std::path::Path;
 
 use fredholm_circle::{Constants, Harmonic};
 use fredholm_core::Real;
 use fredholm_core::galerkin::{OffDiagonal, PairKind};
 use fredholm_embedded::{Number, TableBuilder};
+use fredholm_room::{Choice, Scene};
 
 use crate::args::ExportArgs;
 use crate::circle::{Light, NeighbourSource, Setup};
@@ -13,6 +15,7 @@ use crate::cube::Table;
 use crate::failure::{Ended, Failure};
 use crate::output::Output;
 use crate::problem;
+use crate::room;
 use crate::solve::{read, refuse_beyond_memory};
 
 /// Runs `export`.
@@ -53,15 +56,44 @@ fn head(file: &Path, kind: &str) -> String {
     )
 }
 
-/// Which pairs are treated how: 0, all in S; 1, the diagonal pointwise; 2, the diagonal left out; 3, all
-/// pointwise.
-fn pairs(pairs: Option<OffDiagonal>) -> [u32; 1] {
-    [match pairs.map(|pairs| pairs.diagonal) {
-        Some(PairKind::Galerkin) => 0,
-        Some(PairKind::Pointwise) => 1,
-        Some(PairKind::None) => 2,
-        None => 3,
-    }]
+/// Which pairs are treated how.
+#[derive(Clone, Copy)]
+enum Kinds {
+    /// All in S.
+    Galerkin = 0,
+    /// The rest, on a circle and a cube the diagonal, pointwise.
+    RestPointwise = 1,
+    /// The rest left out.
+    RestOut = 2,
+    /// All pointwise.
+    Pointwise = 3,
+}
+
+impl Kinds {
+    fn add_to(self, tables: &mut TableBuilder) {
+        tables.numbers("pairs", &[self as u32]);
+    }
+}
+
+/// `None`: all pairs are pointwise.
+fn kinds(pairs: Option<OffDiagonal>) -> Kinds {
+    match pairs.map(|pairs| pairs.diagonal) {
+        Some(PairKind::Galerkin) => Kinds::Galerkin,
+        Some(PairKind::Pointwise) => Kinds::RestPointwise,
+        Some(PairKind::None) => Kinds::RestOut,
+        None => Kinds::Pointwise,
+    }
+}
+
+/// Numbers as bytes.
+fn bytes<T: Number>(numbers: &[T]) -> Vec<u8> {
+    numbers.iter().flat_map(|x| x.bytes()).collect()
+}
+
+/// Numbers as literals with commas between them.
+fn list<T: Number>(numbers: &[T]) -> String {
+    let texts: Vec<String> = numbers.iter().map(|x| x.literal()).collect();
+    texts.join(", ")
 }
 
 /// The tables of a circle.
@@ -72,11 +104,6 @@ pub(crate) fn circle<F: Real + Number>(
     let mut tables = TableBuilder::new("circle");
     let (cells, slots) = setup.tables.cells().tables();
     let name = F::NAME;
-    let bytes = |numbers: &[F]| numbers.iter().flat_map(|x| x.bytes()).collect::<Vec<u8>>();
-    let list = |numbers: &[F]| {
-        let texts: Vec<String> = numbers.iter().map(|x| x.literal()).collect();
-        texts.join(", ")
-    };
     let record = |kind: &str, parts: &[F]| {
         let text = format!("fredholm_circle::{kind}::new([{}])", list(parts));
         (bytes(parts), text)
@@ -115,7 +142,7 @@ pub(crate) fn circle<F: Real + Number>(
     match &setup.source {
         NeighbourSource::Table(off_diagonal, g) => {
             tables.numbers("source", g);
-            tables.numbers("pairs", &pairs(Some(*off_diagonal)));
+            kinds(Some(*off_diagonal)).add_to(&mut tables);
         }
         NeighbourSource::ClosedForm(moments) => {
             tables.records(
@@ -128,7 +155,7 @@ pub(crate) fn circle<F: Real + Number>(
                     (bytes(&[cos, sin]), text)
                 }),
             );
-            tables.numbers("pairs", &pairs(None));
+            kinds(None).add_to(&mut tables);
         }
     }
     tables
@@ -155,6 +182,87 @@ pub(crate) fn cube<F: Real + Number, const D: usize>(
     }
     tables.numbers("v", v);
     tables.numbers("source", g);
-    tables.numbers("pairs", &pairs(off_diagonal));
+    kinds(off_diagonal).add_to(&mut tables);
     tables
+}
+
+/// The tables of a room.
+pub(crate) fn room<F: Real + Number>(
+    setup: &room::Setup<F>,
+    scene: &Scene,
+    absorption: f64,
+) -> Result<TableBuilder, Failure> {
+    let mut tables = TableBuilder::new("room");
+    let geometry = setup.tables.geometry();
+    tables.numbers("absorb", &[absorption]);
+    tables.numbers("open", &[u32::from(geometry.is_open())]);
+    add::<F, _>(&mut tables, ["walls", "Wall"], geometry.walls(), |wall| {
+        [
+            bytes(wall.ends.as_flattened()),
+            bytes(&wall.vertices),
+            bytes(&wall.tangent),
+            bytes(&[wall.length, wall.reflectance, wall.emission]),
+        ]
+        .concat()
+    });
+    add::<F, _>(
+        &mut tables,
+        ["segments", "Segment"],
+        geometry.segments(),
+        |segment| {
+            [
+                bytes(segment.ends.as_flattened()),
+                bytes(&segment.vertices),
+                bytes(&[segment.wall]),
+            ]
+            .concat()
+        },
+    );
+    add::<F, _>(&mut tables, ["nodes", "Node"], geometry.nodes(), |node| {
+        let numbers = [node.first, node.count];
+        [bytes(&node.centre), bytes(&node.half), bytes(&numbers)].concat()
+    });
+    let (edges, walls, first) = setup.tables.cells().tables();
+    add::<F, _>(&mut tables, ["edges", "Edge"], edges, |edge| {
+        [bytes(&[edge.along]), bytes(&edge.position)].concat()
+    });
+    tables.numbers("cells", walls);
+    tables.numbers("first", first);
+    tables.numbers("lengths", setup.tables.lengths());
+    let mut surfaces = vec![0];
+    for surface in 0..scene.surfaces() {
+        let walls = scene.walls_of(surface).map_err(Failure::run)?;
+        surfaces.push(walls.end as u32);
+    }
+    tables.numbers("surfaces", &surfaces);
+    tables.numbers("views", setup.matrix.views().table());
+    let entries = setup.matrix.entries().iter();
+    let entries: Vec<F> = entries.map(|&k| F::from_f64(k)).collect();
+    tables.numbers("coeffs", &entries);
+    tables.numbers("v", &setup.v);
+    tables.numbers("source", &setup.g);
+    let kinds = match setup.choice {
+        Choice::Paper => Kinds::RestOut,
+        Choice::Default => Kinds::RestPointwise,
+        Choice::Pointwise => Kinds::Pointwise,
+    };
+    kinds.add_to(&mut tables);
+    Ok(tables)
+}
+
+/// Records of a room, whose fields are public: what `Debug` writes is Rust.
+fn add<F: Number, R: Debug>(
+    tables: &mut TableBuilder,
+    [name, kind]: [&'static str; 2],
+    records: &[R],
+    bytes: impl Fn(&R) -> Vec<u8>,
+) {
+    tables.records(
+        name,
+        &format!("fredholm_room::{kind}<{}>", F::NAME),
+        size_of::<R>(),
+        records
+            .iter()
+            .map(|record| (bytes(record), format!("fredholm_room::{record:?}"))),
+    );
 }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Dense, Piecewise, Rounded};
+use fredholm_core::galerkin::{Dense, Piecewise, Rounded, Solution};
 use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
-use fredholm_embedded::TableBuilder;
+use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
@@ -13,6 +13,7 @@ use fredholm_room::{
 };
 
 use crate::deck::{self, Deck};
+use crate::export;
 use crate::failure::Failure;
 use crate::file::{
     self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
@@ -284,11 +285,15 @@ impl<'f> RoomFile<'f> {
 
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let matrix = Matrix::new(&self.scene, &self.mesh, R_MIN).map_err(Failure::run)?;
-        let solution = matrix
-            .solve(&self.scene, &self.mesh, TOLERANCE, SWEEPS)
-            .map_err(Failure::run)?;
-        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let setup = Setup::<F>::new(self)?;
+        let Setup {
+            matrix,
+            solution,
+            tables,
+            v,
+            g,
+            ..
+        } = &setup;
         let absorption = self.file.walk.absorption.value;
         let room = Room::new(
             tables.geometry(),
@@ -297,23 +302,11 @@ impl<'f> RoomFile<'f> {
             absorption,
         )
         .map_err(Failure::input)?;
-        let pairs = RoomPairs {
-            views: matrix.views(),
-            choice: match self.file.galerkin.pairs.value {
-                Pairs::Paper => Choice::Paper,
-                Pairs::Default => Choice::Default,
-                Pairs::Pointwise => Choice::Pointwise,
-            },
-        };
-        let v = solution.rounded::<F>().map_err(Failure::run)?;
-        let g = solution
-            .source::<F, _, _>(&matrix.coefficients(), &pairs)
-            .map_err(Failure::run)?;
         let dense = Dense::new(matrix.entries(), matrix.cells())
             .ok_or_else(|| Failure::run("a table has a wrong size"))?;
         let coefficients = Rounded::new(&dense);
-        let neighbour =
-            Piecewise::with_pointwise(&room, &coefficients, pairs, &v, &g).map_err(Failure::run)?;
+        let neighbour = Piecewise::with_pointwise(&room, &coefficients, setup.pairs(), v, g)
+            .map_err(Failure::run)?;
         let setup_seconds = start.elapsed().as_secs_f64();
 
         let lengths = tables.lengths();
@@ -324,7 +317,7 @@ impl<'f> RoomFile<'f> {
             let start = self.start(&room, lengths, place)?;
             let galerkin = match &start {
                 Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
-                Start::Mean(mean) => mean.of(&v),
+                Start::Mean(mean) => mean.of(v),
                 Start::Light(_) | Start::LightMean(_) => f64::NAN,
             };
             known.push(Known {
@@ -342,7 +335,7 @@ impl<'f> RoomFile<'f> {
             if !self.only_u && self.through_u(place).is_none() {
                 let target = match self.start(&room, lengths, place)? {
                     Start::Point(at) => Target {
-                        neighbour_value: Some(room.irradiance_of(&at.0, &v)),
+                        neighbour_value: Some(room.irradiance_of(&at.0, v)),
                         functional: Start::Light(Irradiance {
                             room: &room,
                             of: at,
@@ -387,7 +380,7 @@ impl<'f> RoomFile<'f> {
         let fluxes = names.zip(fluxes.into_iter().map(|besides| besides.net_flux));
         Ok(Answer {
             known,
-            floors: floors(&v, solution.contraction, &outcome),
+            floors: floors(v, solution.contraction, &outcome),
             outcome,
             solve: solution.solve,
             setup_seconds,
@@ -417,6 +410,11 @@ impl<'f> RoomFile<'f> {
         )
         .map_err(Failure::run)?;
         Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+    }
+
+    fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
+        let setup = Setup::<F>::new(self)?;
+        export::room(&setup, &self.scene, self.file.walk.absorption.value)
     }
 
     /// What is asked for and, with temperatures, every surface: for its net flux.
@@ -513,6 +511,49 @@ impl<'f> RoomFile<'f> {
         Besides {
             irradiance,
             net_flux,
+        }
+    }
+}
+
+/// What is computed before the walks.
+pub(crate) struct Setup<F> {
+    pub(crate) matrix: Matrix,
+    pub(crate) choice: Choice,
+    pub(crate) tables: Tables<F>,
+    pub(crate) v: Vec<F>,
+    pub(crate) g: Vec<F>,
+    solution: Solution,
+}
+
+impl<F: Real> Setup<F> {
+    fn new(room: &RoomFile<'_>) -> Result<Self, Failure> {
+        let RoomFile { scene, mesh, .. } = room;
+        let choice = match room.file.galerkin.pairs.value {
+            Pairs::Paper => Choice::Paper,
+            Pairs::Default => Choice::Default,
+            Pairs::Pointwise => Choice::Pointwise,
+        };
+        let matrix = Matrix::new(scene, mesh, R_MIN).map_err(Failure::run)?;
+        let solution = matrix.solve(scene, mesh, TOLERANCE, SWEEPS);
+        let solution = solution.map_err(Failure::run)?;
+        let views = matrix.views();
+        let v = solution.rounded::<F>().map_err(Failure::run)?;
+        let pairs = RoomPairs { views, choice };
+        let g = solution.source::<F, _, _>(&matrix.coefficients(), &pairs);
+        Ok(Self {
+            tables: Tables::new(scene, mesh),
+            g: g.map_err(Failure::run)?,
+            matrix,
+            choice,
+            v,
+            solution,
+        })
+    }
+
+    fn pairs(&self) -> RoomPairs<'_> {
+        RoomPairs {
+            views: self.matrix.views(),
+            choice: self.choice,
         }
     }
 }
@@ -720,9 +761,10 @@ impl Problem for RoomFile<'_> {
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
-        Err(Failure::input(
-            "tables of rooms are not in this version: `export` takes circles and cubes",
-        ))
+        match self.file.walk.scalar.value {
+            Scalar::F32 => self.tables_in::<f32>(),
+            Scalar::F64 => self.tables_in::<f64>(),
+        }
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -9,7 +9,7 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Cells, Circle, Harmonic, Moment, Point, Residual};
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{At, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
-use fredholm_embedded::bytemuck::{self, AnyBitPattern};
+use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Plan, Table};
 
 /// The tables that the firmware was built with are those that the program writes now.
@@ -35,7 +35,7 @@ fn the_firmwares_tables_are_up_to_date() {
 }
 
 /// What a device makes of a table: u(0.3) by 20000 walks.
-fn on_device<F: Real + AnyBitPattern>(bytes: &[u8]) -> Statistics {
+fn on_device<F: Real + FromBytes + Immutable>(bytes: &[u8]) -> Statistics {
     let table = Table::read(bytes, "circle").unwrap();
     let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").unwrap() else {
         panic!("three numbers");
@@ -102,7 +102,7 @@ fn a_device_with_an_exported_circle_has_the_programs_bits() {
                 .chunks_exact(8)
                 .map(|word| u64::from_ne_bytes(word.try_into().unwrap()))
                 .collect();
-            let bytes = bytemuck::cast_slice(&words);
+            let bytes = words.as_bytes();
             let statistics = match scalar {
                 "f32" => on_device::<f32>(bytes),
                 _ => on_device::<f64>(bytes),

@@ -19,7 +19,8 @@ use crate::table::{Table, padded};
 /// #     bytes.chunks(8).map(|c| u64::from_le_bytes(c.try_into().unwrap())).collect()
 /// # };
 /// # let aligned = words(builder.to_bytes());
-/// # let bytes: &[u8] = fredholm_embedded::bytemuck::cast_slice(&aligned);
+/// # use fredholm_embedded::zerocopy::IntoBytes;
+/// # let bytes = aligned.as_bytes();
 /// let table = Table::read(bytes, "circle")?;
 /// assert_eq!(table.slice::<f32>("v")?, [1.5, 2.5]);
 /// assert_eq!(table.one::<f64>("absorb")?, 0.2);
@@ -44,12 +45,13 @@ struct Section {
 
 mod sealed {
     pub trait Sealed {}
+    impl Sealed for u8 {}
     impl Sealed for u32 {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
 }
 
-/// A number of a table: `u32`, `f32` or `f64`.
+/// A number of a table: `u8`, `u32`, `f32` or `f64`.
 pub trait Number: sealed::Sealed + Copy {
     /// Its type in Rust.
     const NAME: &'static str;
@@ -72,6 +74,7 @@ macro_rules! number {
         }
     };
 }
+number!(u8);
 number!(u32);
 number!(f32);
 number!(f64);
@@ -167,10 +170,18 @@ impl TableBuilder {
                 "pub(crate) static {name}: [{}; {count}] = [",
                 section.element
             );
+            let mut column = 0;
             for value in &section.texts {
-                let _ = writeln!(text, "    {value},");
+                // As many as fit, with comma and space, into 100 columns.
+                let width = value.chars().count() + 2;
+                if column == 0 || column + width > 100 {
+                    text.push_str(if column == 0 { "   " } else { "\n   " });
+                    column = 3;
+                }
+                let _ = write!(text, " {value},");
+                column += width;
             }
-            text.push_str("];\n");
+            text.push_str("\n];\n");
         }
         text
     }

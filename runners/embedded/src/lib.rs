@@ -13,7 +13,7 @@ mod table;
 
 #[cfg(feature = "alloc")]
 pub use builder::{Number, TableBuilder};
-pub use bytemuck;
 pub use driver::{Driver, Plan, PlanError, Progress, Stop};
 pub use state::{State, StateError};
 pub use table::{Aligned, Table, TableError};
+pub use zerocopy;

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use bytemuck::AnyBitPattern;
+use zerocopy::{FromBytes, Immutable};
 
 use crate::checksum::Checksum;
 
@@ -190,7 +190,7 @@ impl<'a> Table<'a> {
         if name != padded(kind) {
             return Err(TableError::Kind);
         }
-        if bytemuck::try_cast_slice::<u8, u64>(bytes.get(..8).unwrap_or(&[])).is_err() {
+        if !bytes.as_ptr().addr().is_multiple_of(8) {
             return Err(TableError::Alignment);
         }
         let table = Self {
@@ -214,7 +214,10 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// [`TableError::Missing`], [`TableError::Element`].
-    pub fn slice<T: AnyBitPattern>(&self, name: &'static str) -> Result<&'a [T], TableError> {
+    pub fn slice<T: FromBytes + Immutable>(
+        &self,
+        name: &'static str,
+    ) -> Result<&'a [T], TableError> {
         let wanted = padded(name);
         let Some(section) = self.sections().find(|section| section.name == wanted) else {
             return Err(TableError::Missing { name });
@@ -223,14 +226,17 @@ impl<'a> Table<'a> {
         if found != size_of::<T>() {
             return Err(TableError::Element { name, found });
         }
-        bytemuck::try_cast_slice(section.bytes).map_err(|_| TableError::Element { name, found })
+        <[T]>::ref_from_bytes(section.bytes).map_err(|_| TableError::Element { name, found })
     }
 
     /// The only number of the array of this name.
     ///
     /// # Errors
     /// As [`slice`](Self::slice), and [`TableError::NotOne`].
-    pub fn one<T: AnyBitPattern>(&self, name: &'static str) -> Result<T, TableError> {
+    pub fn one<T: FromBytes + Immutable + Copy>(
+        &self,
+        name: &'static str,
+    ) -> Result<T, TableError> {
         match self.slice(name)? {
             [one] => Ok(*one),
             _ => Err(TableError::NotOne { name }),

@@ -11,7 +11,7 @@ use fredholm_core::{
     Source, Stream, TargetError, Task,
 };
 use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product};
-use fredholm_embedded::bytemuck::AnyBitPattern;
+use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_embedded::{Aligned, Plan, Table};
 
 /// Constants that `fredholm export -o FILE.rs` wrote.
@@ -313,7 +313,7 @@ fn factors<'a>(axes: &[u32], entries: &'a [f64]) -> Option<FactorTables<'a, f64,
 }
 
 /// u(0.3, 0.6), and the mean of u until a relative error is reached.
-fn cube<F: Real + AnyBitPattern, K, C>(
+fn cube<F: Real + FromBytes + Immutable, K, C>(
     name: &str,
     kernel: K,
     (axes, pairs, absorption): Head<'_>,
