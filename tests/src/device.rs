@@ -5,10 +5,10 @@ pub mod cases;
 #[path = "../../runners/embedded/firmware/src/line.rs"]
 pub mod line;
 
-use fredholm_core::{
-    DefaultGenerator, Functional, Kernel, Neighbour, Real, Sampler, Source, Statistics, Task,
-};
-use fredholm_embedded::{Driver, Plan};
+use cases::{Beside, Case, Equation, Runner, Start, drive};
+use fredholm_core::rand_core::Rng;
+use fredholm_core::{DefaultGenerator, Statistics, Stream, Task};
+use fredholm_embedded::{Driver, Plan, State};
 use fredholm_rayon::Target;
 
 /// Which runner walks.
@@ -16,6 +16,8 @@ use fredholm_rayon::Target;
 pub enum With {
     /// `fredholm-embedded`, so many walks at a time.
     Embedded(u64),
+    /// The same, power failing at 100 random points; the number is a seed.
+    Resets(u64),
     /// `fredholm-rayon` with so many threads.
     Rayon(usize),
 }
@@ -39,69 +41,67 @@ struct Workstation {
     lines: String,
 }
 
-impl cases::Runner for Workstation {
-    fn run<E, N, T>(
+impl Runner for Workstation {
+    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
         &mut self,
         name: &str,
-        task: Task<'_, E, N, T, DefaultGenerator>,
+        case: Case<'_, E, N, T>,
         target: u64,
         plan: Plan,
-    ) where
-        E: Sampler + Kernel + Source + Sync,
-        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
-        T: Functional<E> + Copy + Sync,
-    {
-        let estimator = task.estimator;
+    ) {
+        let estimator = case.estimator;
         let statistics = match self.with {
-            With::Embedded(walks) => embedded(task, plan, walks),
-            With::Rayon(threads) => on_threads(threads, &task, target, plan),
+            With::Embedded(walks) => drive(case, plan, walks, || ()).expect("a run ends"),
+            With::Resets(seed) => with_resets(seed, case, plan),
+            With::Rayon(threads) => on_threads(threads, &case, target, plan),
         };
         line::line::<E::Scalar>(&mut self.lines, name, estimator, &statistics)
             .expect("writing to a string does not fail");
     }
 }
 
-fn embedded<E, N, T>(
-    task: Task<'_, E, N, T, DefaultGenerator>,
+/// At each reset the bytes of the state survive, and nothing else.
+fn with_resets<E: Equation, N: Beside<E>, T: Start<E>>(
+    seed: u64,
+    case: Case<'_, E, N, T>,
     plan: Plan,
-    walks: u64,
-) -> Statistics
-where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point>,
-    T: Functional<E>,
-{
-    let mut driver = Driver::new(task, plan).unwrap();
-    while driver.poll(walks).unwrap().stop.is_none() {}
+) -> Statistics {
+    let again = || Task { ..case };
+    let mut random = Stream::<DefaultGenerator>::new(seed, 0).generator(0);
+    let mut driver = Driver::new(again(), plan).unwrap();
+    for _ in 0..100 {
+        // 4000 walks in the mean.
+        driver.poll(random.next_u64() % 81).unwrap();
+        let before = (driver.statistics(), driver.stop());
+        let bytes = driver.save().to_bytes();
+        driver = Driver::restore(again(), plan, &State::from_bytes(&bytes).unwrap()).unwrap();
+        // Walks that were lost and run again would end with the same bits, too.
+        assert_eq!((driver.statistics(), driver.stop()), before);
+    }
+    driver.poll(u64::MAX).unwrap();
     driver.statistics()
 }
 
-fn on_threads<E, N, T>(
+fn on_threads<E: Equation, N: Beside<E>, T: Start<E>>(
     threads: usize,
-    task: &Task<'_, E, N, T, DefaultGenerator>,
+    case: &Case<'_, E, N, T>,
     target: u64,
     plan: Plan,
-) -> Statistics
-where
-    E: Sampler + Kernel + Source + Sync,
-    E::Scalar: Real,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
-    T: Functional<E> + Copy + Sync,
-{
+) -> Statistics {
     let mut same: fredholm_rayon::Plan = fredholm_rayon::Plan::new(plan.walks);
     same.seed = cases::SEED;
     same.batch = plan.batch;
-    same.estimator = task.estimator;
-    same.step_limit = task.step_limit;
+    same.estimator = case.estimator;
+    same.step_limit = case.step_limit;
     same.target_error = plan.target_error;
     // Its targets are numbered from 0: the last one is the case's.
     let one = Target {
-        functional: *task.functional,
-        neighbour_value: task.neighbour_value,
+        functional: *case.functional,
+        neighbour_value: case.neighbour_value,
     };
     let targets = vec![one; target as usize + 1];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().unwrap();
-    let run = || fredholm_rayon::run(task.equation, task.neighbour, &targets, &same, &());
+    let run = || fredholm_rayon::run(case.equation, case.neighbour, &targets, &same, &());
     pool.install(run).unwrap().statistics[target as usize]
 }

@@ -12,9 +12,11 @@ use fredholm_embedded::{
     Driver, Plan, PlanError, State, StateError, Stop, Table, TableBuilder, TableError,
     zerocopy::IntoBytes,
 };
+use fredholm_rayon::Target;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 use fredholm_tests::device::{With, lines};
 use proptest::prelude::*;
+use rand::rngs::ChaCha8Rng;
 
 type Lit<'a, F> = Circle<'a, F, Harmonic>;
 type Lights<'a, F> = OnCircle<'a, F, Harmonic, OffDiagonal>;
@@ -24,18 +26,52 @@ type OnDevice<'a, F> =
 #[test]
 fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
     let embedded = lines(With::Embedded(u64::MAX));
-    // Seven scenes and starts, f32 and f64, two estimators.
-    assert_eq!(embedded.lines().count(), 24);
+    // Sixteen of problem, start and scalar; two estimators.
+    assert_eq!(embedded.lines().count(), 32);
+    for name in ["circle/", "cube/", "room "] {
+        assert!(embedded.lines().any(|line| line.starts_with(name)));
+    }
     assert!(embedded.lines().any(|line| line.contains("walks 2048 ")));
     assert!(embedded.lines().any(|line| line.contains("walks 4000 ")));
     for with in [
         With::Embedded(1),
         With::Embedded(77),
+        With::Resets(1),
         With::Rayon(1),
         With::Rayon(3),
     ] {
         assert_eq!(embedded, lines(with), "{with:?}");
     }
+}
+
+/// Any generator of `rand_core` serves, and is part of what the bits depend on.
+#[test]
+fn another_generator_has_the_same_bits_from_either_runner() {
+    scene::<f64, _>(|circle, neighbour, start| {
+        let default = task(circle, neighbour, start, Estimator::Absorption);
+        let mut plan: fredholm_rayon::Plan<ChaCha8Rng> = fredholm_rayon::Plan::new(1000);
+        plan.seed = 5;
+        let target = Target {
+            functional: *start,
+            neighbour_value: default.neighbour_value,
+        };
+        let outcome = fredholm_rayon::run(circle, neighbour, &[target], &plan, &()).unwrap();
+        let mut chacha = Driver::new(
+            Task {
+                equation: circle,
+                neighbour,
+                functional: start,
+                neighbour_value: default.neighbour_value,
+                estimator: default.estimator,
+                stream: Stream::<ChaCha8Rng>::new(5, 0),
+                step_limit: default.step_limit,
+            },
+            Plan::new(1000),
+        )
+        .unwrap();
+        chacha.poll(u64::MAX).unwrap();
+        assert_eq!(chacha.statistics(), outcome.statistics[0]);
+    });
 }
 
 /// A task for u(0.3) on 20 cells.

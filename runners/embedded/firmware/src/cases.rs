@@ -1,5 +1,8 @@
-//! What is run on the device and on the workstation, by the same code: circles and cubes, f32 and
-//! f64, tables of every form, both estimators.
+//! What is run on the device and on the workstation, by the same code: circles, cubes and a room,
+//! f32 and f64, tables of every form, both estimators.
+
+mod circle_table;
+mod room_table;
 
 use fredholm_circle::{Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, slots};
 use fredholm_core::galerkin::{
@@ -8,11 +11,12 @@ use fredholm_core::galerkin::{
 };
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, STEP_LIMIT, Sampler,
-    Source, Stream, TargetError, Task,
+    Source, StateSpace, Statistics, Stream, TargetError, Task,
 };
 use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
-use fredholm_embedded::{Aligned, Plan, Table};
+use fredholm_embedded::{Aligned, Driver, Plan, Table};
+use room_table::RoomTable;
 
 /// Constants that `fredholm export -o FILE.rs` wrote.
 mod circle_f64 {
@@ -24,10 +28,14 @@ mod cube_f32 {
 mod product_f64 {
     include!("../tables/product_f64.rs");
 }
+mod room_f32 {
+    include!("../tables/room_f32.rs");
+}
 /// Tables that `fredholm export -o FILE.bin` wrote.
 static CIRCLE_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/circle_f32.bin"));
 static CUBE_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/cube_f64.bin"));
 static PRODUCT_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/product_f32.bin"));
+static ROOM_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_f64.bin"));
 
 /// The seed of all cases.
 pub const SEED: u64 = 7;
@@ -37,19 +45,49 @@ pub fn stream(target: u64) -> Stream<DefaultGenerator> {
     Stream::new(SEED, target)
 }
 
+/// The equation of a case.
+pub trait Equation: Sampler + Kernel + Source + Sync {}
+impl<E: Sampler + Kernel + Source + Sync> Equation for E {}
+
+/// Its neighbour equation.
+pub trait Beside<E: StateSpace>: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync {}
+impl<E: StateSpace, N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync> Beside<E> for N {}
+
+/// Where its walks start.
+pub trait Start<E: StateSpace>: Functional<E> + Copy + Sync {}
+impl<E: StateSpace, T: Functional<E> + Copy + Sync> Start<E> for T {}
+
+/// A case.
+pub type Case<'a, E, N, T> = Task<'a, E, N, T, DefaultGenerator>;
+
 /// Who runs a case.
 pub trait Runner {
-    /// Runs the task, whose stream is that of target `target`.
-    fn run<E, N, T>(
+    /// Runs the case, whose stream is that of target `target`.
+    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
         &mut self,
         name: &str,
-        task: Task<'_, E, N, T, DefaultGenerator>,
+        case: Case<'_, E, N, T>,
         target: u64,
         plan: Plan,
-    ) where
-        E: Sampler + Kernel + Source + Sync,
-        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
-        T: Functional<E> + Copy + Sync;
+    );
+}
+
+/// Runs a case to its end by [`Driver`], so many walks at a time, and calls `after` after each poll.
+/// `None`: the plan was refused, or a walk was not finite.
+pub fn drive<E: Equation, N: Beside<E>, T: Start<E>>(
+    case: Case<'_, E, N, T>,
+    plan: Plan,
+    walks: u64,
+    mut after: impl FnMut(),
+) -> Option<Statistics> {
+    let mut driver = Driver::new(case, plan).ok()?;
+    loop {
+        let stop = driver.poll(walks).ok()?.stop;
+        after();
+        if stop.is_some() {
+            return Some(driver.statistics());
+        }
+    }
 }
 
 /// 4000 walks in batches of 128, the last of which is not whole.
@@ -71,28 +109,23 @@ fn until(error: TargetError) -> Plan {
 
 /// All cases. `None`: a table or a problem was refused.
 pub fn all(runner: &mut impl Runner) -> Option<()> {
-    let mut room = Buffers::<f32>::default();
-    own_solve("circle/own", &mut room, runner)?;
-    let mut room = Buffers::<f64>::default();
-    own_solve("circle/own", &mut room, runner)?;
+    own_solve("circle/own", &mut Buffers::<f32>::default(), runner)?;
+    own_solve("circle/own", &mut Buffers::<f64>::default(), runner)?;
     circle_of_bytes(runner)?;
     circle_of_constants(runner)?;
-    cubes(runner)
+    cubes(runner)?;
+    rooms(runner)
 }
 
-fn both<E, N, T>(
+fn both<E: Equation, N: Beside<E>, T: Start<E>>(
     runner: &mut impl Runner,
     name: &str,
     (equation, neighbour): (&E, &N),
     (functional, neighbour_value, target): (&T, Option<f64>, u64),
     plan: Plan,
-) where
-    E: Sampler + Kernel + Source + Sync,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
-    T: Functional<E> + Copy + Sync,
-{
+) {
     for estimator in [Estimator::Absorption, Estimator::Collision] {
-        let task = Task {
+        let case = Task {
             equation,
             neighbour,
             functional,
@@ -101,7 +134,7 @@ fn both<E, N, T>(
             stream: stream(target),
             step_limit: STEP_LIMIT,
         };
-        runner.run(name, task, target, plan);
+        runner.run(name, case, target, plan);
     }
 }
 
@@ -168,16 +201,7 @@ fn own_solve<F: Real>(
 /// Everything from a compact table: its mean over [1, 4], of known (v, Φ).
 fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
     let table = Table::read(&CIRCLE_F32.0, "circle").ok()?;
-    let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").ok()? else {
-        return None;
-    };
-    let light = Harmonic {
-        constant,
-        amplitude,
-        frequency: frequency as u32,
-    };
-    let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
-    let circle = Circle::with_constants(cells, light, table.one("circle").ok()?).ok()?;
+    let circle = circle_table::circle::<f32>(&table)?;
     if table.one::<u32>("pairs") != Ok(1) {
         return None;
     }
@@ -197,11 +221,7 @@ fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
 fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
     use circle_f64::{CELLS, CIRCLE, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
     let moments: &[Moment<f64>] = &MOMENTS;
-    let light = Harmonic {
-        constant: HARMONIC[0],
-        amplitude: HARMONIC[1],
-        frequency: HARMONIC[2] as u32,
-    };
+    let light = circle_table::harmonic(&HARMONIC)?;
     if PAIRS != [3] {
         return None;
     }
@@ -340,5 +360,50 @@ where
     let relative = until(TargetError::Relative(2e-3));
     let mean = (&Mean, Some(Mean::of(v)), 4);
     both(runner, name, all, mean, relative);
+    Some(())
+}
+
+/// The same room as constants in f32, and as bytes in f64.
+fn rooms(runner: &mut impl Runner) -> Option<()> {
+    let constants = RoomTable {
+        absorb: room_f32::ABSORB[0],
+        open: room_f32::OPEN[0],
+        walls: &room_f32::WALLS,
+        segments: &room_f32::SEGMENTS,
+        nodes: &room_f32::NODES,
+        edges: &room_f32::EDGES,
+        cells: &room_f32::CELLS,
+        first: &room_f32::FIRST,
+        lengths: &room_f32::LENGTHS,
+        surfaces: &room_f32::SURFACES,
+        views: &room_f32::VIEWS,
+        coeffs: &room_f32::COEFFS,
+        v: &room_f32::V,
+        source: &room_f32::SOURCE,
+        pairs: room_f32::PAIRS[0],
+    };
+    room(&constants, runner)?;
+    let table = Table::read(&ROOM_F64.0, "room").ok()?;
+    room(&RoomTable::<f64>::read(&table)?, runner)
+}
+
+/// u on the floor in the shade of the block until an error is reached, and the mean over the left
+/// side of the baffle.
+fn room<F: Real>(table: &RoomTable<'_, F>, runner: &mut impl Runner) -> Option<()> {
+    const FLOOR: usize = 0;
+    const BAFFLE: usize = 4;
+    let room = table.room()?;
+    let coefficients = table.coefficients()?;
+    let pairs = table.pairs()?;
+    let neighbour =
+        Piecewise::with_pointwise(&room, &coefficients, pairs, table.v, table.source).ok()?;
+    let x0 = table.point(&room, FLOOR, 0.3)?;
+    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
+    let all = (&room, &neighbour);
+    let absolute = until(TargetError::Absolute(2e-4));
+    both(runner, "room", all, (&At(x0), Some(v0), 5), absolute);
+    let mean = table.mean_over(&room, BAFFLE)?;
+    let start = (&mean, Some(mean.of(table.v)), 6);
+    both(runner, "room", all, start, plan());
     Some(())
 }

@@ -13,13 +13,14 @@ mod paint;
 
 use core::panic::PanicInfo;
 
+use cases::{Beside, Case, Equation, Runner, Start, drive};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
-use fredholm_core::{DefaultGenerator, Functional, Kernel, Neighbour, Sampler, Source, Task};
-use fredholm_embedded::{Driver, Plan};
+use fredholm_core::Statistics;
+use fredholm_embedded::Plan;
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -60,21 +61,24 @@ struct Device {
     failed: bool,
 }
 
-impl cases::Runner for Device {
-    fn run<E, N, T>(
+impl Runner for Device {
+    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
         &mut self,
         name: &str,
-        task: Task<'_, E, N, T, DefaultGenerator>,
+        case: Case<'_, E, N, T>,
         _: u64,
         plan: Plan,
-    ) where
-        E: Sampler + Kernel + Source + Sync,
-        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync,
-        T: Functional<E> + Copy + Sync,
-    {
-        let estimator = task.estimator;
+    ) {
+        let estimator = case.estimator;
+        let mut ticks = 0;
+        let mut before = SYST::get_current();
+        let count = || {
+            let now = SYST::get_current();
+            ticks += u64::from(before.wrapping_sub(now) & SYST_MASK);
+            before = now;
+        };
         let top = paint::paint();
-        let Some((statistics, ticks)) = measured(task, plan) else {
+        let Some(statistics) = run(case, plan, count) else {
             self.failed = true;
             return;
         };
@@ -89,26 +93,12 @@ impl cases::Runner for Device {
     }
 }
 
-/// Runs to the end, and counts ticks.
+/// Out of line, so that its stack is below what is painted.
 #[inline(never)]
-fn measured<E, N, T>(
-    task: Task<'_, E, N, T, DefaultGenerator>,
+fn run<E: Equation, N: Beside<E>, T: Start<E>>(
+    case: Case<'_, E, N, T>,
     plan: Plan,
-) -> Option<(fredholm_core::Statistics, u64)>
-where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point>,
-    T: Functional<E>,
-{
-    let mut driver = Driver::new(task, plan).ok()?;
-    let mut ticks = 0;
-    loop {
-        let before = SYST::get_current();
-        let progress = driver.poll(WALKS).ok()?;
-        let passed = before.wrapping_sub(SYST::get_current()) & SYST_MASK;
-        ticks += u64::from(passed);
-        if progress.stop.is_some() {
-            return Some((driver.statistics(), ticks));
-        }
-    }
+    count: impl FnMut(),
+) -> Option<Statistics> {
+    drive(case, plan, WALKS, count)
 }

@@ -11,7 +11,6 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::entry;
-use fredholm_circle::{Cells, Circle, Harmonic};
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{At, Estimator, Neighbour, Real, STEP_LIMIT, Stream, TargetError, Task};
 use fredholm_embedded::{Aligned, Driver, Plan, Table};
@@ -37,6 +36,8 @@ static ESTIMATE: AtomicU32 = AtomicU32::new(0);
 #[unsafe(no_mangle)]
 static STD_ERROR: AtomicU32 = AtomicU32::new(0);
 
+#[path = "../circle_table.rs"]
+mod circle_table;
 #[cfg(feature = "report")]
 #[path = "../paint.rs"]
 mod paint;
@@ -59,16 +60,7 @@ fn main() -> ! {
 #[inline(never)]
 fn solve() -> Option<()> {
     let table = Table::read(&TABLE.0, "circle").ok()?;
-    let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").ok()? else {
-        return None;
-    };
-    let light = Harmonic {
-        constant,
-        amplitude,
-        frequency: frequency as u32,
-    };
-    let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
-    let circle = Circle::with_constants(cells, light, table.one("circle").ok()?).ok()?;
+    let circle = circle_table::circle::<f32>(&table)?;
     let pairs = OffDiagonal {
         diagonal: PairKind::Pointwise,
     };
