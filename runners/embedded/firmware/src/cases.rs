@@ -400,7 +400,7 @@ fn room<F: Real>(table: &RoomTable<'_, F>, runner: &mut impl Runner) -> Option<(
     let x0 = table.point(&room, FLOOR, 0.3)?;
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let all = (&room, &neighbour);
-    let absolute = until(TargetError::Absolute(2e-4));
+    let absolute = until(TargetError::Absolute(1.3e-3));
     both(runner, "room", all, (&At(x0), Some(v0), 5), absolute);
     let mean = table.mean_over(&room, BAFFLE)?;
     let start = (&mean, Some(mean.of(table.v)), 6);

@@ -70,6 +70,7 @@ impl Runner for Device {
         plan: Plan,
     ) {
         let estimator = case.estimator;
+        let top = paint::paint();
         let mut ticks = 0;
         let mut before = SYST::get_current();
         let count = || {
@@ -77,7 +78,6 @@ impl Runner for Device {
             ticks += u64::from(before.wrapping_sub(now) & SYST_MASK);
             before = now;
         };
-        let top = paint::paint();
         let Some(statistics) = run(case, plan, count) else {
             self.failed = true;
             return;
