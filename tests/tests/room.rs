@@ -547,7 +547,8 @@ fn tables_that_do_not_belong_together() {
     let changed = |change: fn(&mut Wall<f64>)| {
         let mut other = wall;
         change(&mut other);
-        Geometry::new(&[other], &[segment(0)], &[node(0, 1)], true).err()
+        let (segments, nodes) = ([segment(0)], [node(0, 1)]);
+        Geometry::new(&[other], &segments, &nodes, true).err()
     };
     assert_eq!(changed(|_| ()), None);
     assert_eq!(changed(|w| w.reflectance = 1.0), bad);
@@ -555,8 +556,9 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(changed(|w| w.emission = f64::NAN), bad);
     assert_eq!(changed(|w| w.ends[1][1] = 0.1), bad);
     assert_eq!(changed(|w| w.vertices[1] = 2), bad);
-    let behind = Geometry::new(&[wall; 2], &[segment(0)], &[node(0, 1)], true);
-    assert_eq!(behind.err(), bad);
+    let (segments, nodes) = ([segment(0)], [node(0, 1)]);
+    let unseen = Geometry::new(&[wall; 2], &segments, &nodes, true).err();
+    assert_eq!(unseen, bad);
     // Children that are their own parents, and that have two.
     assert_eq!(geometry(0, &[node(0, 0), node(0, 1), node(0, 1)]), bad);
     assert_eq!(geometry(0, &[node(1, 0), node(1, 0), node(0, 1)]), bad);
