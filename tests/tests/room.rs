@@ -417,7 +417,102 @@ fn a_point_between_walls_sees_them() {
         assert!(off < STANDARD_ERRORS * inside.std_error.unwrap(), "{off}");
         // Above the lamp only its back is seen.
         assert_eq!(seen([0.3, 0.7]).estimate, 0.0);
+        // The angles themselves, with 1 for v on the lamp, 0 on the other plate: rounding only.
+        let lamp = |cell| f64::from(u8::from(room.table().wall(cell) == Some(1)));
+        let v: Vec<f64> = (0..room.table().len()).map(lamp).collect();
+        let of = |position| Seen { room, position }.of(&v);
+        let [value, share] = of([0.3, 0.2]);
+        let floor = (f64::atan2(0.3, 0.2) + f64::atan2(0.7, 0.2)) / core::f64::consts::TAU;
+        assert!((value - exact).abs() < 1e-14, "{value} {exact}");
+        assert!((share - exact - floor).abs() < 1e-14, "{share}");
+        assert_eq!(of([0.3, 0.7]), [0.0, 0.0]);
     });
+}
+
+/// What hides the lamp hides it exactly: a baffle of half the room's height, seen from its shadow.
+#[test]
+fn a_baffle_takes_its_angle_from_the_lamp() {
+    let drawing = Drawing::new("baffle")
+        .line(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]], 0.0, 0.0)
+        .line(&[[2.0, 1.0], [0.0, 1.0]], 0.0, 0.0)
+        .line(&[[0.0, 1.0], [0.0, 0.0]], 0.0, 1.0)
+        .line(&[[1.0, 0.5], [1.0, 0.0]], 0.0, 0.0)
+        .line(&[[1.0, 0.0], [1.0, 0.5]], 0.0, 0.0);
+    let setup = Setup::new::<f64>(&drawing, 60, Grading::default()).unwrap();
+    setup.with::<f64, _>(Choice::Pointwise, |room, _, v, _| {
+        // The line from (1.5, y) over the baffle's top meets the lamp at 1.5 − 2y.
+        for (y, lowest) in [(0.1, 1.3), (0.25, 1.0), (0.4, 0.7), (0.75, 0.0), (0.9, 0.0)] {
+            let position = [1.5, y];
+            let [value, share] = Seen { room, position }.of(v);
+            let exact = if lowest < 1.0 {
+                f64::atan2(1.0 - y, 1.5) - f64::atan2(lowest - y, 1.5)
+            } else {
+                0.0
+            };
+            let exact = exact / core::f64::consts::TAU;
+            assert!((value - exact).abs() < 1e-14, "{y}: {value} {exact}");
+            assert!((share - 1.0).abs() < 1e-14, "{y}: {share}");
+        }
+    });
+}
+
+/// In every scene: from a point in the room walls fill all directions, from one behind the walls
+/// none; and walks of the neighbour equation agree with (v, Φ).
+#[test]
+fn walls_fill_all_directions_in_the_room_and_none_outside() {
+    fn in_scalar<F: Real>() {
+        for drawing in scenes().into_iter().filter(|drawing| !drawing.open) {
+            let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
+            setup.with::<F, _>(Choice::Pointwise, |room, neighbour, v, _| {
+                let ends = || room.geometry().walls().iter().flat_map(|wall| wall.ends);
+                let at = |k: usize| ends().map(move |end| end[k].to_f64());
+                let [low, high] = [
+                    [0, 1].map(|k| at(k).fold(f64::INFINITY, f64::min)),
+                    [0, 1].map(|k| at(k).fold(f64::NEG_INFINITY, f64::max)),
+                ];
+                let mut counts = [0; 2];
+                for i in 0..1500_u32 {
+                    // Kronecker's points, over a little more than the scene.
+                    let place = [0, 1].map(|k: usize| {
+                        let step = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3][k];
+                        let part = 1.2 * (f64::from(i) * step).fract() - 0.1;
+                        F::from_f64(low[k] + part * (high[k] - low[k]))
+                    });
+                    let seen = Seen {
+                        room,
+                        position: place,
+                    };
+                    let [value, share] = seen.of(v);
+                    // As many roundings as pieces of directions; all angles are below 2π.
+                    let rounding = 1000.0 * F::EPSILON.to_f64();
+                    let inside = share > 0.5;
+                    counts[usize::from(inside)] += 1;
+                    let expected = f64::from(u8::from(inside));
+                    let off = (share - expected).abs();
+                    assert!(off < rounding, "{} {place:?} {share}", drawing.name);
+                    if inside && i % 100 == 0 {
+                        let (equation, value) = ((room, neighbour), Some(value));
+                        let stream = Stream::new(1, u64::from(i));
+                        let task = task(equation, &seen, value, Estimator::Absorption, stream);
+                        let control = run(&task, 4000).control();
+                        let sigma = control.std_error.unwrap();
+                        assert!(
+                            control.estimate.abs() < STANDARD_ERRORS * sigma,
+                            "{} {place:?} {control:?}",
+                            drawing.name
+                        );
+                    }
+                }
+                assert!(
+                    counts.iter().all(|&n| n > 100),
+                    "{} {counts:?}",
+                    drawing.name
+                );
+            });
+        }
+    }
+    in_scalar::<f64>();
+    in_scalar::<f32>();
 }
 
 /// Without a table of views all pairs are partly seen: slower, and the same equation.

@@ -5,6 +5,7 @@ use core::ops::Range;
 use fredholm_core::{Functional, Real, Uniforms};
 use num_traits::{one, zero};
 
+use crate::vector::{cross, dot, sub};
 use crate::{Point, Room, RoomError};
 
 /// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks
@@ -113,6 +114,68 @@ pub struct Seen<'r, 'a, F> {
     pub room: &'r Room<'a, F>,
     /// The point.
     pub position: [F; 2],
+}
+
+impl<F: Real> Seen<'_, '_, F> {
+    /// Calls `each` with a cell and the angle under which the point sees it: exact, by visible
+    /// intervals. A cell that is seen in several pieces comes several times. In a closed room the
+    /// angles of a point sum to 2π, and to 0 for one that is in no room.
+    ///
+    /// O(w) visits of the hierarchy for w walls, and O(1) for every cell that is seen.
+    pub fn cells(&self, mut each: impl FnMut(usize, F)) {
+        let (geometry, cells, x) = (self.room.geometry(), self.room.table(), self.position);
+        for (w, wall) in (0..).zip(geometry.walls()) {
+            geometry.seen_pieces(x, w, |right, left| {
+                // Where the first direction meets the wall.
+                let [a, b] = wall.ends.map(|end| cross(right, sub(end, x)).abs());
+                let sum = a + b;
+                let fraction = if sum > zero() { a / sum } else { zero() };
+                let first = cells.find(w, fraction * wall.length);
+                let skip = (first as usize).saturating_sub(cells.range(w).start) + 1;
+                let ends = cells.of_wall(w).get(skip..).unwrap_or(&[]);
+                let mut from = right;
+                for (cell, end) in (first as usize..).zip(ends) {
+                    let to = sub(end.position, x);
+                    if !(cross(to, left) > zero()) {
+                        each(cell, angle(from, left));
+                        break;
+                    }
+                    if cross(from, to) > zero() {
+                        each(cell, angle(from, to));
+                        from = to;
+                    }
+                }
+            });
+        }
+    }
+
+    /// (v, Φ) and (1, Φ), exact up to rounding: Σ v_j θ_j/2π over the angles θ_j under which the
+    /// point sees the cells, and Σ θ_j/2π, the share of all directions in which it sees any.
+    #[must_use]
+    pub fn of(&self, v: &[F]) -> [f64; 2] {
+        let [mut sum, mut share] = [0.0; 2];
+        self.cells(|cell, angle| {
+            let angle = angle.to_f64();
+            sum += v.get(cell).map_or(f64::NAN, |v| v.to_f64()) * angle;
+            share += angle;
+        });
+        [sum, share].map(|x| x / core::f64::consts::TAU)
+    }
+}
+
+/// The angle from `a` to `b`, to the left and below π.
+#[inline]
+fn angle<F: Real>(a: [F; 2], b: [F; 2]) -> F {
+    let (sine, cosine) = (cross(a, b), dot(a, b));
+    let t = sine / cosine;
+    // Most cells are seen under small angles, where three terms have all digits.
+    if cosine > zero() && t < F::from_f64(1.0 / 256.0) {
+        let s = t * t;
+        let [c3, c5] = [1.0 / 3.0, 1.0 / 5.0].map(F::from_f64);
+        t * (one::<F>() - s * (c3 - s * c5))
+    } else {
+        sine.atan2(cosine)
+    }
 }
 
 impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {

@@ -3,7 +3,7 @@
 use fredholm_core::Real;
 use num_traits::zero;
 
-use crate::geometry::{Geometry, Node, Segment, Wall, factor};
+use crate::geometry::{Geometry, Node, Segment, Wall, factor, nobody};
 use crate::vector::{Vector, cross, dot, sub};
 
 /// A part of a wall, from one point to another in the wall's direction.
@@ -104,15 +104,56 @@ impl<F: Real> Geometry<'_, F> {
         &self,
         from: &Viewer<F>,
         part: &Part<F>,
-        mut piece: impl FnMut(bool, Vector<F>, Vector<F>),
+        piece: impl FnMut(bool, Vector<F>, Vector<F>),
     ) {
         let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
             return;
         };
-        let x = from.position;
-        let Some([right, left]) = directions(own, x, part, other) else {
+        if let Some(directions) = directions(own, from.position, part, other) {
+            self.sweep((own, from), (other, part), directions, piece);
+        }
+    }
+
+    /// Calls `piece` for every interval of directions in which a point between the walls sees a
+    /// wall from its active side, from right to left.
+    #[inline]
+    pub(crate) fn seen_pieces(
+        &self,
+        position: Vector<F>,
+        wall: u32,
+        mut piece: impl FnMut(Vector<F>, Vector<F>),
+    ) {
+        let Some(other) = self.wall(wall) else {
             return;
         };
+        let directions = other.ends.map(|end| sub(end, position));
+        if !(other.height(position) > zero() && cross(directions[0], directions[1]) > zero()) {
+            return;
+        }
+        let part = Part {
+            wall,
+            ends: other.ends,
+            length: other.length,
+        };
+        let from = Viewer {
+            wall: u32::MAX,
+            position,
+        };
+        let nobody = nobody(position);
+        self.sweep((&nobody, &from), (other, &part), directions, |_, a, b| {
+            piece(a, b);
+        });
+    }
+
+    /// The pieces of a part between two directions that no segment hides.
+    fn sweep(
+        &self,
+        (own, from): (&Wall<F>, &Viewer<F>),
+        (other, part): (&Wall<F>, &Part<F>),
+        [right, left]: [Vector<F>; 2],
+        mut piece: impl FnMut(bool, Vector<F>, Vector<F>),
+    ) {
+        let x = from.position;
         let uncut = part.ends.map(|end| sub(end, x));
         let mut low = right;
         // Every turn of the loop passes at least one end of a shadow.

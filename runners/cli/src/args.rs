@@ -20,6 +20,7 @@ Begin with:
   fredholm paper                 the experiment of Heinrich 1995, section 5
   fredholm init cube > a.toml    a commented problem file, for your equation on [0, 1]^d
   fredholm solve a.toml          solve it
+  fredholm render room.toml -o room.png   a room with its light and shadows
 
 Exit status: 0 done; 1 a failure on the way; 2 bad usage or input; 3 the asked error was not
 reached (results are printed); 130 interrupted (what was finished is printed)."
@@ -54,6 +55,23 @@ kernel evaluations; for rooms, whose shadows cost more than their kernel, measur
 cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
 standard deviation and the time of a walk come from as many as it says.")]
     Rates(RatesArgs),
+    /// Draw a room with its light and shadows
+    #[command(after_help = "\
+Example:
+  fredholm render examples/furnished.toml -o room.png
+
+The walls have the colour of their radiosity u, on their active side. Between them every pixel shows
+the mean radiosity that it sees, (1/2π) ∫ u dω over all directions (π times that is the fluence): from
+the Galerkin solution exactly, by visible angles, so that shadows have no noise, plus what --walks walks
+a pixel find to be missing, so that the picture is unbiased. What no light reaches, behind walls and
+within obstacles, is blank. The same file gives the same bytes for any number of threads, except with
+--side-by-side, which compares what plain and preconditioned walks do in the same time. The file's
+targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which
+would be dots in the picture.
+
+  fredholm render FILE.toml -o field.csv           the numbers behind the pixels
+  fredholm render FILE.toml --profile -o walls.svg  u along all walls, with a band of ±2 standard errors")]
+    Render(RenderArgs),
     /// Print the form factors between the surfaces of a room
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
@@ -133,6 +151,33 @@ pub(crate) struct RatesArgs {
     /// Write rates.csv, rates.json and the figures work-error.svg and deviation.svg into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `render`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// The problem file of a room (TOML)
+    pub(crate) file: PathBuf,
+    /// Where to write: .png, .svg, or .csv for the numbers
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Pixels along the longer side of the room
+    #[arg(long, value_name = "PIXELS", default_value_t = 900, value_parser = clap::value_parser!(u16).range(16..=8000))]
+    pub(crate) width: u16,
+    /// Walks for each pixel [default: 4], or for each point of --profile [default: 1000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) walks: Option<u64>,
+    /// Colours by the logarithm, at most four decades
+    #[arg(long)]
+    pub(crate) log: bool,
+    /// Plain walks that take as long beside it; the picture then depends on how fast the machine is
+    #[arg(long)]
+    pub(crate) side_by_side: bool,
+    /// Instead of the room, radiosity along all its surfaces with its error band
+    #[arg(long, conflicts_with_all = ["width", "log", "side_by_side"])]
+    pub(crate) profile: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 /// Options of `export`.

@@ -188,13 +188,12 @@ pub(crate) fn cube<F: Real + Number, const D: usize>(
 
 /// The tables of a room.
 pub(crate) fn room<F: Real + Number>(
-    setup: &room::Setup<F>,
+    setup: &room::SetUp<F>,
     scene: &Scene,
-    absorption: f64,
 ) -> Result<TableBuilder, Failure> {
     let mut tables = TableBuilder::new("room");
     let geometry = setup.tables.geometry();
-    tables.numbers("absorb", &[absorption]);
+    tables.numbers("absorb", &[setup.absorption]);
     tables.numbers("open", &[u32::from(geometry.is_open())]);
     add::<F, _>(&mut tables, ["walls", "Wall"], geometry.walls(), |wall| {
         [

@@ -4,7 +4,9 @@ use core::f64::consts::TAU;
 use core::fmt;
 use std::sync::Arc;
 
+use kuva::plot::annotations::ReferenceLine;
 use kuva::prelude::{Layout, LinePlot, MarkerShape, Plot, ScatterPlot, Theme, TickFormat};
+use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 /// A curve of a figure.
 #[derive(Clone, Debug)]
@@ -173,6 +175,89 @@ pub(crate) fn band_svg(band: &Band) -> Result<String, NothingToDraw> {
     };
     let layout = layout.with_x_axis_min(0.0);
     Ok(kuva::render_to_svg(plots, layout))
+}
+
+/// Profiles along the surfaces of a room, side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct Along {
+    /// Above it.
+    pub(crate) title: String,
+    /// What the ordinate is.
+    pub(crate) label: String,
+    /// What has no jump: length along all surfaces, value, standard error.
+    pub(crate) pieces: Vec<Vec<(f64, f64, f64)>>,
+    /// Names of the surfaces, and where they begin.
+    pub(crate) surfaces: Vec<(String, f64)>,
+    /// Of all surfaces.
+    pub(crate) length: f64,
+}
+
+/// Values against length with bands of ±2 standard errors, and the surfaces' names above them.
+pub(crate) fn along_scene(along: &Along) -> Result<Scene, NothingToDraw> {
+    const WIDTH: f64 = 1000.0;
+    const HEIGHT: f64 = 560.0;
+    const LEFT: f64 = 90.0;
+    const RIGHT: f64 = 60.0;
+    const TOP: f64 = 125.0;
+    const BOTTOM: f64 = 60.0;
+    let mut plots = Vec::new();
+    for piece in &along.pieces {
+        let finite = piece.iter().filter(|(_, u, _)| u.is_finite());
+        let at = |sign: f64| {
+            let error = |e: f64| if e.is_finite() { e } else { 0.0 };
+            finite
+                .clone()
+                .map(move |&(_, u, e)| u + sign * 2.0 * error(e))
+        };
+        let line = LinePlot::new()
+            .with_data(finite.clone().map(|&(s, u, _)| (s, u)))
+            .with_band(at(-1.0), at(1.0))
+            .with_color(COLOURS[1])
+            .with_stroke_width(1.4);
+        if finite.clone().next().is_some() {
+            plots.push(Plot::Line(line));
+        }
+    }
+    if plots.is_empty() {
+        return Err(NothingToDraw);
+    }
+    let mut layout = layout(
+        &plots,
+        &along.title,
+        "length along all surfaces",
+        &along.label,
+    )
+    .with_width(WIDTH)
+    .with_height(HEIGHT)
+    .with_force_margins(LEFT, RIGHT)
+    .with_force_margins_y(TOP, BOTTOM)
+    .with_x_axis_min(0.0)
+    .with_x_axis_max(along.length);
+    for (_, start) in along.surfaces.iter().skip(1) {
+        let line = ReferenceLine::vertical(*start).with_color("#999999");
+        layout = layout.with_reference_line(line);
+    }
+    let mut scene = render_multiple(plots, layout);
+    let ends = along.surfaces.iter().skip(1).map(|(_, start)| *start);
+    let ends = ends.chain([along.length]);
+    let mut last = f64::NEG_INFINITY;
+    for ((name, start), end) in along.surfaces.iter().zip(ends) {
+        let middle = 0.5 * (start + end) / along.length;
+        // Names of short surfaces stand side by side.
+        let x = (LEFT + middle * (WIDTH - LEFT - RIGHT)).max(last + 13.0);
+        last = x;
+        scene.elements.push(Primitive::Text {
+            x: x + 4.0,
+            y: TOP - 8.0,
+            content: name.clone(),
+            size: 12,
+            anchor: TextAnchor::Start,
+            rotate: Some(-60.0),
+            bold: false,
+            color: None,
+        });
+    }
+    Ok(scene)
 }
 
 /// A line through the points, and markers on them.

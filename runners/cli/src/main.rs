@@ -22,6 +22,7 @@ mod paper;
 mod problem;
 mod progress;
 mod rates;
+mod render;
 mod report;
 mod room;
 mod solve;
@@ -48,6 +49,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Solve(args) => solve::solve(args),
         Command::Factors(args) => factors::factors(args),
         Command::Rates(args) => rates::rates(args),
+        Command::Render(args) => render::render(args),
         Command::Check { file } => solve::check(file),
         Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(*kind),

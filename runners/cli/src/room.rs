@@ -285,28 +285,12 @@ impl<'f> RoomFile<'f> {
 
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let setup = Setup::<F>::new(self)?;
-        let Setup {
-            matrix,
-            solution,
-            tables,
-            v,
-            g,
-            ..
-        } = &setup;
-        let absorption = self.file.walk.absorption.value;
-        let room = Room::new(
-            tables.geometry(),
-            tables.cells(),
-            matrix.views(),
-            absorption,
-        )
-        .map_err(Failure::input)?;
-        let dense = Dense::new(matrix.entries(), matrix.cells())
-            .ok_or_else(|| Failure::run("a table has a wrong size"))?;
+        let setup = self.set_up::<F>(self.choice())?;
+        let room = setup.room()?;
+        let dense = setup.coefficients();
         let coefficients = Rounded::new(&dense);
-        let neighbour = Piecewise::with_pointwise(&room, &coefficients, setup.pairs(), v, g)
-            .map_err(Failure::run)?;
+        let neighbour = setup.neighbour(&room, &coefficients)?;
+        let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
         let lengths = tables.lengths();
@@ -413,8 +397,45 @@ impl<'f> RoomFile<'f> {
     }
 
     fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
-        let setup = Setup::<F>::new(self)?;
-        export::room(&setup, &self.scene, self.file.walk.absorption.value)
+        let setup = self.set_up::<F>(self.choice())?;
+        export::room(&setup, &self.scene)
+    }
+
+    /// The tables and the neighbour equation of this room, with these pairs.
+    pub(crate) fn set_up<F: Real>(&self, choice: Choice) -> Result<SetUp<F>, Failure> {
+        let (scene, mesh) = (&self.scene, &self.mesh);
+        let matrix = Matrix::new(scene, mesh, R_MIN).map_err(Failure::run)?;
+        let solution = matrix
+            .solve(scene, mesh, TOLERANCE, SWEEPS)
+            .map_err(Failure::run)?;
+        let views = matrix.views();
+        let v = solution.rounded::<F>().map_err(Failure::run)?;
+        let g = solution
+            .source::<F, _, _>(&matrix.coefficients(), &RoomPairs { views, choice })
+            .map_err(Failure::run)?;
+        Ok(SetUp {
+            tables: Tables::new(scene, mesh),
+            absorption: self.file.walk.absorption.value,
+            matrix,
+            solution,
+            choice,
+            v,
+            g,
+        })
+    }
+
+    /// The pairs of the file.
+    pub(crate) const fn choice(&self) -> Choice {
+        match self.file.galerkin.pairs.value {
+            Pairs::Paper => Choice::Paper,
+            Pairs::Default => Choice::Default,
+            Pairs::Pointwise => Choice::Pointwise,
+        }
+    }
+
+    /// Its surfaces, and its scene.
+    pub(crate) const fn parts(&self) -> (&Surfaces, &Scene) {
+        (&self.surfaces, &self.scene)
     }
 
     /// What is asked for and, with temperatures, every surface: for its net flux.
@@ -515,46 +536,42 @@ impl<'f> RoomFile<'f> {
     }
 }
 
-/// What is computed before the walks.
-pub(crate) struct Setup<F> {
-    pub(crate) matrix: Matrix,
-    pub(crate) choice: Choice,
+/// What walks in a room need.
+#[derive(Debug)]
+pub(crate) struct SetUp<F> {
     pub(crate) tables: Tables<F>,
+    pub(crate) absorption: f64,
+    pub(crate) matrix: Matrix,
+    solution: Solution,
+    pub(crate) choice: Choice,
+    /// The Galerkin solution.
     pub(crate) v: Vec<F>,
     pub(crate) g: Vec<F>,
-    solution: Solution,
 }
 
-impl<F: Real> Setup<F> {
-    fn new(room: &RoomFile<'_>) -> Result<Self, Failure> {
-        let RoomFile { scene, mesh, .. } = room;
-        let choice = match room.file.galerkin.pairs.value {
-            Pairs::Paper => Choice::Paper,
-            Pairs::Default => Choice::Default,
-            Pairs::Pointwise => Choice::Pointwise,
-        };
-        let matrix = Matrix::new(scene, mesh, R_MIN).map_err(Failure::run)?;
-        let solution = matrix.solve(scene, mesh, TOLERANCE, SWEEPS);
-        let solution = solution.map_err(Failure::run)?;
-        let views = matrix.views();
-        let v = solution.rounded::<F>().map_err(Failure::run)?;
-        let pairs = RoomPairs { views, choice };
-        let g = solution.source::<F, _, _>(&matrix.coefficients(), &pairs);
-        Ok(Self {
-            tables: Tables::new(scene, mesh),
-            g: g.map_err(Failure::run)?,
-            matrix,
-            choice,
-            v,
-            solution,
-        })
+impl<F: Real> SetUp<F> {
+    /// The room.
+    pub(crate) fn room(&self) -> Result<Room<'_, F>, Failure> {
+        let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
+        Room::new(geometry, cells, self.matrix.views(), self.absorption).map_err(Failure::input)
     }
 
-    fn pairs(&self) -> RoomPairs<'_> {
-        RoomPairs {
+    /// K'.
+    pub(crate) fn coefficients(&self) -> Dense<'_, f64> {
+        self.matrix.coefficients()
+    }
+
+    /// The neighbour equation that v solves exactly.
+    pub(crate) fn neighbour<'s>(
+        &'s self,
+        room: &'s Room<'s, F>,
+        coefficients: &'s Rounded<'s, Dense<'s, f64>, F>,
+    ) -> Result<impl Neighbour<Scalar = F, Point = Point<F>> + Sync + use<'s, F>, Failure> {
+        let pairs = RoomPairs {
             views: self.matrix.views(),
             choice: self.choice,
-        }
+        };
+        Piecewise::with_pointwise(room, coefficients, pairs, &self.v, &self.g).map_err(Failure::run)
     }
 }
 

@@ -1,0 +1,268 @@
+//! The picture of a room: light between walls, walls, legend.
+
+use fredholm_room::STEFAN_BOLTZMANN;
+use kuva::render::color::Color;
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
+
+use super::field::{Field, Grid, Piece};
+use super::raster::Image;
+use super::scale::{Scale, ticks};
+use super::strips::Strip;
+
+/// A field and what stands above it.
+#[derive(Debug)]
+pub(crate) struct Panel<'a> {
+    pub(crate) heading: Option<String>,
+    pub(crate) field: &'a Field,
+}
+
+/// What all panels have in common.
+#[derive(Debug)]
+pub(crate) struct Picture<'a> {
+    pub(crate) grid: Grid,
+    pub(crate) pieces: &'a [Piece],
+    /// Of every wall.
+    pub(crate) strips: &'a [Strip],
+    pub(crate) scale: Scale,
+    /// Radiosities are W/m².
+    pub(crate) heat: bool,
+    /// What stands below.
+    pub(crate) captions: Vec<String>,
+}
+
+/// The width of a character over the size of its font, on the safe side.
+const CHARACTER: f64 = 0.62;
+
+impl Picture<'_> {
+    /// The size of the text.
+    fn size(&self) -> f64 {
+        (self.grid.width.max(self.grid.height) as f64 / 52.0).clamp(11.0, 32.0)
+    }
+
+    /// The images and what is drawn over them.
+    pub(crate) fn draw(&self, panels: &[Panel<'_>]) -> (Vec<Image>, Scene) {
+        let size = self.size();
+        let gap = size.round() as usize;
+        let headed = panels.iter().any(|panel| panel.heading.is_some());
+        let top = gap + if headed { 2 * gap } else { 0 };
+        let Grid { width, height, .. } = self.grid;
+        let mut left = gap;
+        let (mut images, mut elements) = (Vec::new(), Vec::new());
+        for panel in panels {
+            images.push(Image {
+                x: left,
+                y: top,
+                width,
+                height,
+                pixels: self.pixels(panel.field),
+            });
+            self.walls(panel.field, [left as f64, top as f64], &mut elements);
+            if let Some(heading) = &panel.heading {
+                let at = [(left + width / 2) as f64, top as f64 - 0.7 * size];
+                elements.push(text(heading, at, size, TextAnchor::Middle));
+            }
+            left += width + gap;
+        }
+        let right = self.legend([left as f64, top as f64], &mut elements);
+        let page = right + size;
+        let mut bottom = (top + height) as f64 + 1.2 * size;
+        let small = 0.85 * size;
+        let fits = ((page - 2.0 * size) / (CHARACTER * small)) as usize;
+        for line in self.captions.iter().flat_map(|text| wrap(text, fits)) {
+            bottom += 0.3 * small;
+            elements.push(text_start(&line, [gap as f64, bottom], small));
+            bottom += small;
+        }
+        let mut scene = Scene::new(page.ceil(), (bottom + 0.2 * size).ceil());
+        scene.elements = elements;
+        (images, scene)
+    }
+
+    fn pixels(&self, field: &Field) -> Vec<Option<[u8; 3]>> {
+        let colour = |value: f64| (!value.is_nan()).then(|| self.scale.colour(value));
+        field.air.iter().map(|spot| colour(spot.value)).collect()
+    }
+
+    /// Pieces of one colour as one, each a little into the next, so that no seam shows.
+    fn walls(&self, field: &Field, [x, y]: [f64; 2], out: &mut Vec<Primitive>) {
+        let coloured =
+            |(piece, spot): (&Piece, &super::field::Spot)| (*piece, self.scale.colour(spot.value));
+        let pieces: Vec<(Piece, [u8; 3])> =
+            self.pieces.iter().zip(&field.walls).map(coloured).collect();
+        for run in pieces.chunk_by(|(a, first), (b, second)| a.wall == b.wall && first == second) {
+            let (Some((first, colour)), Some((last, _))) = (run.first(), run.last()) else {
+                continue;
+            };
+            let Some(strip) = self.strips.get(first.wall) else {
+                continue;
+            };
+            let to = (last.to + 0.7 / strip.length()).min(1.0);
+            let corners = strip.corners(first.from, to).map(|[a, b]| [a + x, b + y]);
+            let [r, g, b] = *colour;
+            out.push(polygon(&corners, Color::Rgb(r, g, b)));
+        }
+        // Where a wall is, between its two sides or before what is outside.
+        for strip in self.strips {
+            let [a, b, ..] = strip.corners(0.0, 1.0);
+            out.push(Primitive::Line {
+                x1: a[0] + x,
+                y1: a[1] + y,
+                x2: b[0] + x,
+                y2: b[1] + y,
+                stroke: Color::Rgb(110, 110, 110),
+                stroke_width: 1.0,
+                stroke_dasharray: None,
+            });
+        }
+    }
+
+    /// The scale beside the panels; returns where it ends.
+    fn legend(&self, [left, top]: [f64; 2], out: &mut Vec<Primitive>) -> f64 {
+        let size = self.size();
+        let small = 0.85 * size;
+        let (top, bar) = (top + 2.2 * size, 1.2 * size);
+        let height = (self.grid.height as f64 - 2.2 * size).max(6.0 * size);
+        let values = self.scale.ticks();
+        let decimals = |step: f64| (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+        let step = match values.as_slice() {
+            [a, b, ..] => b - a,
+            _ => self.scale.high(),
+        };
+        let label = |value: f64| {
+            if value >= 1e6 || (step < 1e-4 && value > 0.0) {
+                format!("{value:.1e}")
+            } else if self.scale.is_log() {
+                format!("{value}")
+            } else {
+                format!("{value:.*}", decimals(step * 1.000_001))
+            }
+        };
+        let mut marks: Vec<(f64, String)> = values.iter().map(|&v| (v, label(v))).collect();
+        let mut x = left;
+        if self.heat {
+            // σT⁴ = u: what a black body at T would send out.
+            let kelvin = |u: f64| (u / STEFAN_BOLTZMANN).powf(0.25);
+            let (low, high) = (kelvin(self.scale.at(0.0)), kelvin(self.scale.high()));
+            let mut last = f64::INFINITY;
+            let (mut widest, mut own) = (2, Vec::new());
+            // The upper half: the fourth power crowds what is below it.
+            for t in ticks(low.max(0.5 * high), high, false) {
+                let part = self.scale.part(STEFAN_BOLTZMANN * t.powi(4));
+                let y = top + (1.0 - part) * height;
+                if last - y > 1.1 * small {
+                    let label = format!("{t}");
+                    widest = widest.max(label.len());
+                    own.push((y, label));
+                    last = y;
+                }
+            }
+            x += CHARACTER * small * widest as f64 + 0.5 * size;
+            for (y, label) in own {
+                out.push(tick([x - 0.3 * size, y], [x, y]));
+                let at = [x - 0.45 * size, y + 0.35 * small];
+                out.push(text(&label, at, small, TextAnchor::End));
+            }
+            let at = [x - 0.45 * size, top - 0.9 * size];
+            out.push(text("K", at, small, TextAnchor::End));
+        }
+        // As many steps as the eye can tell apart, and each a little into the next.
+        let steps = height.ceil();
+        for k in 0..steps as u32 {
+            let [from, to] = [f64::from(k), f64::from(k + 1)].map(|k| top + k / steps * height);
+            let value = self.scale.at(1.0 - (f64::from(k) + 0.5) / steps);
+            let [r, g, b] = self.scale.colour(value);
+            out.push(Primitive::Rect {
+                x,
+                y: from,
+                width: bar,
+                height: (to - from + 0.5).min(top + height - from),
+                fill: Color::Rgb(r, g, b),
+                stroke: None,
+                stroke_width: None,
+                opacity: None,
+            });
+        }
+        let title = if self.heat { "W/m²" } else { "u" };
+        out.push(text_start(
+            title,
+            [x + bar + 0.45 * size, top - 0.9 * size],
+            small,
+        ));
+        let mut widest = title.chars().count();
+        for (value, label) in marks.drain(..) {
+            let y = top + (1.0 - self.scale.part(value)) * height;
+            out.push(tick([x + bar, y], [x + bar + 0.3 * size, y]));
+            widest = widest.max(label.len());
+            out.push(text_start(
+                &label,
+                [x + bar + 0.45 * size, y + 0.35 * small],
+                small,
+            ));
+        }
+        x + bar + 0.45 * size + CHARACTER * small * widest as f64
+    }
+}
+
+fn text(content: &str, [x, y]: [f64; 2], size: f64, anchor: TextAnchor) -> Primitive {
+    Primitive::Text {
+        x,
+        y,
+        content: content.to_owned(),
+        size: size.round() as u32,
+        anchor,
+        rotate: None,
+        bold: false,
+        color: Some(Color::Rgb(34, 34, 34)),
+    }
+}
+
+fn text_start(content: &str, at: [f64; 2], size: f64) -> Primitive {
+    text(content, at, size, TextAnchor::Start)
+}
+
+fn tick([x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Primitive {
+    Primitive::Line {
+        x1,
+        y1,
+        x2,
+        y2,
+        stroke: Color::Rgb(34, 34, 34),
+        stroke_width: 1.0,
+        stroke_dasharray: None,
+    }
+}
+
+fn polygon(corners: &[[f64; 2]], fill: Color) -> Primitive {
+    let mut d = String::new();
+    for (i, [x, y]) in corners.iter().enumerate() {
+        let command = if i == 0 { 'M' } else { 'L' };
+        d.push_str(&format!("{command}{x:.2} {y:.2}"));
+    }
+    d.push('Z');
+    Primitive::Path(Box::new(PathData {
+        d,
+        fill: Some(fill),
+        stroke: Color::None,
+        stroke_width: 0.0,
+        opacity: None,
+        stroke_dasharray: None,
+    }))
+}
+
+/// Lines of about so many characters.
+fn wrap(text: &str, characters: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.len() - 1;
+        let own = lines[line].chars().count();
+        if own > 0 && own + 1 + word.chars().count() > characters {
+            lines.push(word.to_owned());
+        } else {
+            if own > 0 {
+                lines[line].push(' ');
+            }
+            lines[line].push_str(word);
+        }
+    }
+    lines
+}

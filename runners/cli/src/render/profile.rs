@@ -1,0 +1,117 @@
+//! Radiosity along all surfaces, with its error band.
+
+use fredholm_core::Real;
+
+use super::field::{self, Cut, Piece, Wanted, root_mean_square};
+use super::{Format, PROFILE_WALKS, number_or_nothing, raster};
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::figure::{Along, along_scene};
+use crate::file::ProblemFile;
+use crate::numbers::short;
+use crate::problem::Problem;
+use crate::progress::Progress;
+use crate::room::RoomFile;
+use crate::solve;
+
+/// About so many points in all.
+const POINTS: f64 = 600.0;
+
+/// The figure or its table, and what is said of it.
+pub(crate) fn content<F: Real>(
+    args: &RenderArgs,
+    file: &ProblemFile,
+    room: &RoomFile<'_>,
+    format: Format,
+) -> Result<(Vec<u8>, String), Cut> {
+    let (surfaces, scene) = room.parts();
+    let geometry = scene.geometry();
+    let walls = geometry.walls();
+    let total: f64 = walls.iter().map(|wall| wall.length).sum();
+    let of = |(wall, length): (usize, f64)| {
+        let count = (POINTS * length / total).round().max(3.0) as u32;
+        (0..count).map(move |k| Piece {
+            wall,
+            from: f64::from(k) / f64::from(count),
+            to: f64::from(k + 1) / f64::from(count),
+            weight: 1,
+        })
+    };
+    let lengths = walls.iter().map(|wall| wall.length).enumerate();
+    let pieces: Vec<Piece> = lengths.flat_map(of).collect();
+    let walks = args.walks.unwrap_or(PROFILE_WALKS);
+    let progress = Progress::new(walks.saturating_mul(pieces.len() as u64));
+    let plan = solve::plan(file, None);
+    let wanted = Wanted {
+        scene,
+        grid: None,
+        pieces: &pieces,
+        walks,
+        seed: plan.seed,
+        estimator: plan.estimator,
+        progress: &progress,
+    };
+    let fields = field::estimate::<F>(&wanted, || room.set_up(room.choice()), false);
+    progress.done();
+    let (field, _) = fields?;
+
+    let mut along = Along {
+        title: "radiosity along the surfaces".to_owned(),
+        label: if surfaces.heat { "u in W/m²" } else { "u" }.to_owned(),
+        pieces: vec![Vec::new(); walls.len()],
+        surfaces: Vec::new(),
+        length: total,
+    };
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table
+        .write_record(["surface", "s", "x", "y", "u", "std_error"])
+        .map_err(Failure::run)?;
+    let (mut before, mut last) = (0.0, None);
+    for (number, wall) in walls.iter().enumerate() {
+        let surface = scene.place(number).map(|place| place.surface);
+        let name = surface.and_then(|surface| surfaces.names.get(surface));
+        if let Some(name) = name.filter(|_| surface != last) {
+            along.surfaces.push((name.clone(), before));
+        }
+        last = surface;
+        let own = pieces.iter().zip(&field.walls);
+        for (piece, spot) in own.filter(|(piece, _)| piece.wall == number) {
+            let fraction = 0.5 * (piece.from + piece.to);
+            let s = before + fraction * wall.length;
+            let [a, b] = wall.ends;
+            let [x, y] = [0, 1].map(|k| a[k] + fraction * (b[k] - a[k]));
+            along.pieces[number].push((s, spot.value, spot.error));
+            let numbers = [s, x, y, spot.value, spot.error].map(number_or_nothing);
+            let name = name.cloned().unwrap_or_default();
+            let record = [name].into_iter().chain(numbers);
+            table.write_record(record).map_err(Failure::run)?;
+        }
+        before += wall.length;
+    }
+    let noise = root_mean_square(field.walls.iter().map(|spot| spot.error));
+    let text = if args.common.json {
+        let value = serde_json::json!({
+            "points": pieces.len(), "cells": Problem::unknowns(room), "walks": walks,
+            "std_error": noise, "seconds": field.seconds,
+        });
+        let mut text = serde_json::to_string_pretty(&value).map_err(Failure::run)?;
+        text.push('\n');
+        text
+    } else {
+        format!(
+            "{} points on {} surfaces; {} walks a point, standard error {} in the root mean square, \
+             {:.1} s\n",
+            pieces.len(),
+            surfaces.names.len(),
+            walks,
+            noise.map_or("unknown".to_owned(), short),
+            field.seconds
+        )
+    };
+    let content = match format {
+        Format::Csv => table.into_inner().map_err(Failure::run)?,
+        Format::Svg => raster::svg(&[], along_scene(&along).map_err(Failure::run)?)?.into_bytes(),
+        Format::Png => raster::png(&[], along_scene(&along).map_err(Failure::run)?)?,
+    };
+    Ok((content, text))
+}

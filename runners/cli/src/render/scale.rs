@@ -1,0 +1,170 @@
+//! From numbers to colours.
+
+use colorous::INFERNO;
+
+/// How numbers become colours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    low: f64,
+    high: f64,
+    log: bool,
+}
+
+/// The decades of a logarithmic scale at most.
+const DECADES: i32 = 4;
+
+impl Scale {
+    /// From 0 to the largest of what is seen; a lamp may be brighter, and would leave the rest in the
+    /// dark. On a logarithmic scale from the smallest of all numbers but for a thousandth of them,
+    /// which may be dots of noise. NaN does not count.
+    pub(crate) fn new(
+        seen: impl Iterator<Item = f64> + Clone,
+        walls: impl Iterator<Item = f64>,
+        log: bool,
+    ) -> Self {
+        let high = seen.clone().fold(0.0, f64::max);
+        let high = if high > 0.0 { high } else { 1.0 };
+        let low = if log {
+            let lowest = |values: &mut dyn Iterator<Item = f64>| {
+                let mut all: Vec<f64> = values.filter(|&value| value > 0.0).collect();
+                all.sort_unstable_by(f64::total_cmp);
+                all.get(all.len() / 1000).copied().unwrap_or(high)
+            };
+            let (mut seen, mut walls) = (seen, walls);
+            let low = lowest(&mut seen).min(lowest(&mut walls));
+            low.max(high * 10_f64.powi(-DECADES)).min(0.5 * high)
+        } else {
+            0.0
+        };
+        Self { low, high, log }
+    }
+
+    /// The largest number that has a colour of its own.
+    pub(crate) const fn high(&self) -> f64 {
+        self.high
+    }
+
+    /// Where a number is between the two ends: 0 to 1, those beyond at the ends.
+    pub(crate) fn part(&self, value: f64) -> f64 {
+        let part = if self.log {
+            (value.max(self.low) / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        };
+        part.clamp(0.0, 1.0)
+    }
+
+    /// The number at this part.
+    pub(crate) fn at(&self, part: f64) -> f64 {
+        if self.log {
+            self.low * (self.high / self.low).powf(part)
+        } else {
+            self.low + part * (self.high - self.low)
+        }
+    }
+
+    /// The colour of a number: perceptually uniform, and the table's 256 joined by lines.
+    pub(crate) fn colour(&self, value: f64) -> [u8; 3] {
+        const LAST: usize = 255;
+        let place = self.part(value) * LAST as f64;
+        let below = place.floor().min(LAST as f64 - 1.0);
+        let entry = |i: usize| {
+            let colour = INFERNO.eval_rational(i, LAST + 1);
+            [colour.r, colour.g, colour.b]
+        };
+        let (from, to) = (entry(below as usize), entry(below as usize + 1));
+        core::array::from_fn(|k| {
+            let (from, to) = (f64::from(from[k]), f64::from(to[k]));
+            (from + (place - below) * (to - from)).round() as u8
+        })
+    }
+
+    /// Whether it is logarithmic.
+    pub(crate) const fn is_log(&self) -> bool {
+        self.log
+    }
+
+    /// Round numbers along the scale.
+    pub(crate) fn ticks(&self) -> Vec<f64> {
+        ticks(self.low, self.high, self.log)
+    }
+}
+
+/// Round numbers between two: multiples of 1, 2 or 5 powers of ten; on a logarithmic scale of more
+/// than a decade 1, 2 and 5 times the powers.
+pub(crate) fn ticks(low: f64, high: f64, log: bool) -> Vec<f64> {
+    if log && high > 10.0 * low {
+        let first = low.log10().floor() as i32;
+        let last = high.log10().ceil() as i32;
+        let all = (first..=last).flat_map(|k| [1.0, 2.0, 5.0].map(|m| round(m, k)));
+        return all.filter(|&x| low <= x && x <= high).collect();
+    }
+    let rough = (high - low) / 6.0;
+    let power = rough.log10().floor() as i32;
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|m| round(m, power));
+    let Some(step) = steps.into_iter().find(|&step| step >= rough) else {
+        return Vec::new();
+    };
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    // Divided where the step is below 1, so that 0.3 is no 0.30000000000000004.
+    let at = |k: i64| {
+        if step < 1.0 {
+            k as f64 / (1.0 / step).round()
+        } else {
+            k as f64 * step
+        }
+    };
+    (first..=last.min(first + 20)).map(at).collect()
+}
+
+/// m·10^k.
+fn round(m: f64, k: i32) -> f64 {
+    if k < 0 {
+        m / 10_f64.powi(-k)
+    } else {
+        m * 10_f64.powi(k)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scale, ticks};
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        assert_eq!(ticks(0.0, 0.55, false), [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
+        assert_eq!(ticks(0.0, 1.0, false), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+        assert_eq!(
+            ticks(0.0, 230_000.0, false),
+            [0.0, 50_000.0, 100_000.0, 150_000.0, 200_000.0]
+        );
+        assert_eq!(ticks(0.03, 0.6, true), [0.05, 0.1, 0.2, 0.5]);
+        assert_eq!(
+            ticks(0.3, 0.6, true),
+            [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6]
+        );
+    }
+
+    #[test]
+    fn colours_begin_and_end_with_the_scale_and_do_not_jump() {
+        let values = [0.1, f64::NAN, 0.8];
+        let none = core::iter::empty;
+        let scale = Scale::new(values.into_iter(), none(), false);
+        assert_eq!(scale.colour(0.0), [0, 0, 4]);
+        assert_eq!(scale.colour(0.8), scale.colour(7.0));
+        assert_ne!(scale.colour(0.8), scale.colour(0.79));
+        let log = Scale::new(values.into_iter(), none(), true);
+        assert_eq!(log.colour(0.1), [0, 0, 4]);
+        for scale in [scale, log] {
+            let mut last = scale.colour(scale.at(0.0));
+            for i in 1..=2000 {
+                let next = scale.colour(scale.at(f64::from(i) / 2000.0));
+                assert!((0..3).all(|k| next[k].abs_diff(last[k]) <= 1), "{i}");
+                last = next;
+            }
+        }
+        // Nothing but darkness has a scale too.
+        let dark = Scale::new([0.0].into_iter(), none(), true);
+        assert_eq!(dark.colour(0.0), [0, 0, 4]);
+    }
+}

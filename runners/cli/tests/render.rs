@@ -1,0 +1,240 @@
+//! `fredholm render`: pictures, and the numbers behind them.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, Ran, assert_svg, fredholm, number};
+
+/// A room of 2 by 1 with an obstacle and a thin baffle. The lamp is the left wall: u = 1 on it and 0
+/// elsewhere.
+const BLACK: &str = "[problem]\nkind = 'room'\n\
+    [[problem.surface]]\nname = 'walls'\npoints = [[0, 0], [2, 0], [2, 1], [0, 1]]\nreflectance = 0\n\
+    [[problem.surface]]\nname = 'lamp'\npoints = [[0, 1], [0, 0]]\nreflectance = 0\nemission = 1\n\
+    [[problem.surface]]\nname = 'a'\npoints = [[1, 0.5], [1, 0]]\nreflectance = 0\n\
+    [[problem.surface]]\nname = 'b'\npoints = [[1, 0], [1, 0.5]]\nreflectance = 0\n\
+    [[problem.surface]]\nname = 'block'\nreflectance = 0\n\
+    points = [[1.6, 0.6], [1.6, 0.8], [1.8, 0.8], [1.8, 0.6], [1.6, 0.6]]\n\
+    [galerkin]\ncells = 60\n\
+    [[target]]\nname = 'mean'\nover = 'all'\n";
+
+/// The same room as a furnace: u = 1 everywhere.
+fn furnace() -> String {
+    let mut text = BLACK.replace("reflectance = 0\nemission = 1\n", "reflectance = 0\n");
+    for (i, rho) in [0.7, 0.2, 0.5, 0.9, 0.4].into_iter().enumerate() {
+        let material = format!("reflectance = {rho}\nemission = {:.1}\n", 1.0 - rho);
+        text = text.replacen("reflectance = 0\n", &material, 1);
+        assert_eq!(text.matches("emission").count(), i + 1);
+    }
+    text
+}
+
+/// The rows of a table without its header.
+fn rows(folder: &Folder, name: &str) -> Vec<Vec<f64>> {
+    let mut reader = csv::Reader::from_path(folder.at(name)).unwrap();
+    let rows = reader.records().map(|row| {
+        let row = row.unwrap();
+        row.iter().map(|x| x.parse().unwrap_or(f64::NAN)).collect()
+    });
+    rows.collect()
+}
+
+fn render(folder: &Folder, problem: &str, name: &str, args: &[&str]) -> Ran {
+    let file = folder.file("problem.toml", problem);
+    let out = folder.at(name);
+    fredholm(&[&["render", &file, "-o", &out], args].concat())
+}
+
+fn refused(ran: &Ran, words: &[&str]) {
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert_eq!(ran.stdout, "", "{ran:?}");
+    for word in words {
+        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
+    }
+}
+
+/// Width, height, and red, green, blue of every pixel.
+fn decode(path: &Path) -> (usize, usize, Vec<[u8; 3]>) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Rgb);
+    let pixels = bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+    (info.width as usize, info.height as usize, pixels)
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let folder = Folder::new();
+    for name in ["a.png", "a.svg", "a.csv"] {
+        let of = |threads: &str| {
+            let args = ["--width", "60", "--threads", threads];
+            render(&folder, &furnace(), name, &args).quietly(0);
+            std::fs::read(folder.path().join(name)).unwrap()
+        };
+        let one = of("1");
+        assert!(one == of("2") && one == of("3"), "{name}");
+    }
+    let of = |threads: &str| {
+        let args = ["--profile", "--walks", "50", "--threads", threads];
+        render(&folder, &furnace(), "p.svg", &args).quietly(0);
+        std::fs::read_to_string(folder.path().join("p.svg")).unwrap()
+    };
+    let one = of("1");
+    assert_svg(&folder.path().join("p.svg"));
+    assert_eq!(one, of("2"));
+    for name in ["walls", "lamp", "block", "length along all surfaces"] {
+        assert!(one.contains(name), "{name}");
+    }
+}
+
+/// u = 1: every pixel is 1 up to what its few walks leave of 1 − v. Walks that find it are rare, so that a
+/// pixel's own standard error from 50 of them says little; of the mean over all pixels, which are
+/// independent and have 90,000 walks, it says all: 4 of them. And one colour: no pixel is off by more than
+/// half a step of a scale of 256 colours that ends at 1.
+#[test]
+fn a_furnace_has_one_colour() {
+    let folder = Folder::new();
+    let args = ["--width", "60", "--walks", "50"];
+    render(&folder, &furnace(), "a.csv", &args).quietly(0);
+    let rows = rows(&folder, "a.csv");
+    assert!(rows.len() > 1500, "{}", rows.len());
+    let (mut sum, mut variance) = (0.0, 0.0);
+    for row in &rows {
+        let [x, y, seen, error] = row[..] else {
+            panic!("{row:?}")
+        };
+        assert!((seen - 1.0).abs() < 0.5 / 256.0, "({x}, {y}): {seen}");
+        sum += seen - 1.0;
+        variance += if error.is_nan() { 0.0 } else { error * error };
+    }
+    assert!(sum.abs() < 4.0 * variance.sqrt(), "{sum} {variance}");
+    render(&folder, &furnace(), "a.png", &args).quietly(0);
+    // In the room left of the baffle: the colours of 1 − 1/256 and above.
+    let (width, _, pixels) = decode(&folder.path().join("a.png"));
+    let margin = 11 + 2;
+    for row in 5..25 {
+        for column in 5..25 {
+            let pixel = pixels[(margin + row) * width + margin + column];
+            assert!(pixel[0] > 240 && pixel[1] > 240, "{row} {column} {pixel:?}");
+        }
+    }
+}
+
+/// The lamp's angle from a point behind the baffle, which takes what is below the line over its top; what
+/// is black sends nothing back, so that no noise is left.
+#[test]
+fn a_shadow_is_where_it_should_be() {
+    let folder = Folder::new();
+    let args = ["--width", "60", "--walks", "3"];
+    render(&folder, BLACK, "a.csv", &args).quietly(0);
+    let (mut dark, mut half, mut lit) = (0, 0, 0);
+    for row in rows(&folder, "a.csv") {
+        let [x, y, seen, _] = row[..] else {
+            panic!("{row:?}")
+        };
+        // Left of the block, which hides nothing there, in pixels that no wall goes through.
+        if x > 1.55 {
+            continue;
+        }
+        let lowest = if x < 1.0 {
+            0.0
+        } else {
+            (0.5 - (y - 0.5) / (x - 1.0)).clamp(0.0, 1.0)
+        };
+        let exact = (f64::atan2(1.0 - y, x) - f64::atan2(lowest - y, x)) / core::f64::consts::TAU;
+        assert!((seen - exact).abs() < 1e-12, "({x}, {y}): {seen} {exact}");
+        let count = if lowest == 0.0 {
+            &mut lit
+        } else if lowest == 1.0 {
+            &mut dark
+        } else {
+            &mut half
+        };
+        *count += 1;
+    }
+    assert!(dark > 50 && half > 50 && lit > 500, "{dark} {half} {lit}");
+}
+
+#[test]
+fn what_is_no_room_is_blank() {
+    let folder = Folder::new();
+    let ran = render(&folder, &furnace(), "a.csv", &["--width", "60", "--json"]).quietly(0);
+    let json = ran.json();
+    let rows = rows(&folder, "a.csv");
+    // 60 by 30 pixels less 6 by 6 of the block, which pixels fit exactly.
+    assert_eq!(rows.len(), 60 * 30 - 6 * 6);
+    assert_eq!(number(&json, "inside"), rows.len() as f64);
+    for row in &rows {
+        let (x, y) = (row[0], row[1]);
+        let in_block = (1.6..=1.8).contains(&x) && (0.6..=0.8).contains(&y);
+        assert!((0.0..2.0).contains(&x) && (0.0..1.0).contains(&y) && !in_block);
+    }
+    // White in the picture: in the block's middle, and in the corner of the page.
+    render(&folder, &furnace(), "a.png", &["--width", "200"]).quietly(0);
+    let (width, _, pixels) = decode(&folder.path().join("a.png"));
+    let margin = 11 + 2;
+    let at = |x: f64, y: f64| {
+        let [column, row] = [x, 1.0 - y].map(|x| (100.0 * x) as usize + margin);
+        pixels[row * width + column]
+    };
+    assert_eq!(at(1.7, 0.7), [255; 3]);
+    assert_eq!(pixels[0], [255; 3]);
+    assert_ne!(at(1.5, 0.7), [255; 3]);
+    assert_ne!(at(1.9, 0.7), [255; 3]);
+}
+
+#[test]
+fn plain_walks_take_as_long_and_are_noisier() {
+    let folder = Folder::new();
+    let problem = furnace();
+    let args = ["--width", "40", "--side-by-side", "--walks", "20", "--json"];
+    let json = render(&folder, &problem, "a.svg", &args).quietly(0).json();
+    let of = |name: &str, key: &str| number(&json[name], key);
+    assert!(of("plain", "walks") >= 1.0 && of("plain", "seconds") > 0.0);
+    assert!(of("plain", "std_error") > 3.0 * of("preconditioned", "std_error"));
+    let svg = std::fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert_svg(&folder.path().join("a.svg"));
+    for word in ["plain: ", "preconditioned: 20 walks a pixel", "<image "] {
+        assert!(svg.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn refusals() {
+    let folder = Folder::new();
+    refused(
+        &render(&folder, common::CIRCLE, "a.png", &[]),
+        &["pictures are of rooms", "grid"],
+    );
+    refused(
+        &render(&folder, BLACK, "a.jpg", &[]),
+        &["a.jpg", ".png", ".svg", ".csv"],
+    );
+    refused(
+        &render(&folder, BLACK, "no/folder/a.png", &[]),
+        &["there is no folder"],
+    );
+    refused(
+        &render(&folder, BLACK, "a.csv", &["--log"]),
+        &["--log", "pictures"],
+    );
+    refused(
+        &render(&folder, BLACK, "a.svg", &["--profile", "--log"]),
+        &["--profile"],
+    );
+    // ρ²/(1 − q0) > 1: as `solve` has it.
+    let bright = furnace().replace("reflectance = 0.9", "reflectance = 0.99");
+    let bright = bright.replace("reflectance = 0.4", "reflectance = 0.99");
+    let bright = bright.replace("reflectance = 0.7", "reflectance = 0.99");
+    let bright = bright.replace("reflectance = 0.2", "reflectance = 0.99");
+    let bright = bright.replace("reflectance = 0.5", "reflectance = 0.99");
+    let bright = format!("{bright}[walk]\nabsorption = 0.3\n");
+    refused(
+        &render(&folder, &bright, "a.png", &[]),
+        &["variance of a walk is infinite", "absorption"],
+    );
+    // Nothing was left behind.
+    assert_eq!(folder.names(), ["problem.toml"]);
+}
