@@ -93,7 +93,7 @@ fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
                         let all = Some(Mean::of(v));
                         let mean = task(cube, neighbour, &Mean, all, estimator, stream(1));
                         check(run(&mean, walks), model.mean::<D>(), "mean");
-                        let weight = Weighted::new(weight, &means_of_weight, v).unwrap();
+                        let weight = Weighted::new(cube, weight, &means_of_weight, v).unwrap();
                         let part = task(cube, neighbour, &weight, None, estimator, stream(2));
                         check(run(&part, walks), weighted.powi(D as i32), "weighted mean");
                     }
@@ -454,7 +454,7 @@ fn a_weighted_mean_varies_no_more_than_a_mean() {
             let mut means = vec![0.0; 32];
             // Without means φ v is scored walk by walk, and its variance stays.
             let of = |means: &[f64]| {
-                let weighted = Weighted::new(weight, means, v).unwrap();
+                let weighted = Weighted::new(cube, weight, means, v).unwrap();
                 let stream = Stream::new(1, 0);
                 let task = task(
                     cube,

@@ -118,7 +118,8 @@ fn max_or_nan<F: Real>(a: F, b: F) -> F {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-/// Coefficients in f64 as walks in `F` see them, rounded entry by entry: one table for both.
+/// Coefficients in f64 as walks in `F` see them, one table for both: a block is rounded entry by entry, a
+/// contraction is computed in f64 and rounded then.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounded<'a, C, F> {
     coefficients: &'a C,
@@ -150,6 +151,13 @@ impl<C: Coefficients<B, Scalar = f64>, F: Real, const B: usize> Coefficients<B>
         self.coefficients
             .block(i, j)
             .map(|row| row.map(F::from_f64))
+    }
+
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+        let left = left.map(|left| left.to_f64());
+        let right = self.coefficients.contract(i, j, &left);
+        right.map(F::from_f64)
     }
 }
 

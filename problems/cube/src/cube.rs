@@ -7,6 +7,7 @@ use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
+use crate::functions::Functions;
 use crate::mesh::Mesh;
 use crate::{CellIntegral, CubeError, Function, IntegralKernel};
 
@@ -20,8 +21,14 @@ use crate::{CellIntegral, CubeError, Function, IntegralKernel};
 /// k = K/(1 − q0), and f = F/q0.
 ///
 /// It is its own partition into n = m^D equal cells, on which p_j(x) = (1 − q0)/n whatever x is.
+///
+/// On every cell stand B functions ψ_0 … ψ_(B−1): the products of normalised Legendre polynomials of
+/// the cell's coordinates t_a ∈ [−1, 1] whose degrees sum to p or less, in lexicographic order of these
+/// degrees, the last axis running fastest. B = C(p + D, D), [`functions`](crate::functions); B = 1 are
+/// the piecewise constants, and [`with_functions`](Self::with_functions) chooses others. The transition
+/// moments are (1 − q0)/n times the identity.
 #[derive(Clone, Copy)]
-pub struct Cube<F, const D: usize, K, S> {
+pub struct Cube<F, const D: usize, K, S, const B: usize = 1> {
     kernel: K,
     source: S,
     mesh: Mesh<D>,
@@ -37,10 +44,11 @@ pub struct Cube<F, const D: usize, K, S> {
 }
 
 // By hand: closures have no `Debug`.
-impl<F: Real, const D: usize, K, S> fmt::Debug for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> fmt::Debug for Cube<F, D, K, S, B> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Cube")
             .field("mesh", &self.mesh)
+            .field("degree", &self.degree())
             .field("absorption", &self.absorption)
             .finish_non_exhaustive()
     }
@@ -51,8 +59,8 @@ where
     K: IntegralKernel<F, D>,
     S: Function<F, D>,
 {
-    /// The equation with this kernel and source, `per_axis` cells per axis, and absorption
-    /// probability q0.
+    /// The equation with this kernel and source, `per_axis` cells per axis with piecewise constants, and
+    /// absorption probability q0.
     ///
     /// # Errors
     /// [`CubeError::Absorption`] for q0 outside (0, 1), [`CubeError::Cells`].
@@ -77,6 +85,50 @@ where
             survival,
             mass: F::from_f64(survival.to_f64() / mesh.cells() as f64),
         })
+    }
+}
+
+impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
+    /// The same equation and cells with `N` functions on each: [`functions`](crate::functions)(D, p) of
+    /// them for the total degree p.
+    ///
+    /// ```
+    /// use fredholm_cube::{Cube, functions};
+    ///
+    /// let kernel = |x: &[f64; 2], y: &[f64; 2]| 0.5 * x[0] * y[1];
+    /// let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8, 0.2)?;
+    /// let cubic = cube.with_functions::<{ functions(2, 3) }>();
+    /// assert_eq!(cubic.degree(), 3);
+    /// # Ok::<(), fredholm_cube::CubeError>(())
+    /// ```
+    ///
+    /// Another number of functions is refused by the compiler:
+    ///
+    /// ```compile_fail
+    /// # use fredholm_cube::Cube;
+    /// # let kernel = |x: &[f64; 2], y: &[f64; 2]| 0.5 * x[0] * y[1];
+    /// # let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8, 0.2).unwrap();
+    /// let neither = cube.with_functions::<5>();
+    /// ```
+    #[must_use]
+    pub fn with_functions<const N: usize>(self) -> Cube<F, D, K, S, N> {
+        const { assert!(Functions::<D, N>::DEGREES.len() == N) }
+        Cube {
+            kernel: self.kernel,
+            source: self.source,
+            mesh: self.mesh,
+            per_axis: self.per_axis,
+            absorption: self.absorption,
+            per_survival: self.per_survival,
+            survival: self.survival,
+            mass: self.mass,
+        }
+    }
+
+    /// The total degree p of the functions on a cell.
+    #[must_use]
+    pub const fn degree(&self) -> usize {
+        Functions::<D, B>::DEGREE
     }
 
     /// The kernel K.
@@ -110,14 +162,19 @@ where
     pub(crate) const fn mesh(&self) -> Mesh<D> {
         self.mesh
     }
+
+    /// (1 − q0)/n.
+    pub(crate) fn mass(&self) -> f64 {
+        self.mass.to_f64()
+    }
 }
 
-impl<F: Real, const D: usize, K, S> StateSpace for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> StateSpace for Cube<F, D, K, S, B> {
     type Scalar = F;
     type Point = [F; D];
 }
 
-impl<F: Real, const D: usize, K, S> Sampler for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> Sampler for Cube<F, D, K, S, B> {
     #[inline]
     fn absorption(&self, _: &[F; D]) -> F {
         self.absorption
@@ -129,27 +186,33 @@ impl<F: Real, const D: usize, K, S> Sampler for Cube<F, D, K, S> {
     }
 }
 
-impl<F: Real, const D: usize, K, S> TransitionDensity for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> TransitionDensity for Cube<F, D, K, S, B> {
     fn density(&self, _: &[F; D], _: &[F; D]) -> F {
         self.survival
     }
 }
 
-impl<F: Real, const D: usize, K: IntegralKernel<F, D>, S> Kernel for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> Kernel for Cube<F, D, K, S, B>
+where
+    K: IntegralKernel<F, D>,
+{
     #[inline]
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
         self.kernel.kernel(x, y) * self.per_survival
     }
 }
 
-impl<F: Real, const D: usize, K, S: Function<F, D>> Source for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> Source for Cube<F, D, K, S, B>
+where
+    S: Function<F, D>,
+{
     #[inline]
     fn source(&self, x: &[F; D]) -> F {
         self.source.value(x)
     }
 }
 
-impl<F: Real, const D: usize, K, S> Partition for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> Partition for Cube<F, D, K, S, B> {
     fn cells(&self) -> usize {
         self.mesh.cells()
     }
@@ -165,21 +228,33 @@ impl<F: Real, const D: usize, K, S> Partition for Cube<F, D, K, S> {
     }
 }
 
-impl<F: Real, const D: usize, K, S> Basis for Cube<F, D, K, S> {
+impl<F: Real, const D: usize, K, S, const B: usize> Basis<B> for Cube<F, D, K, S, B> {
     #[inline]
-    fn basis(&self, _: &Located<[F; D]>) -> [F; 1] {
-        [F::one()]
+    fn basis(&self, x: &Located<[F; D]>) -> [F; B] {
+        Functions::in_cell(&self.mesh, x)
     }
 }
 
-impl<F: Real, const D: usize, K, S> TransitionMoments for Cube<F, D, K, S> {
-    /// (1 − q0)/n.
+impl<F: Real, const D: usize, K, S, const B: usize> TransitionMoments<B> for Cube<F, D, K, S, B> {
+    /// (1 − q0)/n times the identity.
     #[inline]
-    fn moments(&self, _: &Located<[F; D]>, _: usize) -> [[F; 1]; 1] {
-        [[self.mass]]
+    fn moments(&self, _: &Located<[F; D]>, _: usize) -> [[F; B]; B] {
+        let mut moments = [[F::zero(); B]; B];
+        for (b, row) in moments.iter_mut().enumerate() {
+            if let Some(entry) = row.get_mut(b) {
+                *entry = self.mass;
+            }
+        }
+        moments
+    }
+
+    #[inline]
+    fn divide(&self, _: &Located<[F; D]>, _: usize, right: [F; B]) -> [F; B] {
+        right.map(|right| right / self.mass)
     }
 }
 
+/// Of piecewise constants: pointwise pairs of higher degree would need first moments of the kernel.
 impl<F: Real, const D: usize, K, S> PairIntegral for Cube<F, D, K, S>
 where
     K: CellIntegral<F, D>,

@@ -1,15 +1,22 @@
 //! Galerkin coefficients of a product kernel, from borrowed tables.
 
+use core::slice;
+
 use fredholm_core::Real;
 use fredholm_core::galerkin::Coefficients;
 
 use crate::CubeError;
+use crate::functions::Functions;
 use crate::mesh::Mesh;
 use crate::product::product;
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every
 /// axis, wherever it lies: in flash, on a stack. It needs no memory; with the feature `alloc`,
 /// [`ProductTables`](crate::ProductTables) computes the tables, owns them and multiplies faster.
+///
+/// With functions of degree p on a cell, K'_(iα)(jβ) = Π_a K'_a(i_a α_a, j_a β_a) in the degrees α_a and β_a
+/// along the axes, and a table has m (p + 1) rows: those of the p + 1 polynomials of the first place, then
+/// those of the next.
 ///
 /// ```
 /// use fredholm_core::galerkin::Coefficients;
@@ -23,21 +30,32 @@ use crate::product::product;
 /// # Ok::<(), fredholm_cube::CubeError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct FactorTables<'a, F, const D: usize> {
+pub struct FactorTables<'a, F, const D: usize, const B: usize = 1> {
     mesh: Mesh<D>,
     /// Those of axis 0 row by row, then those of axis 1, and so on.
     entries: &'a [F],
 }
 
 impl<'a, F: Real, const D: usize> FactorTables<'a, F, D> {
-    /// D tables of m² numbers, m = `per_axis`: that of axis 0 row by row, then that of axis 1, and so
-    /// on.
+    /// Of piecewise constants: D tables of m² numbers, m = `per_axis`: that of axis 0 row by row, then
+    /// that of axis 1, and so on.
     ///
     /// # Errors
     /// [`CubeError::Cells`], [`CubeError::Length`].
     pub fn new(per_axis: usize, entries: &'a [F]) -> Result<Self, CubeError> {
+        Self::of_functions(per_axis, entries)
+    }
+}
+
+impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
+    /// D tables of (m (p + 1))² numbers, m = `per_axis`, for the B functions of degree p.
+    ///
+    /// # Errors
+    /// [`CubeError::Cells`], [`CubeError::Length`].
+    pub fn of_functions(per_axis: usize, entries: &'a [F]) -> Result<Self, CubeError> {
         let mesh = Mesh::new(per_axis)?;
-        let length = per_axis.checked_mul(per_axis);
+        let width = per_axis.checked_mul(Functions::<D, B>::PER_AXIS);
+        let length = width.and_then(|width| width.checked_mul(width));
         let expected = length.and_then(|entries| entries.checked_mul(D));
         match expected {
             Some(expected) if expected == entries.len() => Ok(Self { mesh, entries }),
@@ -55,16 +73,91 @@ impl<'a, F: Real, const D: usize> FactorTables<'a, F, D> {
         Self { mesh, entries }
     }
 
-    /// Row `place` of the table of `axis`; empty where there is none.
+    /// m (p + 1), the rows of a table.
     #[inline]
-    pub(crate) fn row(&self, axis: usize, place: u32) -> &'a [F] {
-        let m = self.mesh.per_axis() as usize;
-        let start = (axis * m + place as usize) * m;
-        self.entries.get(start..start + m).unwrap_or(&[])
+    pub(crate) const fn width(&self) -> usize {
+        self.mesh.per_axis() as usize * Functions::<D, B>::PER_AXIS
+    }
+
+    /// Row `row` of the table of `axis`; empty where there is none.
+    #[inline]
+    pub(crate) fn row(&self, axis: usize, row: usize) -> &'a [F] {
+        let start = (axis * self.width() + row) * self.width();
+        self.entries.get(start..start + self.width()).unwrap_or(&[])
+    }
+
+    #[inline]
+    fn entry(&self, axis: usize, row: usize, column: usize) -> F {
+        let at = (axis * self.width() + row) * self.width() + column;
+        self.entries.get(at).copied().unwrap_or(F::NAN)
+    }
+
+    /// K'_(iα)(jβ) for the places of i and j and the degrees α and β.
+    #[inline]
+    fn coefficient(&self, places: [[u32; D]; 2], degrees: [[u8; D]; 2]) -> F {
+        let at = |side: usize, axis: usize| {
+            let (place, degree) = (places[side][axis], degrees[side][axis]);
+            place as usize * Functions::<D, B>::PER_AXIS + degree as usize
+        };
+        let entry = |axis: usize| self.entry(axis, at(0, axis), at(1, axis));
+        product(core::array::from_fn::<_, D, _>(entry))
+    }
+
+    /// K'_(ia)(ia).
+    #[cfg(feature = "alloc")]
+    pub(crate) fn diagonal(&self, i: usize) -> [F; B] {
+        let places = [self.mesh.places(i); 2];
+        Functions::<D, B>::DEGREES.map(|degrees| self.coefficient(places, [degrees; 2]))
+    }
+
+    /// Contracts the first `axes` axes, the last of them first: `left` has a number for all degrees along
+    /// these axes that sum to p or less, and `out` gets one for all degrees along them that sum to `most`
+    /// or less, the first axis running fastest.
+    fn contract_axes(
+        &self,
+        places: &[[u32; D]; 2],
+        (axes, most): (usize, usize),
+        left: &[F; B],
+        out: &mut impl FnMut(F),
+    ) {
+        let Some(axis) = axes.checked_sub(1) else {
+            let [first, ..] = left.as_slice() else { return };
+            return out(*first);
+        };
+        let per_axis = Functions::<D, B>::PER_AXIS;
+        let [row, column] = places.map(|places| {
+            let place = places.get(axis).copied().unwrap_or(0);
+            place as usize * per_axis
+        });
+        for degree in 0..=most {
+            let along = |a: usize| self.entry(axis, row + a, column + degree);
+            let mut sums = [F::zero(); B];
+            let degrees = (axes, Functions::<D, B>::DEGREE);
+            sum_last(&mut left.iter(), degrees, &along, &mut sums.iter_mut());
+            self.contract_axes(places, (axis, most - degree), &sums, out);
+        }
     }
 }
 
-impl<F: Real, const D: usize> Coefficients for FactorTables<'_, F, D> {
+/// Σ over the degree along the last of `axes` axes of `column` times what `left` has, for all degrees
+/// along the other axes; all of them sum to `most` or less.
+fn sum_last<F: Real>(
+    left: &mut slice::Iter<'_, F>,
+    (axes, most): (usize, usize),
+    column: &impl Fn(usize) -> F,
+    out: &mut slice::IterMut<'_, F>,
+) {
+    if axes > 1 {
+        for degree in 0..=most {
+            sum_last(left, (axes - 1, most - degree), column, out);
+        }
+    } else if let Some(out) = out.next() {
+        let products = left.take(most + 1).enumerate();
+        *out = products.fold(F::zero(), |sum, (a, &left)| sum + left * column(a));
+    }
+}
+
+impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'_, F, D, B> {
     type Scalar = F;
 
     fn cells(&self) -> usize {
@@ -72,22 +165,46 @@ impl<F: Real, const D: usize> Coefficients for FactorTables<'_, F, D> {
     }
 
     #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
-        let (from, to) = (self.mesh.places(i), self.mesh.places(j));
-        let m = self.mesh.per_axis() as usize;
-        let entry = |a: usize| {
-            let at = (a * m + from[a] as usize) * m + to[a] as usize;
-            self.entries.get(at).copied().unwrap_or(F::NAN)
-        };
-        [[product(core::array::from_fn::<_, D, _>(entry))]]
+    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
+        let places = [self.mesh.places(i), self.mesh.places(j)];
+        Functions::<D, B>::DEGREES.map(|row| {
+            Functions::<D, B>::DEGREES.map(|column| self.coefficient(places, [row, column]))
+        })
+    }
+
+    /// Axis by axis, without the block: its B² products of D factors are sums of products.
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+        let places = [self.mesh.places(i), self.mesh.places(j)];
+        if B == 1 {
+            let mean = self.coefficient(places, [[0; D]; 2]);
+            return left.map(|left| left * mean);
+        }
+        let mut out = [F::NAN; B];
+        let mut turned = Functions::<D, B>::TURNED.iter();
+        let degree = Functions::<D, B>::DEGREE;
+        self.contract_axes(&places, (D, degree), left, &mut |sum| {
+            if let Some(out) = turned.next().and_then(|&b| out.get_mut(b)) {
+                *out = sum;
+            }
+        });
+        out
+    }
+
+    #[inline]
+    fn mean(&self, i: usize, j: usize) -> F {
+        let places = [self.mesh.places(i), self.mesh.places(j)];
+        self.coefficient(places, [[0; D]; 2])
     }
 
     /// O(D m): the row sums of the factors, multiplied.
     fn row_sum(&self, i: usize) -> F {
         let places = self.mesh.places(i);
+        let per_axis = Functions::<D, B>::PER_AXIS;
         product(core::array::from_fn::<_, D, _>(|a| {
-            let row = self.row(a, places[a]).iter();
-            row.fold(F::zero(), |sum, k| sum + k.abs())
+            let row = self.row(a, places[a] as usize * per_axis);
+            let means = row.iter().step_by(per_axis);
+            means.fold(F::zero(), |sum, k| sum + k.abs())
         }))
     }
 }

@@ -8,6 +8,7 @@ mod cube;
 mod equation;
 mod error;
 mod factors;
+mod functions;
 mod mean;
 mod mesh;
 pub mod model;
@@ -23,6 +24,7 @@ pub use cube::Cube;
 pub use equation::{CellIntegral, Function, IntegralKernel};
 pub use error::CubeError;
 pub use factors::FactorTables;
+pub use functions::functions;
 pub use mean::{Mean, Weighted};
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]

@@ -1,7 +1,10 @@
 //! Means over the cube, as functionals.
 
+use fredholm_core::galerkin::Partition;
 use fredholm_core::{Functional, Located, Real, Uniforms};
 
+use crate::functions::Functions;
+use crate::mesh::Mesh;
 use crate::{Cube, CubeError, Function};
 
 /// The mean of u over X: Φ = 1, walks start uniformly, φ = 1.
@@ -9,14 +12,22 @@ use crate::{Cube, CubeError, Function};
 pub struct Mean;
 
 impl Mean {
-    /// (v, Φ), exact up to rounding: the average of v.
+    /// (v, Φ) of piecewise constants, exact up to rounding: the average of v.
     #[must_use]
     pub fn of<F: Real>(v: &[F]) -> f64 {
-        v.iter().map(|v| v.to_f64()).sum::<f64>() / v.len() as f64
+        Self::of_blocks::<F, 1>(v)
+    }
+
+    /// (v, Φ) with B functions on a cell, exact up to rounding: the average of the v_i0, as the means of
+    /// the other functions are 0.
+    #[must_use]
+    pub fn of_blocks<F: Real, const B: usize>(v: &[F]) -> f64 {
+        let firsts = v.iter().step_by(B).map(|v| v.to_f64());
+        firsts.sum::<f64>() / (v.len() / B) as f64
     }
 }
 
-impl<F: Real, const D: usize, K, S> Functional<Cube<F, D, K, S>> for Mean {
+impl<F: Real, const D: usize, K, S, const B: usize> Functional<Cube<F, D, K, S, B>> for Mean {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
         (core::array::from_fn(|_| uniforms.uniform()), F::one())
@@ -25,50 +36,59 @@ impl<F: Real, const D: usize, K, S> Functional<Cube<F, D, K, S>> for Mean {
 
 /// The weighted mean ∫ w u dx: Φ = w, walks start uniformly, φ = w(x0).
 ///
-/// (v, Φ) is Σ_i v_i ∫_Xi w dx, and few weights have exact integrals over cells; quadrature in their
-/// place would be a bias. With *any* numbers w_i near the means of w over the cells,
+/// (v, Φ) is Σ_ia v_ia ∫_Xi w ψ_ia dx, and few weights have exact integrals over cells; quadrature in their
+/// place would be a bias. With *any* numbers w_ia near the means of w ψ_ia over the cells,
 ///
 /// ```text
-/// Σ_i v_i w_i/n + (w(x0) − w_i) v_i        (x0 ∈ X_i)
+/// Σ_ia v_ia w_ia/n + (w(x0) − Σ_a w_ia ψ_ia(x0)) v(x0)        (x0 ∈ X_i)
 /// ```
 ///
-/// has the mean (v, Φ) and varies little: it is this functional's `neighbour_value`, so that a task
-/// leaves its own `None`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weighted<'a, F, W> {
+/// has the mean (v, Φ), since the ψ_ia are orthonormal, and varies little: it is this functional's
+/// `neighbour_value`, so that a task leaves its own `None`.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighted<'a, F, const D: usize, W, const B: usize = 1> {
     weight: W,
     means: &'a [F],
+    mesh: Mesh<D>,
     value: f64,
 }
 
-impl<'a, F: Real, W> Weighted<'a, F, W> {
-    /// The weight w, numbers w_i near its means over the cells (see [`Cube::means`]), and v.
+impl<'a, F: Real, const D: usize, W, const B: usize> Weighted<'a, F, D, W, B> {
+    /// The weight w on the cells of a cube, numbers w_ia near the means of w ψ_ia (see [`Cube::means`]),
+    /// and v.
     ///
     /// # Errors
-    /// [`CubeError::Length`]: there are not as many w_i as v_i.
-    pub fn new(weight: W, means: &'a [F], v: &[F]) -> Result<Self, CubeError> {
-        if means.len() != v.len() {
-            return Err(CubeError::Length {
-                expected: v.len(),
-                found: means.len(),
-            });
+    /// [`CubeError::Length`]: there are not n·B numbers w_ia, or v_ia.
+    pub fn new<K, S>(
+        cube: &Cube<F, D, K, S, B>,
+        weight: W,
+        means: &'a [F],
+        v: &[F],
+    ) -> Result<Self, CubeError> {
+        let expected = cube.cells().saturating_mul(B);
+        for found in [means.len(), v.len()] {
+            if found != expected {
+                return Err(CubeError::Length { expected, found });
+            }
         }
         let products = means.iter().zip(v).map(|(w, v)| w.to_f64() * v.to_f64());
         Ok(Self {
             weight,
             means,
-            value: products.sum::<f64>() / v.len() as f64,
+            mesh: cube.mesh(),
+            value: products.sum::<f64>() / cube.cells() as f64,
         })
     }
 
-    /// Σ_i v_i w_i/n, which is (v, Φ) as far as the w_i are the means of w.
+    /// Σ_ia v_ia w_ia/n, which is (v, Φ) as far as the w_ia are the means of w ψ_ia.
     #[must_use]
     pub const fn of_means(&self) -> f64 {
         self.value
     }
 }
 
-impl<F, const D: usize, K, S, W> Functional<Cube<F, D, K, S>> for Weighted<'_, F, W>
+impl<F, const D: usize, K, S, W, const B: usize> Functional<Cube<F, D, K, S, B>>
+    for Weighted<'_, F, D, W, B>
 where
     F: Real,
     W: Function<F, D>,
@@ -80,7 +100,12 @@ where
     }
 
     fn neighbour_value(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
-        let mean = self.means.get(x0.cell).map_or(f64::NAN, |w| w.to_f64());
-        self.value + (phi.to_f64() - mean) * v.to_f64()
+        let block = self.means.get(x0.cell * B..).and_then(<[F]>::first_chunk);
+        let near = block.map_or(f64::NAN, |w: &[F; B]| {
+            let psi: [F; B] = Functions::in_cell(&self.mesh, x0);
+            let products = w.iter().zip(psi);
+            products.map(|(w, psi)| w.to_f64() * psi.to_f64()).sum()
+        });
+        self.value + (phi.to_f64() - near) * v.to_f64()
     }
 }

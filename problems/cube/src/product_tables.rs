@@ -3,56 +3,60 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, Dense, buffer, rounded};
+use fredholm_core::galerkin::{Coefficients, GalerkinError, buffer, rounded};
 
+use crate::functions::Functions;
 use crate::mesh::Mesh;
-use crate::solution::absolute_radius;
+use crate::solution::radius_of;
+use crate::table::add;
 use crate::{Cube, CubeError, FactorTables, Function, KernelFactors, Product, Rule};
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every
-/// axis.
+/// axis; with functions of degree p on a cell, from one of m (p + 1) rows: see [`FactorTables`].
 ///
 /// They are those that the same rule gives for the product, up to rounding. Set-up costs D m² g²
-/// evaluations of a factor and K'v costs D m n operations, so that n may be far larger than a dense
-/// table would allow.
+/// evaluations of a factor and K'v costs D m n operations, D m n (p + 1)^(D+1) at degree p, so that n may be
+/// far larger than a dense table would allow.
 #[derive(Clone, Debug)]
-pub struct ProductTables<F, const D: usize> {
+pub struct ProductTables<F, const D: usize, const B: usize = 1> {
     mesh: Mesh<D>,
     /// Those of axis 0 row by row, then those of axis 1, and so on.
     entries: Vec<F>,
 }
 
-impl<const D: usize> ProductTables<f64, D> {
-    /// The tables of a cube's kernel: 8 D m² bytes.
+impl<const D: usize, const B: usize> ProductTables<f64, D, B> {
+    /// The tables of a cube's kernel: 8 D (m (p + 1))² bytes.
     ///
     /// # Errors
     /// [`CubeError::Memory`], [`CubeError::Kernel`] where a factor is not finite.
-    pub fn new<T, S>(cube: &Cube<f64, D, Product<T>, S>, rule: Rule) -> Result<Self, CubeError>
+    pub fn new<T, S>(cube: &Cube<f64, D, Product<T>, S, B>, rule: Rule) -> Result<Self, CubeError>
     where
         T: KernelFactors<f64>,
         S: Function<f64, D>,
     {
         let mesh = cube.mesh();
-        let m = mesh.per_axis();
-        let width = m as usize;
-        let length = width.checked_mul(width).and_then(|e| e.checked_mul(D));
+        let (m, functions) = (mesh.per_axis() as usize, Functions::<D, B>::PER_AXIS);
+        let width = m.checked_mul(functions);
+        let length = width.and_then(|w| w.checked_mul(w)?.checked_mul(D));
         let mut entries = buffer(length.ok_or(CubeError::Memory { bytes: None })?)?;
+        let width = m * functions;
         let factors = &cube.integral_kernel().0;
         for (axis, table) in entries.chunks_exact_mut(width * width).enumerate() {
-            for (e, out) in table.iter_mut().enumerate() {
-                let (row, column) = (e / width, e % width);
-                let mut sum = 0.0;
-                for ([x], weight) in rule.in_cell([row as u32], m) {
-                    let inner: f64 = rule
-                        .in_cell([column as u32], m)
-                        .map(|([y], weight)| weight * factors.factor(axis, x, y))
-                        .sum();
-                    sum += weight * inner;
+            for (row, rows) in table.chunks_exact_mut(functions * width).enumerate() {
+                for column in 0..m {
+                    let pair = [row, column].map(|place| [place as u32]);
+                    let factor = |x, y| factors.factor(axis, x, y);
+                    let block: [[f64; B]; B] = factor_block(pair, mesh.per_axis(), rule, factor);
+                    for (out, block) in rows.chunks_exact_mut(width).zip(block) {
+                        let out = out.iter_mut().skip(column * functions).take(functions);
+                        for (out, k) in out.zip(block) {
+                            if !k.is_finite() {
+                                return Err(CubeError::Kernel { row, column });
+                            }
+                            *out = k;
+                        }
+                    }
                 }
-                if !sum.is_finite() {
-                    return Err(CubeError::Kernel { row, column });
-                }
-                *out = sum / f64::from(m);
             }
         }
         Ok(Self { mesh, entries })
@@ -62,35 +66,91 @@ impl<const D: usize> ProductTables<f64, D> {
     ///
     /// # Errors
     /// [`CubeError::Memory`].
-    pub fn rounded<F: Real>(&self) -> Result<ProductTables<F, D>, CubeError> {
+    pub fn rounded<F: Real>(&self) -> Result<ProductTables<F, D, B>, CubeError> {
         Ok(ProductTables {
             mesh: self.mesh,
             entries: rounded(&self.entries)?,
         })
     }
 
-    /// As [`absolute_radius`], for any number of cells: that of a product is the product of those of the
-    /// factors.
+    /// As [`absolute_radius`](crate::absolute_radius) of the means K'_(i0)(j0), for any number of cells:
+    /// that of a product is the product of those of the factors.
     ///
     /// # Errors
     /// [`CubeError::Memory`].
     pub fn absolute_radius(&self) -> Result<f64, CubeError> {
-        let m = self.mesh.per_axis() as usize;
-        let mut radius = 1.0;
-        for table in self.entries.chunks_exact(m * m) {
-            if let Some(axis) = Dense::new(table, m) {
-                radius *= absolute_radius(&axis)?;
+        let functions = Functions::<D, B>::PER_AXIS;
+        self.radius_by_axes(|axis, i, out| {
+            let row = self.view().row(axis, i * functions).iter().step_by(functions);
+            for (out, k) in out.iter_mut().zip(row) {
+                *out = k.abs();
             }
+        })
+    }
+
+    /// As [`Cube::neighbour_radius`], for any number of cells, and a little more with functions of degree
+    /// p > 0 in several dimensions, which leave out products of more than the degree p in all.
+    ///
+    /// # Errors
+    /// [`CubeError::Memory`].
+    pub fn neighbour_radius(&self, absorption: f64) -> Result<f64, CubeError> {
+        let functions = Functions::<D, B>::PER_AXIS;
+        let radius = self.radius_by_axes(|axis, i, out| {
+            out.fill(0.0);
+            for a in 0..functions {
+                let row = self.view().row(axis, i * functions + a);
+                for (out, block) in out.iter_mut().zip(row.chunks_exact(functions)) {
+                    *out += block.iter().map(|k| k * k).sum::<f64>();
+                }
+            }
+        })?;
+        Ok(radius * self.mesh.cells() as f64 / (1.0 - absorption))
+    }
+
+    /// The product of the spectral radii of one m × m matrix an axis, whose rows `row` fills.
+    fn radius_by_axes(&self, row: impl Fn(usize, usize, &mut [f64])) -> Result<f64, CubeError> {
+        let m = self.mesh.per_axis() as usize;
+        let mut entries = buffer(m)?;
+        let mut radius = 1.0;
+        for axis in 0..D {
+            radius *= radius_of(m, |w, out| {
+                for (i, out) in out.iter_mut().enumerate() {
+                    row(axis, i, &mut entries);
+                    *out = entries.iter().zip(w).map(|(k, w)| k * w).sum();
+                }
+            })?;
         }
         Ok(radius)
     }
 }
 
-impl<F: Real, const D: usize> ProductTables<F, D> {
+/// The block K'_a(i_a ·, j_a ·) of a factor. There are B ≥ p + 1 rows and columns, as no number of them
+/// can be p + 1; the rest is for the caller to drop.
+fn factor_block<const B: usize>(
+    [from, to]: [[u32; 1]; 2],
+    per_axis: u32,
+    rule: Rule,
+    factor: impl Fn(f64, f64) -> f64,
+) -> [[f64; B]; B] {
+    let mut block = [[0.0; B]; B];
+    for x in rule.in_cell(from, per_axis) {
+        let mut inner = [0.0; B];
+        for y in rule.in_cell(to, per_axis) {
+            let k = y.weight * factor(x.point[0], y.point[0]);
+            add(&mut inner, k, &Functions::<1, B>::at(y.local));
+        }
+        for (row, psi) in block.iter_mut().zip(Functions::<1, B>::at(x.local)) {
+            add(row, x.weight * psi, &inner);
+        }
+    }
+    block.map(|row| row.map(|k| k / f64::from(per_axis)))
+}
+
+impl<F: Real, const D: usize, const B: usize> ProductTables<F, D, B> {
     /// The same coefficients, borrowed. Their provided methods need no memory.
     #[inline]
     #[must_use]
-    pub fn view(&self) -> FactorTables<'_, F, D> {
+    pub fn view(&self) -> FactorTables<'_, F, D, B> {
         FactorTables::filled(self.mesh, &self.entries)
     }
 
@@ -100,25 +160,24 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
         &self.entries
     }
 
-    /// out = K'v with the factors' entries changed by `entry`, axis by axis in place; `fibre` has m
-    /// entries.
-    fn multiply(&self, v: &[F], out: &mut [F], fibre: &mut [F], entry: impl Fn(F) -> F) {
-        out.copy_from_slice(v);
-        let m = fibre.len();
-        let mut stride = self.mesh.cells();
+    /// Multiplies numbers for all places of all axes by the tables, axis by axis in place: of every table
+    /// the rows and columns whose numbers are multiples of `step`, their entries changed by `entry`.
+    /// `fibre` has room for those of an axis.
+    fn multiply(&self, out: &mut [F], fibre: &mut [F], step: usize, entry: impl Fn(F) -> F) {
+        let width = fibre.len();
+        let mut stride = out.len();
         for axis in 0..D {
             let block = stride;
-            stride /= m;
+            stride /= width;
             for block in out.chunks_exact_mut(block) {
                 for offset in 0..stride {
-                    let along = || (offset..).step_by(stride).take(m);
+                    let along = || (offset..).step_by(stride).take(width);
                     for (to, i) in fibre.iter_mut().zip(along()) {
                         *to = block.get(i).copied().unwrap_or(F::NAN);
                     }
                     for (place, i) in along().enumerate() {
-                        let row = self.view().row(axis, place as u32);
+                        let row = self.view().row(axis, place * step).iter().step_by(step);
                         let sum = row
-                            .iter()
                             .zip(&*fibre)
                             .fold(F::zero(), |s, (&k, &v)| s + entry(k) * v);
                         if let Some(out) = block.get_mut(i) {
@@ -129,9 +188,44 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
             }
         }
     }
+
+    /// The numbers of the unknowns among those for all places of all axes, which have all products of
+    /// degree p along every axis: cell by cell.
+    fn places(&self) -> impl Iterator<Item = usize> {
+        let functions = Functions::<D, B>::PER_AXIS;
+        let width = self.view().width();
+        let number = move |places: [usize; D]| {
+            let along = places.iter();
+            along.fold(0, |number, place| number * width + place)
+        };
+        let mesh = self.mesh;
+        (0..mesh.cells()).flat_map(move |i| {
+            let first = number(mesh.places(i).map(|place| place as usize * functions));
+            let degrees = Functions::<D, B>::DEGREES.into_iter();
+            degrees.map(move |degrees| first + number(degrees.map(usize::from)))
+        })
+    }
+
+    /// out = K'v, unless there is no memory for it.
+    fn apply_by_axes(&self, v: &[F], out: &mut [F]) -> Result<(), GalerkinError> {
+        let width = self.view().width();
+        let length = (0..D).try_fold(1_usize, |length, _| length.checked_mul(width));
+        let mut tensor = buffer(length.ok_or(GalerkinError::Memory { bytes: None })?)?;
+        let mut fibre = buffer(width)?;
+        for (at, &v) in self.places().zip(v) {
+            if let Some(entry) = tensor.get_mut(at) {
+                *entry = v;
+            }
+        }
+        self.multiply(&mut tensor, &mut fibre, 1, |k| k);
+        for (at, out) in self.places().zip(out) {
+            *out = tensor.get(at).copied().unwrap_or(F::NAN);
+        }
+        Ok(())
+    }
 }
 
-impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
+impl<F: Real, const D: usize, const B: usize> Coefficients<B> for ProductTables<F, D, B> {
     type Scalar = F;
 
     fn cells(&self) -> usize {
@@ -139,8 +233,18 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
     }
 
     #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
+    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
         self.view().block(i, j)
+    }
+
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+        self.view().contract(i, j, left)
+    }
+
+    #[inline]
+    fn mean(&self, i: usize, j: usize) -> F {
+        self.view().mean(i, j)
     }
 
     /// O(D m): the row sums of the factors, multiplied.
@@ -148,43 +252,46 @@ impl<F: Real, const D: usize> Coefficients for ProductTables<F, D> {
         self.view().row_sum(i)
     }
 
-    /// O(D m n). Allocates m numbers; where there is no memory for them, O(n²).
+    /// O(D m n (p + 1)^(D+1)). Allocates n (p + 1)^D numbers; where there is no memory for them, O(n² B²).
     fn apply(&self, v: &[F], out: &mut [F]) {
-        match buffer(self.mesh.per_axis() as usize) {
-            Ok(mut fibre) if v.len() == self.cells() && v.len() == out.len() => {
-                self.multiply(v, out, &mut fibre, |k| k);
-            }
-            _ => self.view().apply(v, out),
+        let fits = Some(v.len()) == self.cells().checked_mul(B) && v.len() == out.len();
+        if !fits || self.apply_by_axes(v, out).is_err() {
+            self.view().apply(v, out);
         }
     }
 
-    /// As [`apply`](Self::apply): the absolute value of a product is that of the factors.
+    /// O(D m n): the absolute value of a product is that of the factors. Allocates m numbers; where there
+    /// is no memory for them, O(n²).
     fn apply_absolute(&self, w: &[F], out: &mut [F]) {
         match buffer(self.mesh.per_axis() as usize) {
             Ok(mut fibre) if w.len() == self.cells() && w.len() == out.len() => {
-                self.multiply(w, out, &mut fibre, Real::abs);
+                out.copy_from_slice(w);
+                self.multiply(out, &mut fibre, Functions::<D, B>::PER_AXIS, Real::abs);
             }
             _ => self.view().apply_absolute(w, out),
         }
     }
 
-    /// O(D m n): a sweep of Jacobi's iteration, which needs all of K'v at once and converges where
-    /// the spectral radius of |K'| is below 1. Allocates n numbers; where there is no memory for them, a
-    /// Gauss–Seidel sweep in O(n²).
+    /// As [`apply`](Self::apply): a sweep of Jacobi's iteration, which needs all of K'v at once and
+    /// converges where the spectral radius of |K'| is below 1. Allocates n·B numbers besides; where
+    /// there is no memory for them, a Gauss–Seidel sweep in O(n² B²).
     fn sweep(&self, source: &[F], v: &mut [F]) -> F {
         let Ok(mut product) = buffer(v.len()) else {
             return self.view().sweep(source, v);
         };
         self.apply(v, &mut product);
         let mut largest = F::zero();
-        for (i, ((v, &product), &source)) in v.iter_mut().zip(&product).zip(source).enumerate() {
-            let residual = source + product - *v;
-            // Written so that NaN stays.
-            if !(residual.abs() <= largest) && !largest.is_nan() {
-                largest = residual.abs();
+        let known = product.chunks_exact(B).zip(source.chunks_exact(B));
+        for (i, (v, (product, source))) in v.chunks_exact_mut(B).zip(known).enumerate() {
+            let known = product.iter().zip(source).zip(self.view().diagonal(i));
+            for (v, ((&product, &source), own)) in v.iter_mut().zip(known) {
+                let residual = source + product - *v;
+                // Written so that NaN stays.
+                if !(residual.abs() <= largest) && !largest.is_nan() {
+                    largest = residual.abs();
+                }
+                *v += residual / (F::one() - own);
             }
-            let [[own]] = self.block(i, i);
-            *v += residual / (F::one() - own);
         }
         largest
     }

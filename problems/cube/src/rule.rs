@@ -5,9 +5,10 @@ use crate::CubeError;
 /// The Gauss–Legendre rule of 1 to 5 points per axis, exact for polynomials of degree 2g − 1 in each
 /// variable.
 ///
-/// K' and F' by quadrature are approximations, which cost variance and no correctness. With
-/// piecewise constants the variance is that of a main part of first order: for smooth kernels one
-/// point, the middle of a cell, gives away little.
+/// K' and F' by quadrature are approximations, which cost variance and no correctness. With functions of
+/// degree p the variance is that of a main part of order p + 1: for smooth kernels p + 1 points give away
+/// little; for piecewise constants that is one point, the middle of a cell. With fewer than p + 1 points
+/// some function vanishes at all of them and does nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
     /// Nodes in [−1, 1] and weights that sum to 2.
@@ -49,6 +50,17 @@ impl Rule {
     }
 }
 
+/// A point of a tensor rule in a cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node<const D: usize> {
+    /// Where it lies in [0, 1]^D.
+    pub(crate) point: [f64; D],
+    /// Where it lies in the cell, in [−1, 1]^D.
+    pub(crate) local: [f64; D],
+    /// Weights sum to 1.
+    pub(crate) weight: f64,
+}
+
 /// The points of a tensor rule in one cell, the last axis running fastest.
 #[derive(Clone, Debug)]
 pub(crate) struct Points<const D: usize> {
@@ -59,16 +71,18 @@ pub(crate) struct Points<const D: usize> {
 }
 
 impl<const D: usize> Iterator for Points<D> {
-    type Item = ([f64; D], f64);
+    type Item = Node<D>;
 
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         let mut at = self.next?;
         let mut point = self.middle;
+        let mut local = [0.0; D];
         let mut weight = 1.0;
-        for (x, &i) in point.iter_mut().zip(&at) {
+        for ((x, t), &i) in point.iter_mut().zip(&mut local).zip(&at) {
             let &(node, w) = self.nodes.get(i)?;
             *x += self.scale * node;
+            *t = node;
             weight *= 0.5 * w;
         }
         self.next = None;
@@ -80,7 +94,11 @@ impl<const D: usize> Iterator for Points<D> {
             }
             *i = 0;
         }
-        Some((point, weight))
+        Some(Node {
+            point,
+            local,
+            weight,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, Partition, Solution, buffer, radius_bounds};
 
 use crate::{Cube, CubeError, Function, IntegralKernel, Rule, table_bytes};
@@ -14,65 +15,115 @@ const POWERS: u32 = 100;
 ///
 /// # Errors
 /// [`CubeError::Memory`], [`CubeError::Kernel`].
-pub fn table<const D: usize, K, S>(
-    cube: &Cube<f64, D, K, S>,
+pub fn table<const D: usize, K, S, const B: usize>(
+    cube: &Cube<f64, D, K, S, B>,
     rule: Rule,
 ) -> Result<Vec<f64>, CubeError>
 where
     K: IntegralKernel<f64, D>,
     S: Function<f64, D>,
 {
-    let mut table = empty_table(cube.cells())?;
+    let mut table = empty_table(cube.cells().saturating_mul(B))?;
     cube.fill_table(rule, &mut table)?;
     Ok(table)
 }
 
-/// Room for the table of n = `cells` cells, all zero: for whoever fills rows in parallel by
+/// Room for the table of `unknowns` = n·B unknowns, all zero: for whoever fills rows in parallel by
 /// [`Cube::fill_row`].
 ///
 /// # Errors
 /// [`CubeError::Memory`].
-pub fn empty_table(cells: usize) -> Result<Vec<f64>, CubeError> {
-    let bytes = table_bytes(cells).ok_or(CubeError::Memory { bytes: None })?;
+pub fn empty_table(unknowns: usize) -> Result<Vec<f64>, CubeError> {
+    let bytes = table_bytes(unknowns).ok_or(CubeError::Memory { bytes: None })?;
     Ok(buffer(bytes / size_of::<f64>())?)
 }
 
 /// The spectral radius of |K'|, bounded from above by powers of it. O(n²) for each power.
 ///
 /// Of the coefficients of K² in place of K, divided by 1 − q0, it is an estimate of that of T_k²p: below 1
-/// the walks have a finite variance. That of T_h²p is smaller where all pairs are in S, since its matrix
-/// has the squares of means in place of the means of squares.
+/// the walks have a finite variance. That of T_h²p, [`Cube::neighbour_radius`], is smaller if K' is exact,
+/// since it has the squares of means in place of the means of squares, and may be larger if it is not.
 ///
 /// # Errors
 /// [`CubeError::Memory`].
 pub fn absolute_radius<C: Coefficients<Scalar = f64>>(coefficients: &C) -> Result<f64, CubeError> {
-    let n = coefficients.cells();
-    let (mut w, mut next) = (buffer(n)?, buffer(n)?);
-    w.fill(1.0);
-    let apply = |w: &[f64], out: &mut [f64]| coefficients.apply_absolute(w, out);
+    radius_of(coefficients.cells(), |w, out| {
+        coefficients.apply_absolute(w, out);
+    })
+}
+
+/// The spectral radius of the matrix w ↦ Aw of n rows without negative entries, from above.
+pub(crate) fn radius_of(
+    n: usize,
+    apply: impl FnMut(&[f64], &mut [f64]),
+) -> Result<f64, CubeError> {
+    let (mut w, mut next) = (filled(n, 1.0)?, buffer(n)?);
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }
 
-impl<const D: usize, K, S> Cube<f64, D, K, S>
+fn filled(n: usize, value: f64) -> Result<Vec<f64>, CubeError> {
+    let mut filled = buffer(n)?;
+    filled.fill(value);
+    Ok(filled)
+}
+
+impl<const D: usize, K, S, const B: usize> Cube<f64, D, K, S, B>
 where
     K: IntegralKernel<f64, D>,
     S: Function<f64, D>,
 {
     /// The Galerkin solution: solves (41) until no residual is above `tolerance` times the largest
-    /// |F'_i|, at most `at_most` sweeps. F' comes from `rule`.
+    /// |F'_ia|, at most `at_most` sweeps. F' comes from `rule`.
     ///
     /// # Errors
     /// [`CubeError::Source`], and as [`CubeError::Galerkin`] what [`Solution::new`] says.
-    pub fn solve<C: Coefficients<Scalar = f64>>(
+    pub fn solve<C: Coefficients<B, Scalar = f64>>(
         &self,
         coefficients: &C,
         rule: Rule,
         tolerance: f64,
         at_most: u32,
-    ) -> Result<Solution, CubeError> {
-        let mut source = buffer(self.cells())?;
+    ) -> Result<Solution<B>, CubeError> {
+        let mut source = buffer(self.cells().saturating_mul(B))?;
         self.source_means(rule, &mut source)?;
         Ok(Solution::new(coefficients, source, tolerance, at_most)?)
+    }
+
+    /// An estimate from above of the spectral radius of T_h²p, with all pairs in S: that of the matrix
+    ///
+    /// ```text
+    /// R_ij = n/(1 − q0) Σ_ab K'_(ia)(jb)²
+    /// ```
+    ///
+    /// of the means over X_i of ∫_Xj h(x,y)² p(x,y) dy. Where it is below 1, E η(h,g) = (v,Φ) and the error
+    /// bars exist (Heinrich 1995, Proposition 2). It depends on K' and not on K: a rule of few points in
+    /// large cells may make K' larger than K is. Where the largest row sum of R is below 1 it is that. O(n² B²)
+    /// for each power.
+    ///
+    /// # Errors
+    /// [`CubeError::Memory`].
+    pub fn neighbour_radius<C: Coefficients<B, Scalar = f64>>(
+        &self,
+        coefficients: &C,
+    ) -> Result<f64, CubeError> {
+        let n = self.cells();
+        let apply = |w: &[f64], out: &mut [f64]| {
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = 0.0;
+                for (j, w) in w.iter().enumerate() {
+                    let block = coefficients.block(i, j);
+                    let squares: f64 = block.iter().flatten().map(|k| k * k).sum();
+                    *out += squares * w / self.mass();
+                }
+            }
+        };
+        let (ones, mut sums) = (filled(n, 1.0)?, buffer(n)?);
+        apply(&ones, &mut sums);
+        let largest = sums.into_iter().fold(0.0, Real::max);
+        if largest < 1.0 {
+            return Ok(largest);
+        }
+        radius_of(n, apply)
     }
 }

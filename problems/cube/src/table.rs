@@ -2,72 +2,90 @@
 
 use fredholm_core::galerkin::Partition;
 
+use crate::functions::Functions;
 use crate::{Cube, CubeError, Function, IntegralKernel, Rule};
 
-/// The memory for the table of n = `cells` cells: 8 n² bytes. `None`: more than a machine of this
-/// word size can address.
+/// The memory for the table of `unknowns` = n·B unknowns: 8 (n·B)² bytes. `None`: more than a machine of
+/// this word size can address.
 #[must_use]
-pub const fn table_bytes(cells: usize) -> Option<usize> {
-    match cells.checked_mul(cells) {
+pub const fn table_bytes(unknowns: usize) -> Option<usize> {
+    match unknowns.checked_mul(unknowns) {
         Some(entries) => entries.checked_mul(size_of::<f64>()),
         None => None,
     }
 }
 
-impl<const D: usize, K, S> Cube<f64, D, K, S>
+impl<const D: usize, K, S, const B: usize> Cube<f64, D, K, S, B>
 where
     K: IntegralKernel<f64, D>,
     S: Function<f64, D>,
 {
-    /// Row `i` of the table K'_ij = n ∫_Xi ∫_Xj K(x,y) dy dx, (39), by `rule` in x and in y: n g^2D
-    /// kernel evaluations. Rows are independent, so that a runner may fill them in parallel.
+    /// The rows of cell `i` of the table K'_(ia)(jb) = n ∫_Xi ∫_Xj K(x,y) ψ_ia(x) ψ_jb(y) dy dx, (39): B
+    /// rows of n·B entries, one after the other, by `rule` in x and in y. That takes n g^2D kernel
+    /// evaluations. Cells are independent, so that a runner may fill their rows in parallel.
     ///
     /// # Errors
-    /// [`CubeError::Cell`], [`CubeError::Length`] where `row` has not n entries,
+    /// [`CubeError::Cell`], [`CubeError::Length`] where `rows` has not B·n·B entries,
     /// [`CubeError::Kernel`] where a value is not finite.
-    pub fn fill_row(&self, rule: Rule, i: usize, row: &mut [f64]) -> Result<(), CubeError> {
+    pub fn fill_row(&self, rule: Rule, i: usize, rows: &mut [f64]) -> Result<(), CubeError> {
         let cells = self.cells();
-        check_length(cells, row.len())?;
+        let width = cells.saturating_mul(B);
+        check_length(width.saturating_mul(B), rows.len())?;
         if i >= cells {
             return Err(CubeError::Cell { cell: i });
         }
-        let (mesh, m) = (self.mesh(), self.mesh().per_axis());
-        let from = mesh.places(i);
-        for (j, out) in row.iter_mut().enumerate() {
-            let to = mesh.places(j);
-            let mut sum = 0.0;
-            for (x, weight) in rule.in_cell(from, m) {
-                let inner: f64 = rule
-                    .in_cell(to, m)
-                    .map(|(y, weight)| weight * self.integral_kernel().kernel(&x, &y))
-                    .sum();
-                sum += weight * inner;
-            }
-            if !sum.is_finite() {
+        for j in 0..cells {
+            let block = self.block(rule, i, j);
+            if !block.iter().flatten().all(|k| k.is_finite()) {
                 return Err(CubeError::Kernel { row: i, column: j });
             }
-            *out = sum / cells as f64;
+            for (row, entries) in rows.chunks_exact_mut(width).zip(block) {
+                for (out, entry) in row.iter_mut().skip(j * B).zip(entries) {
+                    *out = entry;
+                }
+            }
         }
         Ok(())
     }
 
-    /// The whole table of n² entries, row by row: for `fredholm_core::galerkin::Dense`.
+    /// K'_(i·)(j·): over y for every x first, so that it takes g^2D B + g^D B² operations.
+    fn block(&self, rule: Rule, i: usize, j: usize) -> [[f64; B]; B] {
+        let (mesh, m) = (self.mesh(), self.mesh().per_axis());
+        let (from, to) = (mesh.places(i), mesh.places(j));
+        let mut block = [[0.0; B]; B];
+        for x in rule.in_cell(from, m) {
+            let mut inner = [0.0; B];
+            for y in rule.in_cell(to, m) {
+                let k = y.weight * self.integral_kernel().kernel(&x.point, &y.point);
+                add(&mut inner, k, &Functions::<D, B>::at(y.local));
+            }
+            for (row, psi) in block.iter_mut().zip(Functions::<D, B>::at(x.local)) {
+                add(row, x.weight * psi, &inner);
+            }
+        }
+        let n = self.cells() as f64;
+        block.map(|row| row.map(|k| k / n))
+    }
+
+    /// The whole table of (n·B)² entries, row by row: for `fredholm_core::galerkin::Dense`.
     ///
     /// # Errors
     /// As [`fill_row`](Self::fill_row).
     pub fn fill_table(&self, rule: Rule, table: &mut [f64]) -> Result<(), CubeError> {
-        let cells = self.cells();
-        let Some(entries) = cells.checked_mul(cells) else {
+        let unknowns = self.cells().checked_mul(B);
+        let entries = unknowns.and_then(|unknowns| unknowns.checked_mul(unknowns));
+        let Some(entries) = entries else {
             return Err(CubeError::Memory { bytes: None });
         };
         check_length(entries, table.len())?;
-        for (i, row) in table.chunks_exact_mut(cells).enumerate() {
-            self.fill_row(rule, i, row)?;
+        let rows = entries / self.cells();
+        for (i, rows) in table.chunks_exact_mut(rows).enumerate() {
+            self.fill_row(rule, i, rows)?;
         }
         Ok(())
     }
 
-    /// F'_i, the mean of F over every cell, (40), by `rule`.
+    /// F'_ia, the mean of F ψ_ia over every cell, (40), by `rule`.
     ///
     /// # Errors
     /// As [`means`](Self::means).
@@ -80,32 +98,44 @@ where
         &self,
         rule: Rule,
         cell: usize,
-    ) -> impl Iterator<Item = ([f64; D], f64)> + use<D, K, S> {
+    ) -> impl Iterator<Item = ([f64; D], f64)> + use<D, K, S, B> {
         let mesh = self.mesh();
-        rule.in_cell(mesh.places(cell), mesh.per_axis())
+        let nodes = rule.in_cell(mesh.places(cell), mesh.per_axis());
+        nodes.map(|node| (node.point, node.weight))
     }
 
-    /// The mean of a function over every cell, by `rule`.
+    /// The means of a function times ψ_i0 … ψ_i(B−1) over every cell, by `rule`: those of the function
+    /// itself where B = 1, and the coefficients of its piecewise polynomial approximation.
     ///
     /// # Errors
-    /// [`CubeError::Length`] where `out` has not n entries, [`CubeError::Source`] where a value is
+    /// [`CubeError::Length`] where `out` has not n·B entries, [`CubeError::Source`] where a value is
     /// not finite.
     pub fn means<T>(&self, function: &T, rule: Rule, out: &mut [f64]) -> Result<(), CubeError>
     where
         T: Function<f64, D>,
     {
-        check_length(self.cells(), out.len())?;
+        check_length(self.cells().saturating_mul(B), out.len())?;
         let mesh = self.mesh();
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = rule
-                .in_cell(mesh.places(i), mesh.per_axis())
-                .map(|(x, weight)| weight * function.value(&x))
-                .sum();
-            if !out.is_finite() {
+        for (i, out) in out.chunks_exact_mut(B).enumerate() {
+            let mut sums = [0.0; B];
+            for x in rule.in_cell(mesh.places(i), mesh.per_axis()) {
+                let value = x.weight * function.value(&x.point);
+                add(&mut sums, value, &Functions::<D, B>::at(x.local));
+            }
+            if !sums.iter().all(|sum| sum.is_finite()) {
                 return Err(CubeError::Source { row: i });
             }
+            out.copy_from_slice(&sums);
         }
         Ok(())
+    }
+}
+
+/// sums += factor · values.
+#[inline]
+pub(crate) fn add<const B: usize>(sums: &mut [f64; B], factor: f64, values: &[f64; B]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
     }
 }
 

@@ -1,0 +1,174 @@
+//! The functions on a cell: products of Legendre polynomials of bounded total degree.
+
+use fredholm_core::galerkin::legendre;
+use fredholm_core::{Located, Real};
+
+use crate::mesh::Mesh;
+
+/// B = C(p + D, D): how many functions of total degree `degree` or less there are on a cell of
+/// `dimension` axes, for [`Cube::with_functions`](crate::Cube::with_functions). `usize::MAX` where
+/// they are too many to count.
+///
+/// ```
+/// use fredholm_cube::functions;
+///
+/// const CUBIC: usize = functions(2, 3);
+/// assert_eq!([functions(3, 0), functions(1, 4), CUBIC], [1, 5, 10]);
+/// ```
+#[must_use]
+pub const fn functions(dimension: usize, degree: usize) -> usize {
+    let (mut count, mut axis) = (1_usize, 0);
+    while axis < dimension {
+        axis += 1;
+        // C(p + k, k) = C(p + k − 1, k − 1) (p + k)/k, without a remainder.
+        let (Some(top), true) = (degree.checked_add(axis), count < usize::MAX) else {
+            return usize::MAX;
+        };
+        count = match count.checked_mul(top) {
+            Some(product) => product / axis,
+            None => return usize::MAX,
+        };
+    }
+    count
+}
+
+/// The B functions of total degree ≤ p on [−1, 1]^D, in lexicographic order of their degrees, the
+/// last axis running fastest; the first is 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Functions<const D: usize, const B: usize>;
+
+impl<const D: usize, const B: usize> Functions<D, B> {
+    /// p. A B that is no C(p + D, D) does not compile.
+    pub(crate) const DEGREE: usize = {
+        let mut degree = 0;
+        while degree < B && functions(D, degree) < B {
+            degree += 1;
+        }
+        assert!(
+            functions(D, degree) == B,
+            "a cell of D axes has B = C(p + D, D) functions for some degree p: see `functions`"
+        );
+        degree
+    };
+
+    /// p + 1.
+    pub(crate) const PER_AXIS: usize = Self::DEGREE + 1;
+
+    /// The degrees along the axes of every function.
+    pub(crate) const DEGREES: [[u8; D]; B] = {
+        assert!(Self::DEGREE <= u8::MAX as usize, "degrees above 255 are not offered");
+        let mut all = [[0; D]; B];
+        let (mut now, mut total, mut b) = ([0; D], 0, 1);
+        while b < B {
+            let mut axis = D - 1;
+            if total == Self::DEGREE {
+                // The last axis that can give way, for one before it.
+                while now[axis] == 0 {
+                    axis -= 1;
+                }
+                total -= now[axis] as usize;
+                now[axis] = 0;
+                axis -= 1;
+            }
+            now[axis] += 1;
+            total += 1;
+            all[b] = now;
+            b += 1;
+        }
+        all
+    };
+
+    /// Where every function stands if the first axis runs fastest.
+    pub(crate) const TURNED: [usize; B] = {
+        let mut turned = [0; B];
+        let mut b = 0;
+        while b < B {
+            let mut c = 0;
+            loop {
+                let mut axis = 0;
+                while axis < D && Self::DEGREES[c][axis] == Self::DEGREES[b][D - 1 - axis] {
+                    axis += 1;
+                }
+                if axis == D {
+                    break;
+                }
+                c += 1;
+            }
+            turned[b] = c;
+            b += 1;
+        }
+        turned
+    };
+
+    /// Their values at t.
+    #[inline]
+    pub(crate) fn at<F: Real>(t: [F; D]) -> [F; B] {
+        const FEW: usize = 5;
+        if Self::DEGREE == 0 {
+            [F::one(); B]
+        } else if Self::DEGREE < FEW {
+            // What is not used of it is not computed.
+            Self::products(&t.map(legendre::<F, FEW>))
+        } else {
+            Self::products(&t.map(legendre::<F, B>))
+        }
+    }
+
+    /// Their values at a point of a cell.
+    #[inline]
+    pub(crate) fn in_cell<F: Real>(mesh: &Mesh<D>, x: &Located<[F; D]>) -> [F; B] {
+        if Self::DEGREE == 0 {
+            return [F::one(); B];
+        }
+        let per_axis = F::from_u32(mesh.per_axis());
+        let mut t = mesh.places(x.cell).map(F::from_u32);
+        for (t, &x) in t.iter_mut().zip(&x.point) {
+            *t = F::from_f64(2.0) * (x * per_axis - *t) - F::one();
+        }
+        Self::at(t)
+    }
+
+    #[inline]
+    fn products<F: Real, const N: usize>(axes: &[[F; N]; D]) -> [F; B] {
+        Self::DEGREES.map(|degrees| {
+            let factors = axes.iter().zip(degrees);
+            factors.fold(F::one(), |product, (axis, degree)| {
+                product * axis.get(degree as usize).copied().unwrap_or(F::NAN)
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Functions, functions};
+
+    #[test]
+    fn degrees_are_all_up_to_the_total() {
+        assert_eq!(functions(6, 2), 28);
+        assert_eq!(functions(2, usize::MAX), usize::MAX);
+        assert_eq!(functions(60, 60), usize::MAX);
+        const B: usize = functions(3, 4);
+        let all = Functions::<3, B>::DEGREES;
+        assert_eq!(Functions::<3, B>::DEGREE, 4);
+        assert_eq!([all[0], all[1], all[B - 1]], [[0; 3], [0, 0, 1], [4, 0, 0]]);
+        assert!(all.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(all.iter().all(|degrees| degrees.iter().sum::<u8>() <= 4));
+        for (b, &turned) in Functions::<3, B>::TURNED.iter().enumerate() {
+            let [x, y, z] = all[b];
+            assert_eq!(all[turned], [z, y, x]);
+        }
+    }
+
+    #[test]
+    fn values_are_products() {
+        let psi = Functions::<2, 6>::at([0.5_f64, -0.25]);
+        let root = 3.0_f64.sqrt();
+        assert_eq!(psi[0], 1.0);
+        assert!((psi[1] + 0.25 * root).abs() < 1e-15, "{psi:?}");
+        assert!((psi[3] - 0.5 * root).abs() < 1e-15);
+        assert!((psi[4] + 0.375).abs() < 1e-15);
+        let high = Functions::<1, 8>::at([1.0_f64]);
+        assert!((high[7] - 15.0_f64.sqrt()).abs() < 1e-14);
+    }
+}
