@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{
     AllPointwise, Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
-    PointwiseSource, SourceTable, rounded,
+    PointwiseSource, Rounded, SourceTable, rounded,
 };
 use fredholm_core::{Located, Real};
 use fredholm_cube::model::{Model, ModelKernel};
@@ -180,6 +180,52 @@ where
     then(&cube, &neighbour, &v)
 }
 
+/// A cube with B functions on a cell.
+pub type Graded<F, const D: usize, T, S, const B: usize> = Cube<F, D, Product<T>, S, B>;
+
+/// A neighbour equation with B functions on a cell, and coefficients in f64.
+pub type GradedNeighbour<'a, F, const D: usize, T, S, C, const B: usize> = Piecewise<
+    'a,
+    F,
+    Graded<F, D, T, S, B>,
+    Rounded<'a, C, F>,
+    OffDiagonal,
+    SourceTable<'a, F, Graded<F, D, T, S, B>, B>,
+    B,
+>;
+
+/// A product kernel with B functions on a cell, all pairs in S, by one-dimensional tables: the cube, the
+/// neighbour equation, v in f64 and in the walk's scalar.
+///
+/// # Panics
+/// If there is no such cube.
+pub fn with_degree<F: Real, const D: usize, T, S, R, const B: usize>(
+    (factors, source): (T, S),
+    cells: usize,
+    then: impl FnOnce(
+        &Graded<F, D, T, S, B>,
+        &GradedNeighbour<'_, F, D, T, S, ProductTables<f64, D, B>, B>,
+        &[F],
+    ) -> R,
+) -> R
+where
+    T: KernelFactors<f64> + KernelFactors<F> + Copy,
+    S: Function<f64, D> + Function<F, D> + Copy,
+{
+    let wide = Cube::<f64, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
+    let wide = wide.with_functions::<B>();
+    let rule = Rule::new(wide.degree() + 1).unwrap();
+    let tables = ProductTables::new(&wide, rule).unwrap();
+    let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
+    let v = solution.rounded::<F>().unwrap();
+    let g = solution.source::<F, _, _>(&tables, &ALL).unwrap();
+    let cube = Cube::<F, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
+    let cube = cube.with_functions::<B>();
+    let narrow = Rounded::new(&tables);
+    let neighbour = Piecewise::new(&cube, &narrow, ALL, &v, &g).unwrap();
+    then(&cube, &neighbour, &v)
+}
+
 /// F = 1 − ∫ K(x,y) dy, so that u = 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Furnace(pub Product<ModelKernel>);
@@ -210,6 +256,116 @@ impl<F: Real, const D: usize, S: Function<F, D> + Copy> Described<F, D, S> {
             constant,
             rule: gauss_legendre(points),
         }
+    }
+}
+
+/// The same with B functions on a cell, and claims of its coefficients within `relative`.
+struct AtDegree<F, const D: usize, S, const B: usize> {
+    flat: Described<F, D, S>,
+    cube: Cube<F, D, Product<ModelKernel>, S, B>,
+    relative: f64,
+}
+
+impl<F: Real, const D: usize, S: Function<F, D> + Copy, const B: usize> AtDegree<F, D, S, B> {
+    fn new(flat: Described<F, D, S>, relative: f64) -> Self {
+        let cube = flat.cube.with_functions();
+        Self {
+            flat,
+            cube,
+            relative,
+        }
+    }
+}
+
+/// Everything about a model problem in D dimensions with B functions on a cell, in f32 and f64.
+#[must_use]
+pub fn examined_at<const D: usize, const B: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    relative: f64,
+    seed: u64,
+) -> Report {
+    let source = model.source;
+    let narrow = Described::<f32, D, _>::new(model, source, None, cells, points);
+    let wide = Described::<f64, D, _>::new(model, source, None, cells, points);
+    examine_both(
+        &AtDegree::<_, D, _, B>::new(narrow, relative),
+        &AtDegree::<_, D, _, B>::new(wide, relative),
+        seed,
+    )
+}
+
+impl<F: Real, const D: usize, S, const B: usize> Description<B> for AtDegree<F, D, S, B>
+where
+    S: Function<F, D> + Function<f64, D> + Copy,
+{
+    type Equation = Cube<F, D, Product<ModelKernel>, S, B>;
+    const DIMENSION: usize = D;
+
+    fn equation(&self) -> &Self::Equation {
+        &self.cube
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> [F; D] {
+        self.flat.point(cell, t)
+    }
+
+    fn contains(&self, cell: usize, x: &[F; D]) -> bool {
+        self.flat.contains(cell, x)
+    }
+
+    fn nodes(&self, x: &[F; D], cell: usize) -> Vec<([F; D], f64)> {
+        self.flat.nodes(x, cell)
+    }
+
+    /// Pointwise pairs are offered for piecewise constants alone.
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
+        let (model, cells) = (self.flat.model, self.cube.per_axis());
+        let source = *self.cube.right_hand_side();
+        offers.pairs("all in S", ALL);
+        offers.pairs("diagonal outside", OUTSIDE);
+        let rule = Rule::new(self.cube.degree() + 1).unwrap();
+        let wide = Cube::<f64, D, _, _>::new(model.kernel, source, cells, ABSORPTION).unwrap();
+        let wide = wide.with_functions::<B>();
+        let entries = table(&wide, rule).unwrap();
+        let dense = Dense::new(&entries, wide.cells() * B).unwrap();
+        let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
+        let (v, g) = (
+            solution.rounded::<F>().unwrap(),
+            solution.source::<F, _, _>(&dense, &ALL).unwrap(),
+        );
+        offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
+        with_degree::<F, D, _, _, _, B>((model.kernel.0, source), cells, |_, neighbour, _| {
+            offers.neighbour("own product tables", neighbour);
+        });
+        let rule = Rule::new(5).unwrap();
+        let tables = ProductTables::new(&wide, rule).unwrap();
+        offers.coefficients("product tables", &tables, self.relative);
+        let entries = table(&wide, rule).unwrap();
+        let dense = Dense::new(&entries, wide.cells() * B).unwrap();
+        offers.coefficients("table", &dense, self.relative);
+        let mut means = vec![0.0; wide.cells() * B];
+        wide.source_means(rule, &mut means).unwrap();
+        offers.source_means("own", &means, self.relative);
+        let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
+        offers.galerkin_solution("own", &solution.v, self.relative);
+    }
+
+    fn solution(&self, x: &[F; D]) -> Option<f64> {
+        self.flat.solution(x)
+    }
+
+    fn constant(&self) -> Option<f64> {
+        self.flat.constant
+    }
+
+    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
+        Some(y[0].to_f64())
+    }
+
+    fn mass(&self, x: &Located<[F; D]>, cell: usize) -> Option<f64> {
+        self.flat.mass(x, cell)
     }
 }
 

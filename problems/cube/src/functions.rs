@@ -56,7 +56,10 @@ impl<const D: usize, const B: usize> Functions<D, B> {
 
     /// The degrees along the axes of every function.
     pub(crate) const DEGREES: [[u8; D]; B] = {
-        assert!(Self::DEGREE <= u8::MAX as usize, "degrees above 255 are not offered");
+        assert!(
+            Self::DEGREE <= u8::MAX as usize,
+            "degrees above 255 are not offered"
+        );
         let mut all = [[0; D]; B];
         let (mut now, mut total, mut b) = ([0; D], 0, 1);
         while b < B {

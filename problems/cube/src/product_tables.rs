@@ -81,7 +81,11 @@ impl<const D: usize, const B: usize> ProductTables<f64, D, B> {
     pub fn absolute_radius(&self) -> Result<f64, CubeError> {
         let functions = Functions::<D, B>::PER_AXIS;
         self.radius_by_axes(|axis, i, out| {
-            let row = self.view().row(axis, i * functions).iter().step_by(functions);
+            let row = self
+                .view()
+                .row(axis, i * functions)
+                .iter()
+                .step_by(functions);
             for (out, k) in out.iter_mut().zip(row) {
                 *out = k.abs();
             }

@@ -53,10 +53,7 @@ pub fn absolute_radius<C: Coefficients<Scalar = f64>>(coefficients: &C) -> Resul
 }
 
 /// The spectral radius of the matrix w ↦ Aw of n rows without negative entries, from above.
-pub(crate) fn radius_of(
-    n: usize,
-    apply: impl FnMut(&[f64], &mut [f64]),
-) -> Result<f64, CubeError> {
+pub(crate) fn radius_of(n: usize, apply: impl FnMut(&[f64], &mut [f64])) -> Result<f64, CubeError> {
     let (mut w, mut next) = (filled(n, 1.0)?, buffer(n)?);
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)

@@ -143,6 +143,9 @@ pub(crate) struct RatesArgs {
     /// Rooms: cut walls at the edges of shadows too
     #[arg(long)]
     pub(crate) shadow_cuts: bool,
+    /// Degree of the piecewise polynomials
+    #[arg(long, value_name = "p")]
+    pub(crate) degree: Option<usize>,
     /// Seed of the walks
     #[arg(long, value_name = "S")]
     pub(crate) seed: Option<u64>,
@@ -220,7 +223,7 @@ pub(crate) struct SolveArgs {
     /// Number of cells; of a cube per axis
     #[arg(long, value_name = "n")]
     pub(crate) cells: Option<usize>,
-    /// Degree of the piecewise polynomials; this version has 0
+    /// Degree of the piecewise polynomials
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
     /// Walks for each target; with a target error the most

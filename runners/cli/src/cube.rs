@@ -5,13 +5,13 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{
-    AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition, Piecewise,
-    Rounded, Solution, Sweeps, gauss_seidel, rounded,
+    self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition,
+    Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
 use fredholm_core::{At, Functional, Located, Neighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
-    ProductTables, Rule, Weighted, absolute_radius, empty_table, table_bytes,
+    ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
 };
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
@@ -33,8 +33,12 @@ const TOLERANCE: f64 = 1e-14;
 const SWEEPS: u32 = 1000;
 /// Seconds of a visited state without the kernel, on the machines this was measured on.
 const STATE: f64 = 25e-9;
-/// About so many cells in all where the file does not say.
-const DEFAULT_CELLS: f64 = 1000.0;
+/// Seconds of a function on a cell at a point, or of a product of two.
+const VALUE: f64 = 1e-9;
+/// The most unknowns of a level of `rates` at degrees above 0.
+const LEVEL: usize = 1300;
+/// About so many unknowns in all where the file does not say.
+const DEFAULT_UNKNOWNS: f64 = 1000.0;
 
 /// The first value of a formula that was not finite.
 type Watch = OnceLock<String>;
@@ -187,58 +191,71 @@ impl<F: Real, const D: usize> Function<F, D> for FileFunction<'_, F> {
 
 /// Galerkin coefficients in f64.
 #[derive(Debug)]
-pub(crate) enum Table<const D: usize> {
+pub(crate) enum Table<const D: usize, const B: usize> {
     /// Of any kernel.
     Dense(Vec<f64>),
     /// Of a product.
-    Product(ProductTables<f64, D>),
+    Product(ProductTables<f64, D, B>),
 }
 
 /// What is computed before the walks, in f64.
 #[derive(Debug)]
-pub(crate) struct Setup<const D: usize> {
-    pub(crate) table: Table<D>,
-    pub(crate) solution: Solution,
+pub(crate) struct Setup<const D: usize, const B: usize> {
+    pub(crate) table: Table<D, B>,
+    pub(crate) solution: Solution<B>,
+    /// The spectral radius of T_h²p with all pairs in S, estimated.
+    pub(crate) radius: f64,
     pub(crate) seconds: f64,
 }
 
 /// Sets up on all threads.
-pub(crate) fn set_up<const D: usize>(
+pub(crate) fn set_up<const D: usize, const B: usize>(
     formulas: &Formulas<f64>,
     per_axis: usize,
     rule: Rule,
     absorption: f64,
-) -> Result<Setup<D>, Failure> {
+) -> Result<Setup<D, B>, Failure> {
     let start = Instant::now();
     let explain = |error| explained(error, &formulas.watch);
-    let cube = formulas.cube::<D>(per_axis, absorption)?;
+    let cube = formulas
+        .cube::<D>(per_axis, absorption)?
+        .with_functions::<B>();
     let source = *cube.right_hand_side();
-    let (table, solution) = if formulas.product {
+    let (table, solution, radius) = if formulas.product {
         let product =
             Cube::<f64, D, _, _>::new(Product(formulas.kernel()), source, per_axis, absorption);
         let tables = product
-            .and_then(|cube| ProductTables::new(&cube, rule))
+            .and_then(|cube| ProductTables::new(&cube.with_functions::<B>(), rule))
             .map_err(explain)?;
         let solution = cube
             .solve(&tables, rule, TOLERANCE, SWEEPS)
             .map_err(explain)?;
-        (Table::Product(tables), solution)
+        let radius = tables.neighbour_radius(absorption).map_err(explain)?;
+        (Table::Product(tables), solution, radius)
     } else {
-        let n = cube.cells();
-        let mut entries = empty_table(n).map_err(explain)?;
-        fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row)).map_err(explain)?;
-        let dense =
-            Dense::new(&entries, n).ok_or_else(|| Failure::run("a table has a wrong size"))?;
+        let unknowns = cube.cells() * B;
+        let mut entries = empty_table(unknowns).map_err(explain)?;
+        fill_rows(&mut entries, unknowns * B, |i, rows| {
+            cube.fill_row(rule, i, rows)
+        })
+        .map_err(explain)?;
+        let dense = dense(&entries, unknowns)?;
         let solution = cube
             .solve(&dense, rule, TOLERANCE, SWEEPS)
             .map_err(explain)?;
-        (Table::Dense(entries), solution)
+        let radius = cube.neighbour_radius(&dense).map_err(explain)?;
+        (Table::Dense(entries), solution, radius)
     };
     Ok(Setup {
         table,
         solution,
+        radius,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+fn dense(entries: &[f64], unknowns: usize) -> Result<Dense<'_, f64>, Failure> {
+    Dense::new(entries, unknowns).ok_or_else(|| Failure::run("a table has a wrong size"))
 }
 
 /// An error of the set-up, with what was not finite where that is the reason.
@@ -249,22 +266,27 @@ fn explained(error: CubeError, watch: &Watch) -> Failure {
             None => Failure::input(error),
         },
         CubeError::Galerkin(GalerkinError::Radius) => Failure::input(
-            "the walks of this equation have no mean: |K| has an estimated spectral radius of 1 or \
-             more, and it must be below 1; a smaller kernel is needed",
+            "the walks of the neighbour equation have no mean: the absolute values of the Galerkin \
+             coefficients have an estimated spectral radius of 1 or more, and it must be below 1; if that \
+             of |K| is below 1, use more `cells` or `points`, otherwise a smaller kernel is needed",
         ),
         _ => Failure::input(error),
     }
 }
 
-/// The solution's mean, or that of its product with a weight, where two quadrature rules agree on it.
-fn integral<const D: usize>(function: impl Fn(&[f64; D]) -> f64) -> Option<f64> {
+/// The mean of a function, where two quadrature rules agree on it.
+fn integral<const D: usize>(
+    watch: &Watch,
+    function: impl Fn(&[f64; D]) -> f64,
+) -> Result<Option<f64>, Failure> {
     let nothing = |_: &[f64; D], _: &[f64; D]| 0.0;
-    let rule = Rule::new(5).ok()?;
+    let rule = Rule::new(5).map_err(Failure::run)?;
     let mean = |per_axis: usize| {
-        let cube = Cube::new(nothing, |_: &[f64; D]| 0.0, per_axis, 0.5).ok()?;
+        let cube = Cube::new(nothing, |_: &[f64; D]| 0.0, per_axis, 0.5).map_err(Failure::run)?;
         let mut means = vec![0.0; cube.cells()];
-        cube.means(&function, rule, &mut means).ok()?;
-        Some(means.iter().sum::<f64>() / means.len() as f64)
+        cube.means(&function, rule, &mut means)
+            .map_err(|error| explained(error, watch))?;
+        Ok::<f64, Failure>(means.iter().sum::<f64>() / means.len() as f64)
     };
     let cells = match D {
         1 => [200, 300],
@@ -276,7 +298,54 @@ fn integral<const D: usize>(function: impl Fn(&[f64; D]) -> f64) -> Option<f64> 
     let [coarse, fine] = cells.map(mean);
     let (coarse, fine) = (coarse?, fine?);
     let agree = (coarse - fine).abs() <= 1e-12 * fine.abs().max(1e-300);
-    agree.then_some(fine)
+    Ok(agree.then_some(fine))
+}
+
+/// An expression in which the dimension is a constant of this name.
+macro_rules! in_dimension {
+    ($d:expr, $name:ident => $then:expr) => {
+        match $d {
+            1 => in_dimension!(1 as $name => $then),
+            2 => in_dimension!(2 as $name => $then),
+            3 => in_dimension!(3 as $name => $then),
+            4 => in_dimension!(4 as $name => $then),
+            5 => in_dimension!(5 as $name => $then),
+            // Validation lets nothing above 6 pass.
+            _ => in_dimension!(6 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
+}
+
+/// An expression in which the dimension and the number of functions on a cell are constants of these names.
+/// Validation lets no other degrees pass.
+macro_rules! in_shape {
+    ($d:expr, $degree:expr, $dimension:ident, $functions:ident => $then:expr) => {
+        match $d {
+            1 => in_shape!(1, $degree, [1 2 3 4], $dimension, $functions => $then),
+            2 => in_shape!(2, $degree, [1 2 3 4], $dimension, $functions => $then),
+            3 => in_shape!(3, $degree, [1 2 3 4], $dimension, $functions => $then),
+            4 => in_shape!(4, $degree, [1 2], $dimension, $functions => $then),
+            5 => in_shape!(5, $degree, [1 2], $dimension, $functions => $then),
+            _ => in_shape!(6, $degree, [1 2], $dimension, $functions => $then),
+        }
+    };
+    ($d:literal, $degree:expr, [$($p:literal)*], $dimension:ident, $functions:ident => $then:expr) => {{
+        const $dimension: usize = $d;
+        match $degree {
+            $($p => {
+                const $functions: usize = functions($d, $p);
+                $then
+            })*
+            _ => {
+                const $functions: usize = 1;
+                $then
+            }
+        }
+    }};
 }
 
 /// A cube of a file.
@@ -293,7 +362,10 @@ impl<'f> CubeFile<'f> {
     /// The cube of this file.
     pub(crate) fn new(file: &'f ProblemFile, cube: &'f file::Cube) -> Result<Self, Failure> {
         let dimension = cube.dimension.value as u32;
-        let default = DEFAULT_CELLS.powf(1.0 / f64::from(dimension)).floor();
+        let functions = functions(cube.dimension.value, file.galerkin.degree.value) as f64;
+        let default = (DEFAULT_UNKNOWNS / functions)
+            .powf(1.0 / f64::from(dimension))
+            .floor();
         let cells = file.galerkin.cells.as_ref();
         let per_axis = cells.map_or(default.max(2.0) as usize, |cells| cells.value);
         if let Some(cells) = cells
@@ -329,18 +401,34 @@ impl<'f> CubeFile<'f> {
         })
     }
 
+    /// p.
+    fn degree(&self) -> usize {
+        self.file.galerkin.degree.value
+    }
+
+    /// B, the number of functions on a cell.
+    fn functions(&self) -> usize {
+        functions(self.cube.dimension.value, self.degree())
+    }
+
+    /// n.
+    fn all_cells(&self) -> usize {
+        self.per_axis
+            .saturating_pow(self.cube.dimension.value as u32)
+    }
+
     /// Quadrature points of a cell and axis: one more than the degree is enough.
     fn points(&self) -> usize {
         let points = self.file.galerkin.points.as_ref();
-        points.map_or(1, |points| points.value)
+        points.map_or(self.degree() + 1, |points| points.value)
     }
 
     fn rule(&self) -> Result<Rule, Failure> {
         Rule::new(self.points()).map_err(Failure::input)
     }
 
-    /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is smaller, where all
-    /// pairs are in S: its matrix has the squares of means in place of the means of squares.
+    /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is looked at when K' is
+    /// known: it is smaller if K' is exact.
     fn second_moment<const D: usize>(&self) -> Result<f64, Failure> {
         let formulas = Formulas::<f64>::new(self.cube)?;
         let kernel = formulas.kernel();
@@ -376,27 +464,83 @@ impl<'f> CubeFile<'f> {
         Ok(radius / (1.0 - absorption))
     }
 
-    fn answer_in<F: Real, const D: usize>(
+    /// Sets up, and refuses walks whose error bars would mean nothing.
+    fn set_up<const D: usize, const B: usize>(
         &self,
+        formulas: &Formulas<f64>,
+    ) -> Result<Setup<D, B>, Failure> {
+        if self.cube.integral.is_some() {
+            self.check_integral::<D>(formulas)?;
+        }
+        let setup = set_up::<D, B>(formulas, self.per_axis, self.rule()?, self.absorption())?;
+        // With all pairs pointwise h is k, which has been looked at.
+        let asked = self.file.walk.allow_infinite_variance || self.pairs().is_none();
+        if asked || setup.radius < 1.0 {
+            return Ok(setup);
+        }
+        let message = format!(
+            "the variance of the neighbour equation's walks is infinite: their operator, of the Galerkin \
+             coefficients of {} `cells` an axis by {} `points`, has an estimated spectral radius of {}, \
+             and it must be below 1; use more cells or points, or a smaller `absorption` (or \
+             --allow-infinite-variance: error bars then mean nothing)",
+            self.per_axis,
+            self.points(),
+            crate::numbers::short(setup.radius)
+        );
+        Err(match &self.file.galerkin.cells {
+            Some(cells) => self.file.refuse(cells, message).into(),
+            None => Failure::input(message),
+        })
+    }
+
+    fn answer_in<F: Real, const D: usize, const B: usize>(
+        &self,
+        kinds: &impl Kinds<F, D, B>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
         let wide = Formulas::<f64>::new(self.cube)?;
-        if self.cube.integral.is_some() {
-            self.check_integral::<D>(&wide)?;
-        }
-        let setup = set_up::<D>(&wide, self.per_axis, self.rule()?, self.absorption())?;
+        let setup = self.set_up::<D, B>(&wide)?;
         let formulas = Formulas::<F>::new(self.cube)?;
-        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        let cube = formulas
+            .cube::<D>(self.per_axis, self.absorption())?
+            .with_functions::<B>();
+        let v = setup.solution.rounded::<F>().map_err(Failure::run)?;
+        let means = self.weight_means(&wide, &cube)?;
+        let known = Deterministics {
+            wide: &wide,
+            formulas: &formulas,
+            v: &v,
+            mean: Mean::of_blocks::<F, B>(&v),
+            weighted: self.weighted(&formulas, &cube, &means, &v)?,
+            contraction: setup.solution.contraction,
+            solve: setup.solution.solve,
+            setup_seconds: setup.seconds,
+        };
+        let walk = |neighbour: &Boxed<'_, F, D>| self.walk(known, neighbour, plan, progress);
         match &setup.table {
             Table::Dense(entries) => {
-                let dense = Dense::new(entries, cube.cells())
-                    .ok_or_else(|| Failure::run("a table has a wrong size"))?;
-                self.walk(&setup, &dense, (&wide, &formulas), &cube, plan, progress)
+                let dense = dense(entries, v.len())?;
+                kinds.then(&cube, &dense, &setup.solution, &v, walk)
             }
-            Table::Product(tables) => {
-                self.walk(&setup, tables, (&wide, &formulas), &cube, plan, progress)
-            }
+            Table::Product(tables) => kinds.then(&cube, tables, &setup.solution, &v, walk),
+        }
+    }
+
+    /// With the pairs that the file asks for.
+    fn answer_with<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let d = self.cube.dimension.value;
+        match self.pairs() {
+            // Validation has refused these at degrees above 0.
+            None => in_dimension!(d, D => {
+                self.answer_in::<F, D, 1>(&Pointwise(AllPointwise), plan, progress)
+            }),
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
+                self.answer_in::<F, D, 1>(&Pointwise(pairs), plan, progress)
+            }),
+            Some(pairs) => in_shape!(d, self.degree(), D, B => {
+                self.answer_in::<F, D, B>(&Smooth(pairs), plan, progress)
+            }),
         }
     }
 
@@ -423,19 +567,13 @@ impl<'f> CubeFile<'f> {
         .map_err(Failure::run)
     }
 
+    /// Of piecewise constants.
     fn tables_in<F: Real + Number, const D: usize>(&self) -> Result<TableBuilder, Failure> {
         let wide = Formulas::<f64>::new(self.cube)?;
-        if self.cube.integral.is_some() {
-            self.check_integral::<D>(&wide)?;
-        }
-        let setup = set_up::<D>(&wide, self.per_axis, self.rule()?, self.absorption())?;
+        let setup = self.set_up::<D, 1>(&wide)?;
         let v = setup.solution.rounded::<F>().map_err(Failure::run)?;
         let g = match &setup.table {
-            Table::Dense(entries) => {
-                let dense = Dense::new(entries, v.len())
-                    .ok_or_else(|| Failure::run("a table has a wrong size"))?;
-                self.source(&setup.solution, &dense)?
-            }
+            Table::Dense(entries) => self.source(&setup.solution, &dense(entries, v.len())?)?,
             Table::Product(tables) => self.source(&setup.solution, tables)?,
         };
         Ok(export::cube(
@@ -447,117 +585,107 @@ impl<'f> CubeFile<'f> {
         ))
     }
 
-    /// Walks with these coefficients.
-    fn walk<F: Real, C: Coefficients<Scalar = f64> + Sync, const D: usize>(
+    /// Walks with this neighbour equation.
+    fn walk<F: Real, const D: usize>(
         &self,
-        setup: &Setup<D>,
-        coefficients: &C,
-        (wide, formulas): (&Formulas<f64>, &Formulas<F>),
-        cube: &FileCube<'_, F, D>,
+        known: Deterministics<'_, F, D>,
+        neighbour: &Boxed<'_, F, D>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
-        let Setup { solution, .. } = setup;
-        let v = solution.rounded::<F>().map_err(Failure::run)?;
-        let narrow = Rounded::new(coefficients);
-        let g = self.source(solution, coefficients)?;
-        let neighbour: Box<Boxed<'_, F, D>> = match self.pairs() {
-            None => Box::new(
-                Piecewise::with_pointwise(cube, &narrow, AllPointwise, &v, &g)
-                    .map_err(Failure::run)?,
-            ),
-            Some(pairs) if pairs.diagonal == PairKind::Pointwise => Box::new(
-                Piecewise::with_pointwise(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?,
-            ),
-            Some(pairs) => {
-                Box::new(Piecewise::new(cube, &narrow, pairs, &v, &g).map_err(Failure::run)?)
-            }
-        };
-        let weights = self.weights::<F, D>(wide, cube)?;
-        let starts = self.starts(cube, formulas, &weights, &v)?;
-        let mut known = Vec::with_capacity(starts.len());
-        for (asked, target) in self.asked.iter().zip(&starts) {
-            known.push(Known {
-                exact: exact::<D>(wide, &asked.place),
-                galerkin: match &target.functional {
-                    Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
-                    Start::Mean => Mean::of(&v),
-                    Start::Weighted(weighted) => weighted.of_means(),
+        let formulas = known.formulas;
+        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        let mut weighted = known.weighted.into_iter();
+        let (mut starts, mut values) = (Vec::new(), Vec::new());
+        for asked in &self.asked {
+            let (functional, galerkin) = match &asked.place {
+                Where::Point(x) => {
+                    let x = core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)));
+                    let value = neighbour.value(&neighbour.locate(x)).to_f64();
+                    (Start::Point(At(x)), value)
+                }
+                Where::Weight(_) => {
+                    let weighted = weighted.next();
+                    let weighted = weighted.ok_or_else(|| Failure::run("a weight has no means"))?;
+                    let value = weighted.of_means;
+                    (Start::Weighted(weighted), value)
+                }
+                _ => (Start::Mean, known.mean),
+            };
+            values.push(Known {
+                exact: exact::<D>(known.wide, &asked.place)?,
+                galerkin,
+            });
+            starts.push(Target {
+                neighbour_value: match &functional {
+                    Start::Weighted(_) => None,
+                    _ => Some(galerkin),
                 },
+                functional,
             });
         }
         begin_walking();
         let start = Instant::now();
-        let outcome = run(cube, &*neighbour, &starts, plan, progress)
+        let outcome = run(&cube, neighbour, &starts, plan, progress)
             .map_err(|error| not_finite(error, &formulas.watch))?;
         Ok(Answer {
-            known,
-            floors: floors(&v, solution.contraction, &outcome),
+            known: values,
+            floors: floors(known.v, known.contraction, &outcome),
             outcome,
-            solve: solution.solve,
-            setup_seconds: setup.seconds,
+            solve: known.solve,
+            setup_seconds: known.setup_seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
             besides: Vec::new(),
             fluxes: Vec::new(),
         })
     }
 
-    /// Numbers near the means over the cells of every weight that is asked for.
-    fn weights<F: Real, const D: usize>(
-        &self,
-        wide: &Formulas<f64>,
-        cube: &FileCube<'_, F, D>,
-    ) -> Result<Vec<Vec<F>>, Failure> {
-        let same = wide.cube::<D>(self.per_axis, self.absorption())?;
-        let mut weights = Vec::new();
-        for asked in &self.asked {
-            let Where::Weight(text) = &asked.place else {
-                continue;
-            };
-            let weight = wide.function("weight", kept(text)?);
-            let mut means = vec![0.0; cube.cells()];
-            same.means(&weight, self.rule()?, &mut means)
-                .map_err(|error| explained(error, &wide.watch))?;
-            weights.push(rounded(&means).map_err(Failure::run)?);
-        }
-        Ok(weights)
+    /// The weights that are asked for.
+    fn weight_texts(&self) -> impl Iterator<Item = &str> {
+        self.asked.iter().filter_map(|asked| match &asked.place {
+            Where::Weight(text) => Some(text.as_str()),
+            _ => None,
+        })
     }
 
-    /// Where the walks of every target start.
-    fn starts<'a, F: Real, const D: usize>(
+    /// Numbers near the means over the cells of every weight times the functions there.
+    fn weight_means<F: Real, const D: usize, const B: usize>(
         &self,
-        cube: &FileCube<'_, F, D>,
+        wide: &Formulas<f64>,
+        cube: &FileCube<'_, F, D, B>,
+    ) -> Result<Vec<Vec<F>>, Failure> {
+        let same = wide.cube::<D>(self.per_axis, self.absorption())?;
+        let same = same.with_functions::<B>();
+        let of = |text| {
+            let weight = wide.function("weight", kept(text)?);
+            let mut means = vec![0.0; cube.cells() * B];
+            same.means(&weight, self.rule()?, &mut means)
+                .map_err(|error| explained(error, &wide.watch))?;
+            rounded(&means).map_err(Failure::run)
+        };
+        self.weight_texts().map(of).collect()
+    }
+
+    /// The weighted means that are asked for.
+    fn weighted<'a, F: Real, const D: usize, const B: usize>(
+        &self,
         formulas: &'a Formulas<F>,
-        weights: &'a [Vec<F>],
+        cube: &FileCube<'a, F, D, B>,
+        means: &'a [Vec<F>],
         v: &[F],
-    ) -> Result<Vec<Target<Start<'a, F, D>>>, Failure> {
-        let mut weights = weights.iter();
-        let mut starts = Vec::with_capacity(self.asked.len());
-        for asked in &self.asked {
-            starts.push(match &asked.place {
-                Where::Point(x) => {
-                    let x = core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)));
-                    Target {
-                        functional: Start::Point(At(x)),
-                        neighbour_value: v.get(cube.locate(&x)).map(|v| v.to_f64()),
-                    }
-                }
-                Where::Weight(text) => {
-                    let weight = formulas.function("weight", kept(text)?);
-                    let means = weights.next().map_or(&[][..], Vec::as_slice);
-                    let weighted = Weighted::new(weight, means, v).map_err(Failure::run)?;
-                    Target {
-                        functional: Start::Weighted(weighted),
-                        neighbour_value: None,
-                    }
-                }
-                _ => Target {
-                    functional: Start::Mean,
-                    neighbour_value: Some(Mean::of(v)),
-                },
-            });
-        }
-        Ok(starts)
+    ) -> Result<Vec<WeightedStart<'a, F, D>>, Failure> {
+        let of = |(text, means): (&str, &'a Vec<F>)| {
+            let weight = formulas.function("weight", kept(text)?);
+            let weighted = Weighted::new(cube, weight, means, v).map_err(Failure::run)?;
+            Ok(WeightedStart {
+                weight,
+                of_means: weighted.of_means(),
+                neighbour_value: Box::new(move |x0, phi, v| {
+                    Functional::<FileCube<'_, F, D, B>>::neighbour_value(&weighted, x0, phi, v)
+                }),
+            })
+        };
+        self.weight_texts().zip(means).map(of).collect()
     }
 
     /// Refuses a `kernel_integral` that is not the integral of the kernel: it would be a bias that no error
@@ -693,16 +821,90 @@ fn kept<F: Real>(text: &str) -> Result<Formula<'static, F>, Failure> {
 }
 
 /// The equation of a file.
-type FileCube<'a, F, const D: usize> = Cube<F, D, FileKernel<'a, F>, FileFunction<'a, F>>;
+type FileCube<'a, F, const D: usize, const B: usize = 1> =
+    Cube<F, D, FileKernel<'a, F>, FileFunction<'a, F>, B>;
 
-/// A neighbour equation of any kind: one type of walk for all.
+/// A neighbour equation of any kind and degree: one type of walk for all.
 type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+
+/// How a neighbour equation with B functions on a cell is made.
+trait Kinds<F: Real, const D: usize, const B: usize> {
+    /// Makes it, and walks.
+    fn then<C: Coefficients<B, Scalar = f64> + Sync, R>(
+        &self,
+        cube: &FileCube<'_, F, D, B>,
+        coefficients: &C,
+        solution: &Solution<B>,
+        v: &[F],
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
+    ) -> Result<R, Failure>;
+}
+
+/// Without pointwise pairs.
+struct Smooth(OffDiagonal);
+
+/// With pointwise pairs, of piecewise constants.
+struct Pointwise<P>(P);
+
+impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
+    fn then<C: Coefficients<B, Scalar = f64> + Sync, R>(
+        &self,
+        cube: &FileCube<'_, F, D, B>,
+        coefficients: &C,
+        solution: &Solution<B>,
+        v: &[F],
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
+        let (narrow, pairs) = (Rounded::new(coefficients), self.0);
+        let g = solution
+            .source(coefficients, &pairs)
+            .map_err(Failure::run)?;
+        walk(&Piecewise::new(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
+    }
+}
+
+impl<F: Real, const D: usize, P: galerkin::Pairs + Copy + Sync> Kinds<F, D, 1> for Pointwise<P> {
+    fn then<C: Coefficients<Scalar = f64> + Sync, R>(
+        &self,
+        cube: &FileCube<'_, F, D>,
+        coefficients: &C,
+        solution: &Solution,
+        v: &[F],
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
+        let (narrow, pairs) = (Rounded::new(coefficients), self.0);
+        let g = solution
+            .source(coefficients, &pairs)
+            .map_err(Failure::run)?;
+        walk(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
+    }
+}
+
+/// What walks need of the set-up, whatever the degree.
+struct Deterministics<'a, F: 'static, const D: usize> {
+    wide: &'a Formulas<f64>,
+    formulas: &'a Formulas<F>,
+    v: &'a [F],
+    /// The mean of v.
+    mean: f64,
+    weighted: Vec<WeightedStart<'a, F, D>>,
+    contraction: f64,
+    solve: Solve<f64>,
+    setup_seconds: f64,
+}
 
 /// Where the walks of a target start.
 enum Start<'a, F: 'static, const D: usize> {
     Point(At<[F; D]>),
     Mean,
-    Weighted(Weighted<'a, F, FileFunction<'a, F>>),
+    Weighted(WeightedStart<'a, F, D>),
+}
+
+/// A [`Weighted`] of any degree.
+struct WeightedStart<'a, F: 'static, const D: usize> {
+    weight: FileFunction<'a, F>,
+    of_means: f64,
+    neighbour_value: Box<dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a>,
 }
 
 impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F, D> {
@@ -710,15 +912,16 @@ impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F
         match self {
             Self::Point(At(x)) => (*x, F::one()),
             Self::Mean => Functional::<FileCube<'k, F, D>>::start(&Mean, uniforms),
-            Self::Weighted(weighted) => Functional::<FileCube<'k, F, D>>::start(weighted, uniforms),
+            Self::Weighted(weighted) => {
+                let (x, _) = Functional::<FileCube<'k, F, D>>::start(&Mean, uniforms);
+                (x, weighted.weight.value(&x))
+            }
         }
     }
 
     fn neighbour_value(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
         match self {
-            Self::Weighted(weighted) => {
-                Functional::<FileCube<'k, F, D>>::neighbour_value(weighted, x0, phi, v)
-            }
+            Self::Weighted(weighted) => (weighted.neighbour_value)(x0, phi, v),
             // These are known.
             Self::Point(_) | Self::Mean => (phi * v).to_f64(),
         }
@@ -726,16 +929,35 @@ impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F
 }
 
 /// (u, Φ), where the solution is known and a mean of it could be computed.
-fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Option<f64> {
-    let u = formulas.solution?;
-    match place {
-        Where::Point(x) => Some(u.value(x, &[])),
-        Where::All => integral::<D>(|x| u.value(x, &[])),
+fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Result<Option<f64>, Failure> {
+    let Some(u) = formulas.solution else {
+        return Ok(None);
+    };
+    // The formulas' own has what was not finite before the walks, which is nothing.
+    let watch = Watch::new();
+    let watched = |name, formula| FileFunction {
+        name,
+        formula,
+        watch: &watch,
+    };
+    let u = watched("solution", u);
+    let value = match place {
+        Where::Point(x) => {
+            let x: [f64; D] = core::array::from_fn(|a| x.get(a).copied().unwrap_or(0.0));
+            Some(u.value(&x))
+        }
+        Where::All => integral::<D>(&watch, |x| u.value(x))?,
         Where::Weight(text) => {
-            let weight = kept::<f64>(text).ok()?;
-            integral::<D>(|x| u.value(x, &[]) * weight.value(x, &[]))
+            let weight = watched("weight", kept(text)?);
+            integral::<D>(&watch, |x| u.value(x) * weight.value(x))?
         }
         _ => None,
+    };
+    match watch.get() {
+        Some(what) => Err(Failure::input(format_args!(
+            "{what}: a finite number is needed there"
+        ))),
+        None => Ok(value),
     }
 }
 
@@ -747,25 +969,6 @@ fn not_finite(error: RunError, watch: &Watch) -> Failure {
         }
         (error, _) => Failure::run(error),
     }
-}
-
-/// An expression in which the dimension is a constant of this name.
-macro_rules! in_dimension {
-    ($d:expr, $name:ident => $then:expr) => {
-        match $d {
-            1 => in_dimension!(1 as $name => $then),
-            2 => in_dimension!(2 as $name => $then),
-            3 => in_dimension!(3 as $name => $then),
-            4 => in_dimension!(4 as $name => $then),
-            5 => in_dimension!(5 as $name => $then),
-            // Validation lets nothing above 6 pass.
-            _ => in_dimension!(6 as $name => $then),
-        }
-    };
-    ($value:literal as $name:ident => $then:expr) => {{
-        const $name: usize = $value;
-        $then
-    }};
 }
 
 impl Problem for CubeFile<'_> {
@@ -782,8 +985,7 @@ impl Problem for CubeFile<'_> {
     }
 
     fn unknowns(&self) -> usize {
-        self.per_axis
-            .saturating_pow(self.cube.dimension.value as u32)
+        self.all_cells().saturating_mul(self.functions())
     }
 
     fn asked(&self) -> &[Asked] {
@@ -794,10 +996,15 @@ impl Problem for CubeFile<'_> {
         let n = self.unknowns();
         let table = match &self.cube.kernel {
             KernelText::General(_) => table_bytes(n).unwrap_or(usize::MAX),
-            KernelText::Factors(factors) => self
-                .per_axis
-                .saturating_mul(self.per_axis)
-                .saturating_mul(8 * factors.value.len()),
+            KernelText::Factors(factors) => {
+                let width = self.per_axis.saturating_mul(self.degree() + 1);
+                let tables = width
+                    .saturating_mul(width)
+                    .saturating_mul(factors.value.len());
+                // All products of polynomials along the axes, while K'v is computed.
+                let tensor = width.saturating_pow(factors.value.len() as u32);
+                tables.saturating_add(tensor).saturating_mul(8)
+            }
         };
         let weights = self
             .asked
@@ -812,18 +1019,24 @@ impl Problem for CubeFile<'_> {
     fn cost(&self) -> Cost {
         let d = self.cube.dimension.value;
         let seconds = in_dimension!(d, D => self.kernel_seconds::<D>()).unwrap_or(0.0);
-        let points = self.points().pow(2 * d as u32) as f64;
-        let n = self.unknowns() as f64;
+        let points = self.points().pow(d as u32) as f64;
+        let (n, b) = (self.all_cells() as f64, self.functions() as f64);
+        let values = if self.degree() == 0 { 0.0 } else { VALUE * b };
         let setup = match &self.cube.kernel {
-            KernelText::General(_) => n * n * (points * seconds + 20e-9),
+            KernelText::General(_) => {
+                let integrals = points * points * (seconds + values) + points * VALUE * b * b;
+                n * n * (integrals + 20e-9 * b * b)
+            }
             KernelText::Factors(_) => {
-                let m = self.per_axis as f64;
-                m * m * points * seconds + 20e-9 * n * m * d as f64
+                let (m, functions) = (self.per_axis as f64, (self.degree() + 1) as f64);
+                let axes = m * m * (self.points().pow(2) as f64) * (seconds + values);
+                let sweeps = n * functions.powi(d as i32) * m * functions * d as f64;
+                axes + 20e-9 * sweeps
             }
         };
         Cost {
             setup,
-            state: STATE + seconds,
+            state: STATE + seconds + values * b,
         }
     }
 
@@ -853,6 +1066,7 @@ impl Problem for CubeFile<'_> {
 
     fn levels(&self) -> Vec<usize> {
         let levels: &[usize] = match self.cube.dimension.value {
+            _ if self.degree() > 0 => &[1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256, 512],
             1 => &[4, 8, 16, 32, 64, 128, 256, 512, 1024],
             2 => &[2, 4, 8, 12, 16, 24, 32],
             3 => &[2, 3, 4, 5, 6, 8, 10],
@@ -860,7 +1074,11 @@ impl Problem for CubeFile<'_> {
             5 => &[2, 3, 4],
             _ => &[2, 3],
         };
-        levels.to_vec()
+        let most = if self.degree() > 0 { LEVEL } else { usize::MAX };
+        let d = self.cube.dimension.value as u32;
+        let unknowns = |m: usize| m.saturating_pow(d).saturating_mul(self.functions());
+        let levels = levels.iter().copied();
+        levels.filter(|&m| unknowns(m) <= most).collect()
     }
 
     /// Of a product, its factors one by one count as one evaluation.
@@ -868,7 +1086,7 @@ impl Problem for CubeFile<'_> {
         let points = self.points() as f64;
         let d = self.cube.dimension.value as i32;
         match &self.cube.kernel {
-            KernelText::General(_) => (self.unknowns() as f64 * points.powi(d)).powi(2),
+            KernelText::General(_) => (self.all_cells() as f64 * points.powi(d)).powi(2),
             KernelText::Factors(_) => (self.per_axis as f64 * points).powi(2),
         }
     }
@@ -879,6 +1097,10 @@ impl Problem for CubeFile<'_> {
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
+        if self.degree() > 0 {
+            let message = "tables of cubes are of piecewise constants: export with `degree = 0`";
+            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
+        }
         let d = self.cube.dimension.value;
         match self.file.walk.scalar.value {
             Scalar::F32 => in_dimension!(d, D => self.tables_in::<f32, D>()),
@@ -887,10 +1109,9 @@ impl Problem for CubeFile<'_> {
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
-        let d = self.cube.dimension.value;
         match self.file.walk.scalar.value {
-            Scalar::F32 => in_dimension!(d, D => self.answer_in::<f32, D>(plan, progress)),
-            Scalar::F64 => in_dimension!(d, D => self.answer_in::<f64, D>(plan, progress)),
+            Scalar::F32 => self.answer_with::<f32>(plan, progress),
+            Scalar::F64 => self.answer_with::<f64>(plan, progress),
         }
     }
 }

@@ -165,7 +165,7 @@ pub(crate) fn circle<F: Real + Number>(
 pub(crate) fn cube<F: Real + Number, const D: usize>(
     per_axis: usize,
     absorption: f64,
-    coefficients: &Table<D>,
+    coefficients: &Table<D, 1>,
     off_diagonal: Option<OffDiagonal>,
     [v, g]: [&[F]; 2],
 ) -> TableBuilder {

@@ -28,7 +28,7 @@ pub(crate) trait Problem: Sync {
     /// Cells as the file counts them: of a cube, per axis.
     fn cells(&self) -> usize;
 
-    /// The number n of cells in all.
+    /// The number of unknowns in all: of cells, where they are of degree 0.
     fn unknowns(&self) -> usize {
         self.cells()
     }
@@ -36,7 +36,10 @@ pub(crate) trait Problem: Sync {
     /// "100", "10 per axis, 1000 in all".
     fn cells_text(&self) -> String {
         match self.dimension() {
-            Some(2..) => format!("{} per axis, {} in all", self.cells(), self.unknowns()),
+            Some(d @ 2..) => {
+                let all = self.cells().saturating_pow(d as u32);
+                format!("{} per axis, {all} in all", self.cells())
+            }
             _ => self.cells().to_string(),
         }
     }

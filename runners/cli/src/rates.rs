@@ -115,6 +115,9 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
         if args.shadow_cuts {
             file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
         }
+        if let Some(degree) = args.degree {
+            file.galerkin.degree = Placed::flag("--degree", degree);
+        }
     };
     let file = solve::read(&args.file, replace)?;
     let whole = problem::of_file(&file)?;

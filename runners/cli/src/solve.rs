@@ -64,6 +64,7 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
         "--relative",
         args.relative.then_some(true),
     );
+    file.walk.allow_infinite_variance = args.allow_infinite_variance;
     if let Some(error) = args.target_error {
         file.walk.target_error = Some(Placed::flag("--target-error", error));
     }
@@ -101,7 +102,7 @@ pub(crate) fn refuse_memory(
         return Ok(());
     };
     let message = format!(
-        "{unknowns} cells need {lacking}: use fewer cells{}",
+        "{unknowns} unknowns need {lacking}: use fewer cells{}",
         match &file.problem {
             file::Problem::Cube(_) => ", or `kernel_factors` if the kernel is a product",
             file::Problem::Circle(_) | file::Problem::Room(_) => "",
@@ -179,7 +180,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     let time_limit = args.time_limit.map(time_limit).transpose()?;
     let problem = problem::of_file(&file)?;
     refuse_beyond_memory(&file, &*problem)?;
-    if !args.allow_infinite_variance {
+    if !file.walk.allow_infinite_variance {
         problem.refuse_infinite_variance()?;
     }
     let output = match &args.out {
@@ -360,6 +361,8 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     let rows = [
         ("problem", problem.kind().to_owned()),
         ("cells", problem.cells_text()),
+        ("degree", file.galerkin.degree.value.to_string()),
+        ("unknowns", problem.unknowns().to_string()),
         ("pairs", word(&file.galerkin.pairs.value)),
         ("estimator", word(&file.walk.estimator.value)),
         ("scalar", word(&file.walk.scalar.value)),

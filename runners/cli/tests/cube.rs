@@ -292,7 +292,7 @@ fn a_table_beyond_memory_is_refused_before_any_work() {
     let rest = format!("[galerkin]\ncells = 200\n{}", targets(3));
     let kernel = "kernel = '0.1 * x1 * y2 * x3'";
     let ran = folder.solve(&file(3, kernel, "1", &rest), &[]);
-    refused(&ran, &["8000000 cells need 512", "GB", "kernel_factors"]);
+    refused(&ran, &["8000000 unknowns need 512", "GB", "kernel_factors"]);
     let many = format!("[galerkin]\ncells = 2000\n{}", targets(3));
     refused(
         &folder.solve(&file(3, kernel, "1", &many), &[]),

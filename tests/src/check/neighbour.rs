@@ -189,9 +189,15 @@ const R_MIN: f64 = 0.25;
 // Rows and columns of one matrix read best by index.
 #[allow(clippy::needless_range_loop)]
 fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
-    for _ in 0..10 * B * usize::from(B > 1) {
+    // Each round squares what is left off the diagonal.
+    for _ in 0..10 * B {
+        let mut turned = false;
         for p in 0..B {
             for q in p + 1..B {
+                if m[p][q].abs() <= 1e-17 * (m[p][p].abs() + m[q][q].abs()) {
+                    continue;
+                }
+                turned = true;
                 let angle = 0.5 * (2.0 * m[p][q]).atan2(m[p][p] - m[q][q]);
                 let (sin, cos) = angle.sin_cos();
                 for row in &mut m {
@@ -202,6 +208,9 @@ fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
                         (cos * m[p][k] + sin * m[q][k], cos * m[q][k] - sin * m[p][k]);
                 }
             }
+        }
+        if !turned {
+            break;
         }
     }
     (0..B).map(|b| m[b][b]).fold(f64::INFINITY, f64::min)

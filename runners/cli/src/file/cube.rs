@@ -107,7 +107,15 @@ impl Cube {
         if let Some(solution) = &self.solution {
             formula_is_good(file, solution, self.point())?;
         }
-        let pairs = &file.galerkin.pairs;
+        let (pairs, degree) = (&file.galerkin.pairs, &file.galerkin.degree);
+        let smooth = pairs.value == Pairs::Paper
+            || (pairs.value == Pairs::Default && self.integral.is_none());
+        file.demand(
+            degree,
+            degree.value == 0 || smooth,
+            "pointwise pairs are of piecewise constants, `degree = 0`: for a higher degree put all pairs in \
+             S, by `pairs = \"paper\"`, or by \"default\" without a `kernel_integral`",
+        )?;
         file.demand(
             pairs,
             pairs.value != Pairs::Pointwise || self.integral.is_some(),

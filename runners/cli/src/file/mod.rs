@@ -102,6 +102,8 @@ pub(crate) struct Walk {
     pub(crate) target_error: Option<Placed<f64>>,
     /// Whether `target_error` is relative to the value.
     pub(crate) relative: Placed<bool>,
+    /// Whether walks of infinite variance are wanted: a flag of the command line alone.
+    pub(crate) allow_infinite_variance: bool,
 }
 
 /// One number, or one curve, to compute: `[[target]]`.
@@ -266,6 +268,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         batch: or_default(batch, Field::integer, 4096)?,
         target_error: target_error.map(|field| field.number()).transpose()?,
         relative: or_default(relative, Field::boolean, false)?,
+        allow_infinite_variance: false,
     })
 }
 

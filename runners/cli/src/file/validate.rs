@@ -67,10 +67,11 @@ impl ProblemFile {
             shadow_cuts,
             ..
         } = &self.galerkin;
+        let (most, of) = self.most_degree();
         self.demand(
             degree,
-            degree.value == 0 || matches!(self.problem, Problem::Circle(_)) && degree.value <= 4,
-            "`degree` must be from 0 to 4 for circles, and 0 for others in this version",
+            degree.value <= most,
+            format_args!("`degree` must be from 0 to {most} {of}"),
         )?;
         if let Some(points) = points {
             self.demand(
@@ -108,6 +109,18 @@ impl ProblemFile {
                  beyond that the tables need more memory than this program asks for"
             ),
         )
+    }
+
+    /// The largest degree, and for what: every degree and dimension has code of its own.
+    fn most_degree(&self) -> (usize, &'static str) {
+        match &self.problem {
+            Problem::Circle(_) => (4, "on a circle"),
+            Problem::Cube(cube) if cube.dimension.value <= 3 => {
+                (4, "on a cube of up to 3 dimensions")
+            }
+            Problem::Cube(_) => (2, "on a cube of more than 3 dimensions"),
+            Problem::Room(_) => (0, "in a room: piecewise constant functions"),
+        }
     }
 
     /// Checks the number of points of a grid.
