@@ -1,12 +1,14 @@
 //! The cube, d = 3, m = 10 (n = 1000), Gaussian kernel: set-up of a table and of a product, and visited
-//! states per second on all threads, beside the loop that one writes first.
+//! states per second on all threads, beside the loop that one writes first; and what a state costs by degree.
 
 use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::galerkin::{Coefficients, Dense, OffDiagonal, PairKind, Partition, Piecewise};
-use fredholm_core::{Draws, Estimator, Real, Stream, Uniforms};
-use fredholm_cube::{Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table};
+use fredholm_core::{Draws, Estimator, Neighbour, Real, Stream, Uniforms};
+use fredholm_cube::{
+    Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table, functions,
+};
 use fredholm_rayon::{Plan, Target, fill_rows, run};
 
 const PER_AXIS: usize = 10;
@@ -167,5 +169,64 @@ fn walks(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, set_up, walks);
+/// One thread, d = 2 and 3, about as many unknowns at every degree.
+fn degrees(c: &mut Criterion) {
+    fn at<const D: usize, const B: usize>(c: &mut Criterion, per_axis: usize) {
+        let kernel = |x: &[f64; D], y: &[f64; D]| {
+            let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
+            0.5 * Real::exp(-square)
+        };
+        let factors = |axis: usize, x: f64, y: f64| {
+            let scale = if axis == 0 { 0.5 } else { 1.0 };
+            scale * Real::exp(-(x - y) * (x - y))
+        };
+        let source = |x: &[f64; D]| 1.0 + x[0];
+        let cube = Cube::new(kernel, source, per_axis, ABSORPTION).unwrap();
+        let cube = cube.with_functions::<B>();
+        let product = Cube::new(Product(factors), source, per_axis, ABSORPTION).unwrap();
+        let product = product.with_functions::<B>();
+        let rule = Rule::new(cube.degree() + 1).unwrap();
+        let tables = ProductTables::new(&product, rule).unwrap();
+        let solution = product.solve(&tables, rule, 1e-14, 1000).unwrap();
+        let g = solution.source::<f64, _, _>(&tables, &ALL).unwrap();
+        let entries = fredholm_cube::table(&cube, rule).unwrap();
+        let dense = Dense::new(&entries, solution.v.len()).unwrap();
+        let by_table = Piecewise::new(&cube, &dense, ALL, &solution.v, &g).unwrap();
+        let by_axes = Piecewise::new(&cube, &tables, ALL, &solution.v, &g).unwrap();
+        let targets = [Target {
+            functional: Mean,
+            neighbour_value: Some(Mean::of_blocks::<f64, B>(&solution.v)),
+        }];
+        let plan: Plan = Plan::new(10_000);
+        let states = |neighbour: &(dyn Neighbour<Scalar = f64, Point = [f64; D]> + Sync)| {
+            let outcome = run(&cube, neighbour, &targets, &plan, &()).unwrap();
+            outcome.statistics[0].states()
+        };
+        let mut group = c.benchmark_group(format!("cube, d = {D}, a state by degree"));
+        group.sample_size(10);
+        group.throughput(Throughput::Elements(states(&by_table)));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = pool.unwrap();
+        let name = format!("{}, {} unknowns", cube.degree(), solution.v.len());
+        group.bench_function(BenchmarkId::new("table", &name), |b| {
+            b.iter(|| pool.install(|| states(&by_table)));
+        });
+        group.bench_function(BenchmarkId::new("product tables", &name), |b| {
+            b.iter(|| pool.install(|| states(&by_axes)));
+        });
+        group.finish();
+    }
+    at::<2, { functions(2, 0) }>(c, 31);
+    at::<2, { functions(2, 1) }>(c, 18);
+    at::<2, { functions(2, 2) }>(c, 12);
+    at::<2, { functions(2, 3) }>(c, 10);
+    at::<2, { functions(2, 4) }>(c, 8);
+    at::<3, { functions(3, 0) }>(c, 10);
+    at::<3, { functions(3, 1) }>(c, 6);
+    at::<3, { functions(3, 2) }>(c, 4);
+    at::<3, { functions(3, 3) }>(c, 4);
+    at::<3, { functions(3, 4) }>(c, 3);
+}
+
+criterion_group!(benches, set_up, walks, degrees);
 criterion_main!(benches);

@@ -189,13 +189,68 @@ impl<F: Real, const D: usize> Function<F, D> for FileFunction<'_, F> {
     }
 }
 
-/// Galerkin coefficients in f64.
+/// Galerkin coefficients in f64: one type for both, as every type has neighbour equations of its own for
+/// every dimension and degree, which take their time to compile.
 #[derive(Debug)]
 pub(crate) enum Table<const D: usize, const B: usize> {
-    /// Of any kernel.
-    Dense(Vec<f64>),
+    /// Of any kernel: (n·B)² entries.
+    Dense { entries: Vec<f64>, cells: usize },
     /// Of a product.
     Product(ProductTables<f64, D, B>),
+}
+
+/// What the coefficients of either kind answer. The length of a table was its own making.
+macro_rules! either {
+    ($table:expr, $coefficients:ident => $then:expr, $otherwise:expr) => {
+        match $table {
+            Table::Dense { entries, cells } => match Dense::new(entries, cells * B) {
+                Some($coefficients) => $then,
+                None => $otherwise,
+            },
+            Table::Product($coefficients) => $then,
+        }
+    };
+}
+
+impl<const D: usize, const B: usize> Coefficients<B> for Table<D, B> {
+    type Scalar = f64;
+
+    fn cells(&self) -> usize {
+        match self {
+            Self::Dense { cells, .. } => *cells,
+            Self::Product(tables) => tables.cells(),
+        }
+    }
+
+    #[inline]
+    fn block(&self, i: usize, j: usize) -> [[f64; B]; B] {
+        either!(self, table => table.block(i, j), [[f64::NAN; B]; B])
+    }
+
+    #[inline]
+    fn contract(&self, i: usize, j: usize, left: &[f64; B]) -> [f64; B] {
+        either!(self, table => table.contract(i, j, left), [f64::NAN; B])
+    }
+
+    fn mean(&self, i: usize, j: usize) -> f64 {
+        either!(self, table => Coefficients::<B>::mean(&table, i, j), f64::NAN)
+    }
+
+    fn row_sum(&self, i: usize) -> f64 {
+        either!(self, table => Coefficients::<B>::row_sum(&table, i), f64::NAN)
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        either!(self, table => Coefficients::<B>::apply(&table, v, out), out.fill(f64::NAN));
+    }
+
+    fn apply_absolute(&self, w: &[f64], out: &mut [f64]) {
+        either!(self, table => Coefficients::<B>::apply_absolute(&table, w, out), out.fill(f64::NAN));
+    }
+
+    fn sweep(&self, source: &[f64], v: &mut [f64]) -> f64 {
+        either!(self, table => Coefficients::<B>::sweep(&table, source, v), f64::NAN)
+    }
 }
 
 /// What is computed before the walks, in f64.
@@ -221,31 +276,30 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
         .cube::<D>(per_axis, absorption)?
         .with_functions::<B>();
     let source = *cube.right_hand_side();
-    let (table, solution, radius) = if formulas.product {
+    let table = if formulas.product {
         let product =
             Cube::<f64, D, _, _>::new(Product(formulas.kernel()), source, per_axis, absorption);
-        let tables = product
-            .and_then(|cube| ProductTables::new(&cube.with_functions::<B>(), rule))
-            .map_err(explain)?;
-        let solution = cube
-            .solve(&tables, rule, TOLERANCE, SWEEPS)
-            .map_err(explain)?;
-        let radius = tables.neighbour_radius(absorption).map_err(explain)?;
-        (Table::Product(tables), solution, radius)
+        let tables =
+            product.and_then(|cube| ProductTables::new(&cube.with_functions::<B>(), rule));
+        Table::Product(tables.map_err(explain)?)
     } else {
         let unknowns = cube.cells() * B;
         let mut entries = empty_table(unknowns).map_err(explain)?;
-        fill_rows(&mut entries, unknowns * B, |i, rows| {
-            cube.fill_row(rule, i, rows)
-        })
-        .map_err(explain)?;
-        let dense = dense(&entries, unknowns)?;
-        let solution = cube
-            .solve(&dense, rule, TOLERANCE, SWEEPS)
-            .map_err(explain)?;
-        let radius = cube.neighbour_radius(&dense).map_err(explain)?;
-        (Table::Dense(entries), solution, radius)
+        let fill: &Fill<'_> = &|i, rows| cube.fill_row(rule, i, rows);
+        fill_rows(&mut entries, unknowns * B, fill).map_err(explain)?;
+        Table::Dense {
+            entries,
+            cells: cube.cells(),
+        }
     };
+    let solution = cube
+        .solve(&table, rule, TOLERANCE, SWEEPS)
+        .map_err(explain)?;
+    let radius = match &table {
+        Table::Dense { .. } => cube.neighbour_radius(&table),
+        Table::Product(tables) => tables.neighbour_radius(absorption),
+    }
+    .map_err(explain)?;
     Ok(Setup {
         table,
         solution,
@@ -254,9 +308,8 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
     })
 }
 
-fn dense(entries: &[f64], unknowns: usize) -> Result<Dense<'_, f64>, Failure> {
-    Dense::new(entries, unknowns).ok_or_else(|| Failure::run("a table has a wrong size"))
-}
+/// Fills the rows of a cell: one type for every shape.
+type Fill<'a> = dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
 
 /// An error of the set-up, with what was not finite where that is the reason.
 fn explained(error: CubeError, watch: &Watch) -> Failure {
@@ -518,13 +571,7 @@ impl<'f> CubeFile<'f> {
             setup_seconds: setup.seconds,
         };
         let walk = |neighbour: &Boxed<'_, F, D>| self.walk(known, neighbour, plan, progress);
-        match &setup.table {
-            Table::Dense(entries) => {
-                let dense = dense(entries, v.len())?;
-                kinds.then(&cube, &dense, &setup.solution, &v, walk)
-            }
-            Table::Product(tables) => kinds.then(&cube, tables, &setup.solution, &v, walk),
-        }
+        kinds.then(&cube, &setup, &v, walk)
     }
 
     /// With the pairs that the file asks for.
@@ -554,34 +601,21 @@ impl<'f> CubeFile<'f> {
         Some(OffDiagonal { diagonal })
     }
 
-    /// G over S.
-    fn source<F: Real, C: Coefficients<Scalar = f64>>(
-        &self,
-        solution: &Solution,
-        coefficients: &C,
-    ) -> Result<Vec<F>, Failure> {
-        match self.pairs() {
-            Some(pairs) => solution.source(coefficients, &pairs),
-            None => solution.source(coefficients, &AllPointwise),
-        }
-        .map_err(Failure::run)
-    }
-
     /// Of piecewise constants.
     fn tables_in<F: Real + Number, const D: usize>(&self) -> Result<TableBuilder, Failure> {
         let wide = Formulas::<f64>::new(self.cube)?;
         let setup = self.set_up::<D, 1>(&wide)?;
         let v = setup.solution.rounded::<F>().map_err(Failure::run)?;
-        let g = match &setup.table {
-            Table::Dense(entries) => self.source(&setup.solution, &dense(entries, v.len())?)?,
-            Table::Product(tables) => self.source(&setup.solution, tables)?,
+        let g = match self.pairs() {
+            Some(pairs) => setup.solution.source(&setup.table, &pairs),
+            None => setup.solution.source(&setup.table, &AllPointwise),
         };
         Ok(export::cube(
             self.per_axis,
             self.absorption(),
             &setup.table,
             self.pairs(),
-            [&v, &g],
+            [&v, &g.map_err(Failure::run)?],
         ))
     }
 
@@ -830,14 +864,13 @@ type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + 
 /// How a neighbour equation with B functions on a cell is made.
 trait Kinds<F: Real, const D: usize, const B: usize> {
     /// Makes it, and walks.
-    fn then<C: Coefficients<B, Scalar = f64> + Sync, R>(
+    fn then(
         &self,
         cube: &FileCube<'_, F, D, B>,
-        coefficients: &C,
-        solution: &Solution<B>,
+        setup: &Setup<D, B>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
-    ) -> Result<R, Failure>;
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
+    ) -> Result<Answer, Failure>;
 }
 
 /// Without pointwise pairs.
@@ -847,35 +880,29 @@ struct Smooth(OffDiagonal);
 struct Pointwise<P>(P);
 
 impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
-    fn then<C: Coefficients<B, Scalar = f64> + Sync, R>(
+    fn then(
         &self,
         cube: &FileCube<'_, F, D, B>,
-        coefficients: &C,
-        solution: &Solution<B>,
+        Setup { table, solution, .. }: &Setup<D, B>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
-    ) -> Result<R, Failure> {
-        let (narrow, pairs) = (Rounded::new(coefficients), self.0);
-        let g = solution
-            .source(coefficients, &pairs)
-            .map_err(Failure::run)?;
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
+    ) -> Result<Answer, Failure> {
+        let (narrow, pairs) = (Rounded::new(table), self.0);
+        let g = solution.source(table, &pairs).map_err(Failure::run)?;
         walk(&Piecewise::new(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
     }
 }
 
 impl<F: Real, const D: usize, P: galerkin::Pairs + Copy + Sync> Kinds<F, D, 1> for Pointwise<P> {
-    fn then<C: Coefficients<Scalar = f64> + Sync, R>(
+    fn then(
         &self,
         cube: &FileCube<'_, F, D>,
-        coefficients: &C,
-        solution: &Solution,
+        Setup { table, solution, .. }: &Setup<D, 1>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<R, Failure>,
-    ) -> Result<R, Failure> {
-        let (narrow, pairs) = (Rounded::new(coefficients), self.0);
-        let g = solution
-            .source(coefficients, &pairs)
-            .map_err(Failure::run)?;
+        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
+    ) -> Result<Answer, Failure> {
+        let (narrow, pairs) = (Rounded::new(table), self.0);
+        let g = solution.source(table, &pairs).map_err(Failure::run)?;
         walk(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
     }
 }

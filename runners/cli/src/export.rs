@@ -173,7 +173,7 @@ pub(crate) fn cube<F: Real + Number, const D: usize>(
     tables.numbers("absorb", &[absorption]);
     tables.numbers("axes", &[D as u32, per_axis as u32]);
     match coefficients {
-        Table::Dense(entries) => {
+        Table::Dense { entries, .. } => {
             let entries: Vec<F> = entries.iter().map(|&k| F::from_f64(k)).collect();
             tables.numbers("coeffs", &entries);
         }

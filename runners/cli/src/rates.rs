@@ -26,6 +26,10 @@ const ENOUGH_WALKS: u64 = 1 << 16;
 /// And on so many where it is the reference for what has no known solution.
 const REFERENCE_WALKS: u64 = 1 << 22;
 
+/// A standard deviation is left out of fits where it is below this part of the plain one: rounding may hold
+/// it there.
+const ROUNDING: f64 = 1e-12;
+
 /// What a sweep gave. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
 struct Rates {
@@ -335,16 +339,18 @@ impl Rates {
         for solution in &mut nystrom {
             solution.error = known(solution.mean);
         }
+        // Where rounding holds the deviation, there is no slope.
+        let above = |row: &&Row| row.std_dev > ROUNDING * row.std_dev_plain;
         let fit =
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
         let galerkin = &sweep.file.galerkin;
         let (whole, degree) = (sweep.whole, galerkin.degree.value);
         let order = (degree + 1) as f64 / whole.dimension().unwrap_or(1) as f64;
         let deviations = |from: usize| {
-            let rows = rows.iter().filter(|r| r.cells >= from);
+            let rows = rows.iter().filter(above).filter(|r| r.cells >= from);
             fit(rows.map(|r| (r.unknowns as f64, r.std_dev)).collect())
         };
-        let error = fit(rows.iter().map(|r| (r.work()[1], r.error)).collect());
+        let error = fit(rows.iter().filter(above).map(|r| (r.work()[1], r.error)).collect());
         let is_timed = rows.iter().any(|r| r.seconds.is_some());
         Self {
             problem: whole.kind(),

@@ -325,3 +325,98 @@ fn the_template_runs_as_it_stands() {
     assert_eq!(rows.len(), 13);
     assert!(rows[3].contains(&"x * (1 - x)".to_owned()), "{:?}", rows[3]);
 }
+
+#[test]
+fn estimates_are_the_known_solutions_at_every_degree() {
+    let folder = Folder::new();
+    for (number, (dimension, kernel, source, solution, _)) in equations().into_iter().enumerate() {
+        // Of a kernel with a kink the diagonal is pointwise, and that is of degree 0.
+        if kernel.contains("kernel_integral") {
+            continue;
+        }
+        let rest = format!(
+            "solution = '{solution}'\n[galerkin]\ncells = 2\n[walk]\nwalks = 3000\n{}",
+            targets(dimension)
+        );
+        let problem = file(dimension, kernel, source, &rest);
+        for degree in 1..=if dimension > 3 { 2 } else { 4 } {
+            let (degree, seed) = (degree.to_string(), number.to_string());
+            for scalar in ["f64", "f32"] {
+                let flags = ["--json", "--degree", &degree, "--seed", &seed];
+                let flags = [flags.as_slice(), &["--scalar", scalar]].concat();
+                check(&folder.solve(&problem, &flags), kernel);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_product_of_any_degree_is_the_kernel_that_it_multiplies_to() {
+    let folder = Folder::new();
+    let rest = format!("[galerkin]\ncells = 3\ndegree = 2\n{}", targets(2));
+    let product = "kernel_factors = ['0.5 * exp(-(x - y)^2)', 'exp(-(x - y)^2)']";
+    let general = "kernel = '0.5 * exp(-(x1 - y1)^2) * exp(-(x2 - y2)^2)'";
+    let of = |kernel| {
+        let ran = folder.solve(&file(2, kernel, "1 + x1", &rest), &["--json"]);
+        let json = ran.quietly(0).json();
+        let targets = list(&json, "targets").to_vec();
+        targets.iter().map(|t| number(&t["preconditioned"], "estimate")).collect::<Vec<_>>()
+    };
+    for (a, b) in of(product).iter().zip(of(general)) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+}
+
+#[test]
+fn degrees_that_are_not_offered() {
+    let folder = Folder::new();
+    let kernel = "kernel = '0.1'";
+    let ran = |dimension, kernel, degree: &str, galerkin: &str| {
+        let rest = format!("[galerkin]\n{galerkin}\n{}", targets(dimension));
+        folder.solve(&file(dimension, kernel, "1", &rest), &["--degree", degree])
+    };
+    refused(&ran(3, kernel, "5", ""), &["--degree 5", "from 0 to 4"]);
+    refused(&ran(4, kernel, "3", ""), &["--degree 3", "from 0 to 2"]);
+    let jump = "kernel = 'x < y ? 0.8 : 0'\nkernel_integral = '0.8 * max(0, y - x)'";
+    refused(&ran(1, jump, "1", ""), &["--degree 1", "pairs = \"paper\"", "degree = 0"]);
+    refused(&ran(1, jump, "1", "pairs = 'pointwise'"), &["--degree 1", "paper"]);
+    assert_eq!(ran(1, jump, "1", "pairs = 'paper'").status, Some(0));
+    assert_eq!(ran(1, kernel, "1", "points = 1").status, Some(0));
+}
+
+/// K is 0.95 in the middle and little elsewhere: K' of one cell by one point is 0.95, and
+/// K'²/(1 − q0) is 1.13.
+#[test]
+fn coefficients_larger_than_the_kernel_are_refused() {
+    let folder = Folder::new();
+    for kernel in [
+        "kernel = '0.95 * exp(-100 * ((x - 0.5)^2 + (y - 0.5)^2))'",
+        "kernel_factors = ['0.95 * exp(-100 * ((x - 0.5)^2 + (y - 0.5)^2))']",
+    ] {
+        let on = |cells: u32, kernel: &str, flags: &[&str]| {
+            let rest = format!("[galerkin]\ncells = {cells}\n{}", targets(1));
+            folder.solve(&file(1, kernel, "1", &rest), flags)
+        };
+        let words = ["1.13", "more cells or points", "--allow-infinite-variance"];
+        refused(&on(1, kernel, &[]), &words);
+        assert_eq!(on(1, kernel, &["--allow-infinite-variance"]).status, Some(0));
+        assert_eq!(on(20, kernel, &[]).status, Some(0));
+        // Twice as large, it has no mean: |K'| is 1.9, and the radius of |K| a third.
+        let words = ["no mean", "more `cells` or `points`"];
+        refused(&on(1, &kernel.replace("0.95", "1.9"), &[]), &words);
+    }
+}
+
+#[test]
+fn a_solution_that_is_not_finite_is_an_error() {
+    let folder = Folder::new();
+    let run = |solution: &str, target: &str| {
+        let rest = format!("solution = '{solution}'\n[[target]]\nname = 'a'\n{target}\n");
+        folder.solve(&file(1, "kernel = '0.1'", "1", &rest), &[])
+    };
+    refused(&run("ln(x)", "at = 0"), &["`solution` is -inf at x = 0:", "finite"]);
+    refused(&run("sqrt(x - 0.5)", "at = 0.2"), &["`solution` is NaN at x = 0.2"]);
+    refused(&run("sqrt(x - 0.5)", "over = 'all'"), &["`solution` is NaN at x = 0.0"]);
+    refused(&run("sqrt(x - 0.5)", "weight = 'x'"), &["`solution` is NaN at x = 0.0"]);
+    assert_eq!(run("1 / 0.9", "over = 'all'").status, Some(0));
+}

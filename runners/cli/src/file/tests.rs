@@ -454,7 +454,7 @@ fn cells() {
         6,
         10,
         "5",
-        &["`degree`", "from 0 to 4"],
+        &["`degree` must be from 0 to 4 on a circle"],
     );
     let harmonic = FULL.replace("1_000", "7");
     let words = ["multiple of the 2 arcs of `reflectance`; nearest: 6 or 8"];
