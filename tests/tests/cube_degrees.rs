@@ -7,8 +7,7 @@ use fredholm_core::{
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
-    Cube, CubeError, Function, Mean, Product, ProductTables, Rule, Weighted,
-    functions, table,
+    Cube, CubeError, Function, Mean, Product, ProductTables, Rule, Weighted, functions, table,
 };
 use fredholm_tests::check::{means, run};
 use fredholm_tests::cube::{ABSORPTION, Gauss, Ramp, with_degree};
@@ -58,7 +57,9 @@ fn product_tables_are_dense_tables() {
         let close = |a: f64, b: f64| {
             assert!((a - b).abs() <= 1e-14, "D = {D}, B = {B}: {a:e} {b:e}");
         };
-        let v: Vec<f64> = (0..unknowns).map(|i| ((i * 37) % 11) as f64 / 11.0).collect();
+        let v: Vec<f64> = (0..unknowns)
+            .map(|i| ((i * 37) % 11) as f64 / 11.0)
+            .collect();
         let (mut left, mut right) = (vec![0.0; unknowns], vec![0.0; unknowns]);
         Coefficients::<B>::apply(&dense, &v, &mut left);
         product.apply(&v, &mut right);
@@ -82,7 +83,10 @@ fn product_tables_are_dense_tables() {
         let solve = |v: fredholm_core::galerkin::Solution<B>| v.v;
         let by_dense = solve(cube.solve(&dense, rule, 1e-15, 1000).unwrap());
         let by_product = solve(cube.solve(&product, rule, 1e-15, 1000).unwrap());
-        by_dense.iter().zip(&by_product).for_each(|(a, b)| close(*a, *b));
+        by_dense
+            .iter()
+            .zip(&by_product)
+            .for_each(|(a, b)| close(*a, *b));
     }
     at::<1, 1>(4);
     at::<1, 5>(4);
@@ -143,7 +147,11 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize) {
                 let floor = rounding_floor::<F>(largest, exact, model.contraction::<D>());
                 let outcome = means(&statistics, Some(exact), floor);
                 outcome.ok().unwrap_or_else(|e| {
-                    panic!("{}, D = {D}, B = {B}, {what}, {:e}: {e}", model.name, F::EPSILON)
+                    panic!(
+                        "{}, D = {D}, B = {B}, {what}, {:e}: {e}",
+                        model.name,
+                        F::EPSILON
+                    )
                 });
             };
             let at = neighbour.value(&neighbour.locate(x0)).to_f64();
@@ -161,7 +169,10 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize) {
                 let mean = run(&task(cube, neighbour, &Mean, all, stream(1)), 5000);
                 check(mean, model.mean::<D>(), "mean");
                 let weighted_start = Weighted::new(cube, weight, &near, v).unwrap();
-                let part = run(&task(cube, neighbour, &weighted_start, None, stream(2)), 5000);
+                let part = run(
+                    &task(cube, neighbour, &weighted_start, None, stream(2)),
+                    5000,
+                );
                 check(part, weighted.powi(D as i32), "weighted mean");
             }
         });
@@ -188,15 +199,22 @@ fn a_weighted_mean_varies_no_more_than_a_mean() {
         let mut near = vec![0.0; v.len()];
         let deviation = |near: &[f64]| {
             let weighted = Weighted::new(cube, weight, near, v).unwrap();
-            let statistics = run(&task(cube, neighbour, &weighted, None, Stream::new(1, 0)), 5000);
+            let statistics = run(
+                &task(cube, neighbour, &weighted, None, Stream::new(1, 0)),
+                5000,
+            );
             statistics.preconditioned().std_dev.unwrap()
         };
         let walk_by_walk = deviation(&near);
-        cube.means(&weight, Rule::new(4).unwrap(), &mut near).unwrap();
+        cube.means(&weight, Rule::new(4).unwrap(), &mut near)
+            .unwrap();
         let controlled = deviation(&near);
         println!("{walk_by_walk:.2e} {controlled:.2e}");
         // Order 4 of h = 1/6 is 8e-4, and less with the coefficients of the expansion.
-        assert!(controlled < 1e-4 * walk_by_walk, "{controlled:e} {walk_by_walk:e}");
+        assert!(
+            controlled < 1e-4 * walk_by_walk,
+            "{controlled:e} {walk_by_walk:e}"
+        );
         let short = Weighted::new(cube, weight, &near[1..], v).err();
         let length = CubeError::Length {
             expected: 360,
@@ -210,7 +228,10 @@ fn a_weighted_mean_varies_no_more_than_a_mean() {
 fn plain_and_best<const D: usize, const B: usize>(cells: usize, walks: u64) -> [f64; 2] {
     with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
         let value = Some(Mean::of_blocks::<f64, B>(v));
-        let statistics = run(&task(cube, neighbour, &Mean, value, Stream::new(1, 0)), walks);
+        let statistics = run(
+            &task(cube, neighbour, &Mean, value, Stream::new(1, 0)),
+            walks,
+        );
         [statistics.plain(), statistics.preconditioned()].map(|e| e.std_dev.unwrap())
     })
 }
@@ -336,12 +357,22 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
     let rule = Rule::new(1).unwrap();
     let entries = table(&cube, rule).unwrap();
     let dense = Dense::new(&entries, 5).unwrap();
-    let expected: f64 = (0..5).map(|i| (0.2 * f64::from(i) + 0.1).powi(4)).sum::<f64>() / 4.0;
+    let expected: f64 = (0..5)
+        .map(|i| (0.2 * f64::from(i) + 0.1).powi(4))
+        .sum::<f64>()
+        / 4.0;
     let tables = ProductTables::new(&cube, rule).unwrap();
     let by_axes = tables.neighbour_radius(0.2).unwrap();
-    assert!((by_axes - expected).abs() < 1e-6 * expected, "{by_axes} {expected}");
+    assert!(
+        (by_axes - expected).abs() < 1e-6 * expected,
+        "{by_axes} {expected}"
+    );
     // The largest row sum, at s = 0.9: below 1 it is enough.
-    let bound = 0.81 * (0..5).map(|i| (0.2 * f64::from(i) + 0.1).powi(2)).sum::<f64>() / 4.0;
+    let bound = 0.81
+        * (0..5)
+            .map(|i| (0.2 * f64::from(i) + 0.1).powi(2))
+            .sum::<f64>()
+        / 4.0;
     let found = cube.neighbour_radius(&dense).unwrap();
     assert!((found - bound).abs() < 1e-14, "{found} {bound}");
 
@@ -374,7 +405,10 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
         let dense = Dense::new(&entries, cells).unwrap();
         let radii = [
             cube.neighbour_radius(&dense).unwrap(),
-            ProductTables::new(&cube, rule).unwrap().neighbour_radius(0.2).unwrap(),
+            ProductTables::new(&cube, rule)
+                .unwrap()
+                .neighbour_radius(0.2)
+                .unwrap(),
         ];
         assert!(radii[0] >= radii[1] - 1e-6, "{radii:?}");
         radii[0]
@@ -398,7 +432,14 @@ fn values_of_the_functions_are_those_of_the_cell() {
     // t = 2 (4 x − i) − 1.
     let (s, t) = (-0.6, 0.2);
     let p2 = |t: f64| 5.0_f64.sqrt() * (1.5 * t * t - 0.5);
-    let expected = [1.0, 3.0_f64.sqrt() * t, p2(t), 3.0_f64.sqrt() * s, 3.0 * s * t, p2(s)];
+    let expected = [
+        1.0,
+        3.0_f64.sqrt() * t,
+        p2(t),
+        3.0_f64.sqrt() * s,
+        3.0 * s * t,
+        p2(s),
+    ];
     for (found, expected) in cube.basis(&x).iter().zip(expected) {
         assert!((found - expected).abs() < 1e-14, "{found} {expected}");
     }

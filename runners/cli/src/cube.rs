@@ -204,7 +204,10 @@ macro_rules! either {
     ($table:expr, $coefficients:ident => $then:expr, $otherwise:expr) => {
         match $table {
             Table::Dense { entries, cells } => match Dense::new(entries, cells * B) {
-                Some($coefficients) => $then,
+                Some(dense) => {
+                    let $coefficients = &dense;
+                    $then
+                }
                 None => $otherwise,
             },
             Table::Product($coefficients) => $then,
@@ -233,23 +236,23 @@ impl<const D: usize, const B: usize> Coefficients<B> for Table<D, B> {
     }
 
     fn mean(&self, i: usize, j: usize) -> f64 {
-        either!(self, table => Coefficients::<B>::mean(&table, i, j), f64::NAN)
+        either!(self, table => Coefficients::<B>::mean(table, i, j), f64::NAN)
     }
 
     fn row_sum(&self, i: usize) -> f64 {
-        either!(self, table => Coefficients::<B>::row_sum(&table, i), f64::NAN)
+        either!(self, table => Coefficients::<B>::row_sum(table, i), f64::NAN)
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
-        either!(self, table => Coefficients::<B>::apply(&table, v, out), out.fill(f64::NAN));
+        either!(self, table => Coefficients::<B>::apply(table, v, out), out.fill(f64::NAN));
     }
 
     fn apply_absolute(&self, w: &[f64], out: &mut [f64]) {
-        either!(self, table => Coefficients::<B>::apply_absolute(&table, w, out), out.fill(f64::NAN));
+        either!(self, table => Coefficients::<B>::apply_absolute(table, w, out), out.fill(f64::NAN));
     }
 
     fn sweep(&self, source: &[f64], v: &mut [f64]) -> f64 {
-        either!(self, table => Coefficients::<B>::sweep(&table, source, v), f64::NAN)
+        either!(self, table => Coefficients::<B>::sweep(table, source, v), f64::NAN)
     }
 }
 
@@ -279,8 +282,7 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
     let table = if formulas.product {
         let product =
             Cube::<f64, D, _, _>::new(Product(formulas.kernel()), source, per_axis, absorption);
-        let tables =
-            product.and_then(|cube| ProductTables::new(&cube.with_functions::<B>(), rule));
+        let tables = product.and_then(|cube| ProductTables::new(&cube.with_functions::<B>(), rule));
         Table::Product(tables.map_err(explain)?)
     } else {
         let unknowns = cube.cells() * B;
@@ -883,7 +885,9 @@ impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
     fn then(
         &self,
         cube: &FileCube<'_, F, D, B>,
-        Setup { table, solution, .. }: &Setup<D, B>,
+        Setup {
+            table, solution, ..
+        }: &Setup<D, B>,
         v: &[F],
         walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
     ) -> Result<Answer, Failure> {
@@ -897,7 +901,9 @@ impl<F: Real, const D: usize, P: galerkin::Pairs + Copy + Sync> Kinds<F, D, 1> f
     fn then(
         &self,
         cube: &FileCube<'_, F, D>,
-        Setup { table, solution, .. }: &Setup<D, 1>,
+        Setup {
+            table, solution, ..
+        }: &Setup<D, 1>,
         v: &[F],
         walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
     ) -> Result<Answer, Failure> {

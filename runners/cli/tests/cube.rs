@@ -360,7 +360,10 @@ fn a_product_of_any_degree_is_the_kernel_that_it_multiplies_to() {
         let ran = folder.solve(&file(2, kernel, "1 + x1", &rest), &["--json"]);
         let json = ran.quietly(0).json();
         let targets = list(&json, "targets").to_vec();
-        targets.iter().map(|t| number(&t["preconditioned"], "estimate")).collect::<Vec<_>>()
+        targets
+            .iter()
+            .map(|t| number(&t["preconditioned"], "estimate"))
+            .collect::<Vec<_>>()
     };
     for (a, b) in of(product).iter().zip(of(general)) {
         assert!((a - b).abs() < 1e-13, "{a} {b}");
@@ -378,8 +381,14 @@ fn degrees_that_are_not_offered() {
     refused(&ran(3, kernel, "5", ""), &["--degree 5", "from 0 to 4"]);
     refused(&ran(4, kernel, "3", ""), &["--degree 3", "from 0 to 2"]);
     let jump = "kernel = 'x < y ? 0.8 : 0'\nkernel_integral = '0.8 * max(0, y - x)'";
-    refused(&ran(1, jump, "1", ""), &["--degree 1", "pairs = \"paper\"", "degree = 0"]);
-    refused(&ran(1, jump, "1", "pairs = 'pointwise'"), &["--degree 1", "paper"]);
+    refused(
+        &ran(1, jump, "1", ""),
+        &["--degree 1", "pairs = \"paper\"", "degree = 0"],
+    );
+    refused(
+        &ran(1, jump, "1", "pairs = 'pointwise'"),
+        &["--degree 1", "paper"],
+    );
     assert_eq!(ran(1, jump, "1", "pairs = 'paper'").status, Some(0));
     assert_eq!(ran(1, kernel, "1", "points = 1").status, Some(0));
 }
@@ -399,7 +408,10 @@ fn coefficients_larger_than_the_kernel_are_refused() {
         };
         let words = ["1.13", "more cells or points", "--allow-infinite-variance"];
         refused(&on(1, kernel, &[]), &words);
-        assert_eq!(on(1, kernel, &["--allow-infinite-variance"]).status, Some(0));
+        assert_eq!(
+            on(1, kernel, &["--allow-infinite-variance"]).status,
+            Some(0)
+        );
         assert_eq!(on(20, kernel, &[]).status, Some(0));
         // Twice as large, it has no mean: |K'| is 1.9, and the radius of |K| a third.
         let words = ["no mean", "more `cells` or `points`"];
@@ -414,9 +426,21 @@ fn a_solution_that_is_not_finite_is_an_error() {
         let rest = format!("solution = '{solution}'\n[[target]]\nname = 'a'\n{target}\n");
         folder.solve(&file(1, "kernel = '0.1'", "1", &rest), &[])
     };
-    refused(&run("ln(x)", "at = 0"), &["`solution` is -inf at x = 0:", "finite"]);
-    refused(&run("sqrt(x - 0.5)", "at = 0.2"), &["`solution` is NaN at x = 0.2"]);
-    refused(&run("sqrt(x - 0.5)", "over = 'all'"), &["`solution` is NaN at x = 0.0"]);
-    refused(&run("sqrt(x - 0.5)", "weight = 'x'"), &["`solution` is NaN at x = 0.0"]);
+    refused(
+        &run("ln(x)", "at = 0"),
+        &["`solution` is -inf at x = 0:", "finite"],
+    );
+    refused(
+        &run("sqrt(x - 0.5)", "at = 0.2"),
+        &["`solution` is NaN at x = 0.2"],
+    );
+    refused(
+        &run("sqrt(x - 0.5)", "over = 'all'"),
+        &["`solution` is NaN at x = 0.0"],
+    );
+    refused(
+        &run("sqrt(x - 0.5)", "weight = 'x'"),
+        &["`solution` is NaN at x = 0.0"],
+    );
     assert_eq!(run("1 / 0.9", "over = 'all'").status, Some(0));
 }
