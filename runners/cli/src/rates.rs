@@ -350,7 +350,11 @@ impl Rates {
             let rows = rows.iter().filter(above).filter(|r| r.cells >= from);
             fit(rows.map(|r| (r.unknowns as f64, r.std_dev)).collect())
         };
-        let error = fit(rows.iter().filter(above).map(|r| (r.work()[1], r.error)).collect());
+        let error = fit(rows
+            .iter()
+            .filter(above)
+            .map(|r| (r.work()[1], r.error))
+            .collect());
         let is_timed = rows.iter().any(|r| r.seconds.is_some());
         Self {
             problem: whole.kind(),

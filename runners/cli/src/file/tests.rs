@@ -178,6 +178,7 @@ fn defaults() {
             batch: Placed::default(4096),
             target_error: None,
             relative: Placed::default(false),
+            allow_infinite_variance: false,
         }
     );
     // A header without keys is as good as none.
