@@ -105,7 +105,10 @@ pub(crate) fn ticks(low: f64, high: f64, log: bool) -> Vec<f64> {
     let Some(step) = steps.into_iter().find(|&step| step >= rough) else {
         return Vec::new();
     };
-    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    // Rounding may not lose a tick at an end: 0.6/0.05 is a little below 12.
+    let off = 1e-9;
+    let first = (low / step * (1.0 - off)).ceil() as i64;
+    let last = (high / step * (1.0 + off)).floor() as i64;
     // Divided where the step is below 1, so that 0.3 is no 0.30000000000000004.
     let at = |k: i64| {
         if step < 1.0 {
