@@ -176,7 +176,7 @@ impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'
     #[inline]
     fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let places = [self.mesh.places(i), self.mesh.places(j)];
-        if B == 1 {
+        if const { B == 1 } {
             let mean = self.coefficient(places, [[0; D]; 2]);
             return left.map(|left| left * mean);
         }

@@ -32,6 +32,10 @@ pub const fn functions(dimension: usize, degree: usize) -> usize {
     count
 }
 
+/// Degrees below this, which are those in use, have code of their own: no constant of a program can be
+/// p + 1, and B may be far larger.
+pub(crate) const FEW: usize = 5;
+
 /// The B functions of total degree ≤ p on [−1, 1]^D, in lexicographic order of their degrees, the
 /// last axis running fastest; the first is 1.
 #[derive(Clone, Copy, Debug)]
@@ -106,10 +110,10 @@ impl<const D: usize, const B: usize> Functions<D, B> {
     /// Their values at t.
     #[inline]
     pub(crate) fn at<F: Real>(t: [F; D]) -> [F; B] {
-        const FEW: usize = 5;
-        if Self::DEGREE == 0 {
+        // Constants, so that what is not taken is not compiled.
+        if const { Self::DEGREE == 0 } {
             [F::one(); B]
-        } else if Self::DEGREE < FEW {
+        } else if const { Self::DEGREE < FEW } {
             // What is not used of it is not computed.
             Self::products(&t.map(legendre::<F, FEW>))
         } else {
@@ -120,7 +124,7 @@ impl<const D: usize, const B: usize> Functions<D, B> {
     /// Their values at a point of a cell.
     #[inline]
     pub(crate) fn in_cell<F: Real>(mesh: &Mesh<D>, x: &Located<[F; D]>) -> [F; B] {
-        if Self::DEGREE == 0 {
+        if const { Self::DEGREE == 0 } {
             return [F::one(); B];
         }
         let per_axis = F::from_u32(mesh.per_axis());

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, GalerkinError, buffer, rounded};
 
-use crate::functions::Functions;
+use crate::functions::{FEW, Functions};
 use crate::mesh::Mesh;
 use crate::solution::radius_of;
 use crate::table::add;
@@ -46,15 +46,16 @@ impl<const D: usize, const B: usize> ProductTables<f64, D, B> {
                 for column in 0..m {
                     let pair = [row, column].map(|place| [place as u32]);
                     let factor = |x, y| factors.factor(axis, x, y);
-                    let block: [[f64; B]; B] = factor_block(pair, mesh.per_axis(), rule, factor);
-                    for (out, block) in rows.chunks_exact_mut(width).zip(block) {
-                        let out = out.iter_mut().skip(column * functions).take(functions);
-                        for (out, k) in out.zip(block) {
-                            if !k.is_finite() {
-                                return Err(CubeError::Kernel { row, column });
-                            }
-                            *out = k;
-                        }
+                    let out = rows
+                        .chunks_exact_mut(width)
+                        .flat_map(|row| row.iter_mut().skip(column * functions).take(functions));
+                    let finite = if const { Functions::<D, B>::DEGREE < FEW } {
+                        factor_block::<FEW>(pair, (mesh.per_axis(), functions), rule, factor, out)
+                    } else {
+                        factor_block::<B>(pair, (mesh.per_axis(), functions), rule, factor, out)
+                    };
+                    if !finite {
+                        return Err(CubeError::Kernel { row, column });
                     }
                 }
             }
@@ -128,26 +129,34 @@ impl<const D: usize, const B: usize> ProductTables<f64, D, B> {
     }
 }
 
-/// The block K'_a(i_a ·, j_a ·) of a factor. There are B ≥ p + 1 rows and columns, as no number of them
-/// can be p + 1; the rest is for the caller to drop.
-fn factor_block<const B: usize>(
+/// The block K'_a(i_a ·, j_a ·) of a factor in `functions` rows and columns, at most N, into `out`; whether it is
+/// finite.
+fn factor_block<'o, const N: usize>(
     [from, to]: [[u32; 1]; 2],
-    per_axis: u32,
+    (per_axis, functions): (u32, usize),
     rule: Rule,
     factor: impl Fn(f64, f64) -> f64,
-) -> [[f64; B]; B] {
-    let mut block = [[0.0; B]; B];
+    out: impl Iterator<Item = &'o mut f64>,
+) -> bool {
+    let mut block = [[0.0; N]; N];
     for x in rule.in_cell(from, per_axis) {
-        let mut inner = [0.0; B];
+        let mut inner = [0.0; N];
         for y in rule.in_cell(to, per_axis) {
             let k = y.weight * factor(x.point[0], y.point[0]);
-            add(&mut inner, k, &Functions::<1, B>::at(y.local));
+            add(&mut inner, k, &Functions::<1, N>::at(y.local));
         }
-        for (row, psi) in block.iter_mut().zip(Functions::<1, B>::at(x.local)) {
+        for (row, psi) in block.iter_mut().zip(Functions::<1, N>::at(x.local)) {
             add(row, x.weight * psi, &inner);
         }
     }
-    block.map(|row| row.map(|k| k / f64::from(per_axis)))
+    let rows = block.iter().take(functions);
+    let entries = rows.flat_map(|row| row.iter().take(functions));
+    let mut finite = true;
+    for (out, k) in out.zip(entries) {
+        *out = k / f64::from(per_axis);
+        finite &= out.is_finite();
+    }
+    finite
 }
 
 impl<F: Real, const D: usize, const B: usize> ProductTables<F, D, B> {

@@ -16,7 +16,7 @@ pub(crate) struct Report {
     pub(crate) dimension: Option<usize>,
     /// As the file counts them: of a cube, per axis.
     pub(crate) cells: usize,
-    /// Cells in all.
+    /// Unknowns in all: cells, where they are of degree 0.
     pub(crate) unknowns: usize,
     pub(crate) degree: usize,
     pub(crate) pairs: String,
@@ -264,14 +264,22 @@ impl Report {
         if any(|t| t.net_flux.is_some()) {
             rows[0].push("net flux".to_owned());
         }
+        let cells = self
+            .cells
+            .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
+            "{}{}, {} cell{}{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
-            self.unknowns,
-            if self.unknowns == 1 { "" } else { "s" },
+            cells,
+            if cells == 1 { "" } else { "s" },
+            if self.degree == 0 {
+                String::new()
+            } else {
+                format!(" of degree {} ({} unknowns)", self.degree, self.unknowns)
+            },
             self.pairs,
             self.estimator,
             self.scalar,
