@@ -6,6 +6,7 @@ pub mod cube;
 pub mod description;
 pub mod device;
 pub mod examine;
+pub mod fit;
 pub mod galerkin;
 pub mod matrix;
 pub mod outcome;

@@ -10,6 +10,7 @@ use fredholm_core::{
     Uniforms, rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
+use fredholm_tests::fit;
 use rayon::prelude::*;
 
 /// Ten arcs up to the paper's ρ* = 0.75.
@@ -62,15 +63,6 @@ fn deviations(statistics: &[(f64, Statistics)]) -> [f64; 2] {
     })
 }
 
-/// The slope of the least squares line.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let products = points.iter().map(|p| (p.0 - x) * (p.1 - y));
-    products.sum::<f64>() / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
-}
-
 fn slope_of_degree<const B: usize>(levels: [usize; 4]) {
     let deviations = levels.map(|n| deviations(&at_random_points::<B>(n, 200))[1]);
     let points: Vec<_> = levels
@@ -78,7 +70,7 @@ fn slope_of_degree<const B: usize>(levels: [usize; 4]) {
         .zip(deviations)
         .map(|(&n, d)| ((n as f64).ln(), d.ln()))
         .collect();
-    let (slope, expected) = (slope(&points), -(B as f64));
+    let (slope, expected) = (fit::slope(&points), -(B as f64));
     println!(
         "degree {}: {levels:?} {deviations:?}, slope {slope:.3}",
         B - 1

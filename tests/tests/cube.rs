@@ -14,6 +14,7 @@ use fredholm_tests::check::{means, run};
 use fredholm_tests::cube::{
     ABSORPTION, ALL, Gauss, OUTSIDE, POINTWISE, Ramp, with_pointwise, with_product, with_smooth,
 };
+use fredholm_tests::fit;
 use fredholm_tests::quadrature::gauss_legendre;
 
 /// Every model problem, with walks of finite variance at q0 = 0.2 in one dimension.
@@ -312,11 +313,7 @@ fn the_standard_deviation_falls_like_n_to_the_minus_one_over_d() {
                 })
             })
             .collect();
-        let n = points.len() as f64;
-        let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
-        let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
-        points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
-            / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>()
+        fit::slope(&points)
     }
     let slopes = [
         slope::<1>(&[10, 20, 40, 80, 160]),

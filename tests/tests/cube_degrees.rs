@@ -11,6 +11,7 @@ use fredholm_cube::{
 };
 use fredholm_tests::check::{means, run};
 use fredholm_tests::cube::{ABSORPTION, Gauss, Ramp, with_degree};
+use fredholm_tests::fit;
 
 /// An expression for the number of functions in `$d` dimensions of every degree from 0 to 4.
 macro_rules! of_degrees {
@@ -244,11 +245,7 @@ fn slope<const D: usize, const B: usize>(per_axis: &[usize], walks: u64) -> f64 
         println!("D = {D}, B = {B}, m = {m}: {plain:.3} {best:.3e}");
         points.push(((m.pow(D as u32) as f64).ln(), best.ln()));
     }
-    let n = points.len() as f64;
-    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
-    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
-    points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
-        / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>()
+    fit::slope(&points)
 }
 
 /// √Var of the mean over X falls like n^(−(p+1)/d). The levels are as fine as they must be for the

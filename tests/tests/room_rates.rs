@@ -3,6 +3,7 @@
 use fredholm_core::{Estimator, STEP_LIMIT, Stream, Task};
 use fredholm_room::{Choice, Grading, MeanOver};
 use fredholm_tests::check::run;
+use fredholm_tests::fit;
 use fredholm_tests::room::{Drawing, Setup, doorway, facet, furnace, furnished, square};
 
 /// √Var of the mean over all walls: plain, preconditioned, and the cells that there are.
@@ -56,11 +57,7 @@ fn slope(points: &[[f64; 3]]) -> f64 {
         .iter()
         .map(|[_, best, n]| (n.ln(), best.ln()))
         .collect();
-    let n = points.len() as f64;
-    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
-    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
-    points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
-        / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>()
+    fit::slope(&points)
 }
 
 /// Graded cells and default pairs: √Var ~ 1/n. A standard deviation over 20,000 walks is uncertain

@@ -7,7 +7,9 @@ use fredholm_circle::{
     Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, PolynomialResidual, Polynomials,
     Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
-use fredholm_core::galerkin::{Basis, OffDiagonal, PairKind, Piecewise, Solve};
+use fredholm_core::galerkin::{
+    Basis, Coefficients, OffDiagonal, PairKind, Piecewise, Solution, Solve,
+};
 use fredholm_core::{At, Functional, Located, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
@@ -127,6 +129,66 @@ pub(crate) struct Setup<'a, F> {
     pub(crate) seconds: f64,
 }
 
+/// A Galerkin solution, and what its neighbour equation needs.
+struct Solved<F> {
+    v: Vec<F>,
+    source: NeighbourSource<F>,
+    solve: Solve<f64>,
+    contraction: f64,
+}
+
+impl<F: Real> Solved<F> {
+    fn of_constants(
+        scene: &Scene<'_>,
+        circle: &Circle<'_, f64, Light<'_>>,
+    ) -> Result<Self, Failure> {
+        let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
+        let residual = || circle.residual_moments(&solution).map_err(Failure::run);
+        Self::new(scene, circle, &solution, residual)
+    }
+
+    fn of_degree<const B: usize>(
+        scene: &Scene<'_>,
+        circle: &Circle<'_, f64, Light<'_>>,
+    ) -> Result<Self, Failure> {
+        let polynomials = Polynomials::<_, _, B>::new(circle);
+        let solution = polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
+        let residual = || {
+            let v = solution.seen::<F>().map_err(Failure::run)?;
+            let mut moments = vec![Moment::default(); scene.cells];
+            polynomials
+                .residual_moments(&v, &mut moments)
+                .map_err(Failure::run)?;
+            Ok(moments.iter().map(Moment::cast).collect())
+        };
+        Self::new(scene, &polynomials, &solution, residual)
+    }
+
+    fn new<C: Coefficients<B, Scalar = f64>, const B: usize>(
+        scene: &Scene<'_>,
+        coefficients: &C,
+        solution: &Solution<B>,
+        residual: impl FnOnce() -> Result<Vec<Moment<F>>, Failure>,
+    ) -> Result<Self, Failure> {
+        let source = match scene.diagonal() {
+            Some(diagonal) => {
+                let pairs = OffDiagonal { diagonal };
+                let g = solution
+                    .source(coefficients, &pairs)
+                    .map_err(Failure::run)?;
+                NeighbourSource::Table(pairs, g)
+            }
+            None => NeighbourSource::ClosedForm(residual()?),
+        };
+        Ok(Self {
+            v: solution.rounded().map_err(Failure::run)?,
+            source,
+            solve: solution.solve,
+            contraction: solution.contraction,
+        })
+    }
+}
+
 /// G as the neighbour equation of these pairs has it.
 #[derive(Debug)]
 pub(crate) enum NeighbourSource<F> {
@@ -139,74 +201,28 @@ pub(crate) enum NeighbourSource<F> {
 impl<'a, F: Real> Setup<'a, F> {
     /// Solves the Galerkin system of the scene in f64 and rounds what the walks need.
     pub(crate) fn new(scene: Scene<'a>) -> Result<Self, Failure> {
-        if scene.degree > 0 {
-            return of_degree!(scene.degree, B => Self::of_degree::<B>(scene));
-        }
         let start = Instant::now();
-        let (solution, v, source) = {
+        let Solved {
+            v,
+            source,
+            solve,
+            contraction,
+        } = {
             let tables =
                 Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
             let circle = scene.circle(&tables)?;
-            let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
-            let source = match scene.diagonal() {
-                Some(diagonal) => {
-                    let pairs = OffDiagonal { diagonal };
-                    let g = solution.source(&circle, &pairs).map_err(Failure::run)?;
-                    NeighbourSource::Table(pairs, g)
-                }
-                None => {
-                    let moments = circle.residual_moments(&solution).map_err(Failure::run)?;
-                    NeighbourSource::ClosedForm(moments)
-                }
-            };
-            let v = solution.rounded().map_err(Failure::run)?;
-            (solution, v, source)
+            match scene.degree {
+                0 => Solved::of_constants(&scene, &circle)?,
+                degree => of_degree!(degree, B => Solved::of_degree::<B>(&scene, &circle)?),
+            }
         };
         Ok(Self {
             scene,
             tables: Tables::new(scene.reflectance, scene.cells).map_err(Failure::input)?,
             v,
             source,
-            solve: solution.solve,
-            contraction: solution.contraction,
-            seconds: start.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// The same with B functions per cell.
-    fn of_degree<const B: usize>(scene: Scene<'a>) -> Result<Self, Failure> {
-        let start = Instant::now();
-        let (solution, v, source) = {
-            let tables =
-                Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
-            let circle = scene.circle(&tables)?;
-            let polynomials = Polynomials::<_, _, B>::new(&circle);
-            let solution = polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
-            let source = match scene.diagonal() {
-                Some(diagonal) => {
-                    let pairs = OffDiagonal { diagonal };
-                    let g = solution.source(&polynomials, &pairs);
-                    NeighbourSource::Table(pairs, g.map_err(Failure::run)?)
-                }
-                None => {
-                    let v = solution.seen::<F>().map_err(Failure::run)?;
-                    let mut moments = vec![Moment::default(); scene.cells];
-                    polynomials
-                        .residual_moments(&v, &mut moments)
-                        .map_err(Failure::run)?;
-                    NeighbourSource::ClosedForm(moments.iter().map(Moment::cast).collect())
-                }
-            };
-            let v = solution.rounded().map_err(Failure::run)?;
-            (solution, v, source)
-        };
-        Ok(Self {
-            scene,
-            tables: Tables::new(scene.reflectance, scene.cells).map_err(Failure::input)?,
-            v,
-            source,
-            solve: solution.solve,
-            contraction: solution.contraction,
+            solve,
+            contraction,
             seconds: start.elapsed().as_secs_f64(),
         })
     }
