@@ -464,11 +464,6 @@ pub(crate) struct CircleFile<'f> {
 impl<'f> CircleFile<'f> {
     /// The circle of this file.
     pub(crate) fn new(file: &'f ProblemFile, circle: &'f file::Circle) -> Result<Self, Failure> {
-        let degree = &file.galerkin.degree;
-        if degree.value > 0 {
-            let message = "circles have piecewise constant functions in this version: `degree = 0`";
-            return Err(file.refuse(degree, message).into());
-        }
         let values = |array: &[Placed<f64>]| array.iter().map(|value| value.value).collect();
         let arcs = circle.reflectance.value.len();
         let (emission, unit) = match &circle.emission {

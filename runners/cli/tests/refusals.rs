@@ -170,7 +170,7 @@ fn degrees() {
     replaced(
         "degree = 0",
         "degree = 5",
-        "1\npairs",
+        "5\npairs",
         &["`degree`", degree],
     );
     refused_flags(&["--degree", "5"], &["--degree 5", degree]);
