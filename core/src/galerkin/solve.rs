@@ -154,7 +154,9 @@ pub fn contraction_of_powers<C: Coefficients<B>, const B: usize>(
         }
     }
     w.fill(one());
-    let apply = |w: &[C::Scalar], out: &mut [C::Scalar]| coefficients.apply_absolute(w, out);
+    // One power method for all kinds of coefficients.
+    let apply: &mut dyn FnMut(&[C::Scalar], &mut [C::Scalar]) =
+        &mut |w, out| coefficients.apply_absolute(w, out);
     let [_, radius] = radius_bounds(apply, w, next, powers);
     if radius < one() {
         Ok(radius)

@@ -107,7 +107,11 @@ impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
     #[cfg(feature = "alloc")]
     pub(crate) fn diagonal(&self, i: usize) -> [F; B] {
         let places = [self.mesh.places(i); 2];
-        Functions::<D, B>::DEGREES.map(|degrees| self.coefficient(places, [degrees; 2]))
+        let mut diagonal = [F::NAN; B];
+        for (entry, degrees) in diagonal.iter_mut().zip(Functions::<D, B>::DEGREES) {
+            *entry = self.coefficient(places, [degrees; 2]);
+        }
+        diagonal
     }
 
     /// Contracts the first `axes` axes, the last of them first: `left` has a number for all degrees along
@@ -167,9 +171,13 @@ impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'
     #[inline]
     fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
         let places = [self.mesh.places(i), self.mesh.places(j)];
-        Functions::<D, B>::DEGREES.map(|row| {
-            Functions::<D, B>::DEGREES.map(|column| self.coefficient(places, [row, column]))
-        })
+        let mut block = [[F::NAN; B]; B];
+        for (entries, &row) in block.iter_mut().zip(&Functions::<D, B>::DEGREES) {
+            for (entry, &column) in entries.iter_mut().zip(&Functions::<D, B>::DEGREES) {
+                *entry = self.coefficient(places, [row, column]);
+            }
+        }
+        block
     }
 
     /// Axis by axis, without the block: its B² products of D factors are sums of products.

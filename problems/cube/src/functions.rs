@@ -137,12 +137,13 @@ impl<const D: usize, const B: usize> Functions<D, B> {
 
     #[inline]
     fn products<F: Real, const N: usize>(axes: &[[F; N]; D]) -> [F; B] {
-        Self::DEGREES.map(|degrees| {
-            let factors = axes.iter().zip(degrees);
-            factors.fold(F::one(), |product, (axis, degree)| {
-                product * axis.get(degree as usize).copied().unwrap_or(F::NAN)
-            })
-        })
+        let mut values = [F::one(); B];
+        for (value, degrees) in values.iter_mut().zip(&Self::DEGREES) {
+            for (axis, &degree) in axes.iter().zip(degrees) {
+                *value *= axis.get(degree as usize).copied().unwrap_or(F::NAN);
+            }
+        }
+        values
     }
 }
 

@@ -53,7 +53,12 @@ pub fn absolute_radius<C: Coefficients<Scalar = f64>>(coefficients: &C) -> Resul
 }
 
 /// The spectral radius of the matrix w ↦ Aw of n rows without negative entries, from above.
-pub(crate) fn radius_of(n: usize, apply: impl FnMut(&[f64], &mut [f64])) -> Result<f64, CubeError> {
+pub(crate) fn radius_of(
+    n: usize,
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+) -> Result<f64, CubeError> {
+    // One power method for all matrices.
+    let apply: &mut dyn FnMut(&[f64], &mut [f64]) = &mut apply;
     let (mut w, mut next) = (filled(n, 1.0)?, buffer(n)?);
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)

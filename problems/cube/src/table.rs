@@ -64,7 +64,10 @@ where
             }
         }
         let n = self.cells() as f64;
-        block.map(|row| row.map(|k| k / n))
+        for k in block.iter_mut().flatten() {
+            *k /= n;
+        }
+        block
     }
 
     /// The whole table of (n·B)² entries, row by row: for `fredholm_core::galerkin::Dense`.

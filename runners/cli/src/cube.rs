@@ -677,11 +677,12 @@ impl<'f> CubeFile<'f> {
     }
 
     /// The weights that are asked for.
-    fn weight_texts(&self) -> impl Iterator<Item = &str> {
-        self.asked.iter().filter_map(|asked| match &asked.place {
+    fn weight_texts(&self) -> Vec<&str> {
+        let texts = self.asked.iter().filter_map(|asked| match &asked.place {
             Where::Weight(text) => Some(text.as_str()),
             _ => None,
-        })
+        });
+        texts.collect()
     }
 
     /// Numbers near the means over the cells of every weight times the functions there.
@@ -692,14 +693,15 @@ impl<'f> CubeFile<'f> {
     ) -> Result<Vec<Vec<F>>, Failure> {
         let same = wide.cube::<D>(self.per_axis, self.absorption())?;
         let same = same.with_functions::<B>();
-        let of = |text| {
+        let mut all = Vec::new();
+        for text in self.weight_texts() {
             let weight = wide.function("weight", kept(text)?);
             let mut means = vec![0.0; cube.cells() * B];
             same.means(&weight, self.rule()?, &mut means)
                 .map_err(|error| explained(error, &wide.watch))?;
-            rounded(&means).map_err(Failure::run)
-        };
-        self.weight_texts().map(of).collect()
+            all.push(rounded(&means).map_err(Failure::run)?);
+        }
+        Ok(all)
     }
 
     /// The weighted means that are asked for.
@@ -710,18 +712,19 @@ impl<'f> CubeFile<'f> {
         means: &'a [Vec<F>],
         v: &[F],
     ) -> Result<Vec<WeightedStart<'a, F, D>>, Failure> {
-        let of = |(text, means): (&str, &'a Vec<F>)| {
+        let mut all = Vec::new();
+        for (text, means) in self.weight_texts().into_iter().zip(means) {
             let weight = formulas.function("weight", kept(text)?);
             let weighted = Weighted::new(cube, weight, means, v).map_err(Failure::run)?;
-            Ok(WeightedStart {
+            all.push(WeightedStart {
                 weight,
                 of_means: weighted.of_means(),
                 neighbour_value: Box::new(move |x0, phi, v| {
                     Functional::<FileCube<'_, F, D, B>>::neighbour_value(&weighted, x0, phi, v)
                 }),
-            })
-        };
-        self.weight_texts().zip(means).map(of).collect()
+            });
+        }
+        Ok(all)
     }
 
     /// Refuses a `kernel_integral` that is not the integral of the kernel: it would be a bias that no error
