@@ -30,7 +30,9 @@ const TERMS: usize = 12;
 ///
 /// from ∫ P_b(t) sin(a + At) dt = 2 j_b(A) sin(a + bπ/2). K' and K'v cost O(1) and O(nB), as with
 /// piecewise constants. p(s, ·) has a kink at s, so that in S the diagonal holds every degree at n⁻¹: it
-/// is best pointwise. Its integrals are power series in t without cancellation.
+/// is best pointwise. Its integrals are power series in t without cancellation. Left out, as in the paper, it
+/// is worse: steps within a cell have a probability of 1/n² and scores of the size of u, so that a sample without
+/// one shows no variance where there is some.
 ///
 /// ```
 /// # #[cfg(feature = "alloc")] {

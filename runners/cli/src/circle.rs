@@ -16,7 +16,7 @@ use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
 use crate::export;
 use crate::failure::Failure;
-use crate::file::{self, Pairs, Placed, ProblemFile, Scalar, What};
+use crate::file::{self, Galerkin, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::problem::{
     Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
 };
@@ -464,6 +464,14 @@ pub(crate) struct CircleFile<'f> {
 impl<'f> CircleFile<'f> {
     /// The circle of this file.
     pub(crate) fn new(file: &'f ProblemFile, circle: &'f file::Circle) -> Result<Self, Failure> {
+        let Galerkin { degree, pairs, .. } = &file.galerkin;
+        if degree.value > 0 && pairs.value == Pairs::Paper {
+            // A sample without a step within a cell looks as if there were no variance left.
+            let message = "\"paper\" leaves steps within a cell out: with a `degree` above 0 they are what is \
+                           left of the variance, and so rare that error bars would miss them; use \
+                           \"default\"";
+            return Err(file.refuse(pairs, message).into());
+        }
         let values = |array: &[Placed<f64>]| array.iter().map(|value| value.value).collect();
         let arcs = circle.reflectance.value.len();
         let (emission, unit) = match &circle.emission {
