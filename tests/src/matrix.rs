@@ -64,7 +64,7 @@ pub const PROBLEMS: &[Entry] = &[
     ("cube, d = 3, degree 1", |seed| cube::examined_at::<3, 4>(model::quadratic(0.6), 2, 5, 1e-7, seed)),
     ("cube, d = 3, degree 2", |seed| cube::examined_at::<3, 10>(model::steep(0.5), 2, 5, 1e-7, seed)),
     ("cube, d = 3, degree 3", |seed| cube::examined_at::<3, 20>(model::quadratic(0.6), 2, 5, 1e-7, seed)),
-    ("cube, d = 3, degree 4", |seed| cube::examined_at::<3, 35>(model::quadratic(0.6), 2, 5, 1e-7, seed)),
+    ("cube, d = 3, degree 4", |seed| cube::examined_at::<3, 35>(model::rational(0.9), 2, 8, 1e-4, seed)),
     ("room, square", |seed| room::examined(&room::square(), 24, 1e-6, seed)),
     ("room, L-shaped", |seed| room::examined(&room::l_room(), 16, 1e-2, seed)),
     ("room, block in a square", |seed| room::examined(&room::block(), 20, 1e-2, seed)),

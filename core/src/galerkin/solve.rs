@@ -155,8 +155,7 @@ pub fn contraction_of_powers<C: Coefficients<B>, const B: usize>(
     }
     w.fill(one());
     // One power method for all kinds of coefficients.
-    let apply: &mut dyn FnMut(&[C::Scalar], &mut [C::Scalar]) =
-        &mut |w, out| coefficients.apply_absolute(w, out);
+    let apply: &mut Apply<'_, C::Scalar> = &mut |w, out| coefficients.apply_absolute(w, out);
     let [_, radius] = radius_bounds(apply, w, next, powers);
     if radius < one() {
         Ok(radius)
@@ -164,6 +163,9 @@ pub fn contraction_of_powers<C: Coefficients<B>, const B: usize>(
         Err(GalerkinError::Radius)
     }
 }
+
+/// w ↦ Aw.
+type Apply<'a, F> = dyn FnMut(&[F], &mut [F]) + 'a;
 
 /// Bounds of the spectral radius of a matrix without negative entries, by the power method from `w`: the
 /// smallest and the largest of (Aw)_i/w_i (Collatz 1942, Wielandt 1950) after `powers` steps, or as soon

@@ -251,7 +251,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> TransitionMoments<B> for Cub
     #[inline]
     fn divide(&self, _: &Located<[F; D]>, _: usize, mut right: [F; B]) -> [F; B] {
         for right in &mut right {
-            *right = *right / self.mass;
+            *right /= self.mass;
         }
         right
     }

@@ -936,14 +936,14 @@ enum Start<'a, F: 'static, const D: usize> {
     Weighted(WeightedStart<'a, F, D>),
 }
 
-/// `Functional::neighbour_value`: of a start, φ and v there.
-type NeighbourValue<'a, F, const D: usize> = dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a;
+/// What a functional scores of v at a start, from φ(x0) and v(x0).
+type Score<'a, F, const D: usize> = dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a;
 
 /// A [`Weighted`] of any degree.
 struct WeightedStart<'a, F: 'static, const D: usize> {
     weight: FileFunction<'a, F>,
     of_means: f64,
-    neighbour_value: Box<NeighbourValue<'a, F, D>>,
+    neighbour_value: Box<Score<'a, F, D>>,
 }
 
 impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F, D> {
