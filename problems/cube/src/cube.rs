@@ -164,6 +164,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
     }
 
     /// (1 − q0)/n.
+    #[cfg(feature = "alloc")]
     pub(crate) fn mass(&self) -> f64 {
         self.mass.to_f64()
     }
