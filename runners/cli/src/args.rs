@@ -51,8 +51,9 @@ about 95 % of those twice as wide.")]
 A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and
 the error against work, set-up counted, of preconditioned walks, of plain walks, of the Galerkin
 solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's. Work is
-kernel evaluations; for rooms, whose shadows cost more than their kernel, measured seconds. The file's
-cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
+kernel evaluations; for rooms, whose shadows cost more than their kernel, measured seconds, and so for
+several degrees, which are put into one table and one figure: --degree 0,1,2,3,4 shows which pays. The
+file's cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
 standard deviation and the time of a walk come from as many as it says.")]
     Rates(RatesArgs),
     /// Draw a room with its light and shadows
@@ -143,9 +144,9 @@ pub(crate) struct RatesArgs {
     /// Rooms: cut walls at the edges of shadows too
     #[arg(long)]
     pub(crate) shadow_cuts: bool,
-    /// Degree of the piecewise polynomials
-    #[arg(long, value_name = "p")]
-    pub(crate) degree: Option<usize>,
+    /// Degree of the piecewise polynomials; several are compared by the clock
+    #[arg(long, value_name = "p,…", value_delimiter = ',')]
+    pub(crate) degree: Vec<usize>,
     /// Seed of the walks
     #[arg(long, value_name = "S")]
     pub(crate) seed: Option<u64>,

@@ -10,7 +10,7 @@ use fredholm_circle::{
 use fredholm_core::galerkin::{
     Basis, Coefficients, OffDiagonal, PairKind, Piecewise, Solution, Solve,
 };
-use fredholm_core::{At, Functional, Located, Neighbour, Real, Uniforms};
+use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
@@ -540,6 +540,27 @@ impl<'f> CircleFile<'f> {
         Ok(export::circle(&setup, constants))
     }
 
+    /// The time of one of a number of plain walks for the mean of u.
+    fn plain_in<F: Real>(&self, plan: &Plan) -> Result<f64, Failure> {
+        let scene = self.scene()?;
+        let tables = Tables::<F>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
+        let circle = scene.circle(&tables)?;
+        let nothing = Known {
+            exact: None,
+            galerkin: 0.0,
+        };
+        let start = Instant::now();
+        walk(
+            &circle,
+            &NoNeighbour::<Circle<'_, F, Light<'_>>>::new(),
+            &[Question::Over(0.0, TAU)],
+            &[nothing],
+            plan,
+            &(),
+        )?;
+        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+    }
+
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let setup = Setup::<F>::new(self.scene()?)?;
         let questions: Vec<Question> = self
@@ -646,16 +667,23 @@ impl Problem for CircleFile<'_> {
         levels
     }
 
+    fn counts_evaluations(&self) -> bool {
+        true
+    }
+
+    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
+        Ok(Some(match self.file.walk.scalar.value {
+            Scalar::F32 => self.plain_in::<f32>(plan)?,
+            Scalar::F64 => self.plain_in::<f64>(plan)?,
+        }))
+    }
+
     /// Coefficients are closed forms: each sweep evaluates one for a cell.
     fn evaluations(&self, sweeps: u32) -> f64 {
         self.cells as f64 * f64::from(sweeps)
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
-        if self.degree() > 0 {
-            let message = "tables of a circle are exported with `degree = 0` only";
-            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
-        }
         Ok(match self.file.walk.scalar.value {
             Scalar::F32 => self.tables_in::<f32>()?,
             Scalar::F64 => self.tables_in::<f64>()?,

@@ -8,7 +8,7 @@ use fredholm_core::galerkin::{
     self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition,
     Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
-use fredholm_core::{At, Functional, Located, Neighbour, Real, Source, Uniforms};
+use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
     ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
@@ -603,17 +603,19 @@ impl<'f> CubeFile<'f> {
         Some(OffDiagonal { diagonal })
     }
 
-    /// Of piecewise constants.
-    fn tables_in<F: Real + Number, const D: usize>(&self) -> Result<TableBuilder, Failure> {
+    fn tables_in<F: Real + Number, const D: usize, const B: usize>(
+        &self,
+    ) -> Result<TableBuilder, Failure> {
         let wide = Formulas::<f64>::new(self.cube)?;
-        let setup = self.set_up::<D, 1>(&wide)?;
+        let setup = self.set_up::<D, B>(&wide)?;
         let v = setup.solution.rounded::<F>().map_err(Failure::run)?;
         let g = match self.pairs() {
             Some(pairs) => setup.solution.source(&setup.table, &pairs),
             None => setup.solution.source(&setup.table, &AllPointwise),
         };
+        let cube = wide.cube::<D>(self.per_axis, self.absorption())?;
         Ok(export::cube(
-            self.per_axis,
+            &cube.with_functions::<B>(),
             self.absorption(),
             &setup.table,
             self.pairs(),
@@ -674,6 +676,22 @@ impl<'f> CubeFile<'f> {
             besides: Vec::new(),
             fluxes: Vec::new(),
         })
+    }
+
+    /// The time of one of a number of plain walks for the mean of u. Their neighbour equation 0 = 0 is
+    /// called as all others are, so that no walk needs code of its own.
+    fn plain_in<F: Real, const D: usize>(&self, plan: &Plan) -> Result<f64, Failure> {
+        let formulas = Formulas::<F>::new(self.cube)?;
+        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
+        let target = Target {
+            functional: Start::Mean,
+            neighbour_value: Some(0.0),
+        };
+        let start = Instant::now();
+        run(&cube, none, &[target], plan, &())
+            .map_err(|error| not_finite(error, &formulas.watch))?;
+        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
     }
 
     /// The weights that are asked for.
@@ -860,7 +878,7 @@ fn kept<F: Real>(text: &str) -> Result<Formula<'static, F>, Failure> {
 }
 
 /// The equation of a file.
-type FileCube<'a, F, const D: usize, const B: usize = 1> =
+pub(crate) type FileCube<'a, F, const D: usize, const B: usize = 1> =
     Cube<F, D, FileKernel<'a, F>, FileFunction<'a, F>, B>;
 
 /// A neighbour equation of any kind and degree: one type of walk for all.
@@ -1130,20 +1148,29 @@ impl Problem for CubeFile<'_> {
         }
     }
 
+    fn counts_evaluations(&self) -> bool {
+        true
+    }
+
+    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
+        let d = self.cube.dimension.value;
+        let seconds = match self.file.walk.scalar.value {
+            Scalar::F32 => in_dimension!(d, D => self.plain_in::<f32, D>(plan)),
+            Scalar::F64 => in_dimension!(d, D => self.plain_in::<f64, D>(plan)),
+        };
+        seconds.map(Some)
+    }
+
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         let d = self.cube.dimension.value;
         in_dimension!(d, D => self.nystrom_in::<D>())
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
-        if self.degree() > 0 {
-            let message = "tables of cubes are of piecewise constants: export with `degree = 0`";
-            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
-        }
         let d = self.cube.dimension.value;
         match self.file.walk.scalar.value {
-            Scalar::F32 => in_dimension!(d, D => self.tables_in::<f32, D>()),
-            Scalar::F64 => in_dimension!(d, D => self.tables_in::<f64, D>()),
+            Scalar::F32 => in_shape!(d, self.degree(), D, B => self.tables_in::<f32, D, B>()),
+            Scalar::F64 => in_shape!(d, self.degree(), D, B => self.tables_in::<f64, D, B>()),
         }
     }
 

@@ -11,7 +11,7 @@ use fredholm_room::{Choice, Scene};
 
 use crate::args::ExportArgs;
 use crate::circle::{Light, NeighbourSource, Setup};
-use crate::cube::Table;
+use crate::cube::{FileCube, Table};
 use crate::failure::{Ended, Failure};
 use crate::output::Output;
 use crate::problem;
@@ -138,6 +138,7 @@ pub(crate) fn circle<F: Real + Number>(
             (end.bytes().chain(cell.bytes()).collect(), text)
         }),
     );
+    tables.numbers("degree", &[setup.scene.degree as u32]);
     tables.numbers("v", &setup.v);
     match &setup.source {
         NeighbourSource::Table(off_diagonal, g) => {
@@ -162,17 +163,21 @@ pub(crate) fn circle<F: Real + Number>(
 }
 
 /// The tables of a cube: its kernel and source are for the device to know.
-pub(crate) fn cube<F: Real + Number, const D: usize>(
-    per_axis: usize,
+pub(crate) fn cube<F: Real + Number, const D: usize, const B: usize>(
+    cube: &FileCube<'_, f64, D, B>,
     absorption: f64,
-    coefficients: &Table<D, 1>,
+    coefficients: &Table<D, B>,
     off_diagonal: Option<OffDiagonal>,
     [v, g]: [&[F]; 2],
 ) -> TableBuilder {
     let mut tables = TableBuilder::new("cube");
     tables.numbers("absorb", &[absorption]);
-    tables.numbers("axes", &[D as u32, per_axis as u32]);
+    tables.numbers("axes", &[D as u32, cube.per_axis() as u32]);
+    tables.numbers("degree", &[cube.degree() as u32]);
     match coefficients {
+        // As walks in f32 see them, contractions are rounded, not coefficients: of one function on a cell
+        // these are the same.
+        Table::Dense { entries, .. } if B > 1 => tables.numbers("coeffs", entries),
         Table::Dense { entries, .. } => {
             let entries: Vec<F> = entries.iter().map(|&k| F::from_f64(k)).collect();
             tables.numbers("coeffs", &entries);

@@ -74,8 +74,13 @@ pub(crate) trait Problem: Sync {
     /// Kernel evaluations of a set-up whose iteration took so many sweeps.
     fn evaluations(&self, sweeps: u32) -> f64;
 
-    /// Seconds of a plain walk that follows no neighbour equation, for the mean of u: of problems whose
-    /// work the clock tells, as most of it is no evaluation of the kernel.
+    /// Whether kernel evaluations tell the work at a given degree; otherwise the clock does, as most of it is
+    /// no evaluation of the kernel.
+    fn counts_evaluations(&self) -> bool {
+        false
+    }
+
+    /// Seconds of a plain walk that follows no neighbour equation, for the mean of u.
     fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
         let _ = plan;
         Ok(None)

@@ -3,6 +3,8 @@
 //! A sweep over cells, with N = n² walks on n cells, for the mean of u over X. At one point the
 //! standard deviation depends on where the point lies in its cell; the mean has no such place.
 
+mod by_degree;
+
 use std::io::Write;
 use std::time::Instant;
 
@@ -20,11 +22,15 @@ use crate::problem::{self, Problem};
 use crate::progress::{Progress, catch_interrupts};
 use crate::solve;
 use crate::threads::with_threads;
+use by_degree::ByDegree;
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
 const ENOUGH_WALKS: u64 = 1 << 16;
 /// And on so many where it is the reference for what has no known solution.
 const REFERENCE_WALKS: u64 = 1 << 22;
+
+/// The time of a plain walk is that of so many at most.
+const PLAIN_WALKS: u64 = 1 << 18;
 
 /// A standard deviation is left out of fits where it is below this part of the plain one: rounding may hold
 /// it there.
@@ -51,6 +57,8 @@ struct Rates {
 /// One level.
 #[derive(Clone, Debug, Serialize)]
 struct Row {
+    /// p.
+    degree: usize,
     /// As the file counts them: of a cube, per axis.
     cells: usize,
     /// n.
@@ -71,6 +79,8 @@ struct Row {
     #[serde(rename = "error_plain")]
     error_plain_in_evaluations: Option<f64>,
     error_plain_in_seconds: Option<f64>,
+    /// What rounding leaves of the error however many walks there are.
+    rounding_floor: f64,
     /// (v, Φ), and its error; `null` where that is not known well enough.
     galerkin: f64,
     error_galerkin: Option<f64>,
@@ -106,49 +116,42 @@ struct Fits {
 
 /// Runs `rates`.
 pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
-    let replace = |file: &mut ProblemFile| {
-        if let Some(seed) = args.seed {
-            file.walk.seed = Placed::flag("--seed", seed);
-        }
-        if let Some(pairs) = args.pairs {
-            file.galerkin.pairs = Placed::flag("--pairs", pairs);
-        }
-        if let Some(grading) = args.grading {
-            file.galerkin.grading = Some(Placed::flag("--grading", grading));
-        }
-        if args.shadow_cuts {
-            file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
-        }
-        if let Some(degree) = args.degree {
-            file.galerkin.degree = Placed::flag("--degree", degree);
-        }
-    };
-    let file = solve::read(&args.file, replace)?;
-    let whole = problem::of_file(&file)?;
-    let levels = levels(&file, &*whole, &args.cells)?;
-    whole.refuse_infinite_variance()?;
+    let files = files(args)?;
+    let mut sweeps = Vec::new();
+    for file in &files {
+        let whole = problem::of_file(file)?;
+        let levels = levels(file, &*whole, &args.cells)?;
+        whole.refuse_infinite_variance()?;
+        sweeps.push(Sweep {
+            file,
+            levels,
+            measured: args.walks,
+            timed: files.len() > 1 || !whole.counts_evaluations(),
+            whole,
+        });
+    }
     let outputs = match &args.out {
         Some(folder) => Some(open_all(folder, FILES)?),
         None => None,
     };
     catch_interrupts()?;
-    let mut plan = solve::plan(&file, None);
-    plan.target_error = None;
-    let sweep = Sweep {
-        file: &file,
-        whole: &*whole,
-        levels,
-        measured: args.walks,
+    let (all, ended) = with_threads(args.common.threads, || run(&sweeps))??;
+    let report = match <[Rates; 1]>::try_from(all) {
+        Ok([one]) if sweeps.len() == 1 => Report::One(one),
+        Ok([first]) => Report::Several(ByDegree::new(vec![first])),
+        Err(all) => Report::Several(ByDegree::new(all)),
     };
-    let job = || sweep.run(plan);
-    let (rates, ended) = with_threads(args.common.threads, job)??;
-    let mut json = serde_json::to_string_pretty(&rates).map_err(Failure::run)?;
+    let mut json = serde_json::to_string_pretty(&report).map_err(Failure::run)?;
     json.push('\n');
     let written = match outputs {
-        Some(outputs) if ended == Ended::Done => rates.write(outputs, &json),
+        Some(outputs) if ended == Ended::Done => report.write(outputs, &json),
         _ => Ok(()),
     };
-    let text = if args.common.json { json } else { rates.text() };
+    let text = if args.common.json {
+        json
+    } else {
+        report.text()
+    };
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
@@ -158,8 +161,99 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
     written.map(|()| ended)
 }
 
+/// The file as the command line changes it, once for every degree.
+fn files(args: &RatesArgs) -> Result<Vec<ProblemFile>, Failure> {
+    let read = |degree: Option<usize>| {
+        solve::read(&args.file, |file| {
+            if let Some(seed) = args.seed {
+                file.walk.seed = Placed::flag("--seed", seed);
+            }
+            if let Some(pairs) = args.pairs {
+                file.galerkin.pairs = Placed::flag("--pairs", pairs);
+            }
+            if let Some(grading) = args.grading {
+                file.galerkin.grading = Some(Placed::flag("--grading", grading));
+            }
+            if args.shadow_cuts {
+                file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
+            }
+            if let Some(degree) = degree {
+                file.galerkin.degree = Placed::flag("--degree", degree);
+            }
+        })
+    };
+    let mut degrees = args.degree.clone();
+    degrees.sort_unstable();
+    degrees.dedup();
+    if degrees.is_empty() {
+        return Ok(vec![read(None)?]);
+    }
+    degrees
+        .into_iter()
+        .map(|degree| read(Some(degree)))
+        .collect()
+}
+
 /// The files of `--out`.
 const FILES: [&str; 4] = ["rates.csv", "rates.json", "work-error.svg", "deviation.svg"];
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Report {
+    /// At one degree.
+    One(Rates),
+    /// At several.
+    Several(ByDegree),
+}
+
+impl Report {
+    fn text(&self) -> String {
+        match self {
+            Self::One(rates) => rates.text(),
+            Self::Several(several) => several.text(),
+        }
+    }
+
+    /// Writes the table and the two figures.
+    fn write(&self, outputs: [Output; 4], json: &str) -> Result<(), Failure> {
+        let [csv_file, json_file, work_file, deviation_file] = outputs;
+        let (sweeps, work, deviation) = match self {
+            Self::One(rates) => (
+                core::slice::from_ref(rates),
+                rates.work_figure(),
+                rates.deviation_figure(),
+            ),
+            Self::Several(several) => (
+                several.sweeps(),
+                several.work_figure(),
+                several.deviation_figure(),
+            ),
+        };
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in sweeps.iter().flat_map(|sweep| &sweep.rows) {
+            writer.serialize(row).map_err(Failure::run)?;
+        }
+        let bytes = writer.into_inner().map_err(Failure::run)?;
+        csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
+        json_file.finish(json)?;
+        work_file.finish(&log_log_svg(&work).map_err(Failure::run)?)?;
+        deviation_file.finish(&log_log_svg(&deviation).map_err(Failure::run)?)
+    }
+}
+
+/// All sweeps, or those before an interruption and as much as was finished of the one it met.
+fn run(sweeps: &[Sweep<'_>]) -> Result<(Vec<Rates>, Ended), Failure> {
+    let mut all = Vec::new();
+    for sweep in sweeps {
+        let (rates, ended) = sweep.run()?;
+        all.push(rates);
+        if ended != Ended::Done {
+            return Ok((all, ended));
+        }
+    }
+    Ok((all, Ended::Done))
+}
 
 /// The levels that were asked for, each as good as the file's own cells; or those of the problem.
 fn levels(file: &ProblemFile, whole: &dyn Problem, asked: &[usize]) -> Result<Vec<usize>, Failure> {
@@ -182,8 +276,10 @@ fn levels(file: &ProblemFile, whole: &dyn Problem, asked: &[usize]) -> Result<Ve
 /// What is to be measured.
 struct Sweep<'a> {
     file: &'a ProblemFile,
-    whole: &'a dyn Problem,
+    whole: Box<dyn Problem + 'a>,
     levels: Vec<usize>,
+    /// Whether work is told by the clock.
+    timed: bool,
     /// Walks of a level's standard deviation, if the command line says how many.
     measured: Option<u64>,
 }
@@ -202,8 +298,20 @@ impl Sweep<'_> {
         })
     }
 
+    /// Seconds of a plain walk, where the clock tells the work.
+    fn clock(&self, level: &dyn Problem, plan: &Plan) -> Result<Option<f64>, Failure> {
+        if !self.timed {
+            return Ok(None);
+        }
+        let mut plan = plan.clone();
+        plan.walks = plan.walks.min(PLAIN_WALKS);
+        level.plain_seconds(&plan)
+    }
+
     /// All levels, or those before an interruption.
-    fn run(&self, mut plan: Plan) -> Result<(Rates, Ended), Failure> {
+    fn run(&self) -> Result<(Rates, Ended), Failure> {
+        let mut plan = solve::plan(self.file, None);
+        plan.target_error = None;
         let mut total = 0_u64;
         for &cells in &self.levels {
             total = total.saturating_add(self.walks(cells)?);
@@ -217,19 +325,21 @@ impl Sweep<'_> {
             let start = Instant::now();
             let level = self.whole.mean_on(cells)?;
             let cutting = start.elapsed().as_secs_f64();
-            progress.say(format!("{} cells", level.unknowns()));
+            progress.say(format!("{} unknowns", level.unknowns()));
             let answer = level.answer(&plan, &progress)?;
             if answer.outcome.stop == Stop::Cancelled {
                 ended = Ended::Interrupted;
                 break;
             }
-            let (Some(statistics), Some(known)) =
-                (answer.outcome.statistics.first(), answer.known.first())
-            else {
+            let (Some(statistics), Some(known), Some(&floor)) = (
+                answer.outcome.statistics.first(),
+                answer.known.first(),
+                answer.floors.first(),
+            ) else {
                 return Err(Failure::run("a level has no result"));
             };
             exact = known.exact;
-            let clock = level.plain_seconds(&plan)?.map(|plain| Clock {
+            let clock = self.clock(&*level, &plan)?.map(|plain| Clock {
                 setup: cutting + answer.setup_seconds,
                 walk: answer.walk_seconds / statistics.walks() as f64,
                 plain,
@@ -237,16 +347,23 @@ impl Sweep<'_> {
             let evaluations = level.evaluations(answer.solve.sweeps);
             estimates.push(statistics.preconditioned());
             let work = clock.ok_or(evaluations);
-            rows.push(Row::new(&*level, work, statistics, known.galerkin));
+            let degree = self.file.galerkin.degree.value;
+            let found = (statistics, known.galerkin, floor);
+            rows.push(Row::new(&*level, degree, work, found));
         }
         let nystrom = match ended {
-            Ended::Done => self.whole.nystrom()?,
+            Ended::Done if !self.timed => self.whole.nystrom()?,
             _ => Vec::new(),
         };
         progress.done();
         let rates = Rates::new(self, plan.seed, (exact, &estimates), rows, nystrom);
         Ok((rates, ended))
     }
+}
+
+/// An exponent, where there is one.
+fn exponent(x: Option<f64>) -> String {
+    x.map_or("-".to_owned(), |x| format!("{x:.3}"))
 }
 
 /// N = n².
@@ -266,9 +383,9 @@ impl Row {
     /// `work`: what the clock says or, where it is not asked, the kernel evaluations of the set-up.
     fn new(
         level: &dyn Problem,
+        degree: usize,
         work: Result<Clock, f64>,
-        statistics: &Statistics,
-        galerkin: f64,
+        (statistics, galerkin, rounding_floor): (&Statistics, f64, f64),
     ) -> Self {
         let deviation = |estimate: Estimate| estimate.std_dev.unwrap_or(f64::NAN);
         let (plain, std_dev) = (
@@ -285,6 +402,7 @@ impl Row {
         let counted = |value: f64| work.is_err().then_some(value);
         let timed = |value: f64| work.is_ok().then_some(value);
         Self {
+            degree,
             cells: level.cells(),
             unknowns: level.unknowns(),
             walks,
@@ -297,9 +415,50 @@ impl Row {
             error: std_dev / (walks as f64).sqrt(),
             error_plain_in_evaluations: counted(error_plain),
             error_plain_in_seconds: timed(error_plain),
+            rounding_floor,
             galerkin,
             error_galerkin: None,
         }
+    }
+
+    /// Whether the deviation is none of rounding.
+    fn is_above_rounding(&self) -> bool {
+        self.std_dev > ROUNDING * self.std_dev_plain
+    }
+
+    /// The columns of the table for people.
+    fn columns(unit: &str) -> [&str; 11] {
+        [
+            "cells",
+            "n",
+            "walks",
+            unit,
+            "√Var plain",
+            "√Var",
+            "ratio",
+            "error",
+            "plain",
+            "gain",
+            "Galerkin",
+        ]
+    }
+
+    /// What stands in them.
+    fn texts(&self) -> [String; 11] {
+        let [_, work, error_plain] = self.work();
+        [
+            self.cells.to_string(),
+            self.unknowns.to_string(),
+            self.walks.to_string(),
+            short(work),
+            short(self.std_dev_plain),
+            short(self.std_dev),
+            short(self.std_dev_plain / self.std_dev),
+            short(self.error),
+            short(error_plain),
+            short(error_plain / self.error),
+            self.error_galerkin.map_or("-".to_owned(), short),
+        ]
     }
 
     /// Evaluations or seconds of the set-up, of all, and the error of plain walks in these.
@@ -340,11 +499,11 @@ impl Rates {
             solution.error = known(solution.mean);
         }
         // Where rounding holds the deviation, there is no slope.
-        let above = |row: &&Row| row.std_dev > ROUNDING * row.std_dev_plain;
+        let above = |row: &&Row| row.is_above_rounding();
         let fit =
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
         let galerkin = &sweep.file.galerkin;
-        let (whole, degree) = (sweep.whole, galerkin.degree.value);
+        let (whole, degree) = (&*sweep.whole, galerkin.degree.value);
         let order = (degree + 1) as f64 / whole.dimension().unwrap_or(1) as f64;
         let deviations = |from: usize| {
             let rows = rows.iter().filter(above).filter(|r| r.cells >= from);
@@ -380,51 +539,40 @@ impl Rates {
         }
     }
 
+    /// "cube of dimension 2".
+    fn named(&self) -> String {
+        let dimension = self.dimension;
+        let dimension = dimension.map_or(String::new(), |d| format!(" of dimension {d}"));
+        format!("{}{dimension}", self.problem)
+    }
+
+    /// "the mean of u, 5 (exact)".
+    fn mean_text(&self) -> String {
+        let error = self.mean_std_error;
+        let error = error.map_or("(exact)".to_owned(), |e| {
+            format!("± {e:.1e} (finest level)")
+        });
+        format!("the mean of u, {:.9} {error}", self.mean)
+    }
+
+    /// From where errors are told.
+    fn reference(&self) -> &'static str {
+        match self.mean_std_error {
+            Some(_) => "the finest level's estimate, where that is known well enough",
+            None => "the exact value",
+        }
+    }
+
     /// The tables for people.
     fn text(&self) -> String {
-        let header = [
-            "cells",
-            "n",
-            "walks",
-            self.unit(),
-            "√Var plain",
-            "√Var",
-            "ratio",
-            "error",
-            "plain",
-            "gain",
-            "Galerkin",
-        ];
-        let optional = |error: Option<f64>| error.map_or("-".to_owned(), short);
-        let mut rows = vec![header.map(str::to_owned).to_vec()];
-        for row in &self.rows {
-            let [_, work, error_plain] = row.work();
-            rows.push(vec![
-                row.cells.to_string(),
-                row.unknowns.to_string(),
-                row.walks.to_string(),
-                short(work),
-                short(row.std_dev_plain),
-                short(row.std_dev),
-                short(row.std_dev_plain / row.std_dev),
-                short(row.error),
-                short(error_plain),
-                short(error_plain / row.error),
-                optional(row.error_galerkin),
-            ]);
-        }
+        let mut rows = vec![Row::columns(self.unit()).map(str::to_owned).to_vec()];
+        rows.extend(self.rows.iter().map(|row| row.texts().to_vec()));
         let mut text = format!(
-            "{}{}, degree {}, {} pairs: the mean of u, {:.9} {}\n\n{}",
-            self.problem,
-            self.dimension
-                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            "{}, degree {}, {} pairs: {}\n\n{}",
+            self.named(),
             self.degree,
             self.pairs,
-            self.mean,
-            self.mean_std_error
-                .map_or("(exact)".to_owned(), |e| format!(
-                    "± {e:.1e} (finest level)"
-                )),
+            self.mean_text(),
             aligned(&rows),
         );
         if !self.nystrom.is_empty() {
@@ -437,23 +585,18 @@ impl Rates {
                 rows.push(vec![
                     solution.nodes.to_string(),
                     short(solution.evaluations),
-                    optional(solution.error),
+                    solution.error.map_or("-".to_owned(), short),
                 ]);
             }
             text += &format!("\n{}", aligned(&rows));
         }
         let unit = self.unit();
-        let exponent = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
         text += &format!(
             "\nerrors are those of the mean: of walks √(Var/N), of the others the distance from {}\n\
              plain: as many {unit} spent on plain walks alone; gain: how many times larger that is\n\n\
              fitted exponents\n  √Var  ~ n^{:<18} theory {:.3}\n  √Var  ~ n^{:<18} from a tenth of \
              the finest level's cells on\n  error ~ {:<20} theory {:.3}\n",
-            if self.mean_std_error.is_some() {
-                "the finest level's estimate, where that is known well enough"
-            } else {
-                "the exact value"
-            },
+            self.reference(),
             exponent(self.fits.std_dev),
             self.fits.std_dev_theory,
             exponent(self.fits.std_dev_last_decade),
@@ -468,20 +611,6 @@ impl Rates {
             self.fits.error_theory,
         );
         text
-    }
-
-    /// Writes the table and the two figures.
-    fn write(&self, outputs: [Output; 4], json: &str) -> Result<(), Failure> {
-        let [csv_file, json_file, work, deviation] = outputs;
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for row in &self.rows {
-            writer.serialize(row).map_err(Failure::run)?;
-        }
-        let bytes = writer.into_inner().map_err(Failure::run)?;
-        csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
-        json_file.finish(json)?;
-        work.finish(&log_log_svg(&self.work_figure()).map_err(Failure::run)?)?;
-        deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
     }
 
     /// What work is counted in.

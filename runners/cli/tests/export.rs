@@ -11,11 +11,12 @@ use std::fs;
 use std::path::Path;
 
 use common::{Folder, circle_with, fredholm, list, number};
-use fredholm_circle::{Moment, Residual};
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+use fredholm_circle::{Moment, PolynomialResidual, Polynomials, Residual};
+use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Piecewise, Rounded};
 use fredholm_core::{
     At, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, Sampler, Source, Statistics, Stream, Task,
 };
+use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Plan, Table};
 use room_table::RoomTable;
@@ -30,10 +31,16 @@ fn the_firmwares_tables_are_up_to_date() {
     for name in [
         "circle_f32.bin",
         "circle_f64.rs",
+        "circle_cubic_f32.rs",
+        "circle_quartic_f64.bin",
         "cube_f32.rs",
         "cube_f64.bin",
+        "cube_quadratic_f32.bin",
+        "cube_quadratic_f64.rs",
         "product_f32.bin",
         "product_f64.rs",
+        "product_cubic_f32.rs",
+        "product_cubic_f64.bin",
         "room_f32.rs",
         "room_f64.bin",
     ] {
@@ -65,6 +72,102 @@ fn circle<F: Real + FromBytes + Immutable>(bytes: &[u8]) -> Statistics {
     let g = table.slice("source").unwrap();
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).unwrap();
     walk(&circle, &neighbour, start)
+}
+
+/// The same with B functions per cell.
+fn circle_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statistics {
+    let table = Table::read(bytes, "circle").unwrap();
+    assert_eq!(table.one::<u32>("degree"), Ok(B as u32 - 1));
+    let circle = circle_table::circle::<F>(&table).unwrap();
+    let polynomials = Polynomials::<_, _, B>::new(&circle);
+    let start = circle.point(0.3);
+    let v = table.slice("v").unwrap();
+    if table.one::<u32>("pairs") == Ok(3) {
+        let moments: &[Moment<F>] = table.slice("moments").unwrap();
+        let neighbour = PolynomialResidual::new(&polynomials, v, moments).unwrap();
+        return walk(&circle, &neighbour, start);
+    }
+    assert_eq!(table.one::<u32>("pairs"), Ok(1));
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Pointwise,
+    };
+    let g = table.slice("source").unwrap();
+    let neighbour = Piecewise::with_pointwise(&polynomials, &polynomials, pairs, v, g).unwrap();
+    walk(&circle, &neighbour, start)
+}
+
+/// K(x,y) = ½/(1 + x₁ + y₂) and F = 1, without a function whose last bit a library might change.
+#[derive(Clone, Copy)]
+struct Fraction;
+
+impl<F: Real> IntegralKernel<F, 2> for Fraction {
+    fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
+        F::from_f64(0.5) / (F::one() + x[0] + y[1])
+    }
+}
+
+impl<F: Real> Function<F, 2> for Fraction {
+    fn value(&self, _: &[F; 2]) -> F {
+        F::one()
+    }
+}
+
+/// ½/(1 + x + y) along the first axis, 1/(1 + x + y) along the second.
+#[derive(Clone, Copy)]
+struct Fractions;
+
+impl<F: Real> IntegralKernel<F, 2> for Fractions {
+    fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
+        let factor = |scale: f64, axis: usize| F::from_f64(scale) / (F::one() + x[axis] + y[axis]);
+        factor(0.5, 0) * factor(1.0, 1)
+    }
+}
+
+/// What a device makes of a cube's table with B functions on a cell: u(0.3, 0.6).
+fn cube<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statistics {
+    let table = Table::read(bytes, "cube").unwrap();
+    let &[2, per_axis] = table.slice::<u32>("axes").unwrap() else {
+        panic!("two dimensions")
+    };
+    let per_axis = per_axis as usize;
+    let start = [F::from_f64(0.3), F::from_f64(0.6)];
+    let absorption = table.one("absorb").unwrap();
+    let (v, g) = (table.slice("v").unwrap(), table.slice("source").unwrap());
+    let pairs = OffDiagonal {
+        diagonal: PairKind::Galerkin,
+    };
+    if table.has("factors") {
+        let cube = Cube::new(Fractions, Fraction, per_axis, absorption).unwrap();
+        let cube = cube.with_functions::<B>();
+        assert_eq!(table.one::<u32>("degree"), Ok(cube.degree() as u32));
+        let factors = table.slice("factors").unwrap();
+        let factors = FactorTables::<f64, 2, B>::of_functions(per_axis, factors).unwrap();
+        let rounded = Rounded::new(&factors);
+        return walk(
+            &cube,
+            &Piecewise::new(&cube, &rounded, pairs, v, g).unwrap(),
+            start,
+        );
+    }
+    let cube = Cube::new(Fraction, Fraction, per_axis, absorption).unwrap();
+    let cube = cube.with_functions::<B>();
+    assert_eq!(table.one::<u32>("degree"), Ok(cube.degree() as u32));
+    if B == 1 {
+        // In the walk's own scalar.
+        let dense = Dense::new(table.slice::<F>("coeffs").unwrap(), v.len()).unwrap();
+        return walk(
+            &cube,
+            &Piecewise::new(&cube, &dense, pairs, v, g).unwrap(),
+            start,
+        );
+    }
+    let dense = Dense::new(table.slice::<f64>("coeffs").unwrap(), v.len()).unwrap();
+    let rounded = Rounded::new(&dense);
+    walk(
+        &cube,
+        &Piecewise::new(&cube, &rounded, pairs, v, g).unwrap(),
+        start,
+    )
 }
 
 /// The same of a room's: u in the middle of its first wall.
@@ -99,13 +202,15 @@ where
     driver.statistics()
 }
 
+const ALL_PAIRS: [&str; 3] = ["default", "paper", "pointwise"];
+
 /// What a device makes of a table in f32 and in f64.
 type Device = [fn(&[u8]) -> Statistics; 2];
 
 /// The estimates of the program for the first target of `problem`, which says pairs = "default" and
-/// scalar = "f64", and those of a device, for all pairs and both scalars.
-fn compare(problem: &str, device: Device) {
-    for pairs in ["default", "paper", "pointwise"] {
+/// scalar = "f64", and those of a device, for these pairs and both scalars.
+fn compare(problem: &str, all_pairs: &[&str], device: Device) {
+    for &pairs in all_pairs {
         for (scalar, device) in ["f32", "f64"].into_iter().zip(device) {
             let mut problem = problem.to_owned();
             for (key, default, value) in [("pairs", "default", pairs), ("scalar", "f64", scalar)] {
@@ -143,7 +248,43 @@ fn compare(problem: &str, device: Device) {
 
 #[test]
 fn a_device_with_an_exported_circle_has_the_programs_bits() {
-    compare(common::CIRCLE, [circle::<f32>, circle::<f64>]);
+    compare(common::CIRCLE, &ALL_PAIRS, [circle::<f32>, circle::<f64>]);
+}
+
+#[test]
+fn a_device_with_an_exported_circle_of_any_degree_has_the_programs_bits() {
+    fn check<const B: usize>() {
+        let problem = circle_with("degree = 0", &format!("degree = {}", B - 1));
+        let device: Device = [circle_of_degree::<f32, B>, circle_of_degree::<f64, B>];
+        compare(&problem, &["default", "pointwise"], device);
+    }
+    check::<2>();
+    check::<3>();
+    check::<4>();
+    check::<5>();
+}
+
+#[test]
+fn a_device_with_an_exported_cube_of_any_degree_has_the_programs_bits() {
+    fn check<const B: usize>(degree: usize) {
+        for kernel in [
+            "kernel = '0.5 / (1 + x1 + y2)'",
+            "kernel_factors = ['0.5 / (1 + x + y)', '1 / (1 + x + y)']",
+        ] {
+            let problem = format!(
+                "[problem]\nkind = 'cube'\ndimension = 2\n{kernel}\nsource = '1'\n\
+                 [galerkin]\ncells = 2\ndegree = {degree}\npairs = \"default\"\n\
+                 [walk]\nwalks = 20000\nbatch = 512\nscalar = \"f64\"\n\
+                 [[target]]\nname = 'point'\nat = [0.3, 0.6]\n"
+            );
+            compare(&problem, &["default"], [cube::<f32, B>, cube::<f64, B>]);
+        }
+    }
+    check::<1>(0);
+    check::<{ functions(2, 1) }>(1);
+    check::<{ functions(2, 2) }>(2);
+    check::<{ functions(2, 3) }>(3);
+    check::<{ functions(2, 4) }>(4);
 }
 
 #[test]
@@ -157,7 +298,7 @@ fn a_device_with_an_exported_room_has_the_programs_bits() {
         "batch = 512\nwalks = 20000\n[[target]]\nname = \"point\"\n\
          at = { surface = \"floor\", t = 0.5 }\n",
     );
-    compare(&problem, [room::<f32>, room::<f64>]);
+    compare(&problem, &ALL_PAIRS, [room::<f32>, room::<f64>]);
 }
 
 #[test]
@@ -177,5 +318,12 @@ fn what_cannot_be_exported_is_refused_and_leaves_nothing() {
     let ran = fredholm(&["export", &bright, "-o", &folder.at("b.bin")]);
     assert_eq!(ran.status, Some(2), "{ran:?}");
     assert!(ran.stderr.contains("variance"), "{ran:?}");
-    assert_eq!(folder.names(), ["a.toml", "b.toml"]);
+    let few = folder.file(
+        "c.toml",
+        circle_with("degree = 0", "degree = 1").replace("\"default\"", "\"paper\""),
+    );
+    let ran = fredholm(&["export", &few, "-o", &folder.at("c.bin")]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.stderr.contains("steps within a cell"), "{ran:?}");
+    assert_eq!(folder.names(), ["a.toml", "b.toml", "c.toml"]);
 }

@@ -21,6 +21,12 @@ fn distance(dimension: usize, scale: f64) -> String {
     )
 }
 
+/// The path of an example.
+fn example(name: &str) -> String {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    folder.join(name).to_str().unwrap().to_owned()
+}
+
 /// Along N = n² with smoothness r = 1 the error falls like cost^(−1/(2d) − 1/2), and √Var like
 /// n^(−1/d) (Heinrich and Mathé 1993): within 15 %.
 #[test]
@@ -114,8 +120,7 @@ fn a_circle_has_rates_too() {
 #[test]
 fn rooms_have_rates_by_the_clock() {
     let folder = Folder::new();
-    let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
-    let example = example.join("facet.toml").to_str().unwrap().to_owned();
+    let example = example("facet.toml");
     let rates = |args: &[&str]| {
         let command = [
             "rates",
@@ -184,4 +189,92 @@ fn rooms_have_rates_by_the_clock() {
         ran.stderr.contains("`shadow_cuts` belongs to rooms"),
         "{ran:?}"
     );
+}
+
+/// Several degrees go into one table and one figure, and the clock compares them.
+#[test]
+fn degrees_side_by_side() {
+    let folder = Folder::new();
+    let file = example("circle.toml");
+    let out = folder.at("out");
+    let rates = |args: &[&str]| {
+        let command = ["rates", &file, "--cells", "40,80,160", "--walks", "20000"];
+        fredholm(&[&command, args].concat())
+    };
+    let ran = rates(&["--degree", "2,0,1,0", "--json", "--out", &out]).quietly(0);
+    let json = ran.json();
+    let sweeps = list(&json, "sweeps");
+    let degrees: Vec<f64> = sweeps.iter().map(|s| number(s, "degree")).collect();
+    assert_eq!(degrees, [0.0, 1.0, 2.0]);
+    let mut before = f64::INFINITY;
+    for (sweep, degree) in sweeps.iter().zip(degrees) {
+        let slope = number(&sweep["fits"], "std_dev");
+        assert!(
+            (slope / -(degree + 1.0) - 1.0).abs() < 0.15,
+            "{degree}: {slope}"
+        );
+        let rows = list(sweep, "rows");
+        for row in rows {
+            assert_eq!(number(row, "degree"), degree);
+            assert_eq!(
+                number(row, "unknowns"),
+                number(row, "cells") * (degree + 1.0)
+            );
+            assert!(row["evaluations"].is_null());
+            assert!(number(row, "seconds") > number(row, "setup_seconds"));
+            assert!(number(row, "rounding_floor") > 0.0);
+        }
+        // The least error of 10 s is that of the best level, and the best level is the finest: its
+        // deviation is half that of the next at most, while its walks take hardly longer.
+        let all = list(&json, "equal_time").iter();
+        let mut of_degree = all.filter(|l| number(l, "degree") == degree);
+        let least = of_degree.find(|l| number(l, "seconds") == 10.0).unwrap();
+        let finest = rows.last().unwrap();
+        assert_eq!(number(least, "unknowns"), number(finest, "unknowns"));
+        let setup = number(finest, "setup_seconds");
+        let walk = (number(finest, "seconds") - setup) / number(finest, "walks");
+        let expected = number(finest, "std_dev") * (walk / (10.0 - setup)).sqrt();
+        let error = number(least, "error");
+        assert!((error / expected - 1.0).abs() < 1e-12, "{error} {expected}");
+        // On 160 cells a degree more reduces the deviation 20 times and more, and triples the time of a
+        // walk at most.
+        assert!(error < 0.2 * before, "{degree}: {error} {before}");
+        before = error;
+    }
+    let table = csv_rows(format!("{out}/rates.csv").as_ref());
+    assert_eq!(table.len(), 1 + 9);
+    for (picture, words) in [
+        ("work-error.svg", "seconds, set-up included"),
+        ("deviation.svg", "unknowns n"),
+    ] {
+        let picture = format!("{out}/{picture}");
+        assert_svg(picture.as_ref());
+        let text = std::fs::read_to_string(picture).unwrap();
+        for word in [words, "degree 0", "degree 1", "degree 2", "plain"] {
+            assert!(text.contains(word), "{word}");
+        }
+    }
+    let text = rates(&["--degree", "0,1"]).quietly(0).stdout;
+    for word in ["the least error", "10 s", "(n = 320)", "error ~ seconds^"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    // One degree is one sweep, whose work is in evaluations; no degree is left out in silence.
+    let one = rates(&["--degree", "1", "--json"]).quietly(0).json();
+    assert_eq!(number(&one, "degree"), 1.0);
+    assert!(number(&list(&one, "rows")[0], "evaluations") > 0.0);
+    let ran = rates(&["--degree", "0,5"]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.stderr.contains("--degree 5"), "{ran:?}");
+    // A cube, whose own mean is not known.
+    let gauss = example("gauss.toml");
+    let command = ["rates", &gauss, "--cells", "1,2,4", "--walks", "20000"];
+    let ran = fredholm(&[&command[..], &["--degree", "0,2", "--json"]].concat());
+    let json = ran.quietly(0).json();
+    let fine = |sweep: &serde_json::Value| number(list(sweep, "rows").last().unwrap(), "std_dev");
+    let [constant, quadratic] = list(&json, "sweeps") else {
+        panic!("two degrees: {json}")
+    };
+    // (p + 1)/2 halvings for each of two steps to half the width, and what a smooth kernel gives besides.
+    assert!(fine(quadratic) < fine(constant) / 16.0);
+    assert!(list(quadratic, "nystrom").is_empty());
 }

@@ -1,10 +1,13 @@
 //! What is run on the device and on the workstation, by the same code: circles, cubes and a room,
-//! f32 and f64, tables of every form, both estimators.
+//! f32 and f64, several degrees, tables of every form, both estimators.
 
 mod circle_table;
 mod room_table;
 
-use fredholm_circle::{Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, slots};
+use fredholm_circle::{
+    Cell, Cells, Circle, Harmonic, MeanOver, Moment, PolynomialResidual, Polynomials, Residual,
+    Slot, slots,
+};
 use fredholm_core::galerkin::{
     Coefficients, Dense, OffDiagonal, PairKind, Piecewise, Rounded, Sweeps, contraction,
     gauss_seidel, neighbour_source,
@@ -13,7 +16,9 @@ use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, STEP_LIMIT, Sampler,
     Source, StateSpace, Statistics, Stream, TargetError, Task,
 };
-use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product};
+use fredholm_cube::{
+    Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product, functions,
+};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_embedded::{Aligned, Driver, Plan, Table};
 use room_table::RoomTable;
@@ -22,19 +27,34 @@ use room_table::RoomTable;
 mod circle_f64 {
     include!("../tables/circle_f64.rs");
 }
+mod circle_cubic_f32 {
+    include!("../tables/circle_cubic_f32.rs");
+}
 mod cube_f32 {
     include!("../tables/cube_f32.rs");
 }
+mod cube_quadratic_f64 {
+    include!("../tables/cube_quadratic_f64.rs");
+}
 mod product_f64 {
     include!("../tables/product_f64.rs");
+}
+mod product_cubic_f32 {
+    include!("../tables/product_cubic_f32.rs");
 }
 mod room_f32 {
     include!("../tables/room_f32.rs");
 }
 /// Tables that `fredholm export -o FILE.bin` wrote.
 static CIRCLE_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/circle_f32.bin"));
+static CIRCLE_QUARTIC_F64: &Aligned<[u8]> =
+    &Aligned(*include_bytes!("../tables/circle_quartic_f64.bin"));
 static CUBE_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/cube_f64.bin"));
+static CUBE_QUADRATIC_F32: &Aligned<[u8]> =
+    &Aligned(*include_bytes!("../tables/cube_quadratic_f32.bin"));
 static PRODUCT_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/product_f32.bin"));
+static PRODUCT_CUBIC_F64: &Aligned<[u8]> =
+    &Aligned(*include_bytes!("../tables/product_cubic_f64.bin"));
 static ROOM_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_f64.bin"));
 
 /// The seed of all cases.
@@ -113,7 +133,10 @@ pub fn all(runner: &mut impl Runner) -> Option<()> {
     own_solve("circle/own", &mut Buffers::<f64>::default(), runner)?;
     circle_of_bytes(runner)?;
     circle_of_constants(runner)?;
+    cubic_circle(runner)?;
+    quartic_circle(runner)?;
     cubes(runner)?;
+    cubes_of_degree(runner)?;
     rooms(runner)
 }
 
@@ -137,6 +160,11 @@ fn both<E: Equation, N: Beside<E>, T: Start<E>>(
         runner.run(name, case, target, plan);
     }
 }
+
+/// Of a circle: the default.
+const DIAGONAL_POINTWISE: OffDiagonal = OffDiagonal {
+    diagonal: PairKind::Pointwise,
+};
 
 const LIGHT: Harmonic = Harmonic {
     constant: 5.0,
@@ -185,9 +213,7 @@ fn own_solve<F: Real>(
     circle.source_means(source).ok()?;
     contraction(&circle).ok()?;
     gauss_seidel(&circle, source, v, Sweeps::Fixed(20)).ok()?;
-    let pairs = OffDiagonal {
-        diagonal: PairKind::Pointwise,
-    };
+    let pairs = DIAGONAL_POINTWISE;
     neighbour_source(&circle, &pairs, v, g).ok()?;
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
     let x0 = circle.point(0.3);
@@ -202,13 +228,11 @@ fn own_solve<F: Real>(
 fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
     let table = Table::read(&CIRCLE_F32.0, "circle").ok()?;
     let circle = circle_table::circle::<f32>(&table)?;
-    if table.one::<u32>("pairs") != Ok(1) {
+    if (table.one::<u32>("degree"), table.one::<u32>("pairs")) != (Ok(0), Ok(1)) {
         return None;
     }
-    let pairs = OffDiagonal {
-        diagonal: PairKind::Pointwise,
-    };
     let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
+    let pairs = DIAGONAL_POINTWISE;
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, Some(mean.of(v)), 1);
@@ -219,10 +243,10 @@ fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
 
 /// All pairs pointwise, from constants in Rust; (v, Φ) walk by walk.
 fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
-    use circle_f64::{CELLS, CIRCLE, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
+    use circle_f64::{CELLS, CIRCLE, DEGREE, HARMONIC, MOMENTS, PAIRS, SLOTS, V};
     let moments: &[Moment<f64>] = &MOMENTS;
     let light = circle_table::harmonic(&HARMONIC)?;
-    if PAIRS != [3] {
+    if (DEGREE, PAIRS) != ([0], [3]) {
         return None;
     }
     let cells = Cells::new(&CELLS, &SLOTS).ok()?;
@@ -232,6 +256,42 @@ fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
     let start = (&mean, None, 2);
     let all = (&circle, &neighbour);
     both(runner, "circle/constants", all, start, plan());
+    Some(())
+}
+
+/// Cubic polynomials, the diagonal pointwise, from constants in Rust: u(0.3).
+fn cubic_circle(runner: &mut impl Runner) -> Option<()> {
+    use circle_cubic_f32::{CELLS, CIRCLE, DEGREE, HARMONIC, PAIRS, SLOTS, SOURCE, V};
+    let light = circle_table::harmonic(&HARMONIC)?;
+    if (DEGREE, PAIRS) != ([3], [1]) {
+        return None;
+    }
+    let cells = Cells::<f32>::new(&CELLS, &SLOTS).ok()?;
+    let circle = Circle::with_constants(cells, light, CIRCLE[0]).ok()?;
+    let cubic = Polynomials::<_, _, 4>::new(&circle);
+    let pairs = DIAGONAL_POINTWISE;
+    let neighbour = Piecewise::with_pointwise(&cubic, &cubic, pairs, &V, &SOURCE).ok()?;
+    let x0 = circle.point(0.3);
+    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
+    let start = (&At(x0), Some(v0), 7);
+    both(runner, "circle/cubic", (&circle, &neighbour), start, plan());
+    Some(())
+}
+
+/// Quartic polynomials, all pairs pointwise, from a compact table: the mean over [1, 4].
+fn quartic_circle(runner: &mut impl Runner) -> Option<()> {
+    let table = Table::read(&CIRCLE_QUARTIC_F64.0, "circle").ok()?;
+    let circle = circle_table::circle::<f64>(&table)?;
+    if (table.one::<u32>("degree"), table.one::<u32>("pairs")) != (Ok(4), Ok(3)) {
+        return None;
+    }
+    let (v, moments) = (table.slice("v").ok()?, table.slice("moments").ok()?);
+    let quartic = Polynomials::<_, _, 5>::new(&circle);
+    let neighbour = PolynomialResidual::new(&quartic, v, moments).ok()?;
+    let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
+    let start = (&mean, Some(mean.of(v)), 8);
+    let all = (&circle, &neighbour);
+    both(runner, "circle/quartic", all, start, plan());
     Some(())
 }
 
@@ -266,89 +326,139 @@ impl<F: Real> Function<F, 2> for Ramp {
 fn cubes(runner: &mut impl Runner) -> Option<()> {
     // A dense table as constants in f32, and as bytes in f64.
     {
-        use cube_f32::{ABSORB, AXES, COEFFS, PAIRS, SOURCE, V};
-        let coefficients = Dense::new(&COEFFS[..], V.len())?;
-        let head = (&AXES[..], PAIRS[0], ABSORB[0]);
-        cube::<f32, _, _>(
-            "cube/dense",
-            Gauss,
-            head,
-            &coefficients,
-            [&V, &SOURCE],
-            runner,
-        )?;
+        use cube_f32::{ABSORB, AXES, COEFFS, DEGREE, PAIRS, SOURCE, V};
+        let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
+        let dense = Dense::new(&COEFFS[..], V.len())?;
+        let (name, vectors) = ("cube/dense", [&V[..], &SOURCE]);
+        cube::<f32, _, _, 1>(name, Gauss, head, &dense, vectors, runner)?;
     }
     {
         let table = Table::read(&CUBE_F64.0, "cube").ok()?;
-        let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
-        let coefficients = Dense::new(table.slice("coeffs").ok()?, v.len())?;
-        let head = head(&table)?;
-        cube::<f64, _, _>("cube/dense", Gauss, head, &coefficients, [v, g], runner)?;
+        let (head, vectors) = (Head::read(&table)?, vectors::<f64>(&table)?);
+        let dense = Dense::new(table.slice("coeffs").ok()?, vectors[0].len())?;
+        cube::<f64, _, _, 1>("cube/dense", Gauss, head, &dense, vectors, runner)?;
     }
     // Tables of the factors: as bytes, and as constants. They are f64, and products are rounded.
     {
         let table = Table::read(&PRODUCT_F32.0, "cube").ok()?;
-        let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
-        let head = head(&table)?;
-        let factors = factors(head.0, table.slice("factors").ok()?)?;
-        let rounded = Rounded::new(&factors);
-        cube::<f32, _, _>(
-            "cube/product",
-            Product(Gauss),
-            head,
-            &rounded,
-            [v, g],
-            runner,
-        )?;
+        let (head, vectors) = (Head::read(&table)?, vectors::<f32>(&table)?);
+        let factors = factors::<1>(&head, table.slice("factors").ok()?)?;
+        let (name, rounded) = ("cube/product", Rounded::new(&factors));
+        cube::<f32, _, _, 1>(name, Product(Gauss), head, &rounded, vectors, runner)?;
     }
     {
-        use product_f64::{ABSORB, AXES, FACTORS, PAIRS, SOURCE, V};
-        let head = (&AXES[..], PAIRS[0], ABSORB[0]);
-        let factors = factors(head.0, &FACTORS)?;
-        cube::<f64, _, _>(
-            "cube/product",
-            Product(Gauss),
-            head,
-            &factors,
-            [&V, &SOURCE],
-            runner,
-        )?;
+        use product_f64::{ABSORB, AXES, DEGREE, FACTORS, PAIRS, SOURCE, V};
+        let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
+        let factors = factors::<1>(&head, &FACTORS)?;
+        let (name, vectors) = ("cube/product", [&V[..], &SOURCE]);
+        cube::<f64, _, _, 1>(name, Product(Gauss), head, &factors, vectors, runner)?;
     }
     Some(())
 }
 
-/// Dimension and cells an axis, pairs, q0.
-type Head<'a> = (&'a [u32], u32, f64);
-
-fn head<'a>(table: &Table<'a>) -> Option<Head<'a>> {
-    Some((
-        table.slice("axes").ok()?,
-        table.one("pairs").ok()?,
-        table.one("absorb").ok()?,
-    ))
+/// The same of degree 2 and 3: tables are f64, and what is contracted is rounded.
+fn cubes_of_degree(runner: &mut impl Runner) -> Option<()> {
+    const QUADRATIC: usize = functions(2, 2);
+    const CUBIC: usize = functions(2, 3);
+    {
+        let table = Table::read(&CUBE_QUADRATIC_F32.0, "cube").ok()?;
+        let (head, vectors) = (Head::read(&table)?, vectors::<f32>(&table)?);
+        let dense = Dense::new(table.slice("coeffs").ok()?, vectors[0].len())?;
+        let (name, rounded) = ("cube/quadratic", Rounded::new(&dense));
+        cube::<f32, _, _, QUADRATIC>(name, Gauss, head, &rounded, vectors, runner)?;
+    }
+    {
+        use cube_quadratic_f64::{ABSORB, AXES, COEFFS, DEGREE, PAIRS, SOURCE, V};
+        let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
+        let dense = Dense::new(&COEFFS[..], V.len())?;
+        let (name, vectors) = ("cube/quadratic", [&V[..], &SOURCE]);
+        cube::<f64, _, _, QUADRATIC>(name, Gauss, head, &dense, vectors, runner)?;
+    }
+    {
+        use product_cubic_f32::{ABSORB, AXES, DEGREE, FACTORS, PAIRS, SOURCE, V};
+        let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
+        let factors = factors::<CUBIC>(&head, &FACTORS)?;
+        let (name, rounded, vectors) = ("cube/cubic", Rounded::new(&factors), [&V[..], &SOURCE]);
+        cube::<f32, _, _, CUBIC>(name, Product(Gauss), head, &rounded, vectors, runner)?;
+    }
+    {
+        let table = Table::read(&PRODUCT_CUBIC_F64.0, "cube").ok()?;
+        let (head, vectors) = (Head::read(&table)?, vectors::<f64>(&table)?);
+        let factors = factors::<CUBIC>(&head, table.slice("factors").ok()?)?;
+        let name = "cube/cubic";
+        cube::<f64, _, _, CUBIC>(name, Product(Gauss), head, &factors, vectors, runner)?;
+    }
+    Some(())
 }
 
-fn factors<'a>(axes: &[u32], entries: &'a [f64]) -> Option<FactorTables<'a, f64, 2>> {
-    FactorTables::new(*axes.get(1)? as usize, entries).ok()
+/// The arrays of one or two numbers in a cube's table.
+struct Head<'a> {
+    /// Dimension, and cells an axis.
+    axes: &'a [u32],
+    degree: &'a [u32],
+    pairs: &'a [u32],
+    /// q0.
+    absorption: f64,
+}
+
+impl<'a> Head<'a> {
+    fn of_constants([axes, degree, pairs]: [&'a [u32]; 3], [absorption]: [f64; 1]) -> Self {
+        Self {
+            axes,
+            degree,
+            pairs,
+            absorption,
+        }
+    }
+
+    fn read(table: &Table<'a>) -> Option<Self> {
+        Some(Self {
+            axes: table.slice("axes").ok()?,
+            degree: table.slice("degree").ok()?,
+            pairs: table.slice("pairs").ok()?,
+            absorption: table.one("absorb").ok()?,
+        })
+    }
+
+    /// Cells an axis, if this is the equation in two dimensions with all pairs in S.
+    fn per_axis(&self) -> Option<usize> {
+        match (self.axes, self.pairs) {
+            ([2, per_axis], [0]) => Some(*per_axis as usize),
+            _ => None,
+        }
+    }
+}
+
+/// v and G.
+fn vectors<'a, F: FromBytes + Immutable>(table: &Table<'a>) -> Option<[&'a [F]; 2]> {
+    Some([table.slice("v").ok()?, table.slice("source").ok()?])
+}
+
+fn factors<'a, const B: usize>(
+    head: &Head<'_>,
+    entries: &'a [f64],
+) -> Option<FactorTables<'a, f64, 2, B>> {
+    FactorTables::of_functions(head.per_axis()?, entries).ok()
 }
 
 /// u(0.3, 0.6), and the mean of u until a relative error is reached.
-fn cube<F: Real + FromBytes + Immutable, K, C>(
+fn cube<F: Real, K, C, const B: usize>(
     name: &str,
     kernel: K,
-    (axes, pairs, absorption): Head<'_>,
+    head: Head<'_>,
     coefficients: &C,
     [v, g]: [&[F]; 2],
     runner: &mut impl Runner,
 ) -> Option<()>
 where
     K: IntegralKernel<F, 2> + Sync,
-    C: Coefficients<Scalar = F> + Sync,
+    C: Coefficients<B, Scalar = F> + Sync,
 {
-    if axes.first() != Some(&2) || pairs != 0 {
+    let cube = Cube::<F, 2, _, _>::new(kernel, Ramp, head.per_axis()?, head.absorption).ok()?;
+    let cube = cube.with_functions::<B>();
+    if head.degree != [cube.degree() as u32] {
         return None;
     }
-    let cube = Cube::<F, 2, _, _>::new(kernel, Ramp, *axes.get(1)? as usize, absorption).ok()?;
     let pairs = OffDiagonal {
         diagonal: PairKind::Galerkin,
     };
@@ -358,7 +468,7 @@ where
     let all = (&cube, &neighbour);
     both(runner, name, all, (&At(x0), Some(v0), 3), plan());
     let relative = until(TargetError::Relative(2e-3));
-    let mean = (&Mean, Some(Mean::of(v)), 4);
+    let mean = (&Mean, Some(Mean::of_blocks::<F, B>(v)), 4);
     both(runner, name, all, mean, relative);
     Some(())
 }

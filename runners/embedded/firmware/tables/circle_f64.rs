@@ -150,6 +150,7 @@ pub(crate) static SLOTS: [fredholm_circle::Slot<f64>; 96] = [
     fredholm_circle::Slot::new(0.9692441157481892, 46), fredholm_circle::Slot::new(2.0, 47),
     fredholm_circle::Slot::new(2.0, 47),
 ];
+pub(crate) static DEGREE: [u32; 1] = [0];
 pub(crate) static V: [f64; 48] = [
     5.315761336402131, 5.816789417093098, 5.98024183592507, 5.738564730428251, 5.1916415703991925,
     4.565511987303597, 4.118951104838274, 4.036519509225961, 4.352285592031253, 4.93574531163221,
