@@ -122,10 +122,14 @@ pub(crate) fn log_log_svg(figure: &Figure) -> Result<String, NothingToDraw> {
         let fits = |v: f64| v.is_finite() && v > 0.0;
         fits(x) && fits(y)
     };
+    let points = || figure.curves.iter().flat_map(|c| &c.points);
+    let lowest = points().filter(has_place).map(|&(_, y)| y);
+    let lift = lift(lowest.fold(1.0, f64::min));
     let mut plots = Vec::new();
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for curve in &figure.curves {
-        let points: Vec<_> = curve.points.iter().filter(has_place).copied().collect();
+        let points = curve.points.iter().filter(has_place);
+        let points: Vec<_> = points.map(|&(x, y)| (x, y * lift)).collect();
         for &(x, _) in &points {
             (low, high) = (low.min(x), high.max(x));
         }
@@ -139,8 +143,17 @@ pub(crate) fn log_log_svg(figure: &Figure) -> Result<String, NothingToDraw> {
         // Room for the first and the last marker.
         .with_x_axis_min(low / 1.4)
         .with_x_axis_max(high * 1.4)
-        .with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
+        .with_x_tick_format(TickFormat::Custom(Arc::new(power_of_ten)))
+        .with_y_tick_format(TickFormat::Custom(Arc::new(move |y| {
+            power_of_ten(y / lift)
+        })));
     Ok(kuva::render_to_svg(plots, layout))
+}
+
+/// The power of ten by which ordinates are drawn too large, their ticks then telling what they are: the
+/// library's logarithmic axes end at 10⁻¹⁰ and put on that line what is below.
+fn lift(lowest: f64) -> f64 {
+    10_f64.powf((-9.0 - lowest.log10().floor()).max(0.0))
 }
 
 /// The text of an SVG file with a profile and its 95 % error band. Points that are not finite are left
@@ -361,6 +374,17 @@ mod tests {
         for word in ["a &lt; b &amp; c", "walks", "error", "plain", "10²", "10⁻¹"] {
             assert!(svg.contains(word), "{word} in {svg}");
         }
+    }
+
+    /// The library draws what is below 10⁻¹⁰ on that line.
+    #[test]
+    fn small_ordinates_have_places_of_their_own() {
+        let small = (0..4).map(|i| (1.0 + f64::from(i), 10_f64.powi(-10 - 2 * i)));
+        let svg = log_log_svg(&figure(small.collect())).unwrap();
+        for tick in ["10⁻¹⁰", "10⁻¹³", "10⁻¹⁶"] {
+            assert!(svg.contains(tick), "{tick} in {svg}");
+        }
+        assert!(!svg.contains("10⁰") && !svg.contains("10⁻⁶"), "{svg}");
     }
 
     #[test]

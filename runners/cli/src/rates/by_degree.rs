@@ -97,8 +97,17 @@ impl ByDegree {
     }
 
     fn at_equal_time(&self) -> String {
-        let columns = SECONDS.map(|seconds| format!("{seconds} s"));
-        let mut lines = vec![[vec!["degree".to_owned()], columns.to_vec()].concat()];
+        let line =
+            |first: &str, rest: [String; 4]| [vec![first.to_owned()], rest.to_vec()].concat();
+        let mut lines = vec![line(
+            "degree",
+            SECONDS.map(|seconds| format!("{seconds} s")),
+        )];
+        if let Some(first) = self.sweeps.iter().find_map(|sweep| sweep.rows.first()) {
+            let [_, work, error] = first.work();
+            let plain = SECONDS.map(|seconds| short(error * (work / seconds).sqrt()));
+            lines.push(line("plain", plain));
+        }
         for sweep in &self.sweeps {
             let mut line = vec![sweep.degree.to_string()];
             for seconds in SECONDS {
