@@ -194,7 +194,7 @@ impl ByDegree {
         }
     }
 
-    /// Errors against time.
+    /// Errors against time, none below what rounding leaves.
     pub(super) fn work_figure(&self) -> Figure {
         self.figure(
             [
@@ -204,7 +204,7 @@ impl ByDegree {
             ],
             -0.5,
             |row| row.work()[2],
-            |row| (row.work()[1], row.error),
+            |row| (row.work()[1], row.error.max(row.rounding_floor)),
         )
     }
 
