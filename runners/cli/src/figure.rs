@@ -384,7 +384,8 @@ mod tests {
         for tick in ["10⁻¹⁰", "10⁻¹³", "10⁻¹⁶"] {
             assert!(svg.contains(tick), "{tick} in {svg}");
         }
-        assert!(!svg.contains("10⁰") && !svg.contains("10⁻⁶"), "{svg}");
+        // Where they are drawn, with the lift of the lowest.
+        assert!(!svg.contains("10⁻⁶"), "{svg}");
     }
 
     #[test]
