@@ -40,7 +40,7 @@ pub use pairs::{AllPointwise, OffDiagonal, PairKind, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable, second_moment};
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, buffer, rounded, second_moment_radius};
+pub use solution::{Solution, buffer, reserve, rounded, second_moment_radius};
 pub use solve::{
     GalerkinError, Solve, Sweeps, contraction, contraction_of_powers, gauss_seidel,
     neighbour_source, radius_bounds,

@@ -16,14 +16,23 @@ const POWERS: u32 = 100;
 /// # Errors
 /// [`GalerkinError::Memory`].
 pub fn buffer<T: Clone + Default>(length: usize) -> Result<Vec<T>, GalerkinError> {
-    let mut buffer = Vec::new();
-    buffer
+    let mut buffer = reserve(length)?;
+    buffer.resize(length, T::default());
+    Ok(buffer)
+}
+
+/// An empty vector with room for `length` values, or an error in place of an abort.
+///
+/// # Errors
+/// [`GalerkinError::Memory`].
+pub fn reserve<T>(length: usize) -> Result<Vec<T>, GalerkinError> {
+    let mut empty = Vec::new();
+    empty
         .try_reserve_exact(length)
         .map_err(|_| GalerkinError::Memory {
             bytes: length.checked_mul(size_of::<T>()),
         })?;
-    buffer.resize(length, T::default());
-    Ok(buffer)
+    Ok(empty)
 }
 
 /// The same numbers in the walk's scalar.

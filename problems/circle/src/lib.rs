@@ -11,6 +11,8 @@ mod circle;
 mod double;
 mod emission;
 mod error;
+#[cfg(feature = "alloc")]
+mod level;
 mod mean;
 mod polynomials;
 mod quadrature;
@@ -22,6 +24,8 @@ pub use cells::{Cell, Cells, Direction, Slot, slots};
 pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
+#[cfg(feature = "alloc")]
+pub use level::CircleLevel;
 pub use mean::MeanOver;
 pub use polynomials::{PolynomialResidual, Polynomials};
 pub use residual::{Moment, Residual, moments};

@@ -163,6 +163,12 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
         self.mesh
     }
 
+    /// 1 − q0.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn survival(&self) -> f64 {
+        self.survival.to_f64()
+    }
+
     /// (1 − q0)/n.
     #[cfg(feature = "alloc")]
     pub(crate) fn mass(&self) -> f64 {
@@ -218,14 +224,9 @@ impl<F: Real, const D: usize, K, S, const B: usize> Partition for Cube<F, D, K, 
         self.mesh.cells()
     }
 
-    /// Cells are half open; the end 1 of an axis belongs to its last cell.
     #[inline]
     fn locate(&self, x: &[F; D]) -> usize {
-        let m = self.mesh.per_axis();
-        let cell = x.iter().fold(0, |cell, &x| {
-            cell * m + (x * self.per_axis).to_u32().min(m - 1)
-        });
-        cell as usize
+        self.mesh.locate(x, self.per_axis)
     }
 }
 

@@ -9,6 +9,8 @@ mod equation;
 mod error;
 mod factors;
 mod functions;
+#[cfg(feature = "alloc")]
+mod level;
 mod mean;
 mod mesh;
 pub mod model;
@@ -25,6 +27,8 @@ pub use equation::{CellIntegral, Function, IntegralKernel};
 pub use error::CubeError;
 pub use factors::FactorTables;
 pub use functions::functions;
+#[cfg(feature = "alloc")]
+pub use level::CubeLevel;
 pub use mean::{Mean, Weighted};
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]

@@ -1,5 +1,7 @@
 //! Cell numbers.
 
+use fredholm_core::Real;
+
 use crate::CubeError;
 
 /// m^D equal cells; the number of a cell is row-major in its place along the axes, the last axis
@@ -33,6 +35,16 @@ impl<const D: usize> Mesh<D> {
     #[inline]
     pub(crate) const fn cells(&self) -> usize {
         self.cells as usize
+    }
+
+    /// The cell of a point; cells are half open, and the end 1 of an axis belongs to its last cell.
+    #[inline]
+    pub(crate) fn locate<F: Real>(&self, x: &[F; D], per_axis: F) -> usize {
+        let m = self.per_axis;
+        let cell = x
+            .iter()
+            .fold(0, |cell, &x| cell * m + (x * per_axis).to_u32().min(m - 1));
+        cell as usize
     }
 
     /// The places of cell `cell` along the axes.

@@ -15,6 +15,8 @@ mod geometry;
 #[cfg(feature = "alloc")]
 mod hierarchy;
 #[cfg(feature = "alloc")]
+mod level;
+#[cfg(feature = "alloc")]
 mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
@@ -37,6 +39,8 @@ pub use error::{Place, RoomError};
 pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Segment, Wall};
+#[cfg(feature = "alloc")]
+pub use level::RoomLevel;
 #[cfg(feature = "alloc")]
 pub use matrix::{Matrix, R_MIN};
 #[cfg(feature = "alloc")]

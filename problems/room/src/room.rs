@@ -226,6 +226,22 @@ impl<'a, F: Real> Room<'a, F> {
         }
     }
 
+    /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere.
+    #[inline]
+    pub(crate) fn facing(&self, x: &Point<F>, y: &Point<F>) -> F {
+        let (Some(from), Some(to)) = (self.geometry.wall(x.wall), self.geometry.wall(y.wall))
+        else {
+            return F::NAN;
+        };
+        let [out, into] = [from.height(y.position), to.height(x.position)];
+        if x.wall == y.wall || !(out > zero() && into > zero()) {
+            return zero();
+        }
+        let span = sub(y.position, x.position);
+        let square = dot(span, span);
+        F::from_f64(0.5) * out * into / (square * square.sqrt())
+    }
+
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.
     fn sees(&self, x: &Point<F>, y: &Point<F>) -> bool {
         let Some(from) = self.geometry.wall(x.wall) else {
@@ -268,17 +284,11 @@ impl<F: Real> Sampler for Room<'_, F> {
 
 impl<F: Real> TransitionDensity for Room<'_, F> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
-        let (Some(from), Some(to)) = (self.geometry.wall(x.wall), self.geometry.wall(y.wall))
-        else {
-            return F::NAN;
-        };
-        let [out, into] = [from.height(y.position), to.height(x.position)];
-        if x.wall == y.wall || !(out > zero() && into > zero()) || !self.sees(x, y) {
+        let density = self.facing(x, y);
+        if density > zero() && !self.sees(x, y) {
             return zero();
         }
-        let span = sub(y.position, x.position);
-        let square = dot(span, span);
-        self.survival * F::from_f64(0.5) * out * into / (square * square.sqrt())
+        self.survival * density
     }
 }
 

@@ -56,6 +56,14 @@ several degrees, which are put into one table and one figure: --degree 0,1,2,3,4
 file's cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
 standard deviation and the time of a walk come from as many as it says.")]
     Rates(RatesArgs),
+    /// Predict the variance before any walk, and say what limits it
+    #[command(after_help = "\
+The standard deviations of plain and preconditioned walks for every target of the file, by the theory of
+Heinrich 1995 (Proposition 2), with integrals in about --nodes points; what the variance of the preconditioned walks is
+made of, and where: pairs of places between which kernels differ, and places at which the sources do; the
+quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. The
+file's scalar and walks are not used.")]
+    Diagnose(DiagnoseArgs),
     /// Draw a room with its light and shadows
     #[command(after_help = "\
 Example:
@@ -153,6 +161,33 @@ pub(crate) struct RatesArgs {
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write rates.csv, rates.json and the figures work-error.svg and deviation.svg into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub(crate) struct DiagnoseArgs {
+    /// The problem file (TOML)
+    pub(crate) file: PathBuf,
+    /// Number of cells; of a cube per axis
+    #[arg(long, value_name = "n")]
+    pub(crate) cells: Option<usize>,
+    /// Degree of the piecewise polynomials
+    #[arg(long, value_name = "p")]
+    pub(crate) degree: Option<usize>,
+    /// Which pairs of cells the neighbour equation treats how
+    #[arg(long, value_name = "NAME")]
+    pub(crate) pairs: Option<Pairs>,
+    /// What a walk scores
+    #[arg(long, value_name = "NAME")]
+    pub(crate) estimator: Option<Estimator>,
+    /// Nodes of the integrals; more are more accurate, and work grows with their square
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u16).range(10..=20_000))]
+    pub(crate) nodes: u16,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write diagnosis.json into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

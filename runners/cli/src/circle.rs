@@ -4,16 +4,18 @@ use core::f64::consts::TAU;
 use std::time::Instant;
 
 use fredholm_circle::{
-    Arcs, Circle, Emission, Harmonic, MeanOver, Moment, Point, PolynomialResidual, Polynomials,
-    Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
+    Arcs, Circle, CircleLevel, Emission, Harmonic, MeanOver, Moment, Point, PolynomialResidual,
+    Polynomials, Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::galerkin::{
     Basis, Coefficients, OffDiagonal, PairKind, Piecewise, Solution, Solve,
 };
+use fredholm_core::variance::{self, Density, Level, Setting};
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
 
+use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, Galerkin, Pairs, Placed, ProblemFile, Scalar, What};
@@ -274,6 +276,29 @@ impl<'a, F: Real> Setup<'a, F> {
         sum.to_f64()
     }
 
+    /// With the neighbour equation in f64 as one type for all degrees and pairs.
+    fn boxed<R>(
+        &self,
+        circle: &Circle<'_, F, Light<'_>>,
+        then: impl FnOnce(&Boxed<'_, F>) -> R,
+    ) -> Result<R, Failure> {
+        if self.scene.degree > 0 {
+            return of_degree!(self.scene.degree, B => {
+                let polynomials = Polynomials::<_, _, B>::new(circle);
+                Ok(then(&*self.neighbour_of_degree(&polynomials)?))
+            });
+        }
+        Ok(match &self.source {
+            NeighbourSource::Table(pairs, g) => then(
+                &Piecewise::with_pointwise(circle, circle, *pairs, &self.v, g)
+                    .map_err(Failure::run)?,
+            ),
+            NeighbourSource::ClosedForm(moments) => {
+                then(&Residual::new(circle, &self.v, moments).map_err(Failure::run)?)
+            }
+        })
+    }
+
     /// Walks.
     pub(crate) fn run(
         &self,
@@ -285,9 +310,9 @@ impl<'a, F: Real> Setup<'a, F> {
         let circle = self.scene.circle(&self.tables)?;
         let degree = self.scene.degree;
         if degree > 0 {
-            return of_degree!(degree, B => {
-                self.run_of_degree::<B>(&circle, questions, known, plan, observer)
-            });
+            return self.boxed(&circle, |neighbour| {
+                walk(&circle, neighbour, questions, known, plan, observer)
+            })?;
         }
         match &self.source {
             NeighbourSource::Table(pairs, g) => {
@@ -307,25 +332,19 @@ impl<'a, F: Real> Setup<'a, F> {
 type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
 
 impl<F: Real> Setup<'_, F> {
-    fn run_of_degree<const B: usize>(
-        &self,
-        circle: &Circle<'_, F, Light<'_>>,
-        questions: &[Question],
-        known: &[Known],
-        plan: &Plan,
-        observer: &impl Observer,
-    ) -> Result<Outcome, Failure> {
-        let polynomials = Polynomials::<_, _, B>::new(circle);
-        let neighbour: Box<Boxed<'_, F>> = match &self.source {
+    fn neighbour_of_degree<'s, const B: usize>(
+        &'s self,
+        polynomials: &'s Polynomials<'s, 's, F, Light<'s>, B>,
+    ) -> Result<Box<Boxed<'s, F>>, Failure> {
+        Ok(match &self.source {
             NeighbourSource::Table(pairs, g) => Box::new(
-                Piecewise::with_pointwise(&polynomials, &polynomials, *pairs, &self.v, g)
+                Piecewise::with_pointwise(polynomials, polynomials, *pairs, &self.v, g)
                     .map_err(Failure::run)?,
             ),
             NeighbourSource::ClosedForm(moments) => Box::new(
-                PolynomialResidual::new(&polynomials, &self.v, moments).map_err(Failure::run)?,
+                PolynomialResidual::new(polynomials, &self.v, moments).map_err(Failure::run)?,
             ),
-        };
-        walk(circle, &*neighbour, questions, known, plan, observer)
+        })
     }
 }
 
@@ -432,6 +451,21 @@ impl<F: Real, E: Emission<F>> Functional<Circle<'_, F, E>> for Start<'_, '_, F, 
         match self {
             Self::Point(At(x)) => (*x, F::one()),
             Self::Mean(mean) => mean.start(uniforms),
+        }
+    }
+}
+
+/// The mean over an arc.
+fn uniform_on(place: &Where) -> impl Fn(&Point<f64>) -> Density + use<> {
+    let (from, to) = match *place {
+        Where::Arc(from, to) => (from, to),
+        _ => (0.0, TAU),
+    };
+    move |x| {
+        if (from..=to).contains(&x.angle()) {
+            Density::uniform(to - from)
+        } else {
+            Density::nothing()
         }
     }
 }
@@ -681,6 +715,52 @@ impl Problem for CircleFile<'_> {
     /// Coefficients are closed forms: each sweep evaluates one for a cell.
     fn evaluations(&self, sweeps: u32) -> f64 {
         self.cells as f64 * f64::from(sweeps)
+    }
+
+    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+        let setup = Setup::<f64>::new(self.scene()?)?;
+        let circle = setup.scene.circle(&setup.tables)?;
+        let level =
+            CircleLevel::new(&circle, request.nodes, self.degree()).map_err(Failure::run)?;
+        let densities: Vec<_> = self
+            .asked
+            .iter()
+            .map(|asked| uniform_on(&asked.place))
+            .collect();
+        let targets: Vec<Begin<'_, Point<f64>>> = self
+            .asked
+            .iter()
+            .zip(&densities)
+            .map(|(asked, density)| Begin {
+                name: &asked.name,
+                start: match asked.place {
+                    Where::Angle(s) => variance::Start::At(circle.point(s)),
+                    _ => variance::Start::Density(density),
+                },
+            })
+            .collect();
+        let sites = level.sites() as f64;
+        // With all pairs pointwise none is left out.
+        let diagonal = setup.scene.diagonal().unwrap_or(PairKind::Pointwise);
+        setup.boxed(&circle, |neighbour| {
+            request.examine(&Subject {
+                setting: Setting {
+                    equation: &circle,
+                    neighbour,
+                    pairs: OffDiagonal { diagonal },
+                    level: &level,
+                },
+                coefficients: (self.degree() == 0 && self.cells <= level.sites())
+                    .then_some(&circle),
+                targets: &targets,
+                place: &|site| {
+                    // A sixteenth of the circle.
+                    let part = (16.0 * (site as f64 + 0.5) / sites).floor();
+                    let [from, to] = [part, part + 1.0].map(|part| TAU * part / 16.0);
+                    format!("[{from:.2}, {to:.2}]")
+                },
+            })
+        })?
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {

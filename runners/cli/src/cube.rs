@@ -8,14 +8,16 @@ use fredholm_core::galerkin::{
     self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition,
     Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
+use fredholm_core::variance::{self, Density, Level, Setting};
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
 use fredholm_cube::{
-    CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors, Mean, Product,
-    ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
+    CellIntegral, Cube, CubeError, CubeLevel, Function, IntegralKernel, KernelFactors, Mean,
+    Product, ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
 };
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
 
+use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
@@ -572,8 +574,132 @@ impl<'f> CubeFile<'f> {
             solve: setup.solution.solve,
             setup_seconds: setup.seconds,
         };
-        let walk = |neighbour: &Boxed<'_, F, D>| self.walk(known, neighbour, plan, progress);
-        kinds.then(&cube, &setup, &v, walk)
+        let mut answer = None;
+        kinds.then(&cube, &setup, &v, &mut |neighbour| {
+            answer = Some(self.walk(&known, neighbour, plan, progress)?);
+            Ok(())
+        })?;
+        answer.ok_or_else(|| Failure::run("no neighbour equation was made"))
+    }
+
+    fn diagnose_in<const D: usize, const B: usize>(
+        &self,
+        kinds: &impl Kinds<f64, D, B>,
+        request: &Request,
+    ) -> Result<Diagnosis, Failure> {
+        let formulas = Formulas::<f64>::new(self.cube)?;
+        let setup = self.set_up::<D, B>(&formulas)?;
+        let cube = formulas
+            .cube::<D>(self.per_axis, self.absorption())?
+            .with_functions::<B>();
+        let v = setup.solution.rounded::<f64>().map_err(Failure::run)?;
+        let means = self.weight_means(&formulas, &cube)?;
+        let weighted = self.weighted(&formulas, &cube, &means, &v)?;
+        // Of piecewise constants alone: there the first function of a cell is all of it.
+        let coefficients = match &setup.table {
+            Table::Dense { entries, cells } if B == 1 => Dense::new(entries, *cells),
+            _ => None,
+        };
+        let mut diagnosis = None;
+        kinds.then(&cube, &setup, &v, &mut |neighbour| {
+            diagnosis =
+                Some(self.examine(&formulas, neighbour, &weighted, coefficients, request)?);
+            Ok(())
+        })?;
+        diagnosis.ok_or_else(|| Failure::run("no neighbour equation was made"))
+    }
+
+    fn examine<const D: usize>(
+        &self,
+        formulas: &Formulas<f64>,
+        neighbour: &Boxed<'_, f64, D>,
+        weighted: &[WeightedStart<'_, f64, D>],
+        coefficients: Option<Dense<'_, f64>>,
+        request: &Request,
+    ) -> Result<Diagnosis, Failure> {
+        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        let level = CubeLevel::new(&cube, request.nodes, self.degree()).map_err(Failure::run)?;
+        let mean = |_: &[f64; D]| Density::uniform(1.0);
+        let weights: Vec<_> = weighted
+            .iter()
+            .map(|weighted| {
+                move |x: &[f64; D]| {
+                    let phi = weighted.weight.value(x);
+                    let x = neighbour.locate(*x);
+                    let value = (weighted.neighbour_value)(&x, phi, neighbour.value(&x));
+                    Density {
+                        functional: phi,
+                        square: phi * phi,
+                        initial: 1.0,
+                        fluctuation: value - weighted.of_means,
+                    }
+                }
+            })
+            .collect();
+        let mut weights = weights.iter();
+        let mut targets: Vec<Begin<'_, [f64; D]>> = Vec::new();
+        for asked in &self.asked {
+            let start = match &asked.place {
+                Where::Point(x) => {
+                    variance::Start::At(core::array::from_fn(|a| x.get(a).copied().unwrap_or(0.0)))
+                }
+                Where::Weight(_) => match weights.next() {
+                    Some(weight) => variance::Start::Density(weight),
+                    None => continue,
+                },
+                _ => variance::Start::Density(&mean),
+            };
+            targets.push(Begin {
+                name: &asked.name,
+                start,
+            });
+        }
+        // With all pairs pointwise none is left out.
+        let pairs = self.pairs().unwrap_or(OffDiagonal {
+            diagonal: PairKind::Pointwise,
+        });
+        let examined = request.examine(&Subject {
+            setting: Setting {
+                equation: &cube,
+                neighbour,
+                pairs,
+                level: &level,
+            },
+            coefficients: coefficients.as_ref(),
+            targets: &targets,
+            place: &|site| {
+                let mut places = Vec::new();
+                level.nodes(site, |x, _| {
+                    if places.is_empty() {
+                        places = x.map(|x| quarter(x, D)).to_vec();
+                    }
+                });
+                places.join(" × ")
+            },
+        });
+        match formulas.watch.get() {
+            Some(what) => Err(Failure::input(format_args!(
+                "{what}: a finite number is needed there"
+            ))),
+            None => examined,
+        }
+    }
+
+    /// With the pairs that the file asks for.
+    fn diagnose_with(&self, request: &Request) -> Result<Diagnosis, Failure> {
+        let d = self.cube.dimension.value;
+        match self.pairs() {
+            // Validation has refused these at degrees above 0.
+            None => in_dimension!(d, D => {
+                self.diagnose_in::<D, 1>(&Pointwise(AllPointwise), request)
+            }),
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
+                self.diagnose_in::<D, 1>(&Pointwise(pairs), request)
+            }),
+            Some(pairs) => in_shape!(d, self.degree(), D, B => {
+                self.diagnose_in::<D, B>(&Smooth(pairs), request)
+            }),
+        }
     }
 
     /// With the pairs that the file asks for.
@@ -626,14 +752,14 @@ impl<'f> CubeFile<'f> {
     /// Walks with this neighbour equation.
     fn walk<F: Real, const D: usize>(
         &self,
-        known: Deterministics<'_, F, D>,
+        known: &Deterministics<'_, F, D>,
         neighbour: &Boxed<'_, F, D>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
         let formulas = known.formulas;
         let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
-        let mut weighted = known.weighted.into_iter();
+        let mut weighted = known.weighted.iter();
         let (mut starts, mut values) = (Vec::new(), Vec::new());
         for asked in &self.asked {
             let (functional, galerkin) = match &asked.place {
@@ -872,6 +998,17 @@ impl<'f> CubeFile<'f> {
     }
 }
 
+/// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
+fn quarter(x: f64, dimension: usize) -> String {
+    let parts = match dimension {
+        1 => 8.0,
+        2 => 4.0,
+        _ => 2.0,
+    };
+    let part = (x * parts).floor().min(parts - 1.0);
+    format!("[{}, {}]", part / parts, (part + 1.0) / parts)
+}
+
 /// A formula that validation has checked.
 fn kept<F: Real>(text: &str) -> Result<Formula<'static, F>, Failure> {
     Formula::kept(text).map_err(|error| Failure::input(error.message))
@@ -886,15 +1023,18 @@ type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + 
 
 /// How a neighbour equation with B functions on a cell is made.
 trait Kinds<F: Real, const D: usize, const B: usize> {
-    /// Makes it, and walks.
+    /// Makes it, and uses it.
     fn then(
         &self,
         cube: &FileCube<'_, F, D, B>,
         setup: &Setup<D, B>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
-    ) -> Result<Answer, Failure>;
+        use_it: &mut Use<'_, F, D>,
+    ) -> Result<(), Failure>;
 }
+
+/// What is done with a neighbour equation.
+type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Failure> + 'a;
 
 /// Without pointwise pairs.
 struct Smooth(OffDiagonal);
@@ -910,11 +1050,11 @@ impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
             table, solution, ..
         }: &Setup<D, B>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
-    ) -> Result<Answer, Failure> {
+        use_it: &mut Use<'_, F, D>,
+    ) -> Result<(), Failure> {
         let (narrow, pairs) = (Rounded::new(table), self.0);
         let g = solution.source(table, &pairs).map_err(Failure::run)?;
-        walk(&Piecewise::new(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
+        use_it(&Piecewise::new(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
     }
 }
 
@@ -926,11 +1066,11 @@ impl<F: Real, const D: usize, P: galerkin::Pairs + Copy + Sync> Kinds<F, D, 1> f
             table, solution, ..
         }: &Setup<D, 1>,
         v: &[F],
-        walk: impl FnOnce(&Boxed<'_, F, D>) -> Result<Answer, Failure>,
-    ) -> Result<Answer, Failure> {
+        use_it: &mut Use<'_, F, D>,
+    ) -> Result<(), Failure> {
         let (narrow, pairs) = (Rounded::new(table), self.0);
         let g = solution.source(table, &pairs).map_err(Failure::run)?;
-        walk(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
+        use_it(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
     }
 }
 
@@ -951,7 +1091,7 @@ struct Deterministics<'a, F: 'static, const D: usize> {
 enum Start<'a, F: 'static, const D: usize> {
     Point(At<[F; D]>),
     Mean,
-    Weighted(WeightedStart<'a, F, D>),
+    Weighted(&'a WeightedStart<'a, F, D>),
 }
 
 /// What a functional scores of v at a start, from φ(x0) and v(x0).
@@ -1164,6 +1304,10 @@ impl Problem for CubeFile<'_> {
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         let d = self.cube.dimension.value;
         in_dimension!(d, D => self.nystrom_in::<D>())
+    }
+
+    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+        self.diagnose_with(request)
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {

@@ -7,6 +7,7 @@ mod args;
 mod circle;
 mod cube;
 mod deck;
+mod diagnose;
 mod export;
 mod factors;
 mod failure;
@@ -49,6 +50,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Solve(args) => solve::solve(args),
         Command::Factors(args) => factors::factors(args),
         Command::Rates(args) => rates::rates(args),
+        Command::Diagnose(args) => diagnose::diagnose(args),
         Command::Render(args) => render::render(args),
         Command::Check { file } => solve::check(file),
         Command::Export(args) => export::export(args),

@@ -9,6 +9,7 @@ use fredholm_rayon::{Outcome, Plan};
 
 use crate::circle::CircleFile;
 use crate::cube::CubeFile;
+use crate::diagnose::{Diagnosis, Request};
 use crate::failure::Failure;
 use crate::file::{self, ProblemFile};
 use crate::progress::Progress;
@@ -90,6 +91,9 @@ pub(crate) trait Problem: Sync {
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         Ok(Vec::new())
     }
+
+    /// Sets up in f64, and predicts the variance of every target.
+    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure>;
 
     /// Sets up, and gives what a device needs.
     fn tables(&self) -> Result<TableBuilder, Failure>;

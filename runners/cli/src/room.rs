@@ -4,15 +4,17 @@ use std::path::Path;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{Dense, Piecewise, Rounded, Solution};
+use fredholm_core::variance::{self, Density, Level, Setting};
 use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
-    Room, RoomError, RoomPairs, Scene, Surface, Tables, Views, second_moment_radius,
+    Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, Views, second_moment_radius,
 };
 
 use crate::deck::{self, Deck};
+use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
 use crate::failure::Failure;
 use crate::file::{
@@ -768,6 +770,67 @@ impl Problem for RoomFile<'_> {
     /// Every pair costs about one evaluation.
     fn evaluations(&self, _: u32) -> f64 {
         (self.mesh.len() as f64).powi(2)
+    }
+
+    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+        let setup = self.set_up::<f64>(self.choice())?;
+        let room = setup.room()?;
+        let dense = setup.coefficients();
+        let coefficients = Rounded::new(&dense);
+        let neighbour = setup.neighbour(&room, &coefficients)?;
+        let degree = self.file.galerkin.degree.value;
+        let level = RoomLevel::new(&room, request.nodes, degree).map_err(Failure::run)?;
+        let mut densities = Vec::new();
+        for asked in &self.asked {
+            let walls = self.walls(&asked.place)?;
+            let lengths = setup.tables.lengths();
+            let at = |wall: usize| lengths.get(wall).copied().unwrap_or(f64::NAN);
+            let length = at(walls.end) - at(walls.start);
+            densities.push(move |x: &Point<f64>| {
+                if walls.contains(&x.wall()) {
+                    Density::uniform(length)
+                } else {
+                    Density::nothing()
+                }
+            });
+        }
+        let mut targets = Vec::new();
+        for (asked, density) in self.asked.iter().zip(&densities) {
+            let start = match &asked.place {
+                Where::On(surface, t) => {
+                    let (wall, fraction) = self.scene.along(*surface, *t).map_err(Failure::run)?;
+                    variance::Start::At(room.point(wall, fraction).map_err(Failure::run)?)
+                }
+                _ => variance::Start::Density(density),
+            };
+            targets.push(Begin {
+                name: &asked.name,
+                start,
+            });
+        }
+        let pairs = RoomPairs {
+            views: setup.matrix.views(),
+            choice: setup.choice,
+        };
+        let place = |site: usize| {
+            let mut wall = 0;
+            level.nodes(site, |x, _| wall = x.wall());
+            let surface = self.scene.place(wall).map(|place| place.surface);
+            surface
+                .and_then(|surface| self.surface(surface))
+                .map_or_else(|| format!("wall {wall}"), str::to_owned)
+        };
+        request.examine(&Subject {
+            setting: Setting {
+                equation: &room,
+                neighbour: &neighbour,
+                pairs,
+                level: &level,
+            },
+            coefficients: (degree == 0 && self.mesh.len() <= level.sites()).then_some(&dense),
+            targets: &targets,
+            place: &place,
+        })
     }
 
     fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {

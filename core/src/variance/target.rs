@@ -1,0 +1,290 @@
+//! The variance of one functional.
+
+use alloc::vec::Vec;
+
+use super::analysis::{Matrix, against, plain_source};
+use super::{Analysis, Level, Moments, Setting, Site, VarianceError};
+use crate::galerkin::{Pairs, buffer, reserve};
+use crate::{Kernel, Neighbour, Sampler, Source};
+
+/// Where walks start.
+#[derive(Clone, Copy)]
+pub enum Start<'a, P> {
+    /// All in one point, with φ = 1.
+    At(P),
+    /// With a density.
+    Density(&'a dyn Fn(&P) -> Density),
+}
+
+/// A functional in a point x, where walks start with a density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Density {
+    /// Φ(x).
+    pub functional: f64,
+    /// φ(x)² p0(x).
+    pub square: f64,
+    /// p0(x).
+    pub initial: f64,
+    /// [`neighbour_value`](crate::Functional::neighbour_value) minus (v,Φ): 0 where runs know (v,Φ).
+    pub fluctuation: f64,
+}
+
+impl Density {
+    /// Of a mean over a set of this measure, for its points.
+    #[must_use]
+    pub fn uniform(measure: f64) -> Self {
+        let one = 1.0 / measure;
+        Self {
+            functional: one,
+            square: one,
+            initial: one,
+            fluctuation: 0.0,
+        }
+    }
+
+    /// Where walks do not start.
+    #[must_use]
+    pub const fn nothing() -> Self {
+        Self {
+            functional: 0.0,
+            square: 0.0,
+            initial: 0.0,
+            fluctuation: 0.0,
+        }
+    }
+}
+
+impl<P> core::fmt::Debug for Start<'_, P> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::At(_) => "At",
+            Self::Density(_) => "Density",
+        })
+    }
+}
+
+/// What Var ζ is made of: parts of E (η(k,f) − η(h,g))², which sum to it, the square of its mean, which is taken
+/// off, and what comes of (v,Φ) not being known. A part may be negative, as differences of kernels and of sources may make up for each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts {
+    /// The sources differ: F ≠ G.
+    pub sources: f64,
+    /// The kernels differ on pairs in S.
+    pub kernel: f64,
+    /// Pairs left out of the neighbour equation.
+    pub left_out: f64,
+    /// ((u,Φ) − (v,Φ))².
+    pub mean: f64,
+    /// What stands for (v,Φ) depends on the start.
+    pub start: f64,
+}
+
+/// How much the steps between two sites, or the difference of the sources on one, add to Var ζ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution {
+    /// From this site.
+    pub from: usize,
+    /// Into this site; `None` for the difference of the sources.
+    pub into: Option<usize>,
+    /// How much.
+    pub variance: f64,
+}
+
+/// What is predicted for a functional.
+#[derive(Clone, Debug)]
+pub struct Prediction<P> {
+    /// (u,Φ), on the level.
+    pub solution: f64,
+    /// (u,Φ) − (v,Φ): the error of the Galerkin solution.
+    pub error: f64,
+    /// Var η(k,f); `None` where it is infinite.
+    pub plain: Option<f64>,
+    /// Var ζ; `None` where it is infinite.
+    pub preconditioned: Option<f64>,
+    /// What Var ζ is made of.
+    pub parts: Option<Parts>,
+    /// (I − T_k²p)^−* φ²p0 by sites: the expected sum of φ² k² … k² over the visits of a site, without the start where
+    /// that is a point.
+    pub occupation: Vec<f64>,
+    /// ‖φ²p0‖ in L1, and in L∞ where it is a function.
+    pub norms: (f64, Option<f64>),
+    /// The start, where it is one point, and the site in which it lies.
+    start: Option<(usize, Site<P>)>,
+}
+
+impl<P> Prediction<P> {
+    /// What every pair of sites and every site adds to Var ζ, the largest first; in sum it is Var ζ + ((u,Φ) − (v,Φ))².
+    ///
+    /// # Errors
+    /// [`VarianceError`]: no memory.
+    pub fn contributions(
+        &self,
+        analysis: &Analysis<P>,
+    ) -> Result<Vec<Contribution>, VarianceError> {
+        let n = analysis.sites.len();
+        let mut all = reserve(n.saturating_mul(n + 1))?;
+        for (from, (site, &occupation)) in analysis.sites.iter().zip(&self.occupation).enumerate() {
+            let start = self.start.as_ref().filter(|(own, _)| *own == from);
+            let start = start.map(|(_, start)| start);
+            let of_start = start.map_or(0.0, |s| s.mean(|x| x.parts[0]));
+            all.push(Contribution {
+                from,
+                into: None,
+                variance: occupation * site.mean(|x| x.parts[0]) + of_start,
+            });
+            for (into, pair) in site.pairs.iter().enumerate() {
+                let of_start = start
+                    .and_then(|s| s.pairs.get(into))
+                    .copied()
+                    .unwrap_or(0.0);
+                all.push(Contribution {
+                    from,
+                    into: Some(into),
+                    variance: occupation * pair + of_start,
+                });
+            }
+        }
+        all.sort_unstable_by(|a, b| b.variance.total_cmp(&a.variance));
+        Ok(all)
+    }
+}
+
+impl<E, N, S, L> Setting<'_, E, N, S, L>
+where
+    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source,
+    N: Neighbour<Scalar = f64, Point = L::Point> + ?Sized,
+    S: Pairs,
+    L: Level,
+{
+    /// The variances of both estimates of a functional. (v,Φ) is taken as known, as runs have it for points, means and
+    /// weights.
+    ///
+    /// # Errors
+    /// [`VarianceError`].
+    pub fn predict(
+        &self,
+        analysis: &Analysis<L::Point>,
+        start: Start<'_, L::Point>,
+    ) -> Result<Prediction<L::Point>, VarianceError> {
+        let n = analysis.sites.len();
+        let mut sums = Sums::default();
+        // What the first steps lead to.
+        let mut first = buffer(n)?;
+        let mut occupation: Vec<f64> = buffer(n)?;
+        let mut own = None;
+        let mut largest = None;
+        match start {
+            Start::At(point) => {
+                let site = self.start(analysis, point)?;
+                sums.add(analysis, &site, |_| Density::uniform(1.0));
+                for (first, moments) in first.iter_mut().zip(&site.row) {
+                    *first = moments.kk;
+                }
+                own = Some((self.level.locate(&point), site));
+            }
+            Start::Density(density) => {
+                let mut largest_square = 0.0;
+                for (site, own) in analysis.sites.iter().zip(&mut occupation) {
+                    *own = sums.add(analysis, site, density);
+                    for node in &site.nodes {
+                        largest_square = f64::max(density(&node.x.point).square, largest_square);
+                    }
+                    for (first, moments) in first.iter_mut().zip(&site.row) {
+                        *first += *own * moments.kk;
+                    }
+                }
+                largest = Some(largest_square);
+            }
+        }
+        let mut parts = None;
+        if analysis.kernel_power.is_some() {
+            let matrix = Matrix {
+                sites: &analysis.sites,
+                moment: |m: &Moments| m.kk,
+                transposed: true,
+            };
+            let visits = matrix.resolve(&first)?;
+            if !analysis.means.squared.is_empty() {
+                for (site, visits) in analysis.sites.iter().zip(&visits) {
+                    for (k, sum) in sums.parts.iter_mut().enumerate() {
+                        *sum += visits * site.mean(|x| x.parts[k]);
+                    }
+                }
+                let [sources, kernel, left_out] = sums.parts;
+                let mean = sums.error * sums.error;
+                parts = Some(Parts {
+                    sources,
+                    kernel,
+                    left_out,
+                    mean,
+                    start: sums.start,
+                });
+            }
+            for (occupation, visits) in occupation.iter_mut().zip(visits) {
+                *occupation += visits;
+            }
+        }
+        let solution = sums.value + sums.error;
+        Ok(Prediction {
+            solution,
+            error: sums.error,
+            plain: analysis
+                .kernel_power
+                .map(|_| sums.plain - solution * solution),
+            preconditioned: parts.map(|_| sums.squared + sums.start - sums.error * sums.error),
+            parts,
+            occupation,
+            norms: (sums.mass, largest),
+            start: own,
+        })
+    }
+}
+
+/// Integrals over the start.
+#[derive(Default)]
+struct Sums {
+    /// (v,Φ).
+    value: f64,
+    /// (e,Φ).
+    error: f64,
+    /// (w,φ²p0).
+    squared: f64,
+    /// E d² + 2 E φ d Δ, where d is the fluctuation.
+    start: f64,
+    /// (E η², φ²p0).
+    plain: f64,
+    /// Of the source of w.
+    parts: [f64; 3],
+    /// ∫ φ²p0.
+    mass: f64,
+}
+
+impl Sums {
+    /// Adds a site; ∫ φ²p0 over it.
+    fn add<P>(
+        &mut self,
+        analysis: &Analysis<P>,
+        site: &Site<P>,
+        density: impl Fn(&P) -> Density,
+    ) -> f64 {
+        let means = &analysis.means;
+        let reflected = [&means.squared, &means.plain].map(|x| against(&site.row, |m| m.kk, x));
+        let mut mass = 0.0;
+        for node in &site.nodes {
+            let at = density(&node.x.point);
+            let [functional, square] = [at.functional, at.square].map(|phi| node.weight * phi);
+            let twice = node.weight * at.initial * at.fluctuation + 2.0 * functional * node.error;
+            self.start += at.fluctuation * twice;
+            self.value += functional * node.value;
+            self.error += functional * node.error;
+            self.squared += square * (node.squared() + reflected[0]);
+            self.plain += square * (plain_source(analysis.estimator, node) + reflected[1]);
+            for (sum, part) in self.parts.iter_mut().zip(node.parts) {
+                *sum += square * part;
+            }
+            mass += square;
+        }
+        self.mass += mass;
+        mass
+    }
+}

@@ -1,0 +1,143 @@
+//! Quadrature on the circle, to predict variances with.
+
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+use fredholm_core::galerkin::{GalerkinError, reserve};
+use fredholm_core::variance::{Level, Step, gauss};
+use fredholm_core::{StateSpace, TransitionDensity};
+
+use crate::{Circle, Emission, Point};
+
+/// Sites of equal arcs: parts of cells where there are few cells, groups of them where there are many, of which the
+/// one in the middle stands for all others, except for steps within the group.
+#[derive(Clone, Debug)]
+pub struct CircleLevel<'c, 'a, E> {
+    circle: &'c Circle<'a, f64, E>,
+    sites: usize,
+    rule: Vec<(f64, f64)>,
+    /// Those of all sites: point and weight, which sum to the arc's length.
+    nodes: Vec<(Point<f64>, f64)>,
+}
+
+impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
+    /// With at most about so many nodes, for a neighbour equation of this degree.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn new(
+        circle: &'c Circle<'a, f64, E>,
+        nodes: usize,
+        degree: usize,
+    ) -> Result<Self, GalerkinError> {
+        let cells = circle.table().len();
+        let sites = nodes / (degree + 2);
+        let sites = if sites >= cells {
+            cells.saturating_mul(sites / cells)
+        } else {
+            // The number of cells in a site divides n.
+            let least = cells.div_ceil(sites.max(1));
+            cells
+                / (least..=cells)
+                    .find(|group| cells.is_multiple_of(*group))
+                    .unwrap_or(cells)
+        };
+        let rule = gauss(degree + 2)?;
+        let mut nodes = reserve(sites.saturating_mul(rule.len()))?;
+        let width = TAU / sites as f64;
+        let part = TAU / cells.max(sites) as f64;
+        let group = (cells / sites).max(1);
+        for site in 0..sites {
+            let start = site as f64 * width + (group / 2) as f64 * part;
+            nodes.extend(rule.iter().map(|&(t, weight)| {
+                (
+                    circle.point(start + part * 0.5 * (1.0 + t)),
+                    width * 0.5 * weight,
+                )
+            }));
+        }
+        Ok(Self {
+            circle,
+            sites,
+            rule,
+            nodes,
+        })
+    }
+
+    fn of_site(&self, site: usize) -> &[(Point<f64>, f64)] {
+        let points = self.rule.len();
+        self.nodes
+            .get(site * points..(site + 1) * points)
+            .unwrap_or(&[])
+    }
+
+    /// Steps from x into an arc, by the rule on it.
+    fn arc(&self, x: &Point<f64>, from: f64, to: f64, visit: &mut impl FnMut(Step<Point<f64>>)) {
+        let half = 0.5 * (to - from);
+        for &(t, weight) in &self.rule {
+            let point = self.circle.point(from + half * (1.0 + t));
+            let weight = half * weight * self.circle.density(x, &point);
+            visit(Step {
+                point,
+                weight,
+                node: None,
+            });
+        }
+    }
+}
+
+impl<E: Emission<f64>> StateSpace for CircleLevel<'_, '_, E> {
+    type Scalar = f64;
+    type Point = Point<f64>;
+}
+
+impl<E: Emission<f64>> Level for CircleLevel<'_, '_, E> {
+    fn sites(&self) -> usize {
+        self.sites
+    }
+
+    fn locate(&self, x: &Point<f64>) -> usize {
+        let cells = self.circle.table().len();
+        if cells >= self.sites {
+            return x.cell() / (cells / self.sites).max(1);
+        }
+        let parts = self.sites / cells;
+        let part = x.angle() * self.sites as f64 / TAU - (x.cell() * parts) as f64;
+        x.cell() * parts + (part.max(0.0) as usize).min(parts - 1)
+    }
+
+    fn nodes(&self, site: usize, mut visit: impl FnMut(Point<f64>, f64)) {
+        for &(point, weight) in self.of_site(site) {
+            visit(point, weight);
+        }
+    }
+
+    /// The density has a kink in y = x, where arcs are divided.
+    fn steps(&self, x: &Point<f64>, site: usize, mut visit: impl FnMut(Step<Point<f64>>)) {
+        let own = self.locate(x) == site;
+        if !own {
+            for (node, &(point, weight)) in self.of_site(site).iter().enumerate() {
+                let weight = weight * self.circle.density(x, &point);
+                visit(Step {
+                    point,
+                    weight,
+                    node: Some(node),
+                });
+            }
+            return;
+        }
+        let cells = self.circle.table().len();
+        let part = TAU / cells.max(self.sites) as f64;
+        let group = (cells / self.sites).max(1);
+        let angle = x.angle();
+        for arc in site * group..(site + 1) * group {
+            let (from, to) = (arc as f64 * part, (arc + 1) as f64 * part);
+            if from < angle && angle < to {
+                self.arc(x, from, angle, &mut visit);
+                self.arc(x, angle, to, &mut visit);
+            } else {
+                self.arc(x, from, to, &mut visit);
+            }
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Quadrature on the cube, to predict variances with.
+
+use alloc::vec::Vec;
+
+use fredholm_core::StateSpace;
+use fredholm_core::galerkin::{GalerkinError, reserve};
+use fredholm_core::variance::{Level, Step, gauss};
+
+use crate::Cube;
+use crate::mesh::Mesh;
+
+/// From this many dimensions on the nodes of a cell are those of a lattice.
+const MANY: usize = 4;
+/// Points of the lattice, for each degree one of them.
+const LATTICES: [u32; 3] = [16, 32, 64];
+
+/// Sites of equal boxes: cells, or equal parts of them where there are few cells.
+///
+/// Up to three dimensions the nodes are those of a tensor Gauss rule of p + 2 points an axis; from four on points of
+/// a lattice of rank 1 (Korobov 1959), which has the mean squares of functions of a single variable that are linear
+/// to 1/N², and those of a sum of such functions about as well.
+#[derive(Clone, Debug)]
+pub struct CubeLevel<const D: usize> {
+    mesh: Mesh<D>,
+    /// 1 − q0.
+    survival: f64,
+    /// Of a site: places in [0, 1]^D and weights that sum to 1.
+    rule: Vec<([f64; D], f64)>,
+    /// Of all sites.
+    nodes: Vec<([f64; D], f64)>,
+}
+
+impl<const D: usize> CubeLevel<D> {
+    /// For these cells and a neighbour equation of this degree: sites are cells, or parts of them as long as there are at most `nodes` nodes.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn new<K, S, const B: usize>(
+        cube: &Cube<f64, D, K, S, B>,
+        nodes: usize,
+        degree: usize,
+    ) -> Result<Self, GalerkinError> {
+        let rule = if D < MANY {
+            tensor(degree + 2)?
+        } else {
+            lattice(degree)?
+        };
+        let cells = cube.per_axis();
+        let mut per_axis = cells;
+        let fits = |per_axis: usize| u32::try_from(D).ok().and_then(|d| per_axis.checked_pow(d));
+        while fits(per_axis + cells).is_some_and(|count| count.saturating_mul(rule.len()) <= nodes)
+        {
+            per_axis += cells;
+        }
+        let mesh = Mesh::new(per_axis).map_err(|_| GalerkinError::Memory { bytes: None })?;
+        let count = mesh.cells().checked_mul(rule.len());
+        let mut all = reserve(count.unwrap_or(usize::MAX))?;
+        let (scale, volume) = (1.0 / per_axis as f64, 1.0 / mesh.cells() as f64);
+        for site in 0..mesh.cells() {
+            let corner = mesh.places(site);
+            all.extend(rule.iter().map(|(place, weight)| {
+                let at = |a: usize| (f64::from(corner[a]) + place[a]) * scale;
+                (core::array::from_fn(at), volume * weight)
+            }));
+        }
+        Ok(Self {
+            mesh,
+            survival: cube.survival(),
+            rule,
+            nodes: all,
+        })
+    }
+
+    fn of_site(&self, site: usize) -> &[([f64; D], f64)] {
+        let points = self.rule.len();
+        self.nodes
+            .get(site * points..(site + 1) * points)
+            .unwrap_or(&[])
+    }
+}
+
+fn tensor<const D: usize>(points: usize) -> Result<Vec<([f64; D], f64)>, GalerkinError> {
+    let axis = gauss(points)?;
+    let count = u32::try_from(D).ok().and_then(|d| points.checked_pow(d));
+    let mut rule = reserve(count.unwrap_or(usize::MAX))?;
+    for mut number in 0..count.unwrap_or(0) {
+        let mut weight = 1.0;
+        let place = core::array::from_fn(|_| {
+            let (t, w) = axis.get(number % points).copied().unwrap_or_default();
+            number /= points;
+            weight *= 0.5 * w;
+            0.5 * (1.0 + t)
+        });
+        rule.push((place, weight));
+    }
+    Ok(rule)
+}
+
+/// The points ((l a^b mod N) + ½)/N, b = 0 … D−1, with the multiplier a whose coordinates are least correlated.
+fn lattice<const D: usize>(degree: usize) -> Result<Vec<([f64; D], f64)>, GalerkinError> {
+    let points = *LATTICES
+        .get(degree)
+        .unwrap_or(&LATTICES[LATTICES.len() - 1]);
+    let place = |l: u32, a: u32| {
+        let mut at = l;
+        core::array::from_fn::<f64, D, _>(|_| {
+            let x = (f64::from(at) + 0.5) / f64::from(points);
+            at = at * a % points;
+            x
+        })
+    };
+    let worst = |a: u32| {
+        let mut worst = 0.0_f64;
+        for b in 0..D {
+            for c in 0..b {
+                let product = |l| {
+                    let x = place(l, a);
+                    (x[b] - 0.5) * (x[c] - 0.5)
+                };
+                worst = worst.max((0..points).map(product).sum::<f64>().abs());
+            }
+        }
+        worst
+    };
+    let odd = (1..points).step_by(2);
+    let best = odd
+        .min_by(|&a, &b| worst(a).total_cmp(&worst(b)))
+        .unwrap_or(1);
+    let mut rule = reserve(points as usize)?;
+    rule.extend((0..points).map(|l| (place(l, best), 1.0 / f64::from(points))));
+    Ok(rule)
+}
+
+impl<const D: usize> StateSpace for CubeLevel<D> {
+    type Scalar = f64;
+    type Point = [f64; D];
+}
+
+impl<const D: usize> Level for CubeLevel<D> {
+    fn sites(&self) -> usize {
+        self.mesh.cells()
+    }
+
+    fn locate(&self, x: &[f64; D]) -> usize {
+        self.mesh.locate(x, f64::from(self.mesh.per_axis()))
+    }
+
+    fn nodes(&self, site: usize, mut visit: impl FnMut([f64; D], f64)) {
+        for &(point, weight) in self.of_site(site) {
+            visit(point, weight);
+        }
+    }
+
+    fn steps(&self, _: &[f64; D], site: usize, mut visit: impl FnMut(Step<[f64; D]>)) {
+        for (node, &(point, weight)) in self.of_site(site).iter().enumerate() {
+            visit(Step {
+                point,
+                weight: self.survival * weight,
+                node: Some(node),
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lattice;
+
+    /// 16 points give the mean square of a linear function to 1/256, and hardly a correlation.
+    #[test]
+    fn a_lattice_integrates_squares() {
+        let rule = lattice::<5>(0).unwrap();
+        for a in 0..5 {
+            for b in 0..=a {
+                let product = |(x, w): &([f64; 5], f64)| w * (x[a] - 0.5) * (x[b] - 0.5);
+                let sum: f64 = 12.0 * rule.iter().map(product).sum::<f64>();
+                let expected = if a == b { 1.0 } else { 0.0 };
+                assert!(
+                    (sum - expected).abs() < if a == b { 0.005 } else { 0.3 },
+                    "{a} {b} {sum}"
+                );
+            }
+        }
+    }
+}
