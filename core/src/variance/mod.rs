@@ -44,4 +44,4 @@ pub use gauss::gauss;
 pub use level::{Level, Step};
 pub use section4::PairQuantities;
 pub use site::{Moments, Node, Site};
-pub use target::{Contribution, Density, Parts, Prediction, Start};
+pub use target::{Attribution, Contribution, Density, Parts, Prediction, Start};

@@ -101,29 +101,75 @@ pub struct Prediction<P> {
     pub plain: Option<f64>,
     /// Var ζ; `None` where it is infinite.
     pub preconditioned: Option<f64>,
-    /// What Var ζ is made of.
-    pub parts: Option<Parts>,
-    /// (I − T_k²p)^−* φ²p0 by sites: the expected sum of φ² k² … k² over the visits of a site, without the start where
-    /// that is a point.
-    pub occupation: Vec<f64>,
     /// ‖φ²p0‖ in L1, and in L∞ where it is a function.
     pub norms: (f64, Option<f64>),
+    sums: Sums,
+    /// φ²p0 by sites, of starts with a density.
+    own: Vec<f64>,
+    /// What the first steps lead to.
+    first: Vec<f64>,
     /// The start, where it is one point, and the site in which it lies.
     start: Option<(usize, Site<P>)>,
 }
 
+/// Where Var ζ comes from.
+#[derive(Clone, Debug)]
+pub struct Attribution {
+    /// What it is made of.
+    pub parts: Parts,
+    /// (I − T_k²p)^−* φ²p0 by sites: the expected sum of φ² k² … k² over the visits of a site, without the start where
+    /// that is a point.
+    pub occupation: Vec<f64>,
+    /// What every pair of sites and every site adds, the largest first; in sum Var ζ + ((u,Φ) − (v,Φ))², up to what comes
+    /// of (v,Φ) not being known.
+    pub contributions: Vec<Contribution>,
+}
+
 impl<P> Prediction<P> {
-    /// What every pair of sites and every site adds to Var ζ, the largest first; in sum it is Var ζ + ((u,Φ) − (v,Φ))².
+    /// Says where Var ζ comes from, by the adjoint equation; `None` where it is infinite. O(n²) for n sites.
     ///
     /// # Errors
     /// [`VarianceError`]: no memory.
-    pub fn contributions(
+    pub fn attribute(&self, analysis: &Analysis<P>) -> Result<Option<Attribution>, VarianceError> {
+        if self.preconditioned.is_none() {
+            return Ok(None);
+        }
+        let matrix = Matrix {
+            sites: &analysis.sites,
+            moment: |m: &Moments| m.kk,
+            transposed: true,
+        };
+        let mut occupation = matrix.resolve(&self.first)?;
+        let [mut sources, mut kernel, mut left_out] = self.sums.parts;
+        for (site, visits) in analysis.sites.iter().zip(&occupation) {
+            sources += visits * site.mean(|x| x.parts[0]);
+            kernel += visits * site.mean(|x| x.parts[1]);
+            left_out += visits * site.mean(|x| x.parts[2]);
+        }
+        for (occupation, own) in occupation.iter_mut().zip(&self.own) {
+            *occupation += own;
+        }
+        Ok(Some(Attribution {
+            parts: Parts {
+                sources,
+                kernel,
+                left_out,
+                mean: self.error * self.error,
+                start: self.sums.start,
+            },
+            contributions: self.contributions(analysis, &occupation)?,
+            occupation,
+        }))
+    }
+
+    fn contributions(
         &self,
         analysis: &Analysis<P>,
+        occupation: &[f64],
     ) -> Result<Vec<Contribution>, VarianceError> {
         let n = analysis.sites.len();
         let mut all = reserve(n.saturating_mul(n + 1))?;
-        for (from, (site, &occupation)) in analysis.sites.iter().zip(&self.occupation).enumerate() {
+        for (from, (site, &occupation)) in analysis.sites.iter().zip(occupation).enumerate() {
             let start = self.start.as_ref().filter(|(own, _)| *own == from);
             let start = start.map(|(_, start)| start);
             let of_start = start.map_or(0.0, |s| s.mean(|x| x.parts[0]));
@@ -133,14 +179,11 @@ impl<P> Prediction<P> {
                 variance: occupation * site.mean(|x| x.parts[0]) + of_start,
             });
             for (into, pair) in site.pairs.iter().enumerate() {
-                let of_start = start
-                    .and_then(|s| s.pairs.get(into))
-                    .copied()
-                    .unwrap_or(0.0);
+                let of_start = start.and_then(|s| s.pairs.get(into)).copied();
                 all.push(Contribution {
                     from,
                     into: Some(into),
-                    variance: occupation * pair + of_start,
+                    variance: occupation * pair + of_start.unwrap_or(0.0),
                 });
             }
         }
@@ -168,80 +211,51 @@ where
     ) -> Result<Prediction<L::Point>, VarianceError> {
         let n = analysis.sites.len();
         let mut sums = Sums::default();
-        // What the first steps lead to.
-        let mut first = buffer(n)?;
-        let mut occupation: Vec<f64> = buffer(n)?;
-        let mut own = None;
-        let mut largest = None;
+        let (mut first, mut own) = (buffer(n)?, buffer(n)?);
+        let (mut point, mut largest) = (None, None);
         match start {
-            Start::At(point) => {
-                let site = self.start(analysis, point)?;
+            Start::At(x) => {
+                let site = self.start(analysis, x)?;
                 sums.add(analysis, &site, |_| Density::uniform(1.0));
                 for (first, moments) in first.iter_mut().zip(&site.row) {
                     *first = moments.kk;
                 }
-                own = Some((self.level.locate(&point), site));
+                point = Some((self.level.locate(&x), site));
             }
             Start::Density(density) => {
-                let mut largest_square = 0.0;
-                for (site, own) in analysis.sites.iter().zip(&mut occupation) {
+                let mut supremum = 0.0;
+                for (site, own) in analysis.sites.iter().zip(&mut own) {
                     *own = sums.add(analysis, site, density);
                     for node in &site.nodes {
-                        largest_square = f64::max(density(&node.x.point).square, largest_square);
+                        supremum = f64::max(density(&node.x.point).square, supremum);
                     }
                     for (first, moments) in first.iter_mut().zip(&site.row) {
                         *first += *own * moments.kk;
                     }
                 }
-                largest = Some(largest_square);
-            }
-        }
-        let mut parts = None;
-        if analysis.kernel_power.is_some() {
-            let matrix = Matrix {
-                sites: &analysis.sites,
-                moment: |m: &Moments| m.kk,
-                transposed: true,
-            };
-            let visits = matrix.resolve(&first)?;
-            if !analysis.means.squared.is_empty() {
-                for (site, visits) in analysis.sites.iter().zip(&visits) {
-                    for (k, sum) in sums.parts.iter_mut().enumerate() {
-                        *sum += visits * site.mean(|x| x.parts[k]);
-                    }
-                }
-                let [sources, kernel, left_out] = sums.parts;
-                let mean = sums.error * sums.error;
-                parts = Some(Parts {
-                    sources,
-                    kernel,
-                    left_out,
-                    mean,
-                    start: sums.start,
-                });
-            }
-            for (occupation, visits) in occupation.iter_mut().zip(visits) {
-                *occupation += visits;
+                largest = Some(supremum);
             }
         }
         let solution = sums.value + sums.error;
+        let known = !analysis.means.squared.is_empty();
         Ok(Prediction {
             solution,
             error: sums.error,
             plain: analysis
                 .kernel_power
                 .map(|_| sums.plain - solution * solution),
-            preconditioned: parts.map(|_| sums.squared + sums.start - sums.error * sums.error),
-            parts,
-            occupation,
+            preconditioned: known.then_some(sums.squared + sums.start - sums.error * sums.error),
             norms: (sums.mass, largest),
-            start: own,
+            sums,
+            own,
+            first,
+            start: point,
         })
     }
 }
 
 /// Integrals over the start.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct Sums {
     /// (v,Φ).
     value: f64,

@@ -183,11 +183,12 @@ pub(crate) struct DiagnoseArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) estimator: Option<Estimator>,
     /// Nodes of the integrals; more are more accurate, and work grows with their square
-    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u16).range(10..=20_000))]
+    #[arg(long, value_name = "N", default_value_t = 2400, value_parser = clap::value_parser!(u16).range(10..=20_000))]
     pub(crate) nodes: u16,
     #[command(flatten)]
     pub(crate) common: Common,
-    /// Write diagnosis.json into this folder
+    /// Write diagnosis.json and where.svg, a picture of where the variance of the first target comes from, into this
+    /// folder
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

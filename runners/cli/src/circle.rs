@@ -752,6 +752,7 @@ impl Problem for CircleFile<'_> {
                 },
                 coefficients: (self.degree() == 0 && self.cells <= level.sites())
                     .then_some(&circle),
+                draw: None,
                 targets: &targets,
                 place: &|site| {
                     // A sixteenth of the circle.

@@ -666,6 +666,7 @@ impl<'f> CubeFile<'f> {
                 level: &level,
             },
             coefficients: coefficients.as_ref(),
+            draw: None,
             targets: &targets,
             place: &|site| {
                 let mut places = Vec::new();

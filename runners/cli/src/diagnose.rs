@@ -1,9 +1,10 @@
 //! `fredholm diagnose`: the variance before the walks, and what limits it.
 
+use std::collections::HashMap;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Coefficients, Pairs};
+use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
     Contribution, Level, PairQuantities, Parts, Power, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
@@ -14,7 +15,7 @@ use serde::Serialize;
 
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure};
-use crate::file::{Placed, ProblemFile, word};
+use crate::file::{Pairs, Placed, ProblemFile, word};
 use crate::numbers::{aligned, short};
 use crate::output::open_all;
 use crate::problem::{self, Problem};
@@ -26,6 +27,8 @@ use crate::threads::with_threads;
 const PAIR: usize = 48 + 8 + 40;
 /// Pairs of places that are shown.
 const SHOWN: usize = 8;
+/// So many targets are looked at in detail: the points of a grid are many, and much alike.
+const DETAILED: usize = 3;
 
 /// How to look.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +48,7 @@ impl Request {
     where
         E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
         N: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
-        S: Pairs + Sync,
+        S: galerkin::Pairs + Sync,
         L: Level + Sync,
         L::Point: Send + Sync,
         C: Coefficients<1, Scalar = f64>,
@@ -71,16 +74,27 @@ impl Request {
             _ => None,
         };
         let mut targets = Vec::new();
+        let mut picture = Picture::Table(Vec::new(), Vec::new());
         for begin in subject.targets {
             let prediction = setting.predict(&analysis, begin.start).map_err(explained)?;
-            let contributions = prediction.contributions(&analysis).map_err(explained)?;
-            let summed = Summed::new(&contributions, analysis.sites.len(), subject.place);
-            targets.push(TargetDiagnosis::new(
-                begin.name,
-                &prediction,
-                summed,
-                quantities.as_ref(),
-            ));
+            let mut target = TargetDiagnosis::new(begin.name, &prediction, quantities.as_ref());
+            if targets.len() < DETAILED
+                && let Some(attribution) = prediction.attribute(&analysis).map_err(explained)?
+            {
+                let contributions = &attribution.contributions;
+                let summed = Summed::new(contributions, analysis.sites.len(), subject.place);
+                if targets.is_empty() {
+                    picture = match subject.draw {
+                        Some(draw) => Picture::Drawn(draw(&shares_of_sites(
+                            contributions,
+                            analysis.sites.len(),
+                        ))?),
+                        None => summed.table(),
+                    };
+                }
+                target.detail(&attribution.parts, summed);
+            }
+            targets.push(target);
         }
         Ok(Diagnosis {
             sites: analysis.sites.len(),
@@ -90,8 +104,76 @@ impl Request {
             neighbour_power: analysis.neighbour_power.map(PowerReport::from),
             quantities: quantities.map(|of| QuantitiesReport::new(&of, pairs)),
             targets,
+            other_pairs: Vec::new(),
+            picture,
         })
     }
+}
+
+impl Diagnosis {
+    /// What other pairs would do: the file with them in place of its own.
+    fn compare(&mut self, file: &ProblemFile, request: &Request) -> Result<(), Failure> {
+        for pairs in [Pairs::Paper, Pairs::Default, Pairs::Pointwise] {
+            if pairs == file.galerkin.pairs.value {
+                continue;
+            }
+            let mut other = file.clone();
+            other.galerkin.pairs.value = pairs;
+            // Not every problem has all of them.
+            if other.validate().is_err() {
+                continue;
+            }
+            let Ok(problem) = problem::of_file(&other) else {
+                continue;
+            };
+            let found = problem.diagnose(request)?;
+            self.other_pairs.push(OtherPairs {
+                pairs: word(&pairs),
+                preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
+            });
+        }
+        for (number, target) in self.targets.iter_mut().enumerate().take(DETAILED) {
+            for other in &self.other_pairs {
+                let sd = other.preconditioned.get(number).copied().flatten();
+                if let (Some(sd), Some(own)) = (sd, target.preconditioned)
+                    && own > 1.2 * sd
+                {
+                    target.advice.push(format!(
+                        "`pairs = \"{}\"` makes √Var {} times smaller on the same cells{}",
+                        other.pairs,
+                        short(own / sd),
+                        if other.pairs == "pointwise" {
+                            "; a walk takes longer, as G is an integral over all cells wherever it is scored"
+                        } else {
+                            ""
+                        }
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn svg(&self) -> Result<String, Failure> {
+        match &self.picture {
+            Picture::Table(names, shares) => {
+                crate::figure::shares_svg("share of the variance, by steps", names, shares)
+                    .map_err(Failure::run)
+            }
+            Picture::Drawn(svg) => Ok(svg.clone()),
+        }
+    }
+}
+
+/// The share of every site in the variance, by steps from it and by the sources' difference in it.
+fn shares_of_sites(contributions: &[Contribution], sites: usize) -> Vec<f64> {
+    let mut shares = vec![0.0; sites];
+    for contribution in contributions {
+        shares[contribution.from] += contribution.variance;
+    }
+    let all: f64 = shares.iter().sum();
+    shares.iter_mut().for_each(|share| *share /= all);
+    shares
 }
 
 fn explained(error: VarianceError) -> Failure {
@@ -124,7 +206,12 @@ pub(crate) struct Subject<'a, E, N: ?Sized, S, L: Level, C> {
     pub(crate) targets: &'a [Begin<'a, L::Point>],
     /// What the place of a site is called: contributions are summed over the sites of a place.
     pub(crate) place: &'a dyn Fn(usize) -> String,
+    /// Draws the shares of the sites, where the problem has a picture of its own.
+    pub(crate) draw: Option<&'a Draw<'a>>,
 }
+
+/// From the shares of sites to an SVG.
+pub(crate) type Draw<'a> = dyn Fn(&[f64]) -> Result<String, Failure> + 'a;
 
 /// What `diagnose` found.
 #[derive(Debug, Serialize)]
@@ -138,6 +225,27 @@ pub(crate) struct Diagnosis {
     /// Of the absorption estimator.
     pub(crate) quantities: Option<QuantitiesReport>,
     pub(crate) targets: Vec<TargetDiagnosis>,
+    /// √Var ζ of every target with other pairs.
+    pub(crate) other_pairs: Vec<OtherPairs>,
+    /// Of the first target.
+    #[serde(skip)]
+    pub(crate) picture: Picture,
+}
+
+/// What other pairs would do.
+#[derive(Debug, Serialize)]
+pub(crate) struct OtherPairs {
+    pairs: String,
+    preconditioned: Vec<Option<f64>>,
+}
+
+/// A picture of where the variance comes from.
+#[derive(Debug)]
+pub(crate) enum Picture {
+    /// Shares of pairs of places: rows are where a step starts, the last column is the sources'.
+    Table(Vec<String>, Vec<Vec<f64>>),
+    /// An SVG that the problem drew.
+    Drawn(String),
 }
 
 #[derive(Debug, Serialize)]
@@ -204,20 +312,21 @@ pub(crate) struct TargetDiagnosis {
     pub(crate) parts: Option<Shares>,
     /// Bounds of √Var ζ; null where an assumption does not hold.
     pub(crate) bounds: Option<BoundsReport>,
-    /// The pairs of places that contribute most.
+    /// The pairs of places that contribute most, of the first targets.
     pub(crate) places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
     pub(crate) half_in: Option<f64>,
     pub(crate) advice: Vec<String>,
 }
 
-/// Shares of Var ζ, in sum 1; a share may be negative.
+/// Shares of Var ζ, in sum 1; a share may be negative. `start` is what comes of (v,Φ) not being known.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Shares {
     pub(crate) kernel: f64,
     pub(crate) left_out: f64,
     pub(crate) sources: f64,
     pub(crate) mean: f64,
+    pub(crate) start: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -302,17 +411,30 @@ struct Summed {
     /// Their sum.
     all: f64,
     half_in: Option<f64>,
+    /// The names of the places, and what every pair of them adds; the sources last.
+    names: Vec<String>,
+    sums: Vec<f64>,
 }
 
 impl Summed {
+    fn table(&self) -> Picture {
+        let rows = self.sums.chunks_exact(self.names.len() + 1);
+        let shares = rows.map(|row| row.iter().map(|sum| sum / self.all).collect());
+        Picture::Table(self.names.clone(), shares.collect())
+    }
+
     fn new(contributions: &[Contribution], sites: usize, name: &dyn Fn(usize) -> String) -> Self {
-        let names: Vec<String> = (0..sites).map(name).collect();
-        let mut distinct: Vec<&str> = names.iter().map(String::as_str).collect();
-        distinct.sort_unstable();
-        distinct.dedup();
-        let of: Vec<usize> = names
-            .iter()
-            .map(|name| distinct.binary_search(&name.as_str()).unwrap_or(0))
+        // In the order in which they come.
+        let mut distinct: Vec<String> = Vec::new();
+        let mut known = HashMap::new();
+        let of: Vec<usize> = (0..sites)
+            .map(|site| {
+                let name = name(site);
+                *known.entry(name.clone()).or_insert_with(|| {
+                    distinct.push(name);
+                    distinct.len() - 1
+                })
+            })
             .collect();
         let width = distinct.len() + 1;
         let mut sums = vec![0.0; distinct.len() * width];
@@ -326,8 +448,8 @@ impl Summed {
             .iter()
             .enumerate()
             .map(|(place, &sum)| {
-                let into = distinct.get(place % width).map(|&name| name.to_owned());
-                (distinct[place / width].to_owned(), into, sum)
+                let into = distinct.get(place % width).cloned();
+                (distinct[place / width].clone(), into, sum)
             })
             .filter(|(.., sum)| *sum != 0.0)
             .collect();
@@ -350,23 +472,19 @@ impl Summed {
             places,
             all,
             half_in: (total > 0.0).then(|| half as f64 / (sites * sites) as f64),
+            names: distinct,
+            sums,
         }
     }
 }
 
 impl TargetDiagnosis {
-    fn new<P>(
-        name: &str,
-        prediction: &Prediction<P>,
-        summed: Summed,
-        quantities: Option<&Quantities>,
-    ) -> Self {
+    fn new<P>(name: &str, prediction: &Prediction<P>, quantities: Option<&Quantities>) -> Self {
         // Rounding may leave a little below 0.
         let root = |variance: f64| variance.max(0.0).sqrt();
         let [plain, preconditioned] =
             [prediction.plain, prediction.preconditioned].map(|v| v.map(root));
-        let shares = prediction.parts.map(|parts| Shares::new(&parts));
-        let mut target = Self {
+        Self {
             name: name.to_owned(),
             solution: prediction.solution,
             galerkin: prediction.solution - prediction.error,
@@ -376,7 +494,7 @@ impl TargetDiagnosis {
                 .zip(preconditioned)
                 .map(|(a, b)| a / b)
                 .filter(|gain| gain.is_finite()),
-            parts: shares,
+            parts: None,
             bounds: quantities.map(|of| {
                 let bounds = of.bounds(prediction);
                 BoundsReport {
@@ -385,34 +503,32 @@ impl TargetDiagnosis {
                     theorem_5: bounds.theorem_5.map(f64::sqrt),
                 }
             }),
-            half_in: summed.half_in,
+            half_in: None,
             places: Vec::new(),
-            advice: Vec::new(),
-        };
+            advice: infinite(prediction),
+        }
+    }
+
+    /// Where it comes from, and what may help.
+    fn detail(&mut self, parts: &Parts, summed: Summed) {
+        self.parts = Some(Shares::new(parts));
+        self.half_in = summed.half_in;
         let shown = summed.places.into_iter().take(SHOWN);
-        target.places = shown
+        let share = |variance: f64| variance / summed.all;
+        self.places = shown
             .map(|(from, into, variance)| PlaceReport {
                 from,
                 into,
-                share: variance / summed.all,
+                share: share(variance),
             })
             .collect();
-        target.advice = target.advise();
-        target
+        self.advice = self.advise();
     }
 
     /// What may help, in words.
     fn advise(&self) -> Vec<String> {
         let Some(shares) = self.parts else {
-            let which = if self.plain.is_none() {
-                "plain"
-            } else {
-                "preconditioned"
-            };
-            return vec![format!(
-                "the variance of {which} walks is infinite, or no power of their operator below 1000 is a \
-                 contraction: a smaller `absorption`, or more cells, may help"
-            )];
+            return Vec::new();
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let mut advice = Vec::new();
@@ -460,15 +576,29 @@ impl TargetDiagnosis {
     }
 }
 
+/// What to do about an infinite variance.
+fn infinite<P>(prediction: &Prediction<P>) -> Vec<String> {
+    let which = match (prediction.plain, prediction.preconditioned) {
+        (None, _) => "plain and preconditioned",
+        (_, None) => "preconditioned",
+        _ => return Vec::new(),
+    };
+    vec![format!(
+        "the variance of {which} walks is infinite, or no power below 1000 of their operator is a contraction: a \
+         smaller `absorption`, or more cells, may help"
+    )]
+}
+
 impl Shares {
     fn new(parts: &Parts) -> Self {
-        let all = parts.kernel + parts.left_out + parts.sources - parts.mean;
+        let all = parts.kernel + parts.left_out + parts.sources + parts.start - parts.mean;
         let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
         Self {
             kernel: share(parts.kernel),
             left_out: share(parts.left_out),
             sources: share(parts.sources),
             mean: share(-parts.mean),
+            start: share(parts.start),
         }
     }
 }
@@ -504,23 +634,37 @@ impl Report<'_> {
             "u",
             "Galerkin",
             "√Var plain",
-            "√Var preconditioned",
+            "preconditioned",
             "gain",
         ];
         let mut rows = vec![header.map(str::to_owned).to_vec()];
-        for target in targets {
-            rows.push(vec![
+        let others = &self.diagnosis.other_pairs;
+        rows[0].extend(others.iter().map(|other| format!("{} pairs", other.pairs)));
+        for (place, target) in targets.iter().enumerate() {
+            let mut row = vec![
                 target.name.clone(),
                 format!("{:.6}", target.solution),
                 format!("{:.6}", target.galerkin),
                 number(target.plain),
                 number(target.preconditioned),
                 target.gain.map_or_else(|| "-".to_owned(), short),
-            ]);
+            ];
+            row.extend(
+                others
+                    .iter()
+                    .map(|other| number(other.preconditioned.get(place).copied().flatten())),
+            );
+            rows.push(row);
         }
         text += &aligned(&rows);
-        for target in targets {
+        for target in targets.iter().take(DETAILED) {
             text += &target.text();
+        }
+        if targets.len() > DETAILED {
+            text += &format!(
+                "\n{} more targets are not looked at in detail: those that come first in the file are\n",
+                targets.len() - DETAILED
+            );
         }
         text += "\nfinite variance\n";
         for (name, power) in [("T_k²p", kernel_power), ("T_h²p", neighbour_power)] {
@@ -547,8 +691,11 @@ impl TargetDiagnosis {
                 ("pairs left out", shares.left_out),
                 ("sources differ", shares.sources),
                 ("square of the mean", shares.mean),
+                ("(v,Φ) is not known", shares.start),
             ] {
-                text += &format!("  {:>6.1} %  {what}\n", 100.0 * share);
+                if share != 0.0 {
+                    text += &format!("  {:>6.1} %  {what}\n", 100.0 * share);
+                }
             }
             text += "  most by place\n";
             for place in &self.places {
@@ -570,6 +717,10 @@ impl TargetDiagnosis {
                             short(bound),
                             short(bound / sd)
                         )
+                    }
+                    None if name == "Theorem 5" => {
+                        "  Theorem 5: not for a start in one point, which has no density\n"
+                            .to_owned()
                     }
                     None => format!("  {name}: its assumptions do not hold\n"),
                 };
@@ -642,7 +793,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     refuse_beyond_memory(&file, &*problem)?;
     refuse_memory(&file, problem.unknowns(), nodes * nodes / 4 * PAIR)?;
     let output = match &args.out {
-        Some(dir) => Some(open_all(dir, ["diagnosis.json"])?),
+        Some(dir) => Some(open_all(dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
     catch_interrupts()?;
@@ -650,7 +801,12 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         estimator: plan(&file, None).estimator,
         nodes,
     };
-    let diagnosis = with_threads(args.common.threads, || problem.diagnose(&request))??;
+    let work = || -> Result<Diagnosis, Failure> {
+        let mut diagnosis = problem.diagnose(&request)?;
+        diagnosis.compare(&file, &request)?;
+        Ok(diagnosis)
+    };
+    let diagnosis = with_threads(args.common.threads, work)??;
     let report = Report {
         problem: problem.kind(),
         cells: problem.cells(),
@@ -660,8 +816,9 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         estimator: word(&file.walk.estimator.value),
         diagnosis: &diagnosis,
     };
-    if let Some([json]) = output {
+    if let Some([json, map]) = output {
         json.finish(report.json()?)?;
+        map.finish(diagnosis.svg()?)?;
     }
     let text = if args.common.json {
         report.json()?

@@ -5,7 +5,9 @@ use core::fmt;
 use std::sync::Arc;
 
 use kuva::plot::annotations::ReferenceLine;
-use kuva::prelude::{Layout, LinePlot, MarkerShape, Plot, ScatterPlot, Theme, TickFormat};
+use kuva::prelude::{
+    ColorMap, Heatmap, Layout, LinePlot, MarkerShape, Plot, ScatterPlot, Theme, TickFormat,
+};
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 /// A curve of a figure.
@@ -187,6 +189,35 @@ pub(crate) fn band_svg(band: &Band) -> Result<String, NothingToDraw> {
         Axis::Unit => layout(&plots, &band.title, "x", "u(x)").with_x_axis_max(1.0),
     };
     let layout = layout.with_x_axis_min(0.0);
+    Ok(kuva::render_to_svg(plots, layout))
+}
+
+/// Shares of pairs of places as colours: rows are where a step starts, columns where it leads, the last of them
+/// what is no step.
+pub(crate) fn shares_svg(
+    title: &str,
+    names: &[String],
+    shares: &[Vec<f64>],
+) -> Result<String, NothingToDraw> {
+    if shares.is_empty() {
+        return Err(NothingToDraw);
+    }
+    let percent = |share: &f64| 100.0 * share.max(0.0);
+    let rows = shares
+        .iter()
+        .rev()
+        .map(|row| row.iter().map(percent).collect::<Vec<_>>());
+    let heat = Heatmap::new()
+        .with_data(rows.collect::<Vec<_>>())
+        .with_color_map(ColorMap::Viridis)
+        .with_legend("%");
+    let plots = vec![Plot::Heatmap(heat)];
+    let mut columns = names.to_vec();
+    columns.push("source".to_owned());
+    let layout = layout(&plots, title, "into", "from")
+        .with_x_categories(columns)
+        .with_y_categories(names.to_vec())
+        .with_x_tick_rotate(-45.0);
     Ok(kuva::render_to_svg(plots, layout))
 }
 

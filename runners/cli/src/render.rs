@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::Path;
 
 use fredholm_core::Real;
-use fredholm_room::{Choice, Enclosure};
+use fredholm_room::{Choice, Enclosure, Scene};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
@@ -210,6 +210,7 @@ fn picture<F: Real>(
         pieces: &pieces,
         strips: &strips,
         scale,
+        legend: if surfaces.heat { "W/m²" } else { "u" },
         heat: surfaces.heat,
         captions: captions(&field, &scale, surfaces.heat),
     };
@@ -237,6 +238,47 @@ fn picture<F: Real>(
         _ => raster::png(&images, scene)?,
     };
     Ok((content, text))
+}
+
+/// A room whose walls have the colour of a density: pieces by wall, place in fractions of it, and value.
+pub(crate) fn shares(scene: &Scene, values: &[(usize, [f64; 2], f64)]) -> Result<String, Failure> {
+    const ACROSS: usize = 700;
+    let grid = Grid::new(scene, ACROSS, 2);
+    let walls = scene.geometry();
+    let strips = strips::strips(walls.walls(), ACROSS as f64 / 50.0, |at| grid.place(at));
+    let of = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
+        wall,
+        from,
+        to,
+        weight: 1,
+    };
+    let pieces: Vec<Piece> = values.iter().map(of).collect();
+    // A few short cells in corners would leave all others in the dark.
+    let mut sorted: Vec<f64> = values.iter().map(|&(.., value)| value).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let most = sorted.get(sorted.len() * 199 / 200).copied().unwrap_or(1.0);
+    let density = || values.iter().map(|&(.., value)| value.min(most));
+    let scale = Scale::new(density(), density(), true);
+    let field = Field::of_walls(density(), grid.width * grid.height);
+    let picture = Picture {
+        grid,
+        pieces: &pieces,
+        strips: &strips,
+        scale,
+        legend: "density",
+        heat: false,
+        captions: vec![
+            "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
+             start there and by the difference of the sources, over its share of all walls (1: the mean)."
+                .to_owned(),
+        ],
+    };
+    let panel = Panel {
+        heading: None,
+        field: &field,
+    };
+    let (images, scene) = picture.draw(&[panel]);
+    raster::svg(&images, scene)
 }
 
 /// The walls in pieces of some pixels; each has the walks of the pixels that it covers.

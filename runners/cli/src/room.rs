@@ -426,6 +426,39 @@ impl<'f> RoomFile<'f> {
         })
     }
 
+    /// The walls, coloured by the share of each site in the variance over its share of all length.
+    fn draw_shares(&self, level: &RoomLevel<'_, '_>, shares: &[f64]) -> Result<String, Failure> {
+        let mut pieces = Vec::new();
+        let (mut before, mut length) = (0, 0.0);
+        let mut along = 0.0;
+        let mut all = 0.0;
+        for site in 0..level.sites() {
+            let (mut wall, mut own) = (0, 0.0);
+            level.nodes(site, |x, weight| {
+                wall = x.wall();
+                own += weight;
+            });
+            if site == 0 || wall != before {
+                length = self
+                    .scene
+                    .geometry()
+                    .walls()
+                    .get(wall)
+                    .map_or(f64::NAN, |w| w.length);
+                along = 0.0;
+            }
+            before = wall;
+            pieces.push((wall, along / length, (along + own) / length, own));
+            along += own;
+            all += own;
+        }
+        let shares = pieces
+            .iter()
+            .zip(shares)
+            .map(|(&(wall, from, to, own), share)| (wall, [from, to.min(1.0)], share * all / own));
+        crate::render::shares(&self.scene, &shares.collect::<Vec<_>>())
+    }
+
     /// The pairs of the file.
     pub(crate) const fn choice(&self) -> Choice {
         match self.file.galerkin.pairs.value {
@@ -820,7 +853,9 @@ impl Problem for RoomFile<'_> {
                 .and_then(|surface| self.surface(surface))
                 .map_or_else(|| format!("wall {wall}"), str::to_owned)
         };
+        let draw = |shares: &[f64]| self.draw_shares(&level, shares);
         request.examine(&Subject {
+            draw: Some(&draw),
             setting: Setting {
                 equation: &room,
                 neighbour: &neighbour,

@@ -127,6 +127,20 @@ pub(crate) struct Field {
 }
 
 impl Field {
+    /// Known numbers on walls, and nothing in so many pixels between them.
+    pub(crate) fn of_walls(values: impl Iterator<Item = f64>, pixels: usize) -> Self {
+        let spot = |value| Spot {
+            value,
+            error: f64::NAN,
+        };
+        Self {
+            air: vec![BLANK; pixels],
+            walls: values.map(spot).collect(),
+            walks: 0,
+            seconds: 0.0,
+        }
+    }
+
     /// The root mean square of the pixels' standard errors.
     pub(crate) fn noise(&self) -> Option<f64> {
         root_mean_square(self.air.iter().map(|spot| spot.error))

@@ -24,6 +24,8 @@ pub(crate) struct Picture<'a> {
     /// Of every wall.
     pub(crate) strips: &'a [Strip],
     pub(crate) scale: Scale,
+    /// What the colours are.
+    pub(crate) legend: &'static str,
     /// Radiosities are W/m².
     pub(crate) heat: bool,
     /// What stands below.
@@ -182,7 +184,7 @@ impl Picture<'_> {
                 opacity: None,
             });
         }
-        let title = if self.heat { "W/m²" } else { "u" };
+        let title = self.legend;
         out.push(text_start(
             title,
             [x + bar + 0.45 * size, top - 0.9 * size],
