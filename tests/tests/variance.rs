@@ -7,7 +7,9 @@ use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_sourc
 use fredholm_core::variance::{
     Analysis, Bounds, Density, Level, Parts, Prediction, Setting, Site, Start, serially,
 };
-use fredholm_core::{At, Estimator, Functional, Kernel, Neighbour, Sampler, Source};
+use fredholm_core::{
+    At, Estimator, Functional, Kernel, Located, Neighbour, Sampler, Source, StateSpace,
+};
 use fredholm_cube::{Cube, CubeLevel, Mean, Rule, Weighted, model};
 use fredholm_rayon::{Plan, Target, fill_rows, run};
 use fredholm_room::{Choice, Grading, RoomLevel};
@@ -555,6 +557,16 @@ fn infinite_variances_are_none() {
     });
 }
 
+/// What a functional has for (v,Φ), from φ(x0) and v(x0).
+fn stand_in<E: StateSpace<Scalar = f64>>(
+    _: &E,
+    functional: &impl Functional<E>,
+    x0: &Located<E::Point>,
+    [phi, v]: [f64; 2],
+) -> f64 {
+    functional.neighbour_value(x0, phi, v)
+}
+
 /// (v,Φ) of a weighted mean is not known: what stands for it varies with the start, and counts.
 #[test]
 fn weights_have_a_variance_of_their_own() {
@@ -575,12 +587,7 @@ fn weights_have_a_variance_of_their_own() {
         let density = |x: &[f64; 1]| {
             let phi = weight(x);
             let x = neighbour.locate(*x);
-            let known = Functional::<Cube<f64, 1, _, _>>::neighbour_value(
-                &weighted,
-                &x,
-                phi,
-                neighbour.value(&x),
-            );
+            let known = stand_in(cube, &weighted, &x, [phi, neighbour.value(&x)]);
             Density {
                 functional: phi,
                 square: phi * phi,
