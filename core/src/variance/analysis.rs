@@ -102,21 +102,41 @@ pub(super) struct Means {
     pub(super) plain: Vec<f64>,
 }
 
-/// s and c in all nodes, and in the mean over sites.
-struct Seconds<'a> {
-    means: &'a [[f64; 2]],
+/// Values in all nodes, and in the mean over sites.
+pub(super) struct Nodal<'a, T> {
+    means: &'a [T],
     first: Vec<usize>,
-    nodes: Vec<[f64; 2]>,
+    nodes: Vec<T>,
 }
 
-impl Seconds<'_> {
+impl<'a, T: Copy + Default> Nodal<'a, T> {
+    fn new<P>(
+        sites: &[Site<P>],
+        means: &'a [T],
+        value: impl Fn(&Node<P>) -> T,
+    ) -> Result<Self, GalerkinError> {
+        let count = sites.iter().map(|site| site.nodes.len()).sum();
+        let (mut first, mut nodes) = (buffer(sites.len())?, reserve(count)?);
+        for (first, site) in first.iter_mut().zip(sites) {
+            *first = nodes.len();
+            nodes.extend(site.nodes.iter().map(&value));
+        }
+        Ok(Self {
+            means,
+            first,
+            nodes,
+        })
+    }
+
     #[inline]
-    fn at(&self, site: usize, node: Option<usize>) -> [f64; 2] {
+    fn at(&self, site: usize, node: Option<usize>) -> Option<T> {
         let of_node = node.and_then(|node| self.nodes.get(self.first.get(site)? + node));
-        let value = of_node.or_else(|| self.means.get(site));
-        value.copied().unwrap_or([f64::NAN; 2])
+        of_node.or_else(|| self.means.get(site)).copied()
     }
 }
+
+/// s and c.
+type Seconds<'a> = Nodal<'a, [f64; 2]>;
 
 /// One of the moments between sites as a matrix.
 pub(super) struct Matrix<'a, P, M> {
@@ -185,7 +205,7 @@ where
     /// `run` calls the function that it is given for every site with its number, in any order and by as many threads as it
     /// likes: sites are independent, and so the bits do not depend on it. [`serially`] does it on this thread.
     ///
-    /// O(n²) evaluations of k and h three times for n nodes, and 56 bytes for each pair of sites.
+    /// O(n²) evaluations of k four times and of h three times for n nodes, and 56 bytes for each pair of sites.
     ///
     /// # Errors
     /// [`VarianceError`].
@@ -238,6 +258,7 @@ where
             means: Means::default(),
         };
         analysis.means.error = analysis.errors()?;
+        self.refine_errors(&mut analysis, &run)?;
         if kernel_power.is_some() {
             analysis.means.plain = analysis.plain_seconds()?;
             if neighbour_power.is_some() {
@@ -245,6 +266,39 @@ where
             }
         }
         Ok(analysis)
+    }
+
+    /// e once more, by T_kp of what is known of it in the nodes: its mean over a site is of second order in the size of a
+    /// site, and so is what its first order makes of the variation of k.
+    fn refine_errors(
+        &self,
+        analysis: &mut Analysis<L::Point>,
+        run: &impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+    ) -> Result<(), VarianceError>
+    where
+        Self: Sync,
+    {
+        let means = core::mem::take(&mut analysis.means.error);
+        let errors = Nodal::new(&analysis.sites, &means, |node| node.error)?;
+        run(&mut analysis.sites, &|_, site| {
+            for node in &mut site.nodes {
+                node.error = self.error(node, &errors);
+            }
+        });
+        analysis.means.error = collect(&analysis.sites, |site| site.mean(|x| x.error))?;
+        Ok(())
+    }
+
+    /// r + T_kp e in a node.
+    fn error(&self, node: &Node<L::Point>, errors: &Nodal<'_, f64>) -> f64 {
+        let mut error = node.residual;
+        for j in 0..errors.means.len() {
+            self.level.steps(&node.x.point, j, |step| {
+                let k = self.equation.kernel(&node.x.point, &step.point);
+                error += step.weight * k * errors.at(j, step.node).unwrap_or(f64::NAN);
+            });
+        }
+        error
     }
 
     /// s, c and w.
@@ -264,7 +318,7 @@ where
                 self.second(estimator, &means, node);
             }
         });
-        let seconds = self.nodal(&analysis.sites, &means.seconds)?;
+        let seconds = Nodal::new(&analysis.sites, &means.seconds, seconds_of)?;
         run(&mut analysis.sites, &|_, site| {
             self.square(estimator, &seconds, site);
         });
@@ -278,29 +332,6 @@ where
         let source = collect(&analysis.sites, |site| site.mean(Node::squared))?;
         analysis.means.squared = matrix.resolve(&source)?;
         Ok(())
-    }
-
-    fn nodal<'m>(
-        &self,
-        sites: &[Site<L::Point>],
-        means: &'m [[f64; 2]],
-    ) -> Result<Seconds<'m>, GalerkinError> {
-        let count = sites.iter().map(|site| site.nodes.len()).sum();
-        let (mut first, mut nodes) = (buffer(sites.len())?, buffer(count)?);
-        let mut places = nodes.iter_mut();
-        let mut before = 0;
-        for (first, site) in first.iter_mut().zip(sites) {
-            *first = before;
-            before += site.nodes.len();
-            for (node, place) in site.nodes.iter().zip(&mut places) {
-                *place = [node.second, node.mixed];
-            }
-        }
-        Ok(Seconds {
-            means,
-            first,
-            nodes,
-        })
     }
 
     /// Nodes and integrals of a site.
@@ -394,7 +425,7 @@ where
                 self.level.steps(&node.x.point, j, |step| {
                     let (y, k, h) = self.step(&node.x, step.point);
                     let d = k - h;
-                    let [s, c] = seconds.at(j, step.node);
+                    let [s, c] = seconds.at(j, step.node).unwrap_or([f64::NAN; 2]);
                     let part = step.weight * d * (d * s + 2.0 * k * c);
                     node.parts[1 + self.outside(node.x.cell, y.cell)] += part;
                     *pair += share * part;
@@ -415,14 +446,15 @@ where
         };
         site.row = buffer(analysis.sites.len())?;
         let mut node = self.meet(point, 1.0, &mut site.row, &mut site.largest);
-        node.error = node.residual + against(&site.row, |m| m.k, &analysis.means.error);
         let means = &analysis.means;
+        let errors = Nodal::new(&analysis.sites, &means.error, |node| node.error)?;
+        node.error = self.error(&node, &errors);
         if !means.squared.is_empty() {
             self.second(analysis.estimator, means, &mut node);
         }
         site.nodes.push(node);
         if !means.squared.is_empty() {
-            let seconds = self.nodal(&analysis.sites, &means.seconds)?;
+            let seconds = Nodal::new(&analysis.sites, &means.seconds, seconds_of)?;
             self.square(analysis.estimator, &seconds, &mut site);
         }
         Ok(site)
@@ -489,6 +521,10 @@ impl<P> Analysis<P> {
         }
         Ok(seconds)
     }
+}
+
+fn seconds_of<P>(node: &Node<P>) -> [f64; 2] {
+    [node.second, node.mixed]
 }
 
 /// Calls `pass` for every site on this thread.

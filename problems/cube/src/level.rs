@@ -9,16 +9,8 @@ use fredholm_core::variance::{Level, Step, gauss};
 use crate::Cube;
 use crate::mesh::Mesh;
 
-/// From this many dimensions on the nodes of a cell are those of a lattice.
-const MANY: usize = 4;
-/// Points of the lattice, for each degree one of them.
-const LATTICES: [u32; 3] = [16, 32, 64];
-
 /// Sites of equal boxes: cells, or equal parts of them where there are few cells.
-///
-/// Up to three dimensions the nodes are those of a tensor Gauss rule of p + 2 points an axis; from four on points of
-/// a lattice of rank 1 (Korobov 1959), which has the mean squares of functions of a single variable that are linear
-/// to 1/N², and those of a sum of such functions about as well.
+/// The nodes of a site are those of a tensor Gauss rule of p + 2 points an axis.
 #[derive(Clone, Debug)]
 pub struct CubeLevel<const D: usize> {
     mesh: Mesh<D>,
@@ -40,11 +32,7 @@ impl<const D: usize> CubeLevel<D> {
         nodes: usize,
         degree: usize,
     ) -> Result<Self, GalerkinError> {
-        let rule = if D < MANY {
-            tensor(degree + 2)?
-        } else {
-            lattice(degree)?
-        };
+        let rule = tensor(degree + 2)?;
         let cells = cube.per_axis();
         let mut per_axis = cells;
         let fits = |per_axis: usize| u32::try_from(D).ok().and_then(|d| per_axis.checked_pow(d));
@@ -96,41 +84,6 @@ fn tensor<const D: usize>(points: usize) -> Result<Vec<([f64; D], f64)>, Galerki
     Ok(rule)
 }
 
-/// The points ((l a^b mod N) + ½)/N, b = 0 … D−1, with the multiplier a whose coordinates are least correlated.
-fn lattice<const D: usize>(degree: usize) -> Result<Vec<([f64; D], f64)>, GalerkinError> {
-    let points = *LATTICES
-        .get(degree)
-        .unwrap_or(&LATTICES[LATTICES.len() - 1]);
-    let place = |l: u32, a: u32| {
-        let mut at = l;
-        core::array::from_fn::<f64, D, _>(|_| {
-            let x = (f64::from(at) + 0.5) / f64::from(points);
-            at = at * a % points;
-            x
-        })
-    };
-    let worst = |a: u32| {
-        let mut worst = 0.0_f64;
-        for b in 0..D {
-            for c in 0..b {
-                let product = |l| {
-                    let x = place(l, a);
-                    (x[b] - 0.5) * (x[c] - 0.5)
-                };
-                worst = worst.max((0..points).map(product).sum::<f64>().abs());
-            }
-        }
-        worst
-    };
-    let odd = (1..points).step_by(2);
-    let best = odd
-        .min_by(|&a, &b| worst(a).total_cmp(&worst(b)))
-        .unwrap_or(1);
-    let mut rule = reserve(points as usize)?;
-    rule.extend((0..points).map(|l| (place(l, best), 1.0 / f64::from(points))));
-    Ok(rule)
-}
-
 impl<const D: usize> StateSpace for CubeLevel<D> {
     type Scalar = f64;
     type Point = [f64; D];
@@ -158,28 +111,6 @@ impl<const D: usize> Level for CubeLevel<D> {
                 weight: self.survival * weight,
                 node: Some(node),
             });
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::lattice;
-
-    /// 16 points give the mean square of a linear function to 1/256, and hardly a correlation.
-    #[test]
-    fn a_lattice_integrates_squares() {
-        let rule = lattice::<5>(0).unwrap();
-        for a in 0..5 {
-            for b in 0..=a {
-                let product = |(x, w): &([f64; 5], f64)| w * (x[a] - 0.5) * (x[b] - 0.5);
-                let sum: f64 = 12.0 * rule.iter().map(product).sum::<f64>();
-                let expected = if a == b { 1.0 } else { 0.0 };
-                assert!(
-                    (sum - expected).abs() < if a == b { 0.005 } else { 0.3 },
-                    "{a} {b} {sum}"
-                );
-            }
         }
     }
 }

@@ -39,6 +39,8 @@ const STATE: f64 = 25e-9;
 const VALUE: f64 = 1e-9;
 /// The most unknowns of a level of `rates` at degrees above 0.
 const LEVEL: usize = 1300;
+/// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
+const MOST_NODES: usize = 20_000;
 /// About so many unknowns in all where the file does not say.
 const DEFAULT_UNKNOWNS: f64 = 1000.0;
 
@@ -617,6 +619,15 @@ impl<'f> CubeFile<'f> {
         coefficients: Option<Dense<'_, f64>>,
         request: &Request,
     ) -> Result<Diagnosis, Failure> {
+        let points = (self.degree() + 2).saturating_pow(D as u32);
+        let nodes = self.all_cells().saturating_mul(points);
+        if nodes > MOST_NODES {
+            return Err(Failure::input(format_args!(
+                "a diagnosis on {} cells takes integrals in {nodes} points, and more than {MOST_NODES} take too long: \
+                 use fewer cells (`--cells`), which shows the same at a coarser level",
+                self.all_cells()
+            )));
+        }
         let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
         let level = CubeLevel::new(&cube, request.nodes, self.degree()).map_err(Failure::run)?;
         let mean = |_: &[f64; D]| Density::uniform(1.0);
