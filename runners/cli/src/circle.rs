@@ -455,15 +455,25 @@ impl<F: Real, E: Emission<F>> Functional<Circle<'_, F, E>> for Start<'_, '_, F, 
     }
 }
 
-/// The mean over an arc.
-fn uniform_on(place: &Where) -> impl Fn(&Point<f64>) -> Density + use<> {
+/// The mean over an arc, by the nodes in it.
+fn uniform_on(
+    place: &Where,
+    level: &impl Level<Point = Point<f64>>,
+) -> impl Fn(&Point<f64>) -> Density + use<> {
     let (from, to) = match *place {
         Where::Arc(from, to) => (from, to),
         _ => (0.0, TAU),
     };
+    let inside = move |x: &Point<f64>| (from..=to).contains(&x.angle());
+    let mut measure = 0.0;
+    for site in 0..level.sites() {
+        level.nodes(site, |x, weight| {
+            measure += if inside(&x) { weight } else { 0.0 }
+        });
+    }
     move |x| {
-        if (from..=to).contains(&x.angle()) {
-            Density::uniform(to - from)
+        if inside(x) {
+            Density::uniform(measure)
         } else {
             Density::nothing()
         }
@@ -725,7 +735,7 @@ impl Problem for CircleFile<'_> {
         let densities: Vec<_> = self
             .asked
             .iter()
-            .map(|asked| uniform_on(&asked.place))
+            .map(|asked| uniform_on(&asked.place, &level))
             .collect();
         let targets: Vec<Begin<'_, Point<f64>>> = self
             .asked

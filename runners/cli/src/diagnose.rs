@@ -783,6 +783,8 @@ fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
     if let Some(estimator) = args.estimator {
         file.walk.estimator = Placed::flag("--estimator", estimator);
     }
+    // What is infinite is said, and not refused.
+    file.walk.allow_infinite_variance = true;
 }
 
 /// Runs `diagnose`.
