@@ -49,13 +49,17 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
         })
     }
 
-    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v.
+    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v; of piecewise polynomials, where
+    /// v has a multiple of n entries.
     #[must_use]
     pub fn of(&self, v: &[F]) -> f64 {
         let cells = self.room.table();
         let range = cells.range(self.from as u32).start..cells.range(self.to as u32 - 1).end;
         let (mut sum, mut length) = (0.0, 0.0);
-        for (cell, v) in range.clone().zip(v.get(range).unwrap_or(&[])) {
+        // All functions but the first have the mean 0.
+        let functions = (v.len() / cells.len().max(1)).max(1);
+        let own = v.get(range.start * functions..range.end * functions);
+        for (cell, v) in range.zip(own.unwrap_or(&[]).iter().step_by(functions)) {
             let own = cells.length(cell).to_f64();
             sum += own * v.to_f64();
             length += own;

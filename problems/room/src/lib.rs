@@ -20,7 +20,10 @@ mod level;
 mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
+mod moments;
 mod pairs;
+mod panels;
+mod polynomials;
 mod room;
 #[cfg(feature = "alloc")]
 mod scene;
@@ -46,6 +49,7 @@ pub use matrix::{Matrix, R_MIN};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
 pub use pairs::{Choice, RoomPairs, View, Views};
+pub use polynomials::Polynomials;
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};

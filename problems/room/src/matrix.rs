@@ -3,29 +3,35 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::Dense;
+use fredholm_core::galerkin::{Dense, buffer, legendre};
 
 use crate::cells::Cells;
 use crate::geometry::{Geometry, Node, Segment, Wall};
+use crate::moments::Rules;
 use crate::pairs::{View, Views};
-use crate::vector::{Vector, cross, norm, sub};
+use crate::panels::{RULES, gauss};
+use crate::polynomials::add;
+use crate::vector::{Vector, cross, dot, norm, sub};
 use crate::visible::{Part, Viewer, twins};
 use crate::{Mesh, RoomError, Scene};
-use fredholm_core::galerkin::buffer;
 
 /// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S, unless another is asked for.
 pub const R_MIN: f64 = 0.25;
 
-/// What all pairs of cells see of each other, and K'_ij = ρ_i F_ij with F_ij the form factor from
-/// cell i to cell j: n² bytes and 8 n² bytes.
+/// What all pairs of cells see of each other, and K' with B functions on a cell: n² bytes and 8 (nB)²
+/// bytes. For B = 1 K'_ij is ρ_i F_ij with F_ij the form factor from cell i to cell j.
 ///
 /// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or
 /// better (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of
 /// three points elsewhere); of others a mean over four points of one cell, exact in the other, and
 /// less where a row would sum to more than ρ: an error that costs variance and no correctness.
 /// [`factors`](crate::factors) are exact.
+///
+/// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the smaller one
+/// by Gauss points: to rounding where the cells are apart, in halves of halves down to 1/64 of a cell where
+/// they are near, by 16 points each where a shadow is between them.
 #[derive(Clone, Debug)]
-pub struct Matrix {
+pub struct Matrix<const B: usize = 1> {
     views: Vec<u8>,
     entries: Vec<f64>,
     cells: usize,
@@ -41,23 +47,36 @@ struct Side<'a> {
 }
 
 impl Matrix {
-    /// Of all pairs of the mesh. A pair is [`View::Evenly`] where r_ij ≥ `r_min`.
+    /// Of all pairs of the mesh, for piecewise constants. A pair is [`View::Evenly`] where r_ij ≥ `r_min`.
     ///
     /// # Errors
     /// [`RoomError::Ratio`] for r_min outside [0, 1], [`RoomError::Memory`].
     pub fn new(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
+        Self::with_functions(scene, mesh, r_min)
+    }
+}
+
+impl<const B: usize> Matrix<B> {
+    /// As [`new`](Matrix::new), with B functions on every cell, at most 5. A pair is
+    /// [`View::Evenly`] where no eigenvalue of M_j(x) is below `r_min` times the mean of p_j over the cell of x: at its
+    /// ends and, for B > 1, in its middle.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_functions(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
         if !(0.0..=1.0).contains(&r_min) {
             return Err(RoomError::Ratio);
         }
         let cells = mesh.len();
-        let entries = cells
-            .checked_mul(cells)
-            .ok_or(RoomError::Memory { bytes: None })?;
+        let square = |n: usize| n.checked_mul(n).ok_or(RoomError::Memory { bytes: None });
+        let unknowns = cells.checked_mul(B);
+        let unknowns = unknowns.ok_or(RoomError::Memory { bytes: None })?;
         let mut matrix = Self {
-            views: buffer(entries)?,
-            entries: buffer(entries)?,
+            views: buffer(square(cells)?)?,
+            entries: buffer(square(unknowns)?)?,
             cells,
         };
+        let rules = Rules::new();
         let (geometry, table) = (scene.geometry(), mesh.cells());
         let parts: Vec<Part<f64>> = (0..cells).filter_map(|c| table.part(c)).collect();
         let side = |w: usize| side(w, &geometry, &table, &parts);
@@ -71,7 +90,12 @@ impl Matrix {
                     continue;
                 }
                 obstacles(&geometry, facing, [&a, &b], &mut blockers);
-                matrix.fill(&geometry, facing, [&a, &b], &blockers, r_min);
+                let sights = Sights {
+                    geometry: &geometry,
+                    rules: &rules,
+                    r_min,
+                };
+                matrix.fill(&sights, facing, [&a, &b], &blockers);
             }
         }
         matrix.contract(scene, mesh);
@@ -84,7 +108,7 @@ impl Matrix {
         let n = self.cells.max(1);
         let rows = self
             .entries
-            .chunks_exact_mut(n)
+            .chunks_exact_mut(n * B * B)
             .zip(self.views.chunks_exact(n));
         for ((entries, views), &wall) in rows.zip(&mesh.walls) {
             let reflectance = scene
@@ -93,14 +117,18 @@ impl Matrix {
                 .map_or(0.0, |w| w.reflectance);
             let partly = |view: u8| view == View::Partly as u8;
             let (mut sum, mut shadows) = (0.0, 0.0);
-            for (&entry, &view) in entries.iter().zip(views) {
-                sum += entry;
-                shadows += if partly(view) { entry } else { 0.0 };
+            for (&mean, &view) in entries.iter().step_by(B).zip(views) {
+                sum += mean;
+                shadows += if partly(view) { mean } else { 0.0 };
             }
             if sum > reflectance && shadows > 0.0 {
                 let share = Real::max(1.0 - (sum - reflectance) / shadows, 0.0);
-                for (entry, _) in entries.iter_mut().zip(views).filter(|(_, v)| partly(**v)) {
-                    *entry *= share;
+                for row in entries.chunks_exact_mut(n * B) {
+                    let blocks = row.chunks_exact_mut(B).zip(views);
+                    let blocks = blocks.filter(|(_, view)| partly(**view));
+                    for entry in blocks.flat_map(|(block, _)| block) {
+                        *entry *= share;
+                    }
                 }
             }
         }
@@ -109,25 +137,23 @@ impl Matrix {
     /// All pairs of cells of two walls.
     fn fill(
         &mut self,
-        geometry: &Geometry<'_, f64>,
+        sights: &Sights<'_, '_, B>,
         facing: Facing,
         [a, b]: [&Side<'_>; 2],
         blockers: &[Segment<f64>],
-        r_min: f64,
     ) {
-        let n = self.cells;
-        let reflectance = [a.wall.reflectance, b.wall.reflectance];
         for (i, own) in a.cells.iter().enumerate() {
             for (j, other) in b.cells.iter().enumerate() {
                 let (views, exchange) = match sight(facing, [a.wall, b.wall], own, other, blockers)
                 {
                     Sight::None => continue,
-                    Sight::Part => ([View::Partly; 2], partly(geometry, own, other)),
+                    Sight::Part => ([View::Partly; 2], sights.exchange(own, other, View::Partly)),
                     Sight::Whole => {
-                        let exchange = wholly(geometry, own, other);
+                        let exchange = sights.exchange(own, other, View::Wholly);
+                        let mean = exchange.first().map_or(f64::NAN, |row| row[0]);
                         let even = |from: &Part<f64>, to: &Part<f64>| {
-                            let mean = exchange / from.length;
-                            if mean > 0.0 && evenness(geometry, from, to) >= r_min * mean {
+                            let mean = mean / from.length;
+                            if mean > 0.0 && sights.is_even(from, to, mean) {
                                 View::Evenly
                             } else {
                                 View::Wholly
@@ -136,16 +162,31 @@ impl Matrix {
                         ([even(own, other), even(other, own)], exchange)
                     }
                 };
-                let factors = [exchange / own.length, exchange / other.length];
                 let (i, j) = (a.first + i, b.first + j);
-                for (k, place) in [i * n + j, j * n + i].into_iter().enumerate() {
-                    if let (Some(view), Some(entry)) =
-                        (self.views.get_mut(place), self.entries.get_mut(place))
-                    {
-                        *view = views[k] as u8;
-                        *entry = reflectance[k] * factors[k];
-                    }
-                }
+                let back = core::array::from_fn(|b| exchange.map(|row| row[b]));
+                self.put(i, j, views[0], [a.wall.reflectance, own.length], &exchange);
+                self.put(j, i, views[1], [b.wall.reflectance, other.length], &back);
+            }
+        }
+    }
+
+    /// The pair (i, j), with what its cells exchange where both have all functions.
+    fn put(
+        &mut self,
+        i: usize,
+        j: usize,
+        view: View,
+        [reflectance, length]: [f64; 2],
+        exchange: &[[f64; B]; B],
+    ) {
+        let n = self.cells;
+        if let Some(place) = self.views.get_mut(i * n + j) {
+            *place = view as u8;
+        }
+        for (a, row) in exchange.iter().enumerate() {
+            let entries = self.entries.get_mut((i * B + a) * n * B + j * B..);
+            for (entry, &exchange) in entries.unwrap_or_default().iter_mut().zip(row) {
+                *entry = reflectance * (exchange / length);
             }
         }
     }
@@ -162,7 +203,7 @@ impl Matrix {
         Views::made(&self.views, self.cells)
     }
 
-    /// K'_ij, row by row.
+    /// K'_(ia)(jb), row by row: (nB)² entries.
     #[must_use]
     pub fn entries(&self) -> &[f64] {
         &self.entries
@@ -174,7 +215,7 @@ impl Matrix {
     /// Never: the table is square.
     #[must_use]
     pub fn coefficients(&self) -> Dense<'_, f64> {
-        Dense::new(&self.entries, self.cells).expect("a square table")
+        Dense::new(&self.entries, self.cells * B).expect("a square table")
     }
 }
 
@@ -345,11 +386,129 @@ fn at(part: &Part<f64>, t: f64) -> Viewer<f64> {
     }
 }
 
-/// The smaller of the two masses at the ends of `from`: within a part that sees another wholly the
-/// mass has one maximum, so its infimum is at an end. At a corner it is a limit.
-fn evenness(geometry: &Geometry<'_, f64>, from: &Part<f64>, to: &Part<f64>) -> f64 {
-    let [a, b] = [1e-6, 1.0 - 1e-6].map(|t| geometry.unobstructed(&at(from, t), to));
-    a.min(b)
+/// What two parts exchange, and how evenly.
+struct Sights<'s, 'a, const B: usize> {
+    geometry: &'s Geometry<'a, f64>,
+    rules: &'s Rules<f64, B>,
+    r_min: f64,
+}
+
+/// How many times a part is halved where it is near another.
+const HALVINGS: u32 = 6;
+
+impl<const B: usize> Sights<'_, '_, B> {
+    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below r_min times `mean` for x in `from`. Within a part
+    /// that sees another wholly p_j has one maximum, so its infimum is at an end; at a corner it is a limit.
+    fn is_even(&self, from: &Part<f64>, to: &Part<f64>, mean: f64) -> bool {
+        let even = |t: f64| {
+            let mut moments = [[0.0; B]; B];
+            let viewer = at(from, t);
+            self.geometry
+                .measure(self.rules, &viewer, to, View::Wholly, |share, psi| {
+                    add(&mut moments, share, psi);
+                });
+            for (b, row) in moments.iter_mut().enumerate() {
+                row[b] -= self.r_min * mean;
+            }
+            is_positive(moments)
+        };
+        let places = [1e-6, 1.0 - 1e-6, 0.5];
+        let count = if B == 1 { 2 } else { 3 };
+        places.into_iter().take(count).all(even)
+    }
+
+    /// ∫∫ ψ_a(x) ψ_b(y) cos θ_x cos θ_y/(2r) dy dx over x in one part and y in the other.
+    fn exchange(&self, own: &Part<f64>, other: &Part<f64>, view: View) -> [[f64; B]; B] {
+        if B == 1 {
+            let exchange = match view {
+                View::Partly => partly(self.geometry, own, other),
+                _ => wholly(self.geometry, own, other),
+            };
+            return [[exchange; B]; B];
+        }
+        let mut sums = [[0.0; B]; B];
+        if own.length <= other.length {
+            self.integrate([own, other], view, [0.0, 1.0], HALVINGS, &mut sums);
+            sums
+        } else {
+            self.integrate([other, own], view, [0.0, 1.0], HALVINGS, &mut sums);
+            core::array::from_fn(|b| sums.map(|row| row[b]))
+        }
+    }
+
+    /// Adds the part of it with x between two fractions of the first part.
+    fn integrate(
+        &self,
+        parts: [&Part<f64>; 2],
+        view: View,
+        [from, to]: [f64; 2],
+        halvings: u32,
+        sums: &mut [[f64; B]; B],
+    ) {
+        let [own, other] = parts;
+        let middle = 0.5 * (from + to);
+        let half = 0.5 * (to - from) * own.length;
+        let away = distance(at(own, middle).position, other);
+        let rule = self.rules.panels().rule(away * away, half * half);
+        if rule.is_none() && halvings > 0 {
+            for ends in [[from, middle], [middle, to]] {
+                self.integrate(parts, view, ends, halvings - 1, sums);
+            }
+            return;
+        }
+        let last = RULES - 1;
+        let rule = if view == View::Partly {
+            last
+        } else {
+            rule.unwrap_or(last)
+        };
+        for (place, weight) in gauss::<f64>(rule) {
+            let t = middle + 0.5 * (to - from) * place;
+            let psi: [f64; B] = legendre(t + t - 1.0);
+            let mut inner = [0.0; B];
+            let viewer = at(own, t);
+            self.geometry
+                .measure(self.rules, &viewer, other, view, |share, psi| {
+                    for (sum, psi) in inner.iter_mut().zip(psi) {
+                        *sum += share * psi;
+                    }
+                });
+            for (row, psi) in sums.iter_mut().zip(psi) {
+                for (sum, inner) in row.iter_mut().zip(inner) {
+                    *sum += half * weight * psi * inner;
+                }
+            }
+        }
+    }
+}
+
+/// The distance of a point from a part.
+fn distance(point: Vector<f64>, part: &Part<f64>) -> f64 {
+    let [a, b] = part.ends;
+    let (span, to) = (sub(b, a), sub(point, a));
+    let t = (dot(span, to) / dot(span, span)).clamp(0.0, 1.0);
+    norm(sub(to, [t * span[0], t * span[1]]))
+}
+
+/// Whether a symmetric matrix has no negative eigenvalue: by its pivots.
+// Row operations on two rows of one matrix read best by index.
+#[allow(clippy::needless_range_loop)]
+fn is_positive<const B: usize>(mut a: [[f64; B]; B]) -> bool {
+    for column in 0..B {
+        let pivot = a[column][column];
+        // Written so that NaN fails.
+        if !(pivot >= 0.0) {
+            return false;
+        }
+        for row in column + 1..B {
+            let factor = a[row][column] / pivot;
+            for k in column + 1..B {
+                let above = a[column][k];
+                a[row][k] -= factor * above;
+            }
+        }
+    }
+    true
 }
 
 // Gauss–Legendre rules on [0, 1].

@@ -9,6 +9,7 @@ use num_traits::{one, zero};
 use crate::RoomError;
 use crate::cells::Cells;
 use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
+use crate::moments::Rules;
 use crate::pairs::{View, Views};
 use crate::vector::{along, dot, norm, sub};
 use crate::visible::Viewer;
@@ -240,6 +241,40 @@ impl<'a, F: Real> Room<'a, F> {
         let span = sub(y.position, x.position);
         let square = dot(span, span);
         F::from_f64(0.5) * out * into / (square * square.sqrt())
+    }
+
+    /// Calls `each` with what [`Geometry::measure`] says of cell `j`.
+    #[inline]
+    pub(crate) fn measure<const B: usize>(
+        &self,
+        rules: &Rules<F, B>,
+        x: &Point<F>,
+        j: usize,
+        mut each: impl FnMut(F, &[F; B]),
+    ) {
+        match self.cells.part(j) {
+            Some(part) => {
+                let view = self.views.view(x.cell as usize, j);
+                self.geometry.measure(rules, &x.viewer(), &part, view, each);
+            }
+            None => each(F::NAN, &[F::NAN; B]),
+        }
+    }
+
+    /// Where in cell `i` a point of it is: −1 and 1 are the cell's ends.
+    #[inline]
+    pub(crate) fn coordinate(&self, x: &Point<F>, i: usize) -> F {
+        let Some((_, from, to)) = self.cells.edges(i) else {
+            return F::NAN;
+        };
+        let t = (x.along - from.along) / (to.along - from.along);
+        t + t - one()
+    }
+
+    /// 1 − q0.
+    #[inline]
+    pub(crate) const fn survival(&self) -> F {
+        self.survival
     }
 
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.

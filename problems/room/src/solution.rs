@@ -12,19 +12,21 @@ use crate::{Matrix, Mesh, RoomError, Scene};
 ///
 /// # Errors
 /// [`RoomError::Memory`].
-pub fn second_moment_radius(
+pub fn second_moment_radius<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
-    matrix: &Matrix,
+    matrix: &Matrix<B>,
     absorption: f64,
 ) -> Result<f64, RoomError> {
     let n = matrix.cells();
     let (mut w, mut next) = (buffer(n)?, buffer(n)?);
     w.fill(1.0);
     let apply = |w: &[f64], out: &mut [f64]| {
-        let rows = matrix.entries().chunks_exact(n.max(1));
+        // The first row of every cell's: K'_(i0)(j0) are among them.
+        let rows = matrix.entries().chunks_exact(n.max(1) * B).step_by(B);
         for ((out, row), &wall) in out.iter_mut().zip(rows).zip(&mesh.walls) {
-            let sum: f64 = row.iter().zip(w).map(|(k, w)| k * w).sum();
+            let means = row.iter().step_by(B);
+            let sum: f64 = means.zip(w).map(|(k, w)| k * w).sum();
             let wall = scene.walls.get(wall as usize);
             *out = sum * wall.map_or(f64::NAN, |w| w.reflectance) / (1.0 - absorption);
         }
@@ -33,7 +35,7 @@ pub fn second_moment_radius(
     Ok(upper)
 }
 
-impl Matrix {
+impl<const B: usize> Matrix<B> {
     /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps until
     /// no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///
@@ -46,15 +48,16 @@ impl Matrix {
         mesh: &Mesh,
         tolerance: f64,
         at_most: u32,
-    ) -> Result<Solution, RoomError> {
+    ) -> Result<Solution<B>, RoomError> {
         if self.cells() != mesh.len() {
             return Err(RoomError::Length {
                 expected: mesh.len(),
                 found: self.cells(),
             });
         }
-        let mut source = buffer(mesh.len())?;
-        for (source, &wall) in source.iter_mut().zip(&mesh.walls) {
+        // (nB)² numbers are there, so that nB is one. F is constant on walls.
+        let mut source = buffer(mesh.len() * B)?;
+        for (source, &wall) in source.iter_mut().step_by(B).zip(&mesh.walls) {
             let wall = scene.walls.get(wall as usize);
             *source = wall.map_or(f64::NAN, |w| w.emission);
         }

@@ -1,0 +1,400 @@
+//! Moments of the cosine law over what a point sees of a part of a wall.
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::legendre;
+use num_traits::{one, zero};
+
+use crate::geometry::{Geometry, Wall, factor};
+use crate::pairs::View;
+use crate::panels::{POINTS, Panels, RULES, gauss};
+use crate::vector::{Vector, cross, dot, sub};
+use crate::visible::{Part, Viewer};
+
+/// A part as a point sees it: by the places s on its wall, counted from the foot of the point's
+/// perpendicular in the direction of the wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight<F> {
+    /// Where the part begins and ends, each from its own end.
+    ends: [F; 2],
+    /// How long it is.
+    length: F,
+    /// The length d of the perpendicular.
+    distance: F,
+    /// The heights of the part's ends above the point's own wall.
+    heights: [F; 2],
+}
+
+impl<F: Real> Sight<F> {
+    #[inline]
+    pub(crate) fn new(
+        normal: Vector<F>,
+        position: Vector<F>,
+        part: &Part<F>,
+        wall: &Wall<F>,
+    ) -> Self {
+        let ends = part.ends.map(|end| sub(end, position));
+        Self {
+            ends: ends.map(|end| dot(wall.tangent, end)),
+            length: part.length,
+            distance: wall.height(position),
+            heights: ends.map(|end| dot(normal, end)),
+        }
+    }
+
+    /// Where the part begins and ends.
+    #[inline]
+    pub(crate) fn ends(&self) -> [F; 2] {
+        self.ends
+    }
+
+    /// d.
+    #[inline]
+    pub(crate) fn distance(&self) -> F {
+        self.distance
+    }
+
+    /// The fractions of the part before and behind s.
+    #[inline]
+    pub(crate) fn fractions(&self, s: F) -> [F; 2] {
+        let [from, to] = self.ends;
+        [(s - from) / self.length, (to - s) / self.length]
+    }
+
+    /// Where a direction meets the wall, within the part.
+    #[inline]
+    pub(crate) fn meets(&self, direction: Vector<F>, wall: &Wall<F>) -> F {
+        let s = self.distance * dot(wall.tangent, direction) / -dot(wall.normal(), direction);
+        let [from, to] = self.ends;
+        // NaN becomes an end.
+        if s > from {
+            if s < to { s } else { to }
+        } else {
+            from
+        }
+    }
+
+    /// cos θ_x cos θ_y/(2r) ds at s, with its fractions.
+    #[inline]
+    fn law(&self, s: F, [before, behind]: [F; 2], ds: F) -> F {
+        // A sum of positive numbers, however near an end in a corner is.
+        let height = self.heights[0] * behind + self.heights[1] * before;
+        let per = one::<F>() / (s * s + self.distance * self.distance).sqrt();
+        // Cubes of small distances may be none.
+        F::from_f64(0.5) * (height.max(zero()) * per) * (self.distance * per) * (ds * per)
+    }
+}
+
+/// A point of a rule on a whole cell.
+#[derive(Clone, Copy, Debug)]
+struct Point<F, const B: usize> {
+    /// The fraction of the cell.
+    t: F,
+    /// Weights sum to 1.
+    weight: F,
+    /// ψ_0 … ψ_(B−1).
+    basis: [F; B],
+}
+
+/// The largest B: on the parts of near cells the largest rule has all digits up to there.
+pub(crate) const MOST: usize = 5;
+
+/// Rules for B functions on a cell, with the functions at their points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rules<F, const B: usize> {
+    panels: Panels<F>,
+    whole: [([Point<F, B>; POINTS], usize); RULES],
+}
+
+impl<F: Real, const B: usize> Rules<F, B> {
+    pub(crate) fn new() -> Self {
+        const {
+            assert!(
+                0 < B && B <= MOST,
+                "a cell of a room has from 1 to 5 functions"
+            );
+        }
+        let none = Point {
+            t: zero(),
+            weight: zero(),
+            basis: [zero(); B],
+        };
+        let mut whole = [([none; POINTS], 0); RULES];
+        for (rule, (points, count)) in whole.iter_mut().enumerate() {
+            for (point, (place, weight)) in points.iter_mut().zip(gauss::<f64>(rule)) {
+                *point = Point {
+                    t: F::from_f64(0.5 + 0.5 * place),
+                    weight: F::from_f64(0.5 * weight),
+                    basis: legendre::<f64, B>(place).map(F::from_f64),
+                };
+                *count += 1;
+            }
+        }
+        Self {
+            panels: Panels::new(B),
+            whole,
+        }
+    }
+
+    pub(crate) fn panels(&self) -> &Panels<F> {
+        &self.panels
+    }
+
+    /// Calls `each` with shares of the form factor to a whole part and the functions there.
+    #[inline]
+    fn whole(&self, sight: &Sight<F>, mut each: impl FnMut(F, &[F; B])) {
+        let half = F::from_f64(0.5) * sight.length;
+        let [from, to] = sight.ends;
+        let middle = F::from_f64(0.5) * (from + to);
+        let distance = middle * middle + sight.distance * sight.distance;
+        let rule = self.panels.rule(distance, half * half);
+        match rule.and_then(|rule| self.whole.get(rule)) {
+            Some((points, count)) => {
+                for point in points.iter().take(*count) {
+                    let fractions = [point.t, one::<F>() - point.t];
+                    let s = from + point.t * sight.length;
+                    let share = sight.law(s, fractions, point.weight * sight.length);
+                    each(share, &point.basis);
+                }
+            }
+            None => self.between(sight, sight.ends(), each),
+        }
+    }
+
+    /// The same for an interval of it.
+    fn between(&self, sight: &Sight<F>, ends: [F; 2], mut each: impl FnMut(F, &[F; B])) {
+        self.panels.points(ends, sight.distance, |s, ds| {
+            let [before, behind] = sight.fractions(s);
+            each(
+                sight.law(s, [before, behind], ds),
+                &legendre(before - behind),
+            );
+        });
+    }
+}
+
+impl<F: Real> Geometry<'_, F> {
+    /// Calls `each` with numbers and the B functions of a part in as many places, so that for a polynomial
+    /// P of degree 2B − 2 in them the sum of the numbers times P is ∫ P cos θ_x cos θ_y/(2r) dy over
+    /// what the point sees of the part. For B = 1 that is one number, the form factor.
+    #[inline]
+    pub(crate) fn measure<const B: usize>(
+        &self,
+        rules: &Rules<F, B>,
+        from: &Viewer<F>,
+        part: &Part<F>,
+        view: View,
+        mut each: impl FnMut(F, &[F; B]),
+    ) {
+        match view {
+            View::Nothing => {}
+            View::Wholly | View::Evenly => self.measure_whole(rules, from, part, each),
+            View::Partly if B == 1 => each(self.visible(from, part), &[one(); B]),
+            View::Partly => {
+                let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
+                    return each(F::NAN, &[F::NAN; B]);
+                };
+                let sight = Sight::new(own.normal(), from.position, part, other);
+                self.visible_pieces(from, part, |whole, right, left| {
+                    if whole {
+                        return self.measure_whole(rules, from, part, &mut each);
+                    }
+                    // As in `visible`: a gap between shadows that rounding left is none.
+                    let gap = F::from_f64(4.0) * F::EPSILON;
+                    if factor(own.normal(), right, left, cross(right, left)) > gap {
+                        let ends = [right, left].map(|d| sight.meets(d, other));
+                        rules.between(&sight, ends, &mut each);
+                    }
+                });
+            }
+        }
+    }
+
+    /// The same for a part that is seen wholly.
+    #[inline]
+    fn measure_whole<const B: usize>(
+        &self,
+        rules: &Rules<F, B>,
+        from: &Viewer<F>,
+        part: &Part<F>,
+        mut each: impl FnMut(F, &[F; B]),
+    ) {
+        if B == 1 {
+            return each(self.unobstructed(from, part), &[one(); B]);
+        }
+        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
+            return each(F::NAN, &[F::NAN; B]);
+        };
+        let sight = Sight::new(own.normal(), from.position, part, other);
+        let on_it = part.ends.contains(&from.position);
+        if sight.distance > zero() && !on_it {
+            return rules.whole(&sight, each);
+        }
+        // In a corner: all that is seen of the part is seen where it begins.
+        let place = if part.ends[0] == own.ends[1] {
+            -one::<F>()
+        } else {
+            one()
+        };
+        each(self.unobstructed(from, part), &legendre(place));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use fredholm_core::Real;
+    use fredholm_core::galerkin::legendre;
+
+    use super::{Rules, Sight};
+    use crate::panels::{RULES, gauss};
+    use crate::polynomials::add;
+
+    /// Numbers in [0, 1).
+    struct Draws(u64);
+
+    impl Draws {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / 9_007_199_254_740_992.0
+        }
+
+        /// Between 10^low and 10^high, as often in every power.
+        fn power(&mut self, low: f64, high: f64) -> f64 {
+            Real::pow(10.0, low + (high - low) * self.next())
+        }
+
+        /// A cell of any size at any place, seen from any distance; its heights are those of a slanted
+        /// wall, often of one that meets that of the point.
+        fn sight<F: Real>(&mut self, tiny: f64) -> Sight<F> {
+            let to = F::from_f64;
+            let length = to(self.power(tiny, 0.0));
+            let kind = self.next();
+            let far = to(self.power(tiny, 1.0));
+            let from = if kind < 0.3 {
+                // The foot is in the cell.
+                -to(self.next()) * length
+            } else if kind < 0.6 {
+                far
+            } else {
+                -far - length
+            };
+            let distance = to(self.power(tiny, 1.0));
+            let heights = match self.next() {
+                none if none < 0.3 => [0.0, length.to_f64()],
+                none if none < 0.6 => [self.next(), 0.0],
+                _ => [self.next(), self.next()],
+            };
+            // A length that is the difference of the ends, as far as digits go.
+            let to_end = from + length;
+            Sight {
+                ends: [from, to_end],
+                length: to_end - from,
+                distance,
+                heights: heights.map(to),
+            }
+        }
+    }
+
+    /// In f64 by halving until a part is ten times as far from the foot's pole as it is wide.
+    fn reference<F: Real, const B: usize>(sight: &Sight<F>) -> [[f64; B]; B] {
+        let wide = Sight {
+            ends: sight.ends.map(Real::to_f64),
+            length: sight.length.to_f64(),
+            distance: sight.distance.to_f64(),
+            heights: sight.heights.map(Real::to_f64),
+        };
+        let [from, to] = wide.ends;
+        // Places with their fractions, kept apart so that nothing cancels.
+        let foot = 0.0_f64.clamp(from, to);
+        let [before, behind] = wide.fractions(foot);
+        let [from, foot, to] = [[from, 0.0, 1.0], [foot, before, behind], [to, 1.0, 0.0]];
+        let [left, right] = [[from, foot], [foot, to]].map(|ends| halves(&wide, ends));
+        plus(left, right)
+    }
+
+    fn plus<const B: usize>(mut a: [[f64; B]; B], b: [[f64; B]; B]) -> [[f64; B]; B] {
+        for (a, b) in a.as_flattened_mut().iter_mut().zip(b.as_flattened()) {
+            *a += b;
+        }
+        a
+    }
+
+    /// Sums of sums, which round less than long ones.
+    fn halves<const B: usize>(sight: &Sight<f64>, [from, to]: [[f64; 3]; 2]) -> [[f64; B]; B] {
+        let at = |t: f64| {
+            let mix = |k: usize| 0.5 * ((1.0 - t) * from[k] + (1.0 + t) * to[k]);
+            [mix(0), mix(1), mix(2)]
+        };
+        let (middle, d, h) = (at(0.0), sight.distance, sight.heights);
+        // Of numbers that are as small as they can be.
+        let width = if Real::abs(middle[0]) < sight.length {
+            to[0] - from[0]
+        } else {
+            (to[1] - from[1]) * sight.length
+        };
+        if width * width > 0.01 * (middle[0] * middle[0] + d * d) {
+            return plus(halves(sight, [from, middle]), halves(sight, [middle, to]));
+        }
+        let mut sums = [[0.0; B]; B];
+        for (t, weight) in gauss::<f64>(RULES - 1) {
+            let [s, before, behind] = at(t);
+            let r = Real::sqrt(s * s + d * d);
+            let law = 0.5 * (h[0] * behind + h[1] * before) * d / (r * r * r);
+            add(
+                &mut sums,
+                0.5 * width * weight * law,
+                &legendre(before - behind),
+            );
+        }
+        sums
+    }
+
+    /// The largest error in units of ε of the mass, over so many sights.
+    fn worst<F: Real, const B: usize>(tiny: f64, count: usize) -> f64 {
+        let rules = Rules::<F, B>::new();
+        let root: [f64; B] = legendre(1.0);
+        let mut draws = Draws(1);
+        let mut worst: f64 = 0.0;
+        for _ in 0..count {
+            let sight = draws.sight::<F>(tiny);
+            let expected: [[f64; B]; B] = reference(&sight);
+            let mut found = [[F::zero(); B]; B];
+            rules.whole(&sight, |share, psi| add(&mut found, share, psi));
+            for (b, (found, expected_row)) in found.iter().zip(&expected).enumerate() {
+                for (c, (found, entry)) in found.iter().zip(expected_row).enumerate() {
+                    let error = Real::abs(found.to_f64() - entry);
+                    let size = root[b] * root[c] * expected[0][0] * F::EPSILON.to_f64();
+                    if error / size > worst {
+                        worst = error / size;
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    /// Over 20,000 cells each, of all sizes at all distances down to 10⁻⁹ (f32: 10⁻⁴), with and without a
+    /// corner.
+    #[test]
+    fn moments_are_exact_to_rounding() {
+        let wide = [
+            worst::<f64, 2>(-9.0, 20_000),
+            worst::<f64, 3>(-9.0, 20_000),
+            worst::<f64, 4>(-9.0, 20_000),
+            worst::<f64, 5>(-9.0, 20_000),
+        ];
+        let narrow = [
+            worst::<f32, 2>(-4.0, 20_000),
+            worst::<f32, 3>(-4.0, 20_000),
+            worst::<f32, 4>(-4.0, 20_000),
+            worst::<f32, 5>(-4.0, 20_000),
+        ];
+        std::println!("in units of ε: {wide:?}, {narrow:?}");
+        assert!(wide.iter().all(|&worst| worst < 20.0), "{wide:?}");
+        assert!(narrow.iter().all(|&worst| worst < 10.0), "{narrow:?}");
+    }
+}

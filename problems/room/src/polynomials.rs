@@ -1,0 +1,169 @@
+//! Piecewise polynomials of any degree on the walls.
+
+use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
+use fredholm_core::{
+    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
+};
+use num_traits::{one, zero};
+
+use crate::moments::Rules;
+use crate::{Point, Room};
+
+/// A room with B = degree + 1 Legendre polynomials on every cell, at most 5, normalised: in the coordinate
+/// t ∈ [−1, 1] of a cell, ψ_b = √(2b + 1) P_b(t).
+///
+/// It is the same equation and chain as its [`Room`], and gives a neighbour equation of the degree
+/// through [`Piecewise`](fredholm_core::galerkin::Piecewise) and a [`Matrix`](crate::Matrix) with as
+/// many functions. For B = 1 it has the room's bits.
+///
+/// **Moments.** With d the length of the perpendicular from x to the line of cell j and s the
+/// place along it, counted from the foot,
+///
+/// ```text
+/// M_j(x)_bc = (1 − q0) ½ ∫ ψ_b ψ_c h(s) d (s² + d²)^(−3/2) ds,    h(s) the height of y above the wall of x,
+/// ```
+///
+/// over what x sees of the cell: its visible intervals, exactly. All factors are positive and linear in s or
+/// of one sign, so that nothing cancels, as it would in the closed form with its powers of tan and logarithms
+/// for small or distant cells. The integrals are made by Gauss points, in numbers that follow from
+/// the ellipse (Bernstein 1912) around the cell in which the integrand has no singularity, s = ±id: 4 to 16
+/// points leave an error below rounding. A cell that is nearer than 1.2 of its lengths is cut at
+/// ±d, ±2d, ±4d, … first. Of 10⁵ random cells, points and walls at angles between 10° and 170°, the largest
+/// error was 11 ε of the mass in f64 and 9 ε in f32, near, far, in corners, tiny and huge.
+#[derive(Clone, Copy, Debug)]
+pub struct Polynomials<'r, 'a, F, const B: usize> {
+    room: &'r Room<'a, F>,
+    rules: Rules<F, B>,
+}
+
+impl<'r, 'a, F: Real, const B: usize> Polynomials<'r, 'a, F, B> {
+    /// On the cells of this room.
+    #[must_use]
+    pub fn new(room: &'r Room<'a, F>) -> Self {
+        Self {
+            room,
+            rules: Rules::new(),
+        }
+    }
+
+    /// The room.
+    #[must_use]
+    pub const fn room(&self) -> &'r Room<'a, F> {
+        self.room
+    }
+
+    /// ∫ ψ_b cos θ_x cos θ_y/(2r) dy over what `x` sees of cell `j`, for all b; the first is the
+    /// [form factor](Room::form_factor).
+    #[inline]
+    #[must_use]
+    pub fn form_factors(&self, x: &Point<F>, j: usize) -> [F; B] {
+        let mut sums = [zero(); B];
+        self.room.measure(&self.rules, x, j, |share, psi| {
+            for (sum, &psi) in sums.iter_mut().zip(psi) {
+                *sum += share * psi;
+            }
+        });
+        sums
+    }
+
+    /// (v, Φ) of the irradiance at a point: v times form factors, over all cells.
+    #[must_use]
+    pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
+        let cells = v.chunks_exact(B).enumerate();
+        let terms = cells.map(|(j, v)| {
+            let factors = self.form_factors(x, j);
+            let products = v.iter().zip(factors);
+            products.map(|(v, f)| v.to_f64() * f.to_f64()).sum::<f64>()
+        });
+        terms.sum()
+    }
+}
+
+impl<F: Real, const B: usize> StateSpace for Polynomials<'_, '_, F, B> {
+    type Scalar = F;
+    type Point = Point<F>;
+}
+
+impl<F: Real, const B: usize> Sampler for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn absorption(&self, x: &Point<F>) -> F {
+        self.room.absorption(x)
+    }
+
+    #[inline]
+    fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
+        self.room.step(x, uniforms)
+    }
+}
+
+impl<F: Real, const B: usize> TransitionDensity for Polynomials<'_, '_, F, B> {
+    fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
+        self.room.density(x, y)
+    }
+}
+
+impl<F: Real, const B: usize> Kernel for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn kernel(&self, x: &Point<F>, y: &Point<F>) -> F {
+        self.room.kernel(x, y)
+    }
+}
+
+impl<F: Real, const B: usize> Source for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn source(&self, x: &Point<F>) -> F {
+        self.room.source(x)
+    }
+}
+
+impl<F: Real, const B: usize> Partition for Polynomials<'_, '_, F, B> {
+    fn cells(&self) -> usize {
+        self.room.cells()
+    }
+
+    #[inline]
+    fn locate(&self, x: &Point<F>) -> usize {
+        self.room.locate(x)
+    }
+}
+
+impl<F: Real, const B: usize> Basis<B> for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
+        if B == 1 {
+            return [one(); B];
+        }
+        legendre(self.room.coordinate(&x.point, x.cell))
+    }
+}
+
+impl<F: Real, const B: usize> TransitionMoments<B> for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; B]; B] {
+        let mut sums = [[zero(); B]; B];
+        self.room.measure(&self.rules, &x.point, j, |share, psi| {
+            add(&mut sums, share, psi);
+        });
+        let survival = self.room.survival();
+        sums.map(|row| row.map(|sum| survival * sum))
+    }
+}
+
+/// Adds `share` ψ_b ψ_c.
+#[inline]
+pub(crate) fn add<F: Real, const B: usize>(sums: &mut [[F; B]; B], share: F, psi: &[F; B]) {
+    for (row, &left) in sums.iter_mut().zip(psi) {
+        let left = share * left;
+        for (sum, &right) in row.iter_mut().zip(psi) {
+            *sum += left * right;
+        }
+    }
+}
+
+impl<F: Real, const B: usize> PairIntegral<B> for Polynomials<'_, '_, F, B> {
+    #[inline]
+    fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
+        let reflectance = self.room.reflectance(&x.point);
+        self.form_factors(&x.point, j).map(|f| reflectance * f)
+    }
+}
