@@ -3,8 +3,8 @@
 use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource, Solution, rounded};
 use fredholm_core::{Located, Real, TransitionDensity};
 use fredholm_room::{
-    Choice, Enclosure, Grading, Material, Matrix, Mesh, Point, R_MIN, Room, RoomError, RoomPairs,
-    Scene, Surface, Tables, Wall,
+    Choice, Enclosure, Grading, Material, Matrix, Mesh, Point, Polynomials, R_MIN, Room, RoomError,
+    RoomPairs, Scene, Surface, Tables, Wall,
 };
 
 use crate::description::Description;
@@ -417,15 +417,74 @@ impl Drawing {
 
 /// Everything deterministic about a room, in f64.
 #[derive(Clone, Debug)]
-pub struct Setup {
+pub struct Setup<const B: usize = 1> {
     /// The scene.
     pub scene: Scene,
     /// Its partition.
     pub mesh: Mesh,
     /// Views and coefficients.
-    pub matrix: Matrix,
+    pub matrix: Matrix<B>,
     /// The Galerkin solution.
-    pub solution: Solution,
+    pub solution: Solution<B>,
+}
+
+/// A room with B functions on every cell.
+pub type OfDegree<'c, 'a, F, const B: usize> = Piecewise<
+    'c,
+    F,
+    Polynomials<'c, 'a, F, B>,
+    Dense<'c, F>,
+    RoomPairs<'c>,
+    PointwiseSource<'c, F, Polynomials<'c, 'a, F, B>, RoomPairs<'c>, B>,
+    B,
+>;
+
+impl<const B: usize> Setup<B> {
+    /// As [`new`](Setup::new), with B functions on every cell.
+    ///
+    /// # Errors
+    /// [`RoomError`].
+    pub fn of_degree<F: Real>(
+        drawing: &Drawing,
+        cells: usize,
+        grading: Grading,
+    ) -> Result<Self, RoomError> {
+        let scene = drawing.scene::<F>()?;
+        let mesh = Mesh::new::<F>(&scene, cells, grading)?;
+        let matrix = Matrix::with_functions(&scene, &mesh, R_MIN)?;
+        let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
+        Ok(Self {
+            scene,
+            mesh,
+            matrix,
+            solution,
+        })
+    }
+
+    /// As [`with`](Setup::with).
+    ///
+    /// # Panics
+    /// If there is no such neighbour equation.
+    pub fn with_polynomials<F: Real, R>(
+        &self,
+        choice: Choice,
+        then: impl FnOnce(&Polynomials<'_, '_, F, B>, &OfDegree<'_, '_, F, B>, &[F], &[f64]) -> R,
+    ) -> R {
+        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let views = self.matrix.views();
+        let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
+        let polynomials = Polynomials::<_, B>::new(&room);
+        let pairs = RoomPairs { views, choice };
+        let v = self.solution.rounded::<F>().unwrap();
+        let g = self
+            .solution
+            .source::<F, _, _>(&self.matrix.coefficients(), &pairs)
+            .unwrap();
+        let entries = rounded::<F>(self.matrix.entries()).unwrap();
+        let dense = Dense::new(&entries, v.len()).unwrap();
+        let neighbour = Piecewise::with_pointwise(&polynomials, &dense, pairs, &v, &g).unwrap();
+        then(&polynomials, &neighbour, &v, tables.lengths())
+    }
 }
 
 impl Setup {

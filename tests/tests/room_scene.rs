@@ -279,23 +279,30 @@ fn cells_lie_where_they_should() {
         let expected = 2.0 * ((i + 1) as f64 / 20.0).powi(3);
         assert!((end - expected).abs() < 1e-14, "{i}: {end} {expected}");
     }
-    // Edges of shadows: the only vertex that stands out casts none with another. In the block's
-    // square the lines along its sides meet each wall twice, the diagonals none but corners.
+    // Edges of shadows: the inner vertex throws that of the lamp's far end, the floor's, on the left wall.
     let shadows = Grading {
         exponent: 1.0,
         shadows: true,
     };
-    let plain = Mesh::new::<f64>(&scene, 6, shadows).unwrap().len();
+    let plain = Mesh::new::<f64>(&scene, 12, shadows).unwrap();
     let equal = Grading {
         shadows: false,
         ..shadows
     };
-    assert_eq!(plain, Mesh::new::<f64>(&scene, 6, equal).unwrap().len());
+    assert_eq!(
+        plain.len(),
+        Mesh::new::<f64>(&scene, 12, equal).unwrap().len() + 1
+    );
+    // 0, 1, 1.5, 2 and 3 are the ends of its cells.
+    let second = plain.cells().range(5).start + 1;
+    assert!((plain.cells().length(second) - 0.5).abs() < 1e-14);
+    // In the block's square the ends of the right wall throw four, past three corners of the block; the
+    // block's own right side shines as well, and its ends throw four along the block's sides.
     let scene = block().scene::<f64>().unwrap();
     let cut = Mesh::new::<f64>(&scene, 8, shadows).unwrap();
-    let walls: Vec<usize> = (0..4).map(|w| cut.cells().range(w).len()).collect();
-    assert_eq!(walls, [3; 4].map(|n| n + usize::from(n == 0)));
-    for (c, end) in [(0, 0.25), (1, 0.5), (2, 0.25)] {
+    let walls: Vec<usize> = (0..8).map(|w| cut.cells().range(w).len()).collect();
+    assert_eq!(walls, [3, 1, 3, 5, 1, 1, 1, 1]);
+    for (c, end) in [(0, 2.0 / 3.0), (1, 1.0 / 12.0), (2, 0.25)] {
         assert!((cut.cells().length(c) - end).abs() < 1e-14);
     }
     facet().scene::<f64>().unwrap();

@@ -2,10 +2,13 @@
 
 use core::ops::Range;
 
+use fredholm_core::galerkin::legendre;
 use fredholm_core::{Functional, Real, Uniforms};
 use num_traits::{one, zero};
 
-use crate::vector::{cross, dot, sub};
+use crate::moments::{MOST, Sight};
+use crate::panels::Panels;
+use crate::vector::{Vector, cross, dot, sub};
 use crate::{Point, Room, RoomError};
 
 /// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks
@@ -127,6 +130,11 @@ impl<F: Real> Seen<'_, '_, F> {
     ///
     /// O(w) visits of the hierarchy for w walls, and O(1) for every cell that is seen.
     pub fn cells(&self, mut each: impl FnMut(usize, F)) {
+        self.pieces(|cell, right, left| each(cell, angle(right, left)));
+    }
+
+    /// Calls `each` with a cell and the directions between which it is seen, from right to left.
+    fn pieces(&self, mut each: impl FnMut(usize, Vector<F>, Vector<F>)) {
         let (geometry, cells, x) = (self.room.geometry(), self.room.table(), self.position);
         for (w, wall) in (0..).zip(geometry.walls()) {
             geometry.seen_pieces(x, w, |right, left| {
@@ -141,11 +149,11 @@ impl<F: Real> Seen<'_, '_, F> {
                 for (cell, end) in (first as usize..).zip(ends) {
                     let to = sub(end.position, x);
                     if !(cross(to, left) > zero()) {
-                        each(cell, angle(from, left));
+                        each(cell, from, left);
                         break;
                     }
                     if cross(from, to) > zero() {
-                        each(cell, angle(from, to));
+                        each(cell, from, to);
                         from = to;
                     }
                 }
@@ -153,17 +161,53 @@ impl<F: Real> Seen<'_, '_, F> {
         }
     }
 
-    /// (v, Φ) and (1, Φ), exact up to rounding: Σ v_j θ_j/2π over the angles θ_j under which the
-    /// point sees the cells, and Σ θ_j/2π, the share of all directions in which it sees any.
+    /// (v, Φ) and (1, Φ), exact up to rounding: Σ_j ∫ v dω/2π over the directions ω in which the point
+    /// sees the cells, and the share of all directions in which it sees any. v is piecewise constant, or of
+    /// piecewise polynomials where it has a multiple of n entries, at most 5 n.
     #[must_use]
     pub fn of(&self, v: &[F]) -> [f64; 2] {
+        let functions = v.len() / self.room.table().len().max(1);
+        let panels = Panels::new(functions);
         let [mut sum, mut share] = [0.0; 2];
-        self.cells(|cell, angle| {
-            let angle = angle.to_f64();
-            sum += v.get(cell).map_or(f64::NAN, |v| v.to_f64()) * angle;
+        self.pieces(|cell, right, left| {
+            let angle = angle(right, left).to_f64();
             share += angle;
+            sum += match v.get(cell * functions..(cell + 1) * functions) {
+                Some(&[constant]) => constant.to_f64() * angle,
+                Some(own) if (2..=MOST).contains(&functions) => {
+                    self.polynomial(&panels, cell, [right, left], own)
+                }
+                _ => f64::NAN,
+            };
         });
         [sum, share].map(|x| x / core::f64::consts::TAU)
+    }
+
+    /// ∫ v dω of a polynomial on a cell, between two directions: dω = d ds/(s² + d²) at the place s
+    /// along the wall from the foot of the perpendicular of length d.
+    fn polynomial(
+        &self,
+        panels: &Panels<F>,
+        cell: usize,
+        directions: [Vector<F>; 2],
+        v: &[F],
+    ) -> f64 {
+        let part = self.room.table().part(cell);
+        let wall = part.and_then(|part| self.room.geometry().wall(part.wall));
+        let (Some(part), Some(wall)) = (part, wall) else {
+            return f64::NAN;
+        };
+        let sight = Sight::new([zero(); 2], self.position, &part, wall);
+        let (ends, d) = (directions.map(|a| sight.meets(a, wall)), sight.distance());
+        let mut sum = 0.0;
+        panels.points(ends, d, |s, ds| {
+            let [before, behind] = sight.fractions(s);
+            let psi: [F; MOST] = legendre(before - behind);
+            let products = v.iter().zip(psi).map(|(&v, psi)| v * psi);
+            let value = products.fold(zero::<F>(), |sum, x| sum + x);
+            sum += (value * d * ds / (s * s + d * d)).to_f64();
+        });
+        sum
     }
 }
 
@@ -196,7 +240,8 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {
 }
 
 impl<'a, F: Real> Room<'a, F> {
-    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j.
+    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j, v piecewise
+    /// constant; for piecewise polynomials see [`Polynomials`](crate::Polynomials::irradiance_of).
     #[must_use]
     pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
         let terms = v.iter().enumerate();

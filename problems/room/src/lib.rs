@@ -54,6 +54,6 @@ pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};
 #[cfg(feature = "alloc")]
-pub use solution::second_moment_radius;
+pub use solution::{neighbour_second_moment_radius, second_moment_radius};
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

@@ -17,18 +17,27 @@ pub struct Grading {
     /// the way. 1 makes equal cells, with which the corners alone keep the standard deviation at
     /// n^−½.
     pub exponent: f64,
-    /// Whether to cut at the edges of shadows as well, where the line through two vertices of
-    /// obstacles meets a wall.
+    /// Whether to cut at the edges of the shadows of lights as well: where the line from a vertex at which the
+    /// emission jumps past one that stands out into the room meets a wall. There u has a kink, which
+    /// polynomials of a higher degree do not have within a cell.
     pub shadows: bool,
 }
 
-impl Default for Grading {
-    /// g = 3, no cuts at shadows.
-    fn default() -> Self {
+impl Grading {
+    /// What serves cells of a degree: g = 3, and cuts at shadows for degrees above 0.
+    #[must_use]
+    pub const fn of_degree(degree: usize) -> Self {
         Self {
             exponent: 3.0,
-            shadows: false,
+            shadows: degree > 0,
         }
+    }
+}
+
+impl Default for Grading {
+    /// Of degree 0: g = 3, no cuts at shadows.
+    fn default() -> Self {
+        Self::of_degree(0)
     }
 }
 
@@ -60,7 +69,7 @@ impl Mesh {
             first: Vec::new(),
         };
         let mut shadows = if grading.shadows {
-            crate::shadows::edges(scene)
+            crate::shadows::of_lights(scene)
         } else {
             Vec::new()
         };

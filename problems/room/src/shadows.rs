@@ -7,11 +7,31 @@ use crate::geometry::{Backs, nobody};
 use crate::scene::Scene;
 use crate::vector::{Vector, cross, norm, sub};
 
-/// Distances along every wall at which two vertices that stand out into the room are in line and
-/// both are seen: there the edge of a shadow begins or ends. A few are listed that change nothing.
-pub(crate) fn edges(scene: &Scene) -> Vec<Vec<f64>> {
-    let near = outstanding(scene);
-    lines(scene, &near, &near)
+/// Distances along every wall at which an end of a light is in line with a vertex that stands out into the
+/// room, both seen: there its shadow begins or ends, and u has a kink. A few are listed that
+/// change nothing.
+pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
+    lines(scene, &outstanding(scene), &ends_of_lights(scene))
+}
+
+/// The vertices at which the emission jumps.
+fn ends_of_lights(scene: &Scene) -> Vec<u32> {
+    let mut ends: Vec<Option<[f64; 2]>> = alloc::vec![None; scene.vertices.len()];
+    for wall in &scene.walls {
+        for vertex in wall.vertices {
+            if let Some(range) = ends.get_mut(vertex as usize) {
+                let [low, high] = range.unwrap_or([wall.emission; 2]);
+                *range = Some([low.min(wall.emission), high.max(wall.emission)]);
+            }
+        }
+    }
+    let jumps = |v: &u32| {
+        let range = ends.get(*v as usize).copied().flatten();
+        range.is_some_and(|[low, high]| low < high)
+    };
+    let mut used = used(scene);
+    used.retain(jumps);
+    used
 }
 
 /// The same for every vertex behind one that stands out: all places at which what is seen of the

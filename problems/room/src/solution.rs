@@ -1,8 +1,9 @@
 //! The whole deterministic part in one call.
 
+use fredholm_core::Kernel;
 use fredholm_core::galerkin::{Solution, buffer, radius_bounds};
 
-use crate::{Matrix, Mesh, RoomError, Scene};
+use crate::{Matrix, Mesh, Polynomials, RoomError, RoomPairs, Scene};
 
 /// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
 /// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
@@ -33,6 +34,42 @@ pub fn second_moment_radius<const B: usize>(
     };
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
     Ok(upper)
+}
+
+/// The spectral radius of T_h²p with B functions per cell and these pairs, as
+/// `fredholm_core::galerkin::second_moment_radius` estimates it from three points of every cell: where cells are
+/// too few for the degree it may be above 1, and error bars lie.
+///
+/// # Errors
+/// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells.
+pub fn neighbour_second_moment_radius<const B: usize>(
+    polynomials: &Polynomials<'_, '_, f64, B>,
+    matrix: &Matrix<B>,
+    pairs: RoomPairs<'_>,
+) -> Result<f64, RoomError> {
+    let room = polynomials.room();
+    let (cells, found) = (room.table().len(), matrix.cells());
+    if cells != found {
+        return Err(RoomError::Length {
+            expected: cells,
+            found,
+        });
+    }
+    let points = |i: usize| {
+        let places = [1e-6, 0.5, 1.0 - 1e-6].into_iter();
+        places.filter_map(move |t| room.inside(i, t))
+    };
+    let radius = fredholm_core::galerkin::second_moment_radius(
+        polynomials,
+        &matrix.coefficients(),
+        &pairs,
+        points,
+        |x, j| {
+            let k = room.kernel(&x.point, &x.point);
+            k * k * room.survival() * room.form_factor(&x.point, j)
+        },
+    )?;
+    Ok(radius)
 }
 
 impl<const B: usize> Matrix<B> {
