@@ -135,6 +135,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
         }
     }
 
+    #[cfg(feature = "alloc")]
     pub(crate) fn panels(&self) -> &Panels<F> {
         &self.panels
     }

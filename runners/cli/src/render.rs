@@ -21,7 +21,7 @@ use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::Problem;
 use crate::progress::{Progress, catch_interrupts};
-use crate::room::RoomFile;
+use crate::room::{RoomFile, of_degree};
 use crate::solve;
 use crate::threads::with_threads;
 use field::{Cut, Field, Grid, Piece, Spot, Wanted};
@@ -181,11 +181,11 @@ fn picture<F: Real>(
         estimator: plan.estimator,
         progress: &progress,
     };
-    let fields = field::estimate::<F>(
+    let fields = of_degree!(room.degree(), B => field::estimate::<F, B>(
         &wanted,
         || room.set_up(Choice::Pointwise),
         args.side_by_side,
-    );
+    ));
     progress.done();
     let (field, plain) = fields?;
     let seen = || field.air.iter().map(|spot| spot.value);
@@ -193,7 +193,7 @@ fn picture<F: Real>(
         width: grid.width,
         height: grid.height,
         inside: seen().filter(|value| !value.is_nan()).count(),
-        cells: room.unknowns(),
+        cells: room.cells_in_all(),
         least: seen().fold(f64::INFINITY, f64::min),
         largest: seen().fold(f64::NEG_INFINITY, f64::max),
         preconditioned: Noise::of(&field),

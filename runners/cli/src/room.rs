@@ -9,8 +9,9 @@ use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Unif
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
-    Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point, R_MIN,
-    Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, Views, second_moment_radius,
+    Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
+    Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, Views,
+    neighbour_second_moment_radius, second_moment_radius,
 };
 
 use crate::deck::{self, Deck};
@@ -35,6 +36,30 @@ const DEFAULT_CELLS: usize = 500;
 /// Seconds of a visited state, and of a pair of the set-up, on the machines this was measured on.
 const STATE: f64 = 120e-9;
 const PAIR: f64 = 250e-9;
+/// What a degree adds to them.
+const STEP: f64 = 100e-9;
+const MOMENTS: f64 = 600e-9;
+/// Cells enough to estimate a spectral radius.
+const COARSE: usize = 200;
+
+/// An expression in which the number of functions per cell of a degree is a constant of this name.
+macro_rules! of_degree {
+    ($degree:expr, $name:ident => $then:expr) => {
+        match $degree {
+            0 => $crate::room::of_degree!(1 as $name => $then),
+            1 => $crate::room::of_degree!(2 as $name => $then),
+            2 => $crate::room::of_degree!(3 as $name => $then),
+            3 => $crate::room::of_degree!(4 as $name => $then),
+            // Validation lets nothing above 4 pass.
+            _ => $crate::room::of_degree!(5 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
+}
+pub(crate) use of_degree;
 
 /// The surfaces of a file or a deck, as the library takes them.
 #[derive(Clone, Debug, Default)]
@@ -256,7 +281,7 @@ impl<'f> RoomFile<'f> {
         // is made of them, which may take long: see the crate's README.
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
         let least = cells.max(segments.sum());
-        refuse_memory(file, least, memory(least))?;
+        refuse_memory(file, least, memory(least, file.galerkin.degree.value))?;
         let scene = scene(file, room, &surfaces)?;
         let mesh = mesh(file, &scene, cells)?;
         let find = |name: &Placed<String>| {
@@ -285,13 +310,18 @@ impl<'f> RoomFile<'f> {
         }
     }
 
-    fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+    fn answer_in<F: Real, const B: usize>(
+        &self,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let setup = self.set_up::<F>(self.choice())?;
+        let setup = self.set_up::<F, B>(self.choice())?;
         let room = setup.room()?;
+        let polynomials = Polynomials::new(&room);
         let dense = setup.coefficients();
         let coefficients = Rounded::new(&dense);
-        let neighbour = setup.neighbour(&room, &coefficients)?;
+        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
         let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
@@ -321,7 +351,7 @@ impl<'f> RoomFile<'f> {
             if !self.only_u && self.through_u(place).is_none() {
                 let target = match self.start(&room, lengths, place)? {
                     Start::Point(at) => Target {
-                        neighbour_value: Some(room.irradiance_of(&at.0, v)),
+                        neighbour_value: Some(polynomials.irradiance_of(&at.0, v)),
                         functional: Start::Light(Irradiance {
                             room: &room,
                             of: at,
@@ -399,14 +429,17 @@ impl<'f> RoomFile<'f> {
     }
 
     fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
-        let setup = self.set_up::<F>(self.choice())?;
+        let setup = self.set_up::<F, 1>(self.choice())?;
         export::room(&setup, &self.scene)
     }
 
     /// The tables and the neighbour equation of this room, with these pairs.
-    pub(crate) fn set_up<F: Real>(&self, choice: Choice) -> Result<SetUp<F>, Failure> {
+    pub(crate) fn set_up<F: Real, const B: usize>(
+        &self,
+        choice: Choice,
+    ) -> Result<SetUp<F, B>, Failure> {
         let (scene, mesh) = (&self.scene, &self.mesh);
-        let matrix = Matrix::new(scene, mesh, R_MIN).map_err(Failure::run)?;
+        let matrix = Matrix::with_functions(scene, mesh, R_MIN).map_err(Failure::run)?;
         let solution = matrix
             .solve(scene, mesh, TOLERANCE, SWEEPS)
             .map_err(Failure::run)?;
@@ -466,6 +499,35 @@ impl<'f> RoomFile<'f> {
             Pairs::Default => Choice::Default,
             Pairs::Pointwise => Choice::Pointwise,
         }
+    }
+
+    /// The degree of the polynomials on a cell.
+    pub(crate) const fn degree(&self) -> usize {
+        self.file.galerkin.degree.value
+    }
+
+    /// The number of cells that there are.
+    pub(crate) fn cells_in_all(&self) -> usize {
+        self.mesh.len()
+    }
+
+    /// The estimated spectral radius of T_h²p, on few cells: more only bring h nearer to k.
+    fn neighbour_second_moment<const B: usize>(&self) -> Result<f64, Failure> {
+        let choice = self.choice();
+        if choice == Choice::Pointwise {
+            // h = k.
+            return Ok(0.0);
+        }
+        let mesh = mesh(self.file, &self.scene, self.cells.min(COARSE))?;
+        let matrix =
+            Matrix::<B>::with_functions(&self.scene, &mesh, R_MIN).map_err(Failure::run)?;
+        let tables = Tables::new(&self.scene, &mesh);
+        let (geometry, cells, views) = (tables.geometry(), tables.cells(), matrix.views());
+        let absorption = self.file.walk.absorption.value;
+        let room = Room::new(geometry, cells, views, absorption).map_err(Failure::input)?;
+        let polynomials = Polynomials::new(&room);
+        let pairs = RoomPairs { views, choice };
+        neighbour_second_moment_radius(&polynomials, &matrix, pairs).map_err(Failure::run)
     }
 
     /// Its surfaces, and its scene.
@@ -573,18 +635,18 @@ impl<'f> RoomFile<'f> {
 
 /// What walks in a room need.
 #[derive(Debug)]
-pub(crate) struct SetUp<F> {
+pub(crate) struct SetUp<F, const B: usize = 1> {
     pub(crate) tables: Tables<F>,
     pub(crate) absorption: f64,
-    pub(crate) matrix: Matrix,
-    solution: Solution,
+    pub(crate) matrix: Matrix<B>,
+    solution: Solution<B>,
     pub(crate) choice: Choice,
     /// The Galerkin solution.
     pub(crate) v: Vec<F>,
     pub(crate) g: Vec<F>,
 }
 
-impl<F: Real> SetUp<F> {
+impl<F: Real, const B: usize> SetUp<F, B> {
     /// The room.
     pub(crate) fn room(&self) -> Result<Room<'_, F>, Failure> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
@@ -599,14 +661,15 @@ impl<F: Real> SetUp<F> {
     /// The neighbour equation that v solves exactly.
     pub(crate) fn neighbour<'s>(
         &'s self,
-        room: &'s Room<'s, F>,
+        polynomials: &'s Polynomials<'s, 's, F, B>,
         coefficients: &'s Rounded<'s, Dense<'s, f64>, F>,
-    ) -> Result<impl Neighbour<Scalar = F, Point = Point<F>> + Sync + use<'s, F>, Failure> {
+    ) -> Result<impl Neighbour<Scalar = F, Point = Point<F>> + Sync + use<'s, F, B>, Failure> {
         let pairs = RoomPairs {
             views: self.matrix.views(),
             choice: self.choice,
         };
-        Piecewise::with_pointwise(room, coefficients, pairs, &self.v, &self.g).map_err(Failure::run)
+        Piecewise::with_pointwise(polynomials, coefficients, pairs, &self.v, &self.g)
+            .map_err(Failure::run)
     }
 }
 
@@ -634,7 +697,7 @@ fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure
         shadow_cuts,
         ..
     } = &file.galerkin;
-    let default = Grading::default();
+    let default = Grading::of_degree(file.galerkin.degree.value);
     let grading = Grading {
         exponent: grading.as_ref().map_or(default.exponent, |g| g.value),
         shadows: shadow_cuts.as_ref().map_or(default.shadows, |s| s.value),
@@ -647,9 +710,11 @@ fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure
 }
 
 /// Bytes of the tables of n cells.
-const fn memory(n: usize) -> usize {
-    let table = n.saturating_mul(n).saturating_mul(9);
-    table.saturating_add(n.saturating_mul(200 + 8 * 8))
+const fn memory(n: usize, degree: usize) -> usize {
+    let functions = degree + 1;
+    let pair = 1 + 8 * functions * functions;
+    let table = n.saturating_mul(n).saturating_mul(pair);
+    table.saturating_add(n.saturating_mul(200 + 8 * 8 * functions))
 }
 
 /// The places of a target; `find` gives the number of a surface.
@@ -728,7 +793,7 @@ impl Problem for RoomFile<'_> {
     }
 
     fn unknowns(&self) -> usize {
-        self.mesh.len()
+        self.mesh.len().saturating_mul(self.degree() + 1)
     }
 
     fn cells_text(&self) -> String {
@@ -744,14 +809,15 @@ impl Problem for RoomFile<'_> {
     }
 
     fn memory(&self) -> usize {
-        memory(self.mesh.len())
+        memory(self.mesh.len(), self.degree())
     }
 
     fn cost(&self) -> Cost {
         let n = self.mesh.len() as f64;
+        let degree = self.degree() as f64;
         Cost {
-            setup: n * n * PAIR,
-            state: STATE,
+            setup: n * n * (PAIR + degree * MOMENTS),
+            state: STATE + degree * STEP,
         }
     }
 
@@ -759,17 +825,29 @@ impl Problem for RoomFile<'_> {
         let absorption = self.file.walk.absorption.value;
         let materials = self.surfaces.materials.iter().flatten();
         let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
-        if largest * largest / (1.0 - absorption) < 1.0 {
+        if !(largest * largest / (1.0 - absorption) < 1.0) {
+            let coarse = mesh(self.file, &self.scene, COARSE)?;
+            let matrix = Matrix::new(&self.scene, &coarse, R_MIN).map_err(Failure::run)?;
+            let radius = second_moment_radius(&self.scene, &coarse, &matrix, absorption)
+                .map_err(Failure::run)?;
+            if !(radius < 1.0) {
+                let what = "reflectance²/(1 − absorption)";
+                return Err(infinite_variance(self.file, what, radius));
+            }
+        }
+        let degree = self.degree();
+        if degree == 0 {
+            // h is a mean of k over cells.
             return Ok(());
         }
-        let coarse = mesh(self.file, &self.scene, 200)?;
-        let matrix = Matrix::new(&self.scene, &coarse, R_MIN).map_err(Failure::run)?;
-        let radius = second_moment_radius(&self.scene, &coarse, &matrix, absorption)
-            .map_err(Failure::run)?;
+        let radius = of_degree!(degree, B => self.neighbour_second_moment::<B>())?;
         if radius < 1.0 {
             return Ok(());
         }
-        let what = "reflectance²/(1 − absorption)";
+        let what = format!(
+            "h² of degree {degree} on {} cells (more may help)",
+            self.cells
+        );
         Err(infinite_variance(self.file, what, radius))
     }
 
@@ -794,9 +872,11 @@ impl Problem for RoomFile<'_> {
         let walls = self.scene.walls_of(self.scene.surfaces() - 1);
         let least = walls.map_or(1, |walls| walls.end);
         let levels = [100, 200, 400, 800, 1600];
+        // As many unknowns as take seconds.
+        let most = 3200 / (self.degree() + 1);
         levels
             .into_iter()
-            .filter(|&cells| cells > 2 * least)
+            .filter(|&cells| cells > 2 * least && cells <= most)
             .collect()
     }
 
@@ -876,6 +956,10 @@ impl Problem for RoomFile<'_> {
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
+        if self.degree() > 0 {
+            let message = "tables of a room are exported with `degree = 0` only";
+            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
+        }
         match self.file.walk.scalar.value {
             Scalar::F32 => self.tables_in::<f32>(),
             Scalar::F64 => self.tables_in::<f64>(),
@@ -883,9 +967,9 @@ impl Problem for RoomFile<'_> {
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
-        match self.file.walk.scalar.value {
-            Scalar::F32 => self.answer_in::<f32>(plan, progress),
-            Scalar::F64 => self.answer_in::<f64>(plan, progress),
-        }
+        of_degree!(self.degree(), B => match self.file.walk.scalar.value {
+            Scalar::F32 => self.answer_in::<f32, B>(plan, progress),
+            Scalar::F64 => self.answer_in::<f64, B>(plan, progress),
+        })
     }
 }

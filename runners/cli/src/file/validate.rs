@@ -119,7 +119,7 @@ impl ProblemFile {
                 (4, "on a cube of up to 3 dimensions")
             }
             Problem::Cube(_) => (2, "on a cube of more than 3 dimensions"),
-            Problem::Room(_) => (0, "in a room: piecewise constant functions"),
+            Problem::Room(_) => (4, "in a room"),
         }
     }
 

@@ -8,7 +8,7 @@ use fredholm_core::{
     STEP_LIMIT, Sampler, Source, Statistics, Stream, Task,
 };
 use fredholm_rayon::{Observer, fill_rows};
-use fredholm_room::{Enclosure, Point, Room, Scene, Seen};
+use fredholm_room::{Enclosure, Point, Polynomials, Room, Scene, Seen};
 
 use crate::failure::Failure;
 use crate::progress::{Progress, begin_walking};
@@ -171,9 +171,9 @@ impl From<Failure> for Cut {
 }
 
 /// The preconditioned estimates and, if asked for, plain ones that take as long.
-pub(crate) fn estimate<F: Real>(
+pub(crate) fn estimate<F: Real, const B: usize>(
     wanted: &Wanted<'_>,
-    set_up: impl FnOnce() -> Result<SetUp<F>, Failure>,
+    set_up: impl FnOnce() -> Result<SetUp<F, B>, Failure>,
     beside_plain: bool,
 ) -> Result<(Field, Option<Field>), Cut> {
     let start = Instant::now();
@@ -181,7 +181,8 @@ pub(crate) fn estimate<F: Real>(
     let room = setup.room()?;
     let dense = setup.coefficients();
     let coefficients = Rounded::new(&dense);
-    let neighbour = setup.neighbour(&room, &coefficients)?;
+    let polynomials = Polynomials::new(&room);
+    let neighbour = setup.neighbour(&polynomials, &coefficients)?;
     begin_walking();
     let closed = wanted.scene.enclosure() == Enclosure::Closed;
     let smallest = F::EPSILON.to_f64().sqrt();

@@ -11,7 +11,7 @@ use crate::file::ProblemFile;
 use crate::numbers::short;
 use crate::problem::Problem;
 use crate::progress::Progress;
-use crate::room::RoomFile;
+use crate::room::{RoomFile, of_degree};
 use crate::solve;
 
 /// About so many points in all.
@@ -51,7 +51,9 @@ pub(crate) fn content<F: Real>(
         estimator: plan.estimator,
         progress: &progress,
     };
-    let fields = field::estimate::<F>(&wanted, || room.set_up(room.choice()), false);
+    let fields = of_degree!(room.degree(), B => {
+        field::estimate::<F, B>(&wanted, || room.set_up(room.choice()), false)
+    });
     progress.done();
     let (field, _) = fields?;
 
