@@ -45,7 +45,7 @@ pub use geometry::{Geometry, Hit, Node, Segment, Wall};
 #[cfg(feature = "alloc")]
 pub use level::RoomLevel;
 #[cfg(feature = "alloc")]
-pub use matrix::{Matrix, R_MIN};
+pub use matrix::{Matrix, R_MIN, r_min};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
 pub use pairs::{Choice, RoomPairs, View, Views};

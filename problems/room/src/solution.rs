@@ -37,7 +37,7 @@ pub fn second_moment_radius<const B: usize>(
 }
 
 /// The spectral radius of T_h²p with B functions per cell and these pairs, as
-/// `fredholm_core::galerkin::second_moment_radius` estimates it from three points of every cell: where cells are
+/// `fredholm_core::galerkin::second_moment_radius` estimates it from the three Gauss points of every cell: where cells are
 /// too few for the degree it may be above 1, and error bars lie.
 ///
 /// # Errors
@@ -56,7 +56,7 @@ pub fn neighbour_second_moment_radius<const B: usize>(
         });
     }
     let points = |i: usize| {
-        let places = [1e-6, 0.5, 1.0 - 1e-6].into_iter();
+        let places = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7].into_iter();
         places.filter_map(move |t| room.inside(i, t))
     };
     let radius = fredholm_core::galerkin::second_moment_radius(

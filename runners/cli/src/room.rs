@@ -11,7 +11,7 @@ use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
     Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, Views,
-    neighbour_second_moment_radius, second_moment_radius,
+    neighbour_second_moment_radius, r_min, second_moment_radius,
 };
 
 use crate::deck::{self, Deck};
@@ -439,7 +439,7 @@ impl<'f> RoomFile<'f> {
         choice: Choice,
     ) -> Result<SetUp<F, B>, Failure> {
         let (scene, mesh) = (&self.scene, &self.mesh);
-        let matrix = Matrix::with_functions(scene, mesh, R_MIN).map_err(Failure::run)?;
+        let matrix = Matrix::with_functions(scene, mesh, r_min(B - 1)).map_err(Failure::run)?;
         let solution = matrix
             .solve(scene, mesh, TOLERANCE, SWEEPS)
             .map_err(Failure::run)?;
@@ -520,7 +520,7 @@ impl<'f> RoomFile<'f> {
         }
         let mesh = mesh(self.file, &self.scene, self.cells.min(COARSE))?;
         let matrix =
-            Matrix::<B>::with_functions(&self.scene, &mesh, R_MIN).map_err(Failure::run)?;
+            Matrix::<B>::with_functions(&self.scene, &mesh, r_min(B - 1)).map_err(Failure::run)?;
         let tables = Tables::new(&self.scene, &mesh);
         let (geometry, cells, views) = (tables.geometry(), tables.cells(), matrix.views());
         let absorption = self.file.walk.absorption.value;
