@@ -1,10 +1,13 @@
 //! Rays per second on one thread in rooms of 100 to 100,000 walls, beside the ray casting of
-//! parry2d on the same walls and rays; and the time to build and validate a room.
+//! parry2d on the same walls and rays; the time to build and validate a room; and a state of a walk
+//! by degree.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fredholm_core::{DefaultGenerator, Draws, Sampler, Stream, Uniforms};
-use fredholm_room::{Grading, Mesh, Room, Tables, Views};
-use fredholm_tests::room::{Drawing, crowd, polygon};
+use fredholm_core::{
+    Batch, DefaultGenerator, Draws, Estimator, STEP_LIMIT, Sampler, Stream, Task, Uniforms,
+};
+use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, Views};
+use fredholm_tests::room::{Drawing, Setup, crowd, furnished, polygon};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
 use parry2d_f64::shape::Polyline;
@@ -97,5 +100,45 @@ fn benches(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(all, benches);
+/// A state of the furnished room by degree, 1,000 unknowns: with the default pairs, whose score at the end
+/// of a walk integrates over shadows and corners, and with the paper's, which costs steps alone.
+fn degrees(c: &mut Criterion) {
+    fn at<const B: usize>(c: &mut Criterion) {
+        let grading = Grading::of_degree(B - 1);
+        let setup = Setup::<B>::of_degree::<f64>(&furnished(), 1000 / B, grading).unwrap();
+        let mut group = c.benchmark_group("furnished room, a state by degree");
+        group.sample_size(10);
+        for choice in [Choice::Default, Choice::Paper] {
+            setup.with_polynomials::<f64, _>(choice, |polynomials, neighbour, v, lengths| {
+                let room = polynomials.room();
+                let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
+                let task = Task {
+                    equation: room,
+                    neighbour,
+                    functional: &mean,
+                    neighbour_value: Some(mean.of(v)),
+                    estimator: Estimator::Absorption,
+                    stream: <Stream>::new(1, 0),
+                    step_limit: STEP_LIMIT,
+                };
+                let run = || {
+                    let mut batch = Batch::new(0, 10_000, 10_000);
+                    batch.run(&task, u64::MAX).unwrap();
+                    *batch.statistics()
+                };
+                group.throughput(Throughput::Elements(run().states()));
+                let name = format!("{choice:?} pairs, degree");
+                group.bench_function(BenchmarkId::new(name, B - 1), |b| b.iter(run));
+            });
+        }
+        group.finish();
+    }
+    at::<1>(c);
+    at::<2>(c);
+    at::<3>(c);
+    at::<4>(c);
+    at::<5>(c);
+}
+
+criterion_group!(all, degrees, benches);
 criterion_main!(all);

@@ -72,6 +72,11 @@ pub(crate) trait Problem: Sync {
     /// Cells for a sweep, from few to as many as take a second or so.
     fn levels(&self) -> Vec<usize>;
 
+    /// The exponent r of √Var ~ n^−r that theory has for polynomials of a degree.
+    fn order(&self, degree: usize) -> f64 {
+        (degree + 1) as f64 / self.dimension().unwrap_or(1) as f64
+    }
+
     /// Kernel evaluations of a set-up whose iteration took so many sweeps.
     fn evaluations(&self, sweeps: u32) -> f64;
 

@@ -504,7 +504,7 @@ impl Rates {
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
         let galerkin = &sweep.file.galerkin;
         let (whole, degree) = (&*sweep.whole, galerkin.degree.value);
-        let order = (degree + 1) as f64 / whole.dimension().unwrap_or(1) as f64;
+        let order = whole.order(degree);
         let deviations = |from: usize| {
             let rows = rows.iter().filter(above).filter(|r| r.cells >= from);
             fit(rows.map(|r| (r.unknowns as f64, r.std_dev)).collect())

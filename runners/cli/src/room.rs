@@ -321,7 +321,8 @@ impl<'f> RoomFile<'f> {
         let polynomials = Polynomials::new(&room);
         let dense = setup.coefficients();
         let coefficients = Rounded::new(&dense);
-        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+        // One type of walk for all degrees.
+        let neighbour: &Boxed<'_, F> = &setup.neighbour(&polynomials, &coefficients)?;
         let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
@@ -375,7 +376,7 @@ impl<'f> RoomFile<'f> {
         }
         begin_walking();
         let start = Instant::now();
-        let mut outcome = run(&room, &neighbour, &starts, plan, progress).map_err(Failure::run)?;
+        let mut outcome = run(&room, neighbour, &starts, plan, progress).map_err(Failure::run)?;
         let walk_seconds = start.elapsed().as_secs_f64();
         let irradiance = outcome.statistics.split_off(places.len());
         let of = |(number, place): (usize, &Where)| {
@@ -633,6 +634,9 @@ impl<'f> RoomFile<'f> {
     }
 }
 
+/// A neighbour equation of any degree.
+pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
+
 /// What walks in a room need.
 #[derive(Debug)]
 pub(crate) struct SetUp<F, const B: usize = 1> {
@@ -690,18 +694,24 @@ impl ThroughU {
     }
 }
 
-/// The cells of a scene.
-fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure> {
+/// How the file cuts walls.
+fn grading(file: &ProblemFile) -> Grading {
     let Galerkin {
         grading,
         shadow_cuts,
+        degree,
         ..
     } = &file.galerkin;
-    let default = Grading::of_degree(file.galerkin.degree.value);
-    let grading = Grading {
+    let default = Grading::of_degree(degree.value);
+    Grading {
         exponent: grading.as_ref().map_or(default.exponent, |g| g.value),
         shadows: shadow_cuts.as_ref().map_or(default.shadows, |s| s.value),
-    };
+    }
+}
+
+/// The cells of a scene.
+fn mesh(file: &ProblemFile, scene: &Scene, cells: usize) -> Result<Mesh, Failure> {
+    let grading = grading(file);
     match file.walk.scalar.value {
         Scalar::F32 => Mesh::new::<f32>(scene, cells, grading),
         Scalar::F64 => Mesh::new::<f64>(scene, cells, grading),
@@ -878,6 +888,15 @@ impl Problem for RoomFile<'_> {
             .into_iter()
             .filter(|&cells| cells > 2 * least && cells <= most)
             .collect()
+    }
+
+    /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
+    fn order(&self, degree: usize) -> f64 {
+        let own = (degree + 1) as f64;
+        match self.choice() {
+            Choice::Default => own.min(0.5 * grading(self.file).exponent),
+            _ => own,
+        }
     }
 
     /// Every pair costs about one evaluation.

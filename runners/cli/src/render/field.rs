@@ -12,7 +12,7 @@ use fredholm_room::{Enclosure, Point, Polynomials, Room, Scene, Seen};
 
 use crate::failure::Failure;
 use crate::progress::{Progress, begin_walking};
-use crate::room::SetUp;
+use crate::room::{Boxed, SetUp};
 
 /// A value and its standard error.
 #[derive(Clone, Copy, Debug)]
@@ -182,14 +182,14 @@ pub(crate) fn estimate<F: Real, const B: usize>(
     let dense = setup.coefficients();
     let coefficients = Rounded::new(&dense);
     let polynomials = Polynomials::new(&room);
-    let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+    let neighbour: &Boxed<'_, F> = &setup.neighbour(&polynomials, &coefficients)?;
     begin_walking();
     let closed = wanted.scene.enclosure() == Enclosure::Closed;
     let smallest = F::EPSILON.to_f64().sqrt();
     let walker = Walker {
         wanted,
         room: &room,
-        neighbour: &neighbour,
+        neighbour,
         score: |statistics| statistics.preconditioned().into(),
     };
     let field = walker.field(start, wanted.walks, |seen, _| {
@@ -235,7 +235,7 @@ impl From<fredholm_core::Estimate> for Spot {
 }
 
 /// Walks of one kind.
-struct Walker<'w, 'r, F, N> {
+struct Walker<'w, 'r, F, N: ?Sized> {
     wanted: &'w Wanted<'w>,
     room: &'w Room<'r, F>,
     neighbour: &'w N,
@@ -244,7 +244,7 @@ struct Walker<'w, 'r, F, N> {
 
 impl<'r, F: Real, N> Walker<'_, 'r, F, N>
 where
-    N: Neighbour<Scalar = F, Point = Point<F>> + Sync,
+    N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
     /// All estimates from so many walks for a pixel. `value` gives (v, Φ) of a pixel, or `None`
     /// where there is no room.
