@@ -100,8 +100,9 @@ fn benches(c: &mut Criterion) {
     group.finish();
 }
 
-/// A state of the furnished room by degree, 1,000 unknowns: with the default pairs, whose score at the end
-/// of a walk integrates over shadows and corners, and with the paper's, which costs steps alone.
+/// A state of the furnished room by degree, 1,000 unknowns: with the default pairs, whose score at
+/// the end of a walk integrates over shadows and corners, and with the paper's, which costs steps
+/// alone.
 fn degrees(c: &mut Criterion) {
     fn at<const B: usize>(c: &mut Criterion) {
         let grading = Grading::of_degree(B - 1);

@@ -578,8 +578,8 @@ pub struct Described<'a, F> {
     drawing: &'a Drawing,
     claim: f64,
     rule: Vec<(f64, f64)>,
-    /// Where the outer integrals of Galerkin coefficients are cut: in a corner moments of higher order
-    /// change as quickly as x nears it.
+    /// Where the outer integrals of Galerkin coefficients are cut: in a corner moments of higher
+    /// order change as quickly as x nears it.
     outer: Vec<f64>,
     /// The largest coordinate.
     size: f64,
@@ -765,9 +765,9 @@ impl<'a, F: Real> Description for Described<'a, F> {
         x.wall() == self.wall_of(cell) && dot(off, off).sqrt() <= edge
     }
 
-    /// Split where the edge of a shadow may fall, at the horizon, and, where x is near, at one, two,
-    /// four … times its distance from the foot of its perpendicular: the integrand's poles are at
-    /// that distance.
+    /// Split where the edge of a shadow may fall, at the horizon, and, where x is near, at one,
+    /// two, four … times its distance from the foot of its perpendicular: the integrand's poles are
+    /// at that distance.
     fn nodes(&self, x: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
         let seen = self.seen(x, cell);
         let mut cuts: Vec<f64> = seen.shadows.iter().map(|(t, _)| *t).collect();
@@ -923,8 +923,8 @@ fn curved<F: Real, R, const B: usize>(
     claim: f64,
     then: impl FnOnce(&Curved<'_, '_, F, B>) -> R,
 ) -> R {
-    // Polynomials of degree 2B − 2 times a density, on the parts that `nodes` makes: 12 points are too few for
-    // 10⁻¹³ there.
+    // Polynomials of degree 2B − 2 times a density, on the parts that `nodes` makes: 12 points are
+    // too few for 10⁻¹³ there.
     let cuts = [4.0_f64, 16.0, 64.0].map(|n| [1.0 / n, 1.0 - 1.0 / n]);
     let by = (16, cuts.as_flattened());
     described_by::<F, _>(drawing, cells, claim, by, |flat| {

@@ -27,8 +27,8 @@ fn setup<const B: usize>(drawing: &Drawing, unknowns: usize, grading: Grading) -
     }
 }
 
-/// √Var of plain and preconditioned walks of the mean over all walls, and as root mean square over so many
-/// random points; means agree.
+/// √Var of plain and preconditioned walks of the mean over all walls, and as root mean square over
+/// so many random points; means agree.
 fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[f64; 2]; 2] {
     setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, neighbour, v, lengths| {
         let room = polynomials.room();
@@ -93,9 +93,9 @@ fn ratios<const B: usize>(drawing: &Drawing, unknowns: usize, walks: u64) -> [f6
     [mean, points]
 }
 
-/// 2,000 unknowns in the furnished room: degrees 1 to 4 against 0, for the mean over all walls and as root
-/// mean square over 100 random points. Measured: 20 to 200 times. A standard deviation of 20,000 walks, most of whose
-/// scores are small, is uncertain by a few tens of per cent.
+/// 2,000 unknowns in the furnished room: degrees 1 to 4 against 0, for the mean over all walls and
+/// as root mean square over 100 random points. Measured: 20 to 200 times. A standard deviation of
+/// 20,000 walks, most of whose scores are small, is uncertain by a few tens of per cent.
 #[test]
 fn a_furnished_room_is_ten_times_better_with_a_degree() {
     let drawing = furnished();
@@ -132,9 +132,10 @@ fn slope<const B: usize>(drawing: &Drawing, exponent: f64) -> f64 {
     slope
 }
 
-/// In a square without shadows √Var ~ n^−min(degree + 1, g/2). Pairs next to a corner look alike at every size, so
-/// that h is wrong there by something that does not shrink with the cells: what shrinks is the i-th cell's
-/// length, like n^−g, and with it the square of the deviation. g = 2(degree + 1) leaves the degree's order.
+/// In a square without shadows √Var ~ n^−min(degree + 1, g/2). Pairs next to a corner look alike at
+/// every size, so that h is wrong there by something that does not shrink with the cells: what
+/// shrinks is the i-th cell's length, like n^−g, and with it the square of the deviation. g =
+/// 2(degree + 1) leaves the degree's order.
 #[test]
 fn in_an_empty_square_the_order_is_that_of_the_degree() {
     let drawing = square();
@@ -142,7 +143,8 @@ fn in_an_empty_square_the_order_is_that_of_the_degree() {
     // Within 15 %: half a logarithm comes besides, 1/(2 ln n).
     assert!((linear + 2.0).abs() < 0.3, "{linear}");
     assert!((quadratic + 3.0).abs() < 0.45, "{quadratic}");
-    // Equal cells have n^−½ in the end, whatever the degree; on the way more, but nothing like n^−5.
+    // Equal cells have n^−½ in the end, whatever the degree; on the way more, but nothing like
+    // n^−5.
     let equal = slope::<5>(&drawing, 1.0);
     assert!(equal > -1.5, "{equal}");
 }
@@ -192,7 +194,8 @@ fn degree_0_has_the_bits_of_the_room() {
     assert_eq!(flat, of_degree);
 }
 
-/// The first moment of every order 0 is the form factor, whatever is seen of a cell, and M_00 is 1 − q0 times it.
+/// The first moment of every order 0 is the form factor, whatever is seen of a cell, and M_00 is 1
+/// − q0 times it.
 #[test]
 fn the_first_moment_is_the_form_factor() {
     let setup = Setup::<5>::of_degree::<f64>(&block(), 40, Grading::default()).unwrap();
@@ -226,9 +229,9 @@ fn the_first_moment_is_the_form_factor() {
     });
 }
 
-/// What a point sees of a lamp whose radiosity is linear: with s along it from the foot of a perpendicular of
-/// length d, ∫ s dω = (d/2) ln((s_1² + d²)/(s_0² + d²)); and what falls on a wall, ∫ s cos cos/(2r) ds, which for
-/// parallel walls is ½ [−d²/r].
+/// What a point sees of a lamp whose radiosity is linear: with s along it from the foot of a
+/// perpendicular of length d, ∫ s dω = (d/2) ln((s_1² + d²)/(s_0² + d²)); and what falls on a wall,
+/// ∫ s cos cos/(2r) ds, which for parallel walls is ½ [−d²/r].
 #[test]
 fn linear_light_has_closed_forms() {
     let setup = Setup::<2>::of_degree::<f64>(&square(), 4, Grading::default()).unwrap();
@@ -262,8 +265,8 @@ fn linear_light_has_closed_forms() {
     });
 }
 
-/// On enough cells h is near k = ρ/(1 − q0), so that T_h²p has nearly the radius of T_k²p; with the paper's pairs,
-/// of which some are left out, it has less.
+/// On enough cells h is near k = ρ/(1 − q0), so that T_h²p has nearly the radius of T_k²p; with the
+/// paper's pairs, of which some are left out, it has less.
 #[test]
 fn the_second_moment_of_h_is_near_that_of_k() {
     let drawing = block();

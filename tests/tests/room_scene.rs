@@ -279,7 +279,8 @@ fn cells_lie_where_they_should() {
         let expected = 2.0 * ((i + 1) as f64 / 20.0).powi(3);
         assert!((end - expected).abs() < 1e-14, "{i}: {end} {expected}");
     }
-    // Edges of shadows: the inner vertex throws that of the lamp's far end, the floor's, on the left wall.
+    // Edges of shadows: the inner vertex throws that of the lamp's far end, the floor's, on the
+    // left wall.
     let shadows = Grading {
         exponent: 1.0,
         shadows: true,
@@ -296,8 +297,8 @@ fn cells_lie_where_they_should() {
     // 0, 1, 1.5, 2 and 3 are the ends of its cells.
     let second = plain.cells().range(5).start + 1;
     assert!((plain.cells().length(second) - 0.5).abs() < 1e-14);
-    // In the block's square the ends of the right wall throw four, past three corners of the block; the
-    // block's own right side shines as well, and its ends throw four along the block's sides.
+    // In the block's square the ends of the right wall throw four, past three corners of the block;
+    // the block's own right side shines as well, and its ends throw four along the block's sides.
     let scene = block().scene::<f64>().unwrap();
     let cut = Mesh::new::<f64>(&scene, 8, shadows).unwrap();
     let walls: Vec<usize> = (0..8).map(|w| cut.cells().range(w).len()).collect();

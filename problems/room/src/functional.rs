@@ -52,8 +52,8 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
         })
     }
 
-    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v; of piecewise polynomials, where
-    /// v has a multiple of n entries.
+    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v; of piecewise
+    /// polynomials, where v has a multiple of n entries.
     #[must_use]
     pub fn of(&self, v: &[F]) -> f64 {
         let cells = self.room.table();
@@ -161,9 +161,9 @@ impl<F: Real> Seen<'_, '_, F> {
         }
     }
 
-    /// (v, Φ) and (1, Φ), exact up to rounding: Σ_j ∫ v dω/2π over the directions ω in which the point
-    /// sees the cells, and the share of all directions in which it sees any. v is piecewise constant, or of
-    /// piecewise polynomials where it has a multiple of n entries, at most 5 n.
+    /// (v, Φ) and (1, Φ), exact up to rounding: Σ_j ∫ v dω/2π over the directions ω in which the
+    /// point sees the cells, and the share of all directions in which it sees any. v is piecewise
+    /// constant, or of piecewise polynomials where it has a multiple of n entries, at most 5 n.
     #[must_use]
     pub fn of(&self, v: &[F]) -> [f64; 2] {
         let functions = v.len() / self.room.table().len().max(1);
@@ -240,8 +240,9 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {
 }
 
 impl<'a, F: Real> Room<'a, F> {
-    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j, v piecewise
-    /// constant; for piecewise polynomials see [`Polynomials`](crate::Polynomials::irradiance_of).
+    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j, v
+    /// piecewise constant; for piecewise polynomials see
+    /// [`Polynomials`](crate::Polynomials::irradiance_of).
     #[must_use]
     pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
         let terms = v.iter().enumerate();

@@ -15,20 +15,21 @@ use crate::vector::{Vector, cross, dot, norm, sub};
 use crate::visible::{Part, Viewer, twins};
 use crate::{Mesh, RoomError, Scene};
 
-/// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S of piecewise constants, unless another is asked
-/// for.
+/// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S of piecewise constants, unless another
+/// is asked for.
 pub const R_MIN: f64 = 0.25;
 
-/// What serves cells of a degree: ¼ for piecewise constants, ½ above, where h is a polynomial that fits the
-/// worse the less even p is. Pairs next to a corner look alike at every size, so that a better h there is what the
-/// standard deviation gains most from: in furnished rooms it is up to six times smaller than with ¼, at the same cost.
+/// What serves cells of a degree: ¼ for piecewise constants, ½ above, where h is a polynomial that
+/// fits the worse the less even p is. Pairs next to a corner look alike at every size, so that a
+/// better h there is what the standard deviation gains most from: in furnished rooms it is up to
+/// six times smaller than with ¼, at the same cost.
 #[must_use]
 pub const fn r_min(degree: usize) -> f64 {
     if degree == 0 { R_MIN } else { 0.5 }
 }
 
-/// What all pairs of cells see of each other, and K' with B functions on a cell: n² bytes and 8 (nB)²
-/// bytes. For B = 1 K'_ij is ρ_i F_ij with F_ij the form factor from cell i to cell j.
+/// What all pairs of cells see of each other, and K' with B functions on a cell: n² bytes and 8
+/// (nB)² bytes. For B = 1 K'_ij is ρ_i F_ij with F_ij the form factor from cell i to cell j.
 ///
 /// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or
 /// better (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of
@@ -36,9 +37,9 @@ pub const fn r_min(degree: usize) -> f64 {
 /// less where a row would sum to more than ρ: an error that costs variance and no correctness.
 /// [`factors`](crate::factors) are exact.
 ///
-/// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the smaller one
-/// by Gauss points: to rounding where the cells are apart, in halves of halves down to 1/64 of a cell where
-/// they are near, by 16 points each where a shadow is between them.
+/// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the
+/// smaller one by Gauss points: to rounding where the cells are apart, in halves of halves down to
+/// 1/64 of a cell where they are near, by 16 points each where a shadow is between them.
 #[derive(Clone, Debug)]
 pub struct Matrix<const B: usize = 1> {
     views: Vec<u8>,
@@ -56,7 +57,8 @@ struct Side<'a> {
 }
 
 impl Matrix {
-    /// Of all pairs of the mesh, for piecewise constants. A pair is [`View::Evenly`] where r_ij ≥ `r_min`.
+    /// Of all pairs of the mesh, for piecewise constants. A pair is [`View::Evenly`] where r_ij ≥
+    /// `r_min`.
     ///
     /// # Errors
     /// [`RoomError::Ratio`] for r_min outside [0, 1], [`RoomError::Memory`].
@@ -67,8 +69,8 @@ impl Matrix {
 
 impl<const B: usize> Matrix<B> {
     /// As [`new`](Matrix::new), with B functions on every cell, at most 5. A pair is
-    /// [`View::Evenly`] where no eigenvalue of M_j(x) is below `r_min` times the mean of p_j over the cell of x: at its
-    /// ends and, for B > 1, in its middle.
+    /// [`View::Evenly`] where no eigenvalue of M_j(x) is below `r_min` times the mean of p_j over
+    /// the cell of x: at its ends and, for B > 1, in its middle.
     ///
     /// # Errors
     /// As there.
@@ -406,8 +408,9 @@ struct Sights<'s, 'a, const B: usize> {
 const HALVINGS: u32 = 6;
 
 impl<const B: usize> Sights<'_, '_, B> {
-    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below r_min times `mean` for x in `from`. Within a part
-    /// that sees another wholly p_j has one maximum, so its infimum is at an end; at a corner it is a limit.
+    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below r_min times `mean` for x in `from`. Within
+    /// a part that sees another wholly p_j has one maximum, so its infimum is at an end; at a
+    /// corner it is a limit.
     fn is_even(&self, from: &Part<f64>, to: &Part<f64>, mean: f64) -> bool {
         let even = |t: f64| {
             let mut moments = [[0.0; B]; B];

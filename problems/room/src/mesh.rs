@@ -17,9 +17,9 @@ pub struct Grading {
     /// the way. 1 makes equal cells, with which the corners alone keep the standard deviation at
     /// n^−½.
     pub exponent: f64,
-    /// Whether to cut at the edges of the shadows of lights as well: where the line from a vertex at which the
-    /// emission jumps past one that stands out into the room meets a wall. There u has a kink, which
-    /// polynomials of a higher degree do not have within a cell.
+    /// Whether to cut at the edges of the shadows of lights as well: where the line from a vertex
+    /// at which the emission jumps past one that stands out into the room meets a wall. There u has
+    /// a kink, which polynomials of a higher degree do not have within a cell.
     pub shadows: bool,
 }
 

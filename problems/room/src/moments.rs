@@ -174,9 +174,10 @@ impl<F: Real, const B: usize> Rules<F, B> {
 }
 
 impl<F: Real> Geometry<'_, F> {
-    /// Calls `each` with numbers and the B functions of a part in as many places, so that for a polynomial
-    /// P of degree 2B − 2 in them the sum of the numbers times P is ∫ P cos θ_x cos θ_y/(2r) dy over
-    /// what the point sees of the part. For B = 1 that is one number, the form factor.
+    /// Calls `each` with numbers and the B functions of a part in as many places, so that for a
+    /// polynomial P of degree 2B − 2 in them the sum of the numbers times P is ∫ P cos θ_x cos
+    /// θ_y/(2r) dy over what the point sees of the part. For B = 1 that is one number, the form
+    /// factor.
     #[inline]
     pub(crate) fn measure<const B: usize>(
         &self,
@@ -268,8 +269,8 @@ mod tests {
             Real::pow(10.0, low + (high - low) * self.next())
         }
 
-        /// A cell of any size at any place, seen from any distance; its heights are those of a slanted
-        /// wall, often of one that meets that of the point.
+        /// A cell of any size at any place, seen from any distance; its heights are those of a
+        /// slanted wall, often of one that meets that of the point.
         fn sight<F: Real>(&mut self, tiny: f64) -> Sight<F> {
             let to = F::from_f64;
             let length = to(self.power(tiny, 0.0));
@@ -378,8 +379,8 @@ mod tests {
         worst
     }
 
-    /// Over 20,000 cells each, of all sizes at all distances down to 10⁻⁹ (f32: 10⁻⁴), with and without a
-    /// corner.
+    /// Over 20,000 cells each, of all sizes at all distances down to 10⁻⁹ (f32: 10⁻⁴), with and
+    /// without a corner.
     #[test]
     fn moments_are_exact_to_rounding() {
         let wide = [

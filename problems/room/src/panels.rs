@@ -1,14 +1,14 @@
 //! Quadrature along a wall, exact to rounding.
 //!
-//! Whatever depends on the direction from a point to a place on a wall is an analytic function of the
-//! place s, counted from the foot of the point's perpendicular, except at s = ±id, d the length of the
-//! perpendicular. On an interval with its middle at m and of half width a these two are at
+//! Whatever depends on the direction from a point to a place on a wall is an analytic function of
+//! the place s, counted from the foot of the point's perpendicular, except at s = ±id, d the length
+//! of the perpendicular. On an interval with its middle at m and of half width a these two are at
 //! (−m ± id)/a in its own coordinate θ ∈ [−1, 1], at the distance κ = √(m² + d²)/a from 0: on or
-//! outside the ellipse with foci ±1 and ρ + 1/ρ = 2κ, as no ellipse with that sum is nearer to 0 than it is at
-//! its vertex κ (Bernstein 1912). N Gauss points integrate polynomials up to the degree 2N − 1 exactly; where
-//! the integrand is a polynomial of degree 2B − 2 times a density with these singularities, their
-//! error is that of the best approximation of the density by polynomials of degree
-//! 2N − 1 − (2B − 2), of the order ρ^−(2N − 2B + 2).
+//! outside the ellipse with foci ±1 and ρ + 1/ρ = 2κ, as no ellipse with that sum is nearer to 0
+//! than it is at its vertex κ (Bernstein 1912). N Gauss points integrate polynomials up to the
+//! degree 2N − 1 exactly; where the integrand is a polynomial of degree 2B − 2 times a density with
+//! these singularities, their error is that of the best approximation of the density by polynomials
+//! of degree 2N − 1 − (2B − 2), of the order ρ^−(2N − 2B + 2).
 
 use fredholm_core::Real;
 use num_traits::{one, zero};
@@ -18,8 +18,8 @@ pub(crate) const RULES: usize = 6;
 /// Points of the largest.
 pub(crate) const POINTS: usize = 16;
 
-/// The positive points of Gauss–Legendre rules of 4, 6, 8, 10, 12 and 16 points on [−1, 1], and their
-/// weights.
+/// The positive points of Gauss–Legendre rules of 4, 6, 8, 10, 12 and 16 points on [−1, 1], and
+/// their weights.
 #[rustfmt::skip]
 const GAUSS: [&[[f64; 2]]; RULES] = [
     &[
@@ -86,8 +86,8 @@ impl<F: Real> Panels<F> {
             if order < 6 {
                 return F::from_f64(f64::INFINITY);
             }
-            // ρ^−order is a small part of ε: the density is nearly s^−3 where d is small, so that its
-            // coefficients in polynomials of degree k are of the order k² ρ^−k.
+            // ρ^−order is a small part of ε: the density is nearly s^−3 where d is small, so that
+            // its coefficients in polynomials of degree k are of the order k² ρ^−k.
             let rho = Real::pow(4096.0 / F::EPSILON.to_f64(), 1.0 / f64::from(order));
             let kappa = 0.5 * (rho + 1.0 / rho);
             F::from_f64(kappa * kappa)
@@ -95,8 +95,8 @@ impl<F: Real> Panels<F> {
         Self { nearest }
     }
 
-    /// The smallest rule for an interval of half width a, with `square` = a² and `distance` = m² + d².
-    /// `None`: it is too near for any.
+    /// The smallest rule for an interval of half width a, with `square` = a² and `distance` = m² +
+    /// d². `None`: it is too near for any.
     #[inline]
     pub(crate) fn rule(&self, distance: F, square: F) -> Option<usize> {
         self.nearest
@@ -107,8 +107,9 @@ impl<F: Real> Panels<F> {
     /// Calls `each` with points s of an interval [from, to] and weights ds, for a point at the
     /// distance `distance` > 0 from its line.
     ///
-    /// Where no rule serves the whole interval it is cut at ±d and in halves of what is farther from the foot: then ρ is
-    /// at least 4.6 on every part, and s keeps its digits however near the wall is.
+    /// Where no rule serves the whole interval it is cut at ±d and in halves of what is farther
+    /// from the foot: then ρ is at least 4.6 on every part, and s keeps its digits however near the
+    /// wall is.
     #[inline]
     pub(crate) fn points(&self, [from, to]: [F; 2], distance: F, mut each: impl FnMut(F, F)) {
         let mut part = |rule: usize, from: F, to: F, sign: F| {

@@ -9,27 +9,31 @@ use num_traits::{one, zero};
 use crate::moments::Rules;
 use crate::{Point, Room};
 
-/// A room with B = degree + 1 Legendre polynomials on every cell, at most 5, normalised: in the coordinate
-/// t ∈ [−1, 1] of a cell, ψ_b = √(2b + 1) P_b(t).
+/// A room with B = degree + 1 Legendre polynomials on every cell, at most 5, normalised: in the
+/// coordinate t ∈ [−1, 1] of a cell, ψ_b = √(2b + 1) P_b(t).
 ///
 /// It is the same equation and chain as its [`Room`], and gives a neighbour equation of the degree
-/// through [`Piecewise`](fredholm_core::galerkin::Piecewise) and a [`Matrix`](crate::Matrix) with as
-/// many functions. For B = 1 it has the room's bits.
+/// through [`Piecewise`](fredholm_core::galerkin::Piecewise) and a [`Matrix`](crate::Matrix) with
+/// as many functions. For B = 1 it has the room's bits.
 ///
-/// **Moments.** With d the length of the perpendicular from x to the line of cell j and s the
-/// place along it, counted from the foot,
+/// **Moments.** With d the length of the perpendicular from x to the line of cell j and s the place
+/// along it, counted from the foot,
 ///
 /// ```text
-/// M_j(x)_bc = (1 − q0) ½ ∫ ψ_b ψ_c h(s) d (s² + d²)^(−3/2) ds,    h(s) the height of y above the wall of x,
+/// M_j(x)_bc = (1 − q0) ½ ∫ ψ_b ψ_c h(s) d (s² + d²)^(−3/2) ds
 /// ```
 ///
-/// over what x sees of the cell: its visible intervals, exactly. All factors are positive and linear in s or
-/// of one sign, so that nothing cancels, as it would in the closed form with its powers of tan and logarithms
-/// for small or distant cells. The integrals are made by Gauss points, in numbers that follow from
-/// the ellipse (Bernstein 1912) around the cell in which the integrand has no singularity, s = ±id: 4 to 16
-/// points leave an error below rounding. A cell that is nearer than 1.2 of its lengths is cut at
-/// ±d, ±2d, ±4d, … first. Of 10⁵ random cells, points and walls at angles between 10° and 170°, the largest
-/// error was 11 ε of the mass in f64 and 9 ε in f32, near, far, in corners, tiny and huge.
+/// over what x sees of the cell, its visible intervals, exactly; h(s) is the height of y above the
+/// wall of x. The density has one sign, so that nothing cancels, as it would in the closed form
+/// with its powers of tan for small, distant or near cells. It is integrated by Gauss points whose
+/// number follows from the ellipse (Bernstein 1912) around the cell in which it is analytic, up to
+/// s = ±id: 4 to 16 leave an error below rounding. A cell that is too near, by about 1.2 of its
+/// lengths, is cut at ±d, and what is farther from the foot in halves of halves, first. Of 80,000
+/// random cells of all sizes, near, far and in corners, the largest error is 9 ε of the mass (times
+/// ψ_b(1) ψ_c(1)) up to degree 3 and 16 ε at degree 4 in f64, 6 ε in f32. Where x is a corner
+/// itself, all of the mass is at the cell's end there.
+///
+/// A room with a neighbour equation of degree 3 is in the crate's README.
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomials<'r, 'a, F, const B: usize> {
     room: &'r Room<'a, F>,

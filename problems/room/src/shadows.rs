@@ -7,9 +7,9 @@ use crate::geometry::{Backs, nobody};
 use crate::scene::Scene;
 use crate::vector::{Vector, cross, norm, sub};
 
-/// Distances along every wall at which an end of a light is in line with a vertex that stands out into the
-/// room, both seen: there its shadow begins or ends, and u has a kink. A few are listed that
-/// change nothing.
+/// Distances along every wall at which an end of a light is in line with a vertex that stands out
+/// into the room, both seen: there its shadow begins or ends, and u has a kink. A few are listed
+/// that change nothing.
 pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
     lines(scene, &outstanding(scene), &ends_of_lights(scene))
 }

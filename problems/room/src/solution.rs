@@ -37,8 +37,8 @@ pub fn second_moment_radius<const B: usize>(
 }
 
 /// The spectral radius of T_h²p with B functions per cell and these pairs, as
-/// `fredholm_core::galerkin::second_moment_radius` estimates it from the three Gauss points of every cell: where cells are
-/// too few for the degree it may be above 1, and error bars lie.
+/// `fredholm_core::galerkin::second_moment_radius` estimates it from the three Gauss points of
+/// every cell: where cells are too few for the degree it may be above 1, and error bars lie.
 ///
 /// # Errors
 /// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells.
@@ -73,12 +73,12 @@ pub fn neighbour_second_moment_radius<const B: usize>(
 }
 
 impl<const B: usize> Matrix<B> {
-    /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps until
-    /// no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
+    /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps
+    /// until no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///
     /// # Errors
-    /// [`RoomError::Length`] where the matrix is not of this mesh, and as [`RoomError::Galerkin`] what
-    /// [`Solution::new`] says.
+    /// [`RoomError::Length`] where the matrix is not of this mesh, and as [`RoomError::Galerkin`]
+    /// what [`Solution::new`] says.
     pub fn solve(
         &self,
         scene: &Scene,

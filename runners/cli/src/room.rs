@@ -277,8 +277,8 @@ impl<'f> RoomFile<'f> {
         let surfaces = Surfaces::new(file, room)?;
         let cells = file.galerkin.cells.as_ref();
         let cells = cells.map_or(DEFAULT_CELLS, |cells| cells.value);
-        // Every segment is one cell at least. Whether there is room for them is asked before a scene
-        // is made of them, which may take long: see the crate's README.
+        // Every segment is one cell at least. Whether there is room for them is asked before a
+        // scene is made of them, which may take long: see the crate's README.
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
         let least = cells.max(segments.sum());
         refuse_memory(file, least, memory(least, file.galerkin.degree.value))?;
