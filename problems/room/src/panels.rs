@@ -138,6 +138,10 @@ impl<F: Real> Panels<F> {
                     zero()
                 };
                 let begin = begin.max(near);
+                // Infinite ends lead nowhere.
+                if !(begin < far) {
+                    break;
+                }
                 part(RULES - 1, begin, far, sign);
                 far = begin;
             }
