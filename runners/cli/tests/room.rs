@@ -215,11 +215,12 @@ fn walls_are_cut_at_shadows_where_that_is_asked_for() {
     assert_eq!((without, left), (24.0, right));
     assert_eq!(solved("shadow_cuts = false"), (without, left, right));
     let (with, left, right) = solved("shadow_cuts = true");
-    assert_eq!(with, 28.0);
+    // Two more are at 2/5 and 3/5 of the right wall, where cells end anyway.
+    assert_eq!(with, 26.0);
     assert!(left > 1.05 * right, "{left} {right}");
     let path = folder.file("cuts.toml", problem("shadow_cuts = true"));
     let check = fredholm(&["check", &path]).quietly(0).stdout;
-    assert!(check.contains("24 asked for, 28 in all"), "{check}");
+    assert!(check.contains("24 asked for, 26 in all"), "{check}");
     refused(
         &folder.solve(
             &common::circle_with("degree = 0", "shadow_cuts = true"),
@@ -309,7 +310,10 @@ fn the_square_has_its_known_value_at_every_degree() {
         ] {
             let args = ["--json", "--degree", degree, "--scalar", scalar];
             let args = [&args[..], &["--pairs", pairs]].concat();
-            let json = folder.solve(&problem, &args).quietly(0).json();
+            // In f32 there may be a warning that rounding is what is left.
+            let ran = folder.solve(&problem, &args);
+            assert_eq!(ran.status, Some(0), "{ran:?}");
+            let json = ran.json();
             assert_eq!(number(&json, "degree").to_string(), degree);
             let functions = number(&json, "degree") + 1.0;
             assert_eq!(number(&json, "unknowns"), 80.0 * functions);
@@ -324,8 +328,9 @@ fn the_square_has_its_known_value_at_every_degree() {
                 );
             }
             if scalar == "f64" && pairs == "default" {
-                let error = number(&target["preconditioned"], "std_error");
-                assert!(error < 2e-5, "{degree}: {error}");
+                let [plain, best] =
+                    ["plain", "preconditioned"].map(|name| number(&target[name], "std_error"));
+                assert!(best < plain / 30.0, "{degree}: {plain} {best}");
             }
         }
     }
