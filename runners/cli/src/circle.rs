@@ -456,10 +456,10 @@ impl<F: Real, E: Emission<F>> Functional<Circle<'_, F, E>> for Start<'_, '_, F, 
 }
 
 /// The mean over an arc, by the nodes in it.
-fn uniform_on(
+fn uniform_on<L: Level<Point = Point<f64>>>(
     place: &Where,
-    level: &impl Level<Point = Point<f64>>,
-) -> impl Fn(&Point<f64>) -> Density + use<> {
+    level: &L,
+) -> impl Fn(&Point<f64>) -> Density + use<L> {
     let (from, to) = match *place {
         Where::Arc(from, to) => (from, to),
         _ => (0.0, TAU),

@@ -460,6 +460,83 @@ impl<'f> RoomFile<'f> {
         })
     }
 
+    /// Sets up, and predicts.
+    fn diagnose_in<const B: usize>(&self, request: &Request) -> Result<Diagnosis, Failure> {
+        let setup = self.set_up::<f64, B>(self.choice())?;
+        let room = setup.room()?;
+        let polynomials = Polynomials::new(&room);
+        let dense = setup.coefficients();
+        let coefficients = Rounded::new(&dense);
+        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+        // Of piecewise constants: the first function of a cell is all of it.
+        let coefficients = (B == 1).then_some(&dense);
+        self.examine(&room, &neighbour, coefficients, request)
+    }
+
+    fn examine(
+        &self,
+        room: &Room<'_, f64>,
+        neighbour: &Boxed<'_, f64>,
+        coefficients: Option<&Dense<'_, f64>>,
+        request: &Request,
+    ) -> Result<Diagnosis, Failure> {
+        let degree = self.degree();
+        let level = RoomLevel::new(room, request.nodes, degree).map_err(Failure::run)?;
+        let mut densities = Vec::new();
+        for asked in &self.asked {
+            let walls = self.walls(&asked.place)?;
+            let own = self.scene.geometry();
+            let own = own.walls().get(walls.clone()).unwrap_or(&[]);
+            let length = own.iter().map(|wall| wall.length).sum();
+            densities.push(move |x: &Point<f64>| {
+                if walls.contains(&x.wall()) {
+                    Density::uniform(length)
+                } else {
+                    Density::nothing()
+                }
+            });
+        }
+        let mut targets = Vec::new();
+        for (asked, density) in self.asked.iter().zip(&densities) {
+            let start = match &asked.place {
+                Where::On(surface, t) => {
+                    let (wall, fraction) = self.scene.along(*surface, *t).map_err(Failure::run)?;
+                    variance::Start::At(room.point(wall, fraction).map_err(Failure::run)?)
+                }
+                _ => variance::Start::Density(density),
+            };
+            targets.push(Begin {
+                name: &asked.name,
+                start,
+            });
+        }
+        let pairs = RoomPairs {
+            views: room.views(),
+            choice: self.choice(),
+        };
+        let place = |site: usize| {
+            let mut wall = 0;
+            level.nodes(site, |x, _| wall = x.wall());
+            let surface = self.scene.place(wall).map(|place| place.surface);
+            surface
+                .and_then(|surface| self.surface(surface))
+                .map_or_else(|| format!("wall {wall}"), str::to_owned)
+        };
+        let draw = |shares: &[f64]| self.draw_shares(&level, shares);
+        request.examine(&Subject {
+            draw: Some(&draw),
+            setting: Setting {
+                equation: room,
+                neighbour,
+                pairs,
+                level: &level,
+            },
+            coefficients: coefficients.filter(|_| self.mesh.len() <= level.sites()),
+            targets: &targets,
+            place: &place,
+        })
+    }
+
     /// The walls, coloured by the share of each site in the variance over its share of all length.
     fn draw_shares(&self, level: &RoomLevel<'_, '_>, shares: &[f64]) -> Result<String, Failure> {
         let mut pieces = Vec::new();
@@ -905,66 +982,7 @@ impl Problem for RoomFile<'_> {
     }
 
     fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
-        let setup = self.set_up::<f64>(self.choice())?;
-        let room = setup.room()?;
-        let dense = setup.coefficients();
-        let coefficients = Rounded::new(&dense);
-        let neighbour = setup.neighbour(&room, &coefficients)?;
-        let degree = self.file.galerkin.degree.value;
-        let level = RoomLevel::new(&room, request.nodes, degree).map_err(Failure::run)?;
-        let mut densities = Vec::new();
-        for asked in &self.asked {
-            let walls = self.walls(&asked.place)?;
-            let lengths = setup.tables.lengths();
-            let at = |wall: usize| lengths.get(wall).copied().unwrap_or(f64::NAN);
-            let length = at(walls.end) - at(walls.start);
-            densities.push(move |x: &Point<f64>| {
-                if walls.contains(&x.wall()) {
-                    Density::uniform(length)
-                } else {
-                    Density::nothing()
-                }
-            });
-        }
-        let mut targets = Vec::new();
-        for (asked, density) in self.asked.iter().zip(&densities) {
-            let start = match &asked.place {
-                Where::On(surface, t) => {
-                    let (wall, fraction) = self.scene.along(*surface, *t).map_err(Failure::run)?;
-                    variance::Start::At(room.point(wall, fraction).map_err(Failure::run)?)
-                }
-                _ => variance::Start::Density(density),
-            };
-            targets.push(Begin {
-                name: &asked.name,
-                start,
-            });
-        }
-        let pairs = RoomPairs {
-            views: setup.matrix.views(),
-            choice: setup.choice,
-        };
-        let place = |site: usize| {
-            let mut wall = 0;
-            level.nodes(site, |x, _| wall = x.wall());
-            let surface = self.scene.place(wall).map(|place| place.surface);
-            surface
-                .and_then(|surface| self.surface(surface))
-                .map_or_else(|| format!("wall {wall}"), str::to_owned)
-        };
-        let draw = |shares: &[f64]| self.draw_shares(&level, shares);
-        request.examine(&Subject {
-            draw: Some(&draw),
-            setting: Setting {
-                equation: &room,
-                neighbour: &neighbour,
-                pairs,
-                level: &level,
-            },
-            coefficients: (degree == 0 && self.mesh.len() <= level.sites()).then_some(&dense),
-            targets: &targets,
-            place: &place,
-        })
+        of_degree!(self.degree(), B => self.diagnose_in::<B>(request))
     }
 
     fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
