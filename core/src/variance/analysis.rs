@@ -205,7 +205,7 @@ where
     /// `run` calls the function that it is given for every site with its number, in any order and by as many threads as it
     /// likes: sites are independent, and so the bits do not depend on it. [`serially`] does it on this thread.
     ///
-    /// O(n²) evaluations of k four times and of h three times for n nodes, and 56 bytes for each pair of sites.
+    /// O(n²) evaluations of k five times and of h three times for n nodes, and 56 bytes for each pair of sites.
     ///
     /// # Errors
     /// [`VarianceError`].
@@ -264,8 +264,56 @@ where
             if neighbour_power.is_some() {
                 self.squares(&mut analysis, &run)?;
             }
+            self.refine_totals(&mut analysis, &run)?;
         }
         Ok(analysis)
+    }
+
+    /// E η(k,f)² and w once more, by T_k²p of what is known of them in the nodes.
+    fn refine_totals(
+        &self,
+        analysis: &mut Analysis<L::Point>,
+        run: &impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+    ) -> Result<(), VarianceError>
+    where
+        Self: Sync,
+    {
+        let estimator = analysis.estimator;
+        let means = &analysis.means;
+        for site in &mut analysis.sites {
+            let reflected = [&means.plain, &means.squared].map(|x| against(&site.row, |m| m.kk, x));
+            for node in &mut site.nodes {
+                let [plain, squared] = total_sources(estimator, node);
+                node.totals = [plain + reflected[0], squared + reflected[1]];
+            }
+        }
+        let middles = analysis.middles()?;
+        let totals = Nodal::new(&analysis.sites, &middles, |node| node.totals)?;
+        run(&mut analysis.sites, &|_, site| {
+            for node in &mut site.nodes {
+                node.totals = self.totals(estimator, node, &totals);
+            }
+        });
+        Ok(())
+    }
+
+    /// The sources of E η(k,f)² and of w, and T_k²p of both, in a node.
+    fn totals(
+        &self,
+        estimator: Estimator,
+        node: &Node<L::Point>,
+        totals: &Nodal<'_, [f64; 2]>,
+    ) -> [f64; 2] {
+        let [mut plain, mut squared] = total_sources(estimator, node);
+        for j in 0..self.level.sites() {
+            self.level.steps(&node.x.point, j, |step| {
+                let k = self.equation.kernel(&node.x.point, &step.point);
+                let of_y = totals.at(j, step.node).unwrap_or([f64::NAN; 2]);
+                plain += step.weight * k * k * of_y[0];
+                squared += step.weight * k * k * of_y[1];
+            });
+        }
+        [plain, squared]
     }
 
     /// e once more, by T_kp of what is known of it in the nodes: its mean over a site is of second order in the size of a
@@ -370,6 +418,7 @@ where
             second: 0.0,
             mixed: 0.0,
             parts: [0.0; 3],
+            totals: [f64::NAN; 2],
         };
         let mut step_residual = 0.0;
         for (j, moments) in row.iter_mut().enumerate() {
@@ -457,6 +506,13 @@ where
             let seconds = Nodal::new(&analysis.sites, &means.seconds, seconds_of)?;
             self.square(analysis.estimator, &seconds, &mut site);
         }
+        if analysis.kernel_power.is_some() {
+            let middles = analysis.middles()?;
+            let totals = Nodal::new(&analysis.sites, &middles, |node| node.totals)?;
+            for node in &mut site.nodes {
+                node.totals = self.totals(analysis.estimator, node, &totals);
+            }
+        }
         Ok(site)
     }
 }
@@ -478,6 +534,17 @@ impl<P> Analysis<P> {
             }
         }
         Ok(error)
+    }
+
+    /// E η(k,f)² and w in the mean over sites.
+    fn middles(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
+        let mut middles = reserve(self.sites.len())?;
+        middles.extend(
+            self.sites
+                .iter()
+                .map(|site| [0, 1].map(|k| site.mean(|x| x.totals[k]))),
+        );
+        Ok(middles)
     }
 
     fn plain_seconds(&self) -> Result<Vec<f64>, VarianceError> {
@@ -564,12 +631,17 @@ fn scored(product: f64, q: f64) -> f64 {
 }
 
 /// The source of E η(k,f)².
-pub(super) fn plain_source<P>(estimator: Estimator, x: &Node<P>) -> f64 {
+fn plain_source<P>(estimator: Estimator, x: &Node<P>) -> f64 {
     let f = x.source;
     match estimator {
         Estimator::Absorption => scored(f * f, x.absorption),
         Estimator::Collision => f * (2.0 * (x.value + x.error) - f),
     }
+}
+
+/// The sources of E η(k,f)² and of w.
+fn total_sources<P>(estimator: Estimator, x: &Node<P>) -> [f64; 2] {
+    [plain_source(estimator, x), x.squared()]
 }
 
 /// The sources of s and c.

@@ -92,6 +92,8 @@ pub struct Node<P> {
     /// What a walk in x adds to w: by the difference of the sources, by T_D²p s + 2 T_kDp c in S, and by the same
     /// outside.
     pub parts: [f64; 3],
+    /// E η(k,f)² and w(x); NaN where infinite.
+    pub totals: [f64; 2],
 }
 
 impl<P> Node<P> {

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::analysis::{Matrix, against, plain_source};
+use super::analysis::Matrix;
 use super::{Analysis, Level, Moments, Setting, Site, VarianceError};
 use crate::galerkin::{Pairs, buffer, reserve};
 use crate::{Kernel, Neighbour, Sampler, Source};
@@ -149,6 +149,14 @@ impl<P> Prediction<P> {
         for (occupation, own) in occupation.iter_mut().zip(&self.own) {
             *occupation += own;
         }
+        // The adjoint sees means over sites, the variance itself what is in the nodes.
+        let sum = sources + kernel + left_out;
+        let scale = if sum > 0.0 {
+            self.sums.squared / sum
+        } else {
+            1.0
+        };
+        let [sources, kernel, left_out] = [sources, kernel, left_out].map(|part| scale * part);
         Ok(Some(Attribution {
             parts: Parts {
                 sources,
@@ -157,7 +165,7 @@ impl<P> Prediction<P> {
                 mean: self.error * self.error,
                 start: self.sums.start,
             },
-            contributions: self.contributions(analysis, &occupation)?,
+            contributions: self.contributions(analysis, &occupation, scale)?,
             occupation,
         }))
     }
@@ -166,6 +174,7 @@ impl<P> Prediction<P> {
         &self,
         analysis: &Analysis<P>,
         occupation: &[f64],
+        scale: f64,
     ) -> Result<Vec<Contribution>, VarianceError> {
         let n = analysis.sites.len();
         let mut all = reserve(n.saturating_mul(n + 1))?;
@@ -176,14 +185,14 @@ impl<P> Prediction<P> {
             all.push(Contribution {
                 from,
                 into: None,
-                variance: occupation * site.mean(|x| x.parts[0]) + of_start,
+                variance: scale * (occupation * site.mean(|x| x.parts[0]) + of_start),
             });
             for (into, pair) in site.pairs.iter().enumerate() {
                 let of_start = start.and_then(|s| s.pairs.get(into)).copied();
                 all.push(Contribution {
                     from,
                     into: Some(into),
-                    variance: occupation * pair + of_start.unwrap_or(0.0),
+                    variance: scale * (occupation * pair + of_start.unwrap_or(0.0)),
                 });
             }
         }
@@ -216,7 +225,7 @@ where
         match start {
             Start::At(x) => {
                 let site = self.start(analysis, x)?;
-                sums.add(analysis, &site, |_| Density::uniform(1.0));
+                sums.add(&site, |_| Density::uniform(1.0));
                 for (first, moments) in first.iter_mut().zip(&site.row) {
                     *first = moments.kk;
                 }
@@ -225,7 +234,7 @@ where
             Start::Density(density) => {
                 let mut supremum = 0.0;
                 for (site, own) in analysis.sites.iter().zip(&mut own) {
-                    *own = sums.add(analysis, site, density);
+                    *own = sums.add(site, density);
                     for node in &site.nodes {
                         supremum = f64::max(density(&node.x.point).square, supremum);
                     }
@@ -275,14 +284,7 @@ struct Sums {
 
 impl Sums {
     /// Adds a site; ∫ φ²p0 over it.
-    fn add<P>(
-        &mut self,
-        analysis: &Analysis<P>,
-        site: &Site<P>,
-        density: impl Fn(&P) -> Density,
-    ) -> f64 {
-        let means = &analysis.means;
-        let reflected = [&means.squared, &means.plain].map(|x| against(&site.row, |m| m.kk, x));
+    fn add<P>(&mut self, site: &Site<P>, density: impl Fn(&P) -> Density) -> f64 {
         let mut mass = 0.0;
         for node in &site.nodes {
             let at = density(&node.x.point);
@@ -291,8 +293,9 @@ impl Sums {
             self.start += at.fluctuation * twice;
             self.value += functional * node.value;
             self.error += functional * node.error;
-            self.squared += square * (node.squared() + reflected[0]);
-            self.plain += square * (plain_source(analysis.estimator, node) + reflected[1]);
+            let [plain, squared] = node.totals;
+            self.squared += square * squared;
+            self.plain += square * plain;
             for (sum, part) in self.parts.iter_mut().zip(node.parts) {
                 *sum += square * part;
             }
