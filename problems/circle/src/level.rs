@@ -11,6 +11,30 @@ use crate::{Circle, Emission, Point};
 
 /// Sites of equal arcs: parts of cells where there are few cells, groups of them where there are many, of which the
 /// one in the middle stands for all others, except for steps within the group.
+///
+/// ```
+/// use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
+/// use fredholm_core::Estimator;
+/// use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+/// use fredholm_core::variance::{Setting, Start, serially};
+///
+/// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
+/// let tables = Tables::<f64>::new(&[0.3, 0.7], 100)?;
+/// let circle = Circle::new(tables.cells(), light, 0.2)?;
+/// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
+/// let solution = circle.solve(1e-14, 1000)?;
+/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64, _, _>(&circle, &pairs)?);
+/// let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
+///
+/// // √Var of walks from s = 1, before there is one.
+/// let level = CircleLevel::new(&circle, 800, 0)?;
+/// let setting = Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level };
+/// let analysis = setting.analyse(Estimator::Absorption, serially)?;
+/// let predicted = setting.predict(&analysis, Start::At(circle.point(1.0)))?;
+/// let [plain, best] = [predicted.plain, predicted.preconditioned].map(|v| v.unwrap().sqrt());
+/// assert!(30.0 * best < plain && plain < 60.0 * best);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CircleLevel<'c, 'a, E> {
     circle: &'c Circle<'a, f64, E>,
