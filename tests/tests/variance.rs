@@ -187,7 +187,7 @@ fn bounded<P>(what: &str, analysis: &Analysis<P>, prediction: &Prediction<P>, sd
 }
 
 fn on_circle(cells: usize, nodes: usize) {
-    for pairs in [DEFAULT, PAPER] {
+    for (pairs, name) in [(DEFAULT, ""), (PAPER, ", paper's pairs")] {
         with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, v| {
             let level = CircleLevel::new(circle, nodes, 0).unwrap();
             let setting = Setting {
@@ -199,7 +199,7 @@ fn on_circle(cells: usize, nodes: usize) {
             let all = MeanOver::new(circle, 0.0, TAU).unwrap();
             let density = |_: &_| Density::uniform(TAU);
             compare(
-                &format!("circle {cells} mean"),
+                &format!("circle {cells}{name}, mean"),
                 &setting,
                 Start::Density(&density),
                 all,
@@ -208,7 +208,7 @@ fn on_circle(cells: usize, nodes: usize) {
             let x0 = circle.point(1.0);
             let value = neighbour.value(&neighbour.locate(x0));
             compare(
-                &format!("circle {cells} point"),
+                &format!("circle {cells}{name}, point"),
                 &setting,
                 Start::At(x0),
                 At(x0),
@@ -261,7 +261,7 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
                 pairs,
                 level: &level,
             };
-            let what = format!("cube {D}, {cells}^{D}, B {B}");
+            let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
             let density = |_: &_| Density::uniform(1.0);
             compare(
                 &what,
@@ -319,7 +319,7 @@ fn rooms() {
                     fredholm_room::MeanOver::new(room, lengths, 0..room.geometry().walls().len())
                         .unwrap();
                 compare(
-                    &format!("{} {choice:?}", drawing.name),
+                    &format!("{}, {choice:?}, mean", drawing.name),
                     &setting,
                     Start::Density(&density),
                     all,
