@@ -1,4 +1,5 @@
-//! Every problem of the workspace passes the kit, for three base seeds.
+//! Every problem of the workspace passes the kit, for three base seeds; cubes and rooms of higher degree, which take
+//! minutes, for one of the three, unless `FREDHOLM_LONG` is set.
 
 use fredholm_tests::check::STANDARD_ERRORS;
 use fredholm_tests::matrix::{PROBLEMS, SEEDS};
@@ -6,9 +7,18 @@ use rayon::prelude::*;
 
 #[test]
 fn every_problem_passes_for_every_seed() {
+    let long = std::env::var_os("FREDHOLM_LONG").is_some();
     let runs: Vec<_> = PROBLEMS
         .iter()
-        .flat_map(|problem| SEEDS.map(|seed| (problem, seed)))
+        .enumerate()
+        .flat_map(|(i, problem)| {
+            let (name, _) = problem;
+            let slow = name.contains("degree") && (name.contains("cube") || name.contains("room"));
+            let seeds = SEEDS.into_iter().enumerate();
+            seeds
+                .filter(move |&(s, _)| long || !slow || s == i % SEEDS.len())
+                .map(move |(_, seed)| (problem, seed))
+        })
         .collect();
     let reports: Vec<_> = runs
         .par_iter()
