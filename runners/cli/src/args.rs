@@ -88,6 +88,17 @@ would be dots in the picture.
 A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as
 constants. Kernel and source of a cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
+    /// Compare published numbers with what this program finds
+    #[command(after_help = "\
+Some ninety numbers that others published or derived, each with its source: exact solutions on the circle
+and on the cube, form factors to twelve digits, light in rooms, the paper's deviations and rates. Every
+one is asked for as you would ask: by a problem file, which is built in, with fixed seeds.
+
+An estimate agrees if it is at most 4 of its standard errors off, and so must be that of plain walks (z and
+plain z are the distances in standard errors); an exact number if it has every printed digit; a rate or
+a size that depends on random choices which were not printed, if it is within the latitude that the
+table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was finished is printed).")]
+    Verify(Common),
     /// Print a commented problem file
     Init {
         /// The kind of problem
@@ -241,7 +252,7 @@ pub(crate) struct FactorsArgs {
 }
 
 /// Options of every command that walks.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Common {
     /// Threads; results do not depend on it [default: all cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]

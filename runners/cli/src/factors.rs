@@ -6,9 +6,9 @@ use fredholm_room::{Scene, factors as form_factors};
 use serde::Serialize;
 
 use crate::args::FactorsArgs;
-use crate::deck;
+use crate::deck::{self, Deck};
 use crate::failure::{Ended, Failure};
-use crate::file;
+use crate::file::{self, ProblemFile};
 use crate::numbers::aligned;
 use crate::room::{self, Surfaces};
 use crate::solve::{self, lacking_memory};
@@ -18,10 +18,10 @@ const PAIR: usize = 48;
 
 /// Everything that `factors --json` prints.
 #[derive(Debug, Serialize)]
-struct Factors {
-    surfaces: Vec<String>,
+pub(crate) struct Factors {
+    pub(crate) surfaces: Vec<String>,
     /// Row I: of the energy that leaves surface I, the share that arrives at each.
-    factors: Vec<Vec<f64>>,
+    pub(crate) factors: Vec<Vec<f64>>,
 }
 
 /// Runs `factors`.
@@ -31,26 +31,10 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
     let factors = if is_deck {
-        let deck = deck::read(&args.file)?;
-        let surfaces = Surfaces::plain(&deck);
-        refuse_beyond_memory(surfaces.names.len())?;
-        let scene = surfaces.scene::<f64>(deck.open).map_err(|error| {
-            let (message, _) = surfaces.explain(error);
-            Failure::input(format_args!("{}: {message}", args.file.display()))
-        })?;
-        Factors::new(surfaces.names, &scene)?
+        of_deck(&args.file.display().to_string(), &deck::read(&args.file)?)?
     } else {
         let file = solve::read(&args.file, |_| ())?;
-        let file::Problem::Room(own) = &file.problem else {
-            return Err(Failure::input(format_args!(
-                "{}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck",
-                args.file.display()
-            )));
-        };
-        let surfaces = Surfaces::new(&file, own)?;
-        refuse_beyond_memory(surfaces.names.len())?;
-        let scene = room::scene(&file, own, &surfaces)?;
-        Factors::new(surfaces.names, &scene)?
+        of_file(&args.file.display().to_string(), &file)?
     };
     let text = if args.json {
         let mut text = serde_json::to_string_pretty(&factors).map_err(Failure::run)?;
@@ -63,6 +47,30 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     Ok(Ended::Done)
+}
+
+/// Those of the deck of this name.
+pub(crate) fn of_deck(name: &str, deck: &Deck) -> Result<Factors, Failure> {
+    let surfaces = Surfaces::plain(deck);
+    refuse_beyond_memory(surfaces.names.len())?;
+    let scene = surfaces.scene::<f64>(deck.open).map_err(|error| {
+        let (message, _) = surfaces.explain(error);
+        Failure::input(format_args!("{name}: {message}"))
+    })?;
+    Factors::new(surfaces.names, &scene)
+}
+
+/// Those of the problem file of this name, which must be a room.
+pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
+    let file::Problem::Room(own) = &file.problem else {
+        return Err(Failure::input(format_args!(
+            "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
+        )));
+    };
+    let surfaces = Surfaces::new(file, own)?;
+    refuse_beyond_memory(surfaces.names.len())?;
+    let scene = room::scene(file, own, &surfaces)?;
+    Factors::new(surfaces.names, &scene)
 }
 
 /// Asked before a scene is made, which may take long.

@@ -80,6 +80,8 @@ impl From<io::Error> for Failure {
 pub(crate) enum Ended {
     /// Everything was done: status 0.
     Done,
+    /// Not all numbers were found to agree: status 1.
+    Disagrees,
     /// The asked error was not reached: status 3.
     ErrorNotReached,
     /// Interrupted: status 130.
@@ -91,6 +93,7 @@ impl Ended {
     pub(crate) fn status(self) -> ExitCode {
         match self {
             Self::Done => ExitCode::SUCCESS,
+            Self::Disagrees => ExitCode::from(1),
             Self::ErrorNotReached => ExitCode::from(3),
             Self::Interrupted => ExitCode::from(130),
         }

@@ -28,6 +28,7 @@ mod report;
 mod room;
 mod solve;
 mod threads;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -52,6 +53,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Rates(args) => rates::rates(args),
         Command::Diagnose(args) => diagnose::diagnose(args),
         Command::Render(args) => render::render(args),
+        Command::Verify(args) => verify::verify(args),
         Command::Check { file } => solve::check(file),
         Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(*kind),

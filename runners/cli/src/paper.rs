@@ -56,14 +56,14 @@ const PRINTED: [(usize, u64, [f64; 5]); 16] = [
 
 /// A row of the table: errors and standard deviations averaged over the points.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Row {
-    n: usize,
-    walks: u64,
+pub(crate) struct Row {
+    pub(crate) n: usize,
+    pub(crate) walks: u64,
     e_rad: f64,
     e_mc: f64,
     e_pmc: f64,
-    sd_mc: f64,
-    sd_pmc: f64,
+    pub(crate) sd_mc: f64,
+    pub(crate) sd_pmc: f64,
     /// Standard errors, averaged over the points.
     se_mc: f64,
     se_pmc: f64,
@@ -72,7 +72,7 @@ struct Row {
 
 /// The paper's row.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Printed {
+pub(crate) struct Printed {
     e_rad: f64,
     e_mc: f64,
     e_pmc: f64,
@@ -82,30 +82,30 @@ struct Printed {
 
 /// Fitted exponents; `None` where there are too few rows.
 #[derive(Clone, Debug, Serialize)]
-struct Rates {
+pub(crate) struct Rates {
     /// √Var^pmc ~ n^…, from the rows with the most walks that every n has.
-    sd_pmc_against_n: Option<f64>,
+    pub(crate) sd_pmc_against_n: Option<f64>,
     /// Errors ~ N^… for every n.
-    errors_against_walks: Vec<ErrorRates>,
+    pub(crate) errors_against_walks: Vec<ErrorRates>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
-struct ErrorRates {
-    n: usize,
-    e_mc: Option<f64>,
-    e_pmc: Option<f64>,
+pub(crate) struct ErrorRates {
+    pub(crate) n: usize,
+    pub(crate) e_mc: Option<f64>,
+    pub(crate) e_pmc: Option<f64>,
 }
 
 /// Everything that `paper --json` prints.
 #[derive(Debug, Serialize)]
-struct Table {
+pub(crate) struct Table {
     degree: usize,
     seed: u64,
     reflectance: Vec<f64>,
     points: Vec<f64>,
     seconds: f64,
-    rows: Vec<Row>,
-    rates: Rates,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) rates: Rates,
 }
 
 /// The random choices that the paper does not print: ρ_i on [0, ρ*] and the points on [0, 2π),
@@ -162,7 +162,8 @@ fn rows(most: u64) -> Vec<(usize, u64)> {
     rows
 }
 
-fn compute(args: &PaperArgs) -> Result<Table, Failure> {
+/// The table, or as much of it as was finished before an interruption.
+pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
     let start = Instant::now();
     let (reflectance, points) = choices(args.seed);
     let questions: Vec<Question> = points.iter().map(|&s| Question::At(s)).collect();

@@ -273,6 +273,29 @@ fn levels(file: &ProblemFile, whole: &dyn Problem, asked: &[usize]) -> Result<Ve
     })
 }
 
+/// The fitted exponents of √Var in n and of the error in kernel evaluations, from so many walks on every
+/// one of these cells; `None` where the walks were interrupted.
+pub(crate) fn exponents(
+    file: &ProblemFile,
+    cells: &[usize],
+    walks: u64,
+) -> Result<Option<[f64; 2]>, Failure> {
+    let sweep = Sweep {
+        file,
+        whole: problem::of_file(file)?,
+        levels: cells.to_vec(),
+        timed: false,
+        measured: Some(walks),
+    };
+    let (rates, ended) = sweep.run()?;
+    let fits = (rates.fits.std_dev, rates.fits.error_in_evaluations);
+    match (ended, fits) {
+        (Ended::Done, (Some(std_dev), Some(error))) => Ok(Some([std_dev, error])),
+        (Ended::Done, _) => Err(Failure::run("a sweep has no slope")),
+        _ => Ok(None),
+    }
+}
+
 /// What is to be measured.
 struct Sweep<'a> {
     file: &'a ProblemFile,
