@@ -19,7 +19,6 @@ use crate::file::{Pairs, Placed, ProblemFile, word};
 use crate::numbers::{aligned, short};
 use crate::output::open_all;
 use crate::problem::{self, Problem};
-use crate::progress::catch_interrupts;
 use crate::solve::{plan, read, refuse_beyond_memory, refuse_memory};
 use crate::threads::with_threads;
 
@@ -798,7 +797,6 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         Some(dir) => Some(open_all(dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
-    catch_interrupts()?;
     let request = Request {
         estimator: plan(&file, None).estimator,
         nodes,

@@ -46,6 +46,7 @@ fn main() -> ExitCode {
 }
 
 fn run(command: &Command) -> Result<Ended, Failure> {
+    progress::catch_interrupts()?;
     match command {
         Command::Paper(args) => paper::paper(args),
         Command::Solve(args) => solve::solve(args),

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf, is_separator};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -12,19 +12,16 @@ use crate::failure::Failure;
 /// What an abrupt end must not leave behind: temporary files, and folders that were made for them.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-fn remember(path: &Path) {
-    if let Ok(mut unfinished) = UNFINISHED.lock() {
-        unfinished.push(path.to_owned());
-    }
+/// Held while something is made, so that an abrupt end waits until it knows of it.
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Removes what an abrupt end would leave behind. Files that got their names are no longer found
 /// under the old ones, and folders that are not empty stay.
 pub(crate) fn remove_unfinished() {
-    if let Ok(mut unfinished) = UNFINISHED.lock() {
-        for path in unfinished.drain(..).rev() {
-            let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir(&path));
-        }
+    for path in unfinished().drain(..).rev() {
+        let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir(&path));
     }
 }
 
@@ -56,11 +53,12 @@ impl Output {
             let why = format_args!("there is no folder {}", folder.display());
             return Err(refuse(&why));
         }
+        let mut unfinished = unfinished();
         let file = tempfile::Builder::new()
             .prefix(".fredholm-")
             .tempfile_in(folder)
             .map_err(|error| refuse(&format_args!("cannot write there: {error}")))?;
-        remember(file.path());
+        unfinished.push(file.path().to_owned());
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -102,16 +100,22 @@ pub(crate) fn open_all<const N: usize>(
     folder: &Path,
     names: [&str; N],
 ) -> Result<[Output; N], Failure> {
-    let new = !folder.exists();
+    let mut unfinished = unfinished();
+    // Folders around it too, the outermost first.
+    let new = folder
+        .ancestors()
+        .take_while(|a| !a.as_os_str().is_empty() && !a.exists());
+    let mut new: Vec<PathBuf> = new.map(Path::to_owned).collect();
+    new.reverse();
+    // Before they are made: of several, one may be there when another cannot be.
+    unfinished.extend(new);
     fs::create_dir_all(folder).map_err(|error| {
         Failure::input(format_args!(
             "`--out {}`: cannot make this folder: {error}",
             folder.display()
         ))
     })?;
-    if new {
-        remember(folder);
-    }
+    drop(unfinished);
     let mut outputs = Vec::with_capacity(N);
     for name in names {
         outputs.push(Output::open(&folder.join(name))?);

@@ -16,7 +16,7 @@ use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
-use crate::progress::{Progress, catch_interrupts, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
 
 /// C = 5, D = 1, ℓ = 5.
@@ -128,7 +128,6 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
         Some(folder) => Some(open_all(folder, names)?),
         None => None,
     };
-    catch_interrupts()?;
     let table = with_threads(args.common.threads, || compute(args))??;
     let json = {
         let mut text = serde_json::to_string_pretty(&table).map_err(Failure::run)?;

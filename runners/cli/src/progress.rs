@@ -16,7 +16,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Whether walks are under way, which look at [`INTERRUPTED`] and have something to print.
 static WALKING: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C ends the walks, whose results so far are then printed. During the set-up there
+/// From now on Ctrl-C, and a request to terminate, ends the walks, whose results so far are then printed. During the set-up there
 /// are none, and a second Ctrl-C does not want to wait for them: both end the program at once.
 pub(crate) fn catch_interrupts() -> Result<(), Failure> {
     let handler = || {

@@ -19,7 +19,7 @@ use crate::file::{Placed, ProblemFile, word};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::problem::{self, Problem};
-use crate::progress::{Progress, catch_interrupts};
+use crate::progress::Progress;
 use crate::solve;
 use crate::threads::with_threads;
 use by_degree::ByDegree;
@@ -134,7 +134,6 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
         Some(folder) => Some(open_all(folder, FILES)?),
         None => None,
     };
-    catch_interrupts()?;
     let (all, ended) = with_threads(args.common.threads, || run(&sweeps))??;
     let report = match <[Rates; 1]>::try_from(all) {
         Ok([one]) if sweeps.len() == 1 => Report::One(one),

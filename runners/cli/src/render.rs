@@ -20,7 +20,7 @@ use crate::file::{self, ProblemFile, Scalar};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::Problem;
-use crate::progress::{Progress, catch_interrupts};
+use crate::progress::Progress;
 use crate::room::{RoomFile, of_degree};
 use crate::solve;
 use crate::threads::with_threads;
@@ -115,7 +115,6 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
     room.refuse_infinite_variance()?;
     solve::refuse_beyond_memory(&file, &room)?;
     let output = Output::open(&args.out)?;
-    catch_interrupts()?;
     let work = || match file.walk.scalar.value {
         Scalar::F32 => content::<f32>(args, &file, &room, format),
         Scalar::F64 => content::<f64>(args, &file, &room, format),

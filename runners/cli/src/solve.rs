@@ -13,7 +13,7 @@ use crate::file::{self, Placed, ProblemFile, Source, What, word};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
-use crate::progress::{Progress, catch_interrupts};
+use crate::progress::Progress;
 use crate::report::{
     Coordinates, EndingsReport, EnergyReport, EstimateReport, Over, Report, TargetReport,
 };
@@ -187,7 +187,6 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
         Some(path) => Some(open_output(path, &file)?),
         None => None,
     };
-    catch_interrupts()?;
     let plan = plan(&file, time_limit);
     let job = || answer(&file, &*problem, &plan);
     let (report, ended) = with_threads(args.common.threads, job)??;

@@ -18,7 +18,7 @@ use crate::args::{Common, PaperArgs};
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
 use crate::numbers::{aligned, short, with_error};
-use crate::progress::{Progress, catch_interrupts, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
 use crate::{deck, factors, paper, problem, rates, solve};
 
@@ -120,7 +120,6 @@ struct Report {
 
 /// Runs `verify`.
 pub(crate) fn verify(args: &Common) -> Result<Ended, Failure> {
-    catch_interrupts()?;
     let start = Instant::now();
     let found = match with_threads(args.threads, || run(args))? {
         // Nobody has seen all numbers agree.
@@ -240,7 +239,10 @@ impl Walks {
 impl Factors {
     fn rows(&self, source: &'static str) -> Result<Vec<Row>, Failure> {
         let factors = if self.deck {
-            factors::of_deck(&self.name, &deck::parse_named(&self.name, self.text.clone())?)?
+            factors::of_deck(
+                &self.name,
+                &deck::parse_named(&self.name, self.text.clone())?,
+            )?
         } else {
             factors::of_file(&self.name, &built_in(&self.name, &self.text)?)?
         };
@@ -285,7 +287,10 @@ fn experiment(sizes: &[Size], source: &'static str, args: &Common) -> Result<Vec
     let mut rows = Vec::new();
     for size in sizes {
         let n = size.cells;
-        let found = table.rows.iter().find(|row| (row.n, row.walks) == (n, most));
+        let found = table
+            .rows
+            .iter()
+            .find(|row| (row.n, row.walks) == (n, most));
         let both = [
             ("√Var^mc", size.plain, found.map(|row| row.sd_mc)),
             ("√Var^pmc", size.preconditioned, found.map(|row| row.sd_pmc)),
@@ -340,7 +345,13 @@ fn exponents(dimension: usize, source: &'static str) -> Result<Vec<Row>, Failure
     let theory = -1.0 / dimension as f64;
     let allowed = Allowed::Difference(RATE_LATITUDE);
     let row = |what: &str, theory, found| {
-        Row::compared(source, format!("{name}: {what}"), theory, Some(found), allowed)
+        Row::compared(
+            source,
+            format!("{name}: {what}"),
+            theory,
+            Some(found),
+            allowed,
+        )
     };
     Ok(vec![
         row("√Var ~ n^", theory, std_dev),

@@ -262,7 +262,11 @@ fn models() -> Vec<Check> {
             "kernel_factors = ['x * y^2 / 0.1', 'x * y^2', 'x * y^2', 'x * y^2', 'x * y^2']\n\
              source = '(x1 * x2 * x3 * x4 * x5)^2 - x1 * x2 * x3 * x4 * x5 / 3125 / 0.1'",
             vec![
-                known("u(0.9, ..., 0.9)", "at = [0.9, 0.9, 0.9, 0.9, 0.9]", 0.9_f64.powi(10)),
+                known(
+                    "u(0.9, ..., 0.9)",
+                    "at = [0.9, 0.9, 0.9, 0.9, 0.9]",
+                    0.9_f64.powi(10),
+                ),
                 known("mean", "over = 'all'", 3.0_f64.powi(-5)),
             ],
         ),
@@ -322,7 +326,12 @@ fn strings() -> Vec<Check> {
         let far = [angle.cos(), angle.sin()];
         let file = outline(&[[0.0, 0.0], [1.0, 0.0], far], &["plate", "rest", "other"]);
         let name = format!("wedge of {degrees} degrees, 1 - sin(a/2)");
-        factors(&name, file, "plate", &[("other", 1.0 - (0.5 * angle).sin())])
+        factors(
+            &name,
+            file,
+            "plate",
+            &[("other", 1.0 - (0.5 * angle).sin())],
+        )
     };
     vec![
         factors(
@@ -373,7 +382,14 @@ const BLOCK: [(&str, [[f64; 2]; 2]); 4] = [
 ];
 
 fn obstacles() -> Vec<Check> {
-    let names = ["bottom", "right", "inner floor", "inner wall", "top", "left"];
+    let names = [
+        "bottom",
+        "right",
+        "inner floor",
+        "inner wall",
+        "top",
+        "left",
+    ];
     let block = BLOCK.map(|(name, ends)| surface(name, &ends, 0.5, 0.0));
     let block = outline(&SQUARE, &["bottom", "right", "top", "left"]) + &block.concat();
     vec![
@@ -499,7 +515,12 @@ fn room_walks(cells: usize, pairs: &str, walks: u32, seed: u32) -> String {
 }
 
 fn rooms() -> Vec<Check> {
-    let sides = [("bottom", 0.3, 0.0), ("right", 0.6, 1.0), ("top", 0.7, 0.0), ("left", 0.5, 0.0)];
+    let sides = [
+        ("bottom", 0.3, 0.0),
+        ("right", 0.6, 1.0),
+        ("top", 0.7, 0.0),
+        ("left", 0.5, 0.0),
+    ];
     let square = |material: &dyn Fn(f64, f64) -> f64| -> String {
         let ends = SQUARE.into_iter().zip(SQUARE.into_iter().cycle().skip(1));
         let walls = ends.zip(sides);
@@ -509,7 +530,10 @@ fn rooms() -> Vec<Check> {
         format!("[problem]\nkind = 'room'\n{walls}")
     };
     let lit = square(&|_, f| f);
-    let block: String = BLOCK.iter().map(|(name, ends)| surface(name, ends, 0.8, 0.2)).collect();
+    let block: String = BLOCK
+        .iter()
+        .map(|(name, ends)| surface(name, ends, 0.8, 0.2))
+        .collect();
     let glowing = square(&|rho, _| 1.0 - rho) + &block;
     let point = |pairs: &str, seed: u32| {
         walks(
@@ -538,7 +562,12 @@ fn rooms() -> Vec<Check> {
     // u - 6/7 at the middle of a side of the inscribed polygon, with rho = 1/2 and F on a side the
     // cosine of the angle of its middle: from a Nystrom scheme on one side, all sides being turns of
     // it, that the tests carry out again.
-    let polygons = [(45, -5.0994e-4), (90, -1.281_81e-4), (180, -3.2098e-5), (360, -8.0284e-6)];
+    let polygons = [
+        (45, -5.0994e-4),
+        (90, -1.281_81e-4),
+        (180, -3.2098e-5),
+        (360, -8.0284e-6),
+    ];
     all.extend(polygons.map(|(n, difference)| {
         walks(
             &format!("regular {n}-gon, F = cos"),
@@ -563,7 +592,12 @@ fn polygon(n: u32) -> String {
     let sides: String = (0..n)
         .map(|k| {
             let emission = angle(f64::from(k)).cos();
-            surface(&format!("side {k}"), &[vertex(k), vertex(k + 1)], 0.5, emission)
+            surface(
+                &format!("side {k}"),
+                &[vertex(k), vertex(k + 1)],
+                0.5,
+                emission,
+            )
         })
         .collect();
     format!("[problem]\nkind = 'room'\n{sides}")
