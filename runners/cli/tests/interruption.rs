@@ -136,7 +136,7 @@ fn a_second_interrupt_does_not_wait() {
     // Either the walks were quick enough to end in between, or nothing is there.
     let left = out.names();
     assert!(left.is_empty() || left == ["result.csv"], "{left:?}");
-    assert_eq!(left.is_empty(), ran.stdout.is_empty(), "{ran:?}");
+    assert!(ran.stdout.is_empty() || !left.is_empty(), "{ran:?}");
 }
 
 /// Commands with several files: all of them, or none. What was finished is printed.
@@ -268,7 +268,7 @@ fn a_full_disk_leaves_no_part_of_a_file() {
         assert!(["table.csv", "table.json"].contains(&&*name), "{name}");
         assert!(text.ends_with('\n'), "{name}: {text}");
     }
-    let picture = out.at("room.png");
+    let picture = out.at("field.csv");
     let ran = wait(on_a_small_disk(
         "trap '' XFSZ;",
         &["render", &glowing, "--walks", "1", "--out", &picture],
