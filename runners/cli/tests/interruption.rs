@@ -24,7 +24,7 @@ const LONG_SET_UP: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
     [galerkin]\ncells = 64\npoints = 5\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
 /// A square with the light u = 1.
-const FURNACE: &str = "[problem]\nkind = 'room'\n[[problem.surface]]\nname = 'all'\n\
+const FURNACE: &str = "[problem]\nkind = 'room'\n[[problem.surface]]\nname = 'walls'\n\
     points = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]\nreflectance = 0.6\nemission = 0.4\n\
     [galerkin]\ncells = 40\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
