@@ -153,7 +153,7 @@ fn several_files_are_written_all_or_none() {
         &[
             "rates", &circle, "--json", "--cells", "8,16,20", "--walks", ENDLESS, "--out", &target,
         ],
-        &["render", &room, "--walks", "1000000000", "--out", &picture],
+        &["render", &room, "--walks", "1000000", "--out", &picture],
     ];
     for args in commands {
         let ran = signalled(args, &out, Duration::from_millis(700), "INT");
