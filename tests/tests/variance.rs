@@ -264,7 +264,7 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
             let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
             let density = |_: &_| Density::uniform(1.0);
             compare(
-                &what,
+                &what("mean"),
                 &setting,
                 Start::Density(&density),
                 Mean,
@@ -272,7 +272,7 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
             );
             let x0 = [0.3; D];
             compare(
-                &what,
+                &what("point"),
                 &setting,
                 Start::At(x0),
                 At(x0),
