@@ -110,35 +110,6 @@ fn a_set_up_ends_at_once() {
     }
 }
 
-/// Those who cannot wait press twice: at once, without results, and without leftovers.
-#[test]
-fn a_second_interrupt_does_not_wait() {
-    let folder = Folder::new();
-    // One batch takes hours.
-    let problem = CIRCLE.replace("batch = 512", "batch = 1000000000");
-    let problem = folder.file("problem.toml", problem);
-    let out = Folder::new();
-    let args = [
-        "solve",
-        &problem,
-        "--walks",
-        ENDLESS,
-        "--out",
-        &out.at("result.csv"),
-    ];
-    let child = command(&args).spawn().unwrap();
-    until("nothing was begun", || !out.names().is_empty());
-    sleep(Duration::from_millis(300));
-    signal("INT", child.id());
-    signal("INT", child.id());
-    let ran = wait(child);
-    assert_eq!(ran.status, Some(130), "{ran:?}");
-    // Either the walks were quick enough to end in between, or nothing is there.
-    let left = out.names();
-    assert!(left.is_empty() || left == ["result.csv"], "{left:?}");
-    assert!(ran.stdout.is_empty() || !left.is_empty(), "{ran:?}");
-}
-
 /// Commands with several files: all of them, or none. What was finished is printed.
 #[test]
 fn several_files_are_written_all_or_none() {
