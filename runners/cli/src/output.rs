@@ -20,7 +20,18 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 /// Removes what an abrupt end would leave behind. Files that got their names are no longer found
 /// under the old ones, and folders that are not empty stay.
 pub(crate) fn remove_unfinished() {
-    for path in unfinished().drain(..).rev() {
+    remove(&mut unfinished());
+}
+
+/// The same, and the end of the program: nothing new is made in between.
+pub(crate) fn abandon(status: i32) -> ! {
+    let mut unfinished = unfinished();
+    remove(&mut unfinished);
+    std::process::exit(status)
+}
+
+fn remove(unfinished: &mut Vec<PathBuf>) {
+    for path in unfinished.drain(..).rev() {
         let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir(&path));
     }
 }
@@ -36,6 +47,7 @@ pub(crate) struct Output {
 impl Output {
     /// Makes sure that `path` can be written.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        let mut unfinished = unfinished();
         let refuse = |why: &dyn core::fmt::Display| {
             Failure::input(format_args!("`--out {}`: {why}", path.display()))
         };
@@ -50,10 +62,11 @@ impl Output {
             _ => Path::new("."),
         };
         if !folder.is_dir() {
-            let why = format_args!("there is no folder {}", folder.display());
-            return Err(refuse(&why));
+            return Err(refuse(&format_args!(
+                "there is no folder {}",
+                folder.display()
+            )));
         }
-        let mut unfinished = unfinished();
         let file = tempfile::Builder::new()
             .prefix(".fredholm-")
             .tempfile_in(folder)

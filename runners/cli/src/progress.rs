@@ -9,7 +9,7 @@ use fredholm_rayon::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::failure::Failure;
-use crate::output::remove_unfinished;
+use crate::output::abandon;
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -22,8 +22,7 @@ pub(crate) fn catch_interrupts() -> Result<(), Failure> {
     let handler = || {
         let again = INTERRUPTED.swap(true, Ordering::Relaxed);
         if again || !WALKING.load(Ordering::Relaxed) {
-            remove_unfinished();
-            std::process::exit(130);
+            abandon(130);
         }
     };
     ctrlc::set_handler(handler)

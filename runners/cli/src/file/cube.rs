@@ -136,7 +136,7 @@ impl Cube {
                 let (d, found) = (self.dimension.value, factors.value.len());
                 if found != d {
                     let message =
-                        format_args!("`{name}` must have {d} formulas, one an axis, not {found}");
+                        format!("`{name}` must have {d} formulas, one an axis, not {found}");
                     return Err(file.error(&factors.place, message));
                 }
                 let mut factors = factors.value.iter();
@@ -175,7 +175,7 @@ impl Cube {
         match what {
             What::At(at) if at.value.len() != dimension => {
                 let plural = if dimension == 1 { "" } else { "s" };
-                let message = format_args!("`at` must have {dimension} coordinate{plural}");
+                let message = format!("`at` must have {dimension} coordinate{plural}");
                 Err(file.error(&at.place, message))
             }
             What::At(at) => at.value.iter().try_for_each(|x| {

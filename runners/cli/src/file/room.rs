@@ -145,7 +145,7 @@ impl Room {
             file.demand(name, good, message)?;
             if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
                 let first = file.line(first);
-                let message = format_args!("a second surface named {:?}{first}", name.value);
+                let message = format!("a second surface named {:?}{first}", name.value);
                 return Err(file.refuse(name, message));
             }
             self.validate_surface(file, surface)?;
