@@ -26,7 +26,9 @@ fn the_page_is_what_is_printed() {
         assert_eq!(row["agrees"], true, "{row}");
         let case = row["case"].as_str().unwrap();
         assert!(printed.contains(row["source"].as_str().unwrap()), "{row}");
-        let lines = printed.lines().filter(|line| line.starts_with(case));
+        let lines = printed
+            .lines()
+            .filter(|line| line.starts_with(&format!("{case}  ")));
         let error = row["std_error"].as_f64();
         match error {
             Some(error) => {
