@@ -89,7 +89,7 @@ impl Drawing {
     }
 }
 
-/// The unit square of ORACLES: ρ = .3 .6 .7 .5 and F = 0 1 0 0 on bottom, right, top, left.
+/// The unit square whose value at a point is known: ρ = .3 .6 .7 .5 and F = 0 1 0 0 on bottom, right, top, left.
 #[must_use]
 pub fn square() -> Drawing {
     Drawing::new("square")
