@@ -175,13 +175,7 @@ pub(crate) fn cube<F: Real + Number, const D: usize, const B: usize>(
     tables.numbers("axes", &[D as u32, cube.per_axis() as u32]);
     tables.numbers("degree", &[cube.degree() as u32]);
     match coefficients {
-        // As walks in f32 see them, contractions are rounded, not coefficients: of one function on a cell
-        // these are the same.
-        Table::Dense { entries, .. } if B > 1 => tables.numbers("coeffs", entries),
-        Table::Dense { entries, .. } => {
-            let entries: Vec<F> = entries.iter().map(|&k| F::from_f64(k)).collect();
-            tables.numbers("coeffs", &entries);
-        }
+        Table::Dense { entries, .. } => dense::<F, B>(&mut tables, entries),
         // Products are rounded, not factors, so that the walks are the program's own.
         Table::Product(factors) => tables.numbers("factors", factors.entries()),
     }
@@ -191,9 +185,20 @@ pub(crate) fn cube<F: Real + Number, const D: usize, const B: usize>(
     tables
 }
 
+/// Coefficients in a dense table. As walks in f32 see them, contractions are rounded, not coefficients: of
+/// one function on a cell these are the same.
+fn dense<F: Real + Number, const B: usize>(tables: &mut TableBuilder, entries: &[f64]) {
+    if B > 1 {
+        tables.numbers("coeffs", entries);
+    } else {
+        let entries: Vec<F> = entries.iter().map(|&k| F::from_f64(k)).collect();
+        tables.numbers("coeffs", &entries);
+    }
+}
+
 /// The tables of a room.
-pub(crate) fn room<F: Real + Number>(
-    setup: &room::SetUp<F>,
+pub(crate) fn room<F: Real + Number, const B: usize>(
+    setup: &room::SetUp<F, B>,
     scene: &Scene,
 ) -> Result<TableBuilder, Failure> {
     let mut tables = TableBuilder::new("room");
@@ -240,9 +245,8 @@ pub(crate) fn room<F: Real + Number>(
     }
     tables.numbers("surfaces", &surfaces);
     tables.numbers("views", setup.matrix.views().table());
-    let entries = setup.matrix.entries().iter();
-    let entries: Vec<F> = entries.map(|&k| F::from_f64(k)).collect();
-    tables.numbers("coeffs", &entries);
+    tables.numbers("degree", &[B as u32 - 1]);
+    dense::<F, B>(&mut tables, setup.matrix.entries());
     tables.numbers("v", &setup.v);
     tables.numbers("source", &setup.g);
     let kinds = match setup.choice {

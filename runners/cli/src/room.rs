@@ -429,8 +429,8 @@ impl<'f> RoomFile<'f> {
         Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
     }
 
-    fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
-        let setup = self.set_up::<F, 1>(self.choice())?;
+    fn tables_in<F: Real + Number, const B: usize>(&self) -> Result<TableBuilder, Failure> {
+        let setup = self.set_up::<F, B>(self.choice())?;
         export::room(&setup, &self.scene)
     }
 
@@ -993,14 +993,10 @@ impl Problem for RoomFile<'_> {
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {
-        if self.degree() > 0 {
-            let message = "tables of a room are exported with `degree = 0` only";
-            return Err(self.file.refuse(&self.file.galerkin.degree, message).into());
-        }
-        match self.file.walk.scalar.value {
-            Scalar::F32 => self.tables_in::<f32>(),
-            Scalar::F64 => self.tables_in::<f64>(),
-        }
+        of_degree!(self.degree(), B => match self.file.walk.scalar.value {
+            Scalar::F32 => self.tables_in::<f32, B>(),
+            Scalar::F64 => self.tables_in::<f64, B>(),
+        })
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -19,6 +19,7 @@ use fredholm_core::{
 use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Plan, Table};
+use fredholm_room::Polynomials as RoomPolynomials;
 use room_table::RoomTable;
 
 const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded/firmware/tables");
@@ -43,6 +44,8 @@ fn the_firmwares_tables_are_up_to_date() {
         "product_cubic_f64.bin",
         "room_f32.rs",
         "room_f64.bin",
+        "room_quadratic_f32.rs",
+        "room_cubic_f64.bin",
     ] {
         let file = tables.join(name).with_extension("toml");
         let out = folder.at(name);
@@ -175,8 +178,24 @@ fn room<F: Real + FromBytes + Immutable>(bytes: &[u8]) -> Statistics {
     let table = Table::read(bytes, "room").unwrap();
     let table = RoomTable::<F>::read(&table).unwrap();
     let (room, pairs) = (table.room().unwrap(), table.pairs().unwrap());
-    let dense = table.coefficients().unwrap();
+    let dense = table.coefficients::<1>().unwrap();
     let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, table.v, table.source).unwrap();
+    let start = table.point(&room, 0, 0.5).unwrap();
+    walk(&room, &neighbour, start)
+}
+
+/// The same with B functions on a cell, more than one.
+fn room_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statistics {
+    let table = Table::read(bytes, "room").unwrap();
+    let table = RoomTable::<F, f64>::read(&table).unwrap();
+    let (room, pairs) = (table.room().unwrap(), table.pairs().unwrap());
+    let polynomials = RoomPolynomials::<_, B>::new(&room);
+    // A table is of one degree.
+    assert!(table.coefficients::<1>().is_none());
+    let dense = table.coefficients::<B>().unwrap();
+    let rounded = Rounded::new(&dense);
+    let neighbour =
+        Piecewise::with_pointwise(&polynomials, &rounded, pairs, table.v, table.source).unwrap();
     let start = table.point(&room, 0, 0.5).unwrap();
     walk(&room, &neighbour, start)
 }
@@ -301,6 +320,29 @@ fn a_device_with_an_exported_room_has_the_programs_bits() {
          at = { surface = \"floor\", t = 0.5 }\n",
     );
     compare(&problem, &ALL_PAIRS, [room::<f32>, room::<f64>]);
+}
+
+#[test]
+fn a_device_with_an_exported_room_of_any_degree_has_the_programs_bits() {
+    fn check<const B: usize>(file: &str) {
+        let problem = fs::read_to_string(Path::new(TABLES).join(file)).unwrap();
+        let target = "[[target]]\nname = \"mean\"\nover = \"all\"\n";
+        let mut problem = problem.replace(
+            target,
+            "batch = 512\nwalks = 20000\n[[target]]\nname = \"point\"\n\
+             at = { surface = \"floor\", t = 0.5 }\n",
+        );
+        let degree = "degree = 3";
+        assert!(problem.contains(degree) && problem.contains("walks"));
+        problem = problem.replace(degree, &format!("degree = {}", B - 1));
+        let device: Device = [room_of_degree::<f32, B>, room_of_degree::<f64, B>];
+        compare(&problem, &["default", "pointwise"], device);
+    }
+    let file = "room_cubic_f64.toml";
+    check::<2>(file);
+    check::<3>(file);
+    check::<4>(file);
+    check::<5>(file);
 }
 
 #[test]

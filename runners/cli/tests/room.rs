@@ -338,11 +338,6 @@ fn the_square_has_its_known_value_at_every_degree() {
         "square.toml",
         problem.replace("cells = 80", "cells = 80\ndegree = 2"),
     );
-    let out = folder.at("square.rs");
-    refused(
-        &fredholm(&["export", &path, "-o", &out]),
-        &["square.toml:", "exported with `degree = 0` only"],
-    );
     let check = fredholm(&["check", &path]).quietly(0).stdout;
     assert!(check.contains("unknowns   240"), "{check}");
     let picture = folder.at("square.png");

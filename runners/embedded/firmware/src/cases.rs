@@ -1,4 +1,4 @@
-//! What is run on the device and on the workstation, by the same code: circles, cubes and a room,
+//! What is run on the device and on the workstation, by the same code: circles, cubes and rooms,
 //! f32 and f64, several degrees, tables of every form, both estimators.
 
 mod circle_table;
@@ -21,6 +21,7 @@ use fredholm_cube::{
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_embedded::{Aligned, Driver, Plan, Table};
+use fredholm_room::Room;
 use room_table::RoomTable;
 
 /// Constants that `fredholm export -o FILE.rs` wrote.
@@ -45,6 +46,9 @@ mod product_cubic_f32 {
 mod room_f32 {
     include!("../tables/room_f32.rs");
 }
+mod room_quadratic_f32 {
+    include!("../tables/room_quadratic_f32.rs");
+}
 /// Tables that `fredholm export -o FILE.bin` wrote.
 static CIRCLE_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/circle_f32.bin"));
 static CIRCLE_QUARTIC_F64: &Aligned<[u8]> =
@@ -56,6 +60,7 @@ static PRODUCT_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/product
 static PRODUCT_CUBIC_F64: &Aligned<[u8]> =
     &Aligned(*include_bytes!("../tables/product_cubic_f64.bin"));
 static ROOM_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_f64.bin"));
+static ROOM_CUBIC_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_cubic_f64.bin"));
 
 /// The seed of all cases.
 pub const SEED: u64 = 7;
@@ -137,7 +142,8 @@ pub fn all(runner: &mut impl Runner) -> Option<()> {
     quartic_circle(runner)?;
     cubes(runner)?;
     cubes_of_degree(runner)?;
-    rooms(runner)
+    rooms(runner)?;
+    rooms_of_degree(runner)
 }
 
 fn both<E: Equation, N: Beside<E>, T: Start<E>>(
@@ -473,47 +479,85 @@ where
     Some(())
 }
 
-/// The same room as constants in f32, and as bytes in f64.
-fn rooms(runner: &mut impl Runner) -> Option<()> {
-    let constants = RoomTable {
-        absorb: room_f32::ABSORB[0],
-        open: room_f32::OPEN[0],
-        walls: &room_f32::WALLS,
-        segments: &room_f32::SEGMENTS,
-        nodes: &room_f32::NODES,
-        edges: &room_f32::EDGES,
-        cells: &room_f32::CELLS,
-        first: &room_f32::FIRST,
-        lengths: &room_f32::LENGTHS,
-        surfaces: &room_f32::SURFACES,
-        views: &room_f32::VIEWS,
-        coeffs: &room_f32::COEFFS,
-        v: &room_f32::V,
-        source: &room_f32::SOURCE,
-        pairs: room_f32::PAIRS[0],
+/// The arrays of a room as constants of a module.
+macro_rules! room_of_constants {
+    ($module:ident) => {
+        RoomTable {
+            absorb: $module::ABSORB[0],
+            open: $module::OPEN[0],
+            walls: &$module::WALLS,
+            segments: &$module::SEGMENTS,
+            nodes: &$module::NODES,
+            edges: &$module::EDGES,
+            cells: &$module::CELLS,
+            first: &$module::FIRST,
+            lengths: &$module::LENGTHS,
+            surfaces: &$module::SURFACES,
+            views: &$module::VIEWS,
+            degree: $module::DEGREE[0],
+            coeffs: &$module::COEFFS,
+            v: &$module::V,
+            source: &$module::SOURCE,
+            pairs: $module::PAIRS[0],
+        }
     };
-    room(&constants, runner)?;
-    let table = Table::read(&ROOM_F64.0, "room").ok()?;
-    room(&RoomTable::<f64>::read(&table)?, runner)
 }
 
-/// u on the floor in the shade of the block until an error is reached, and the mean over the left
-/// side of the baffle.
-fn room<F: Real>(table: &RoomTable<'_, F>, runner: &mut impl Runner) -> Option<()> {
+/// The same room as constants in f32, and as bytes in f64.
+fn rooms(runner: &mut impl Runner) -> Option<()> {
+    let constants = room_of_constants!(room_f32);
+    constant_room::<f32>(&constants, runner)?;
+    let table = Table::read(&ROOM_F64.0, "room").ok()?;
+    constant_room(&RoomTable::<f64>::read(&table)?, runner)
+}
+
+/// A smaller room of degree 2 and 3: coefficients are f64, and what is contracted is rounded.
+fn rooms_of_degree(runner: &mut impl Runner) -> Option<()> {
+    let constants = room_of_constants!(room_quadratic_f32);
+    polynomial_room::<f32, 3>("room/quadratic", &constants, runner)?;
+    let table = Table::read(&ROOM_CUBIC_F64.0, "room").ok()?;
+    polynomial_room::<f64, 4>("room/cubic", &RoomTable::read(&table)?, runner)
+}
+
+fn constant_room<F: Real>(table: &RoomTable<'_, F>, runner: &mut impl Runner) -> Option<()> {
+    let (room, pairs) = (table.room()?, table.pairs()?);
+    let dense = table.coefficients::<1>()?;
+    let (v, g) = (table.v, table.source);
+    let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, v, g).ok()?;
+    room_starts("room", table, (&room, &neighbour), runner)
+}
+
+fn polynomial_room<F: Real, const B: usize>(
+    name: &str,
+    table: &RoomTable<'_, F, f64>,
+    runner: &mut impl Runner,
+) -> Option<()> {
+    let (room, pairs) = (table.room()?, table.pairs()?);
+    let polynomials = fredholm_room::Polynomials::<_, B>::new(&room);
+    let dense = table.coefficients::<B>()?;
+    let rounded = Rounded::new(&dense);
+    let (v, g) = (table.v, table.source);
+    let neighbour = Piecewise::with_pointwise(&polynomials, &rounded, pairs, v, g).ok()?;
+    room_starts(name, table, (&room, &neighbour), runner)
+}
+
+/// u on the floor, in the shade of a block where there is one, until an error is reached, and the mean
+/// over the left side of the baffle.
+fn room_starts<'a, F: Real, C, N: Beside<Room<'a, F>>>(
+    name: &str,
+    table: &RoomTable<'a, F, C>,
+    all: (&Room<'a, F>, &N),
+    runner: &mut impl Runner,
+) -> Option<()> {
     const FLOOR: usize = 0;
     const BAFFLE: usize = 4;
-    let room = table.room()?;
-    let coefficients = table.coefficients()?;
-    let pairs = table.pairs()?;
-    let neighbour =
-        Piecewise::with_pointwise(&room, &coefficients, pairs, table.v, table.source).ok()?;
-    let x0 = table.point(&room, FLOOR, 0.3)?;
+    let (room, neighbour) = all;
+    let x0 = table.point(room, FLOOR, 0.3)?;
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
-    let all = (&room, &neighbour);
     let absolute = until(TargetError::Absolute(1.3e-3));
-    both(runner, "room", all, (&At(x0), Some(v0), 5), absolute);
-    let mean = table.mean_over(&room, BAFFLE)?;
+    both(runner, name, all, (&At(x0), Some(v0), 5), absolute);
+    let mean = table.mean_over(room, BAFFLE)?;
     let start = (&mean, Some(mean.of(table.v)), 6);
-    both(runner, "room", all, start, plan());
+    both(runner, name, all, start, plan());
     Some(())
 }

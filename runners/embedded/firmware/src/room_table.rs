@@ -8,9 +8,10 @@ use fredholm_room::{
     Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Segment, Views, Wall,
 };
 
-/// The arrays of a room: constants, or slices of a table.
+/// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`, that
+/// of the walks at degree 0 and f64 above.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RoomTable<'a, F> {
+pub(crate) struct RoomTable<'a, F, C = F> {
     /// q0.
     pub(crate) absorb: f64,
     /// 1 where light may leave.
@@ -33,8 +34,10 @@ pub(crate) struct RoomTable<'a, F> {
     pub(crate) surfaces: &'a [u32],
     /// What cells see of each other.
     pub(crate) views: &'a [u8],
+    /// p.
+    pub(crate) degree: u32,
     /// K' row by row.
-    pub(crate) coeffs: &'a [F],
+    pub(crate) coeffs: &'a [C],
     /// The Galerkin solution.
     pub(crate) v: &'a [F],
     /// G over S.
@@ -43,11 +46,12 @@ pub(crate) struct RoomTable<'a, F> {
     pub(crate) pairs: u32,
 }
 
-impl<'a, F: Real> RoomTable<'a, F> {
+impl<'a, F: Real, C> RoomTable<'a, F, C> {
     /// Of a table that `fredholm export -o FILE.bin` wrote.
     pub(crate) fn read(table: &Table<'a>) -> Option<Self>
     where
         F: FromBytes + Immutable,
+        C: FromBytes + Immutable,
     {
         Some(Self {
             absorb: table.one("absorb").ok()?,
@@ -61,6 +65,7 @@ impl<'a, F: Real> RoomTable<'a, F> {
             lengths: table.slice("lengths").ok()?,
             surfaces: table.slice("surfaces").ok()?,
             views: table.slice("views").ok()?,
+            degree: table.one("degree").ok()?,
             coeffs: table.slice("coeffs").ok()?,
             v: table.slice("v").ok()?,
             source: table.slice("source").ok()?,
@@ -93,9 +98,12 @@ impl<'a, F: Real> RoomTable<'a, F> {
         Some(RoomPairs { views, choice })
     }
 
-    /// K'.
-    pub(crate) fn coefficients(&self) -> Option<Dense<'a, F>> {
-        Dense::new(self.coeffs, self.cells.len())
+    /// K' with B functions on a cell, if the table is of that degree.
+    pub(crate) fn coefficients<const B: usize>(&self) -> Option<Dense<'a, C>> {
+        if self.degree as usize + 1 != B {
+            return None;
+        }
+        Dense::new(self.coeffs, self.cells.len() * B)
     }
 
     /// The mean over a surface, numbered from 0.
