@@ -185,8 +185,8 @@ pub(crate) fn cube<F: Real + Number, const D: usize, const B: usize>(
     tables
 }
 
-/// Coefficients in a dense table. As walks in f32 see them, contractions are rounded, not coefficients: of
-/// one function on a cell these are the same.
+/// Coefficients in a dense table. As walks in f32 see them, contractions are rounded, not
+/// coefficients: of one function on a cell these are the same.
 fn dense<F: Real + Number, const B: usize>(tables: &mut TableBuilder, entries: &[f64]) {
     if B > 1 {
         tables.numbers("coeffs", entries);

@@ -541,8 +541,8 @@ fn polynomial_room<F: Real, const B: usize>(
     room_starts(name, table, (&room, &neighbour), runner)
 }
 
-/// u on the floor, in the shade of a block where there is one, until an error is reached, and the mean
-/// over the left side of the baffle.
+/// u on the floor, in the shade of a block where there is one, until an error is reached, and the
+/// mean over the left side of the baffle.
 fn room_starts<'a, F: Real, C, N: Beside<Room<'a, F>>>(
     name: &str,
     table: &RoomTable<'a, F, C>,

@@ -8,8 +8,8 @@ use fredholm_room::{
     Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Segment, Views, Wall,
 };
 
-/// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`, that
-/// of the walks at degree 0 and f64 above.
+/// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`,
+/// that of the walks at degree 0 and f64 above.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoomTable<'a, F, C = F> {
     /// q0.
