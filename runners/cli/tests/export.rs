@@ -336,7 +336,7 @@ fn a_device_with_an_exported_room_of_any_degree_has_the_programs_bits() {
         assert!(problem.contains(degree) && problem.contains("walks"));
         problem = problem.replace(degree, &format!("degree = {}", B - 1));
         let device: Device = [room_of_degree::<f32, B>, room_of_degree::<f64, B>];
-        compare(&problem, &["default", "pointwise"], device);
+        compare(&problem, &ALL_PAIRS, device);
     }
     let file = "room_cubic_f64.toml";
     check::<2>(file);
