@@ -455,7 +455,7 @@ impl Allowed {
             // Without an error bar there is none to count.
             Self::StandardErrors(_) => false,
             Self::Difference(most) => (got - expected).abs() <= most,
-            Self::Factor(most) => got / expected <= most && expected / got <= most,
+            Self::Factor(most) => (1.0 / most..=most).contains(&(got / expected)),
         }
     }
 
