@@ -62,10 +62,10 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
         for (number, statistics) in core::iter::once(&all).chain(&each).enumerate() {
             let [plain, best] = [statistics.plain(), statistics.preconditioned()];
             let [a, b] = [plain, best].map(|e| e.std_error.unwrap());
-            // Of 101 differences of normal distribution one is beyond 4.5 standard errors with a
-            // probability of 0.07 %.
+            // With fixed seeds: of 101 differences of normal distribution one is beyond 4 standard errors with
+            // a probability of 0.6 %.
             assert!(
-                (plain.estimate - best.estimate).abs() < 4.5 * (a * a + b * b).sqrt(),
+                (plain.estimate - best.estimate).abs() < 4.0 * (a * a + b * b).sqrt(),
                 "{number}: {plain:?} {best:?}"
             );
         }
