@@ -96,11 +96,12 @@ pub(super) struct Means {
     pub(super) error: Vec<f64>,
     /// s and c.
     pub(super) seconds: Vec<[f64; 2]>,
-    /// w.
-    pub(super) squared: Vec<f64>,
-    /// E η(k,f)².
-    pub(super) plain: Vec<f64>,
+    /// E η(k,f)² and w.
+    pub(super) totals: Vec<[f64; 2]>,
 }
+
+/// What is done to every site, by its number.
+pub type Pass<'a, P> = dyn Fn(usize, &mut Site<P>) + Sync + 'a;
 
 /// Values in all nodes, and in the mean over sites.
 pub(super) struct Nodal<'a, T> {
@@ -140,9 +141,9 @@ type Seconds<'a> = Nodal<'a, [f64; 2]>;
 
 /// One of the moments between sites as a matrix.
 pub(super) struct Matrix<'a, P, M> {
-    pub(super) sites: &'a [Site<P>],
-    pub(super) moment: M,
-    pub(super) transposed: bool,
+    sites: &'a [Site<P>],
+    moment: M,
+    transposed: bool,
 }
 
 impl<P, M: Fn(&Moments) -> f64> Coefficients for Matrix<'_, P, M> {
@@ -160,7 +161,24 @@ impl<P, M: Fn(&Moments) -> f64> Coefficients for Matrix<'_, P, M> {
     }
 }
 
-impl<P, M: Fn(&Moments) -> f64> Matrix<'_, P, M> {
+impl<'a, P, M: Fn(&Moments) -> f64> Matrix<'a, P, M> {
+    pub(super) const fn new(sites: &'a [Site<P>], moment: M) -> Self {
+        Self {
+            sites,
+            moment,
+            transposed: false,
+        }
+    }
+
+    /// Of the adjoint operator, acting on masses of sites.
+    pub(super) const fn adjoint(sites: &'a [Site<P>], moment: M) -> Self {
+        Self {
+            sites,
+            moment,
+            transposed: true,
+        }
+    }
+
     /// The solution of x = Ax + b.
     pub(super) fn resolve(&self, source: &[f64]) -> Result<Vec<f64>, GalerkinError> {
         let largest = source.iter().fold(0.0, |m: f64, b| Real::max(m, b.abs()));
@@ -212,7 +230,7 @@ where
     pub fn analyse(
         &self,
         estimator: Estimator,
-        run: impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+        run: impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
     ) -> Result<Analysis<L::Point>, VarianceError>
     where
         Self: Sync,
@@ -221,13 +239,12 @@ where
         if count == 0 {
             return Err(VarianceError::Empty);
         }
-        let mut sites = reserve(count)?;
+        let mut sites: Vec<Site<L::Point>> = reserve(count)?;
         sites.resize_with(count, Site::default);
-        // Asked for in one piece, to learn of too little memory before it is used.
-        let square = count
-            .checked_mul(count)
-            .ok_or(GalerkinError::Memory { bytes: None })?;
-        drop((buffer::<Moments>(square)?, buffer::<f64>(square)?));
+        for site in &mut sites {
+            site.row = buffer(count)?;
+            site.pairs = buffer(count)?;
+        }
         run(&mut sites, &|i, site| self.integrate(i, site));
         check(&sites, |site| {
             site.row
@@ -238,17 +255,9 @@ where
                     .iter()
                     .all(|x| (x.residual + x.value).is_finite())
         })?;
-        let matrix = Matrix {
-            sites: &sites,
-            moment: |m: &Moments| m.kk,
-            transposed: false,
-        };
+        let matrix = Matrix::new(&sites, |m: &Moments| m.kk);
         let kernel_power = matrix.contracting_power()?;
-        let matrix = Matrix {
-            sites: &sites,
-            moment: |m: &Moments| m.hh,
-            transposed: false,
-        };
+        let matrix = Matrix::new(&sites, |m: &Moments| m.hh);
         let neighbour_power = matrix.contracting_power()?;
         let mut analysis = Analysis {
             estimator,
@@ -260,40 +269,43 @@ where
         analysis.means.error = analysis.errors()?;
         self.refine_errors(&mut analysis, &run)?;
         if kernel_power.is_some() {
-            analysis.means.plain = analysis.plain_seconds()?;
             if neighbour_power.is_some() {
-                self.squares(&mut analysis, &run)?;
+                self.square_sources(&mut analysis, &run)?;
             }
-            self.refine_totals(&mut analysis, &run)?;
+            self.resolve_totals(&mut analysis, &run)?;
         }
         Ok(analysis)
     }
 
-    /// E η(k,f)² and w once more, by T_k²p of what is known of them in the nodes.
-    fn refine_totals(
+    /// E η(k,f)² and w: in the mean over sites, and then in the nodes by T_k²p of what is known there.
+    fn resolve_totals(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
     {
         let estimator = analysis.estimator;
-        let means = &analysis.means;
+        let rough = analysis.rough_totals()?;
         for site in &mut analysis.sites {
-            let reflected = [&means.plain, &means.squared].map(|x| against(&site.row, |m| m.kk, x));
+            let reflected = [0, 1].map(|k| {
+                let of = site.row.iter().zip(&rough);
+                of.map(|(m, totals)| m.kk * totals[k]).sum::<f64>()
+            });
             for node in &mut site.nodes {
                 let [plain, squared] = total_sources(estimator, node);
                 node.totals = [plain + reflected[0], squared + reflected[1]];
             }
         }
-        let middles = analysis.middles()?;
-        let totals = Nodal::new(&analysis.sites, &middles, |node| node.totals)?;
+        let means = analysis.mean_totals()?;
+        let totals = Nodal::new(&analysis.sites, &means, |node| node.totals)?;
         run(&mut analysis.sites, &|_, site| {
             for node in &mut site.nodes {
                 node.totals = self.totals(estimator, node, &totals);
             }
         });
+        analysis.means.totals = analysis.mean_totals()?;
         Ok(())
     }
 
@@ -321,7 +333,7 @@ where
     fn refine_errors(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
@@ -349,11 +361,11 @@ where
         error
     }
 
-    /// s, c and w.
-    fn squares(
+    /// s, c and the source of w.
+    fn square_sources(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &(dyn Fn(usize, &mut Site<L::Point>) + Sync)),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
@@ -370,21 +382,12 @@ where
         run(&mut analysis.sites, &|_, site| {
             self.square(estimator, &seconds, site);
         });
-        drop(seconds);
         analysis.means = means;
-        let matrix = Matrix {
-            sites: &analysis.sites,
-            moment: |m: &Moments| m.kk,
-            transposed: false,
-        };
-        let source = collect(&analysis.sites, |site| site.mean(Node::squared))?;
-        analysis.means.squared = matrix.resolve(&source)?;
         Ok(())
     }
 
     /// Nodes and integrals of a site.
     fn integrate(&self, i: usize, site: &mut Site<L::Point>) {
-        site.row.resize(self.level.sites(), Moments::default());
         self.level.nodes(i, |x, weight| {
             let node = self.meet(x, weight, &mut site.row, &mut site.largest);
             site.nodes.push(node);
@@ -466,7 +469,6 @@ where
 
     /// The source of w in all nodes of a site, and what each pair of sites adds to it.
     fn square(&self, estimator: Estimator, seconds: &Seconds<'_>, site: &mut Site<L::Point>) {
-        site.pairs.resize(seconds.means.len(), 0.0);
         for node in &mut site.nodes {
             let share = node.weight / site.measure;
             node.parts = [square_source(estimator, node), 0.0, 0.0];
@@ -494,21 +496,21 @@ where
             ..Site::default()
         };
         site.row = buffer(analysis.sites.len())?;
+        site.pairs = buffer(analysis.sites.len())?;
         let mut node = self.meet(point, 1.0, &mut site.row, &mut site.largest);
         let means = &analysis.means;
         let errors = Nodal::new(&analysis.sites, &means.error, |node| node.error)?;
         node.error = self.error(&node, &errors);
-        if !means.squared.is_empty() {
+        if analysis.is_finite() {
             self.second(analysis.estimator, means, &mut node);
-        }
-        site.nodes.push(node);
-        if !means.squared.is_empty() {
+            site.nodes.push(node);
             let seconds = Nodal::new(&analysis.sites, &means.seconds, seconds_of)?;
             self.square(analysis.estimator, &seconds, &mut site);
+        } else {
+            site.nodes.push(node);
         }
         if analysis.kernel_power.is_some() {
-            let middles = analysis.middles()?;
-            let totals = Nodal::new(&analysis.sites, &middles, |node| node.totals)?;
+            let totals = Nodal::new(&analysis.sites, &means.totals, |node| node.totals)?;
             for node in &mut site.nodes {
                 node.totals = self.totals(analysis.estimator, node, &totals);
             }
@@ -520,11 +522,7 @@ where
 impl<P> Analysis<P> {
     /// e in the mean over sites, and in their nodes.
     fn errors(&mut self) -> Result<Vec<f64>, VarianceError> {
-        let matrix = Matrix {
-            sites: &self.sites,
-            moment: |m: &Moments| m.k,
-            transposed: false,
-        };
+        let matrix = Matrix::new(&self.sites, |m: &Moments| m.k);
         let residual = collect(&self.sites, |site| site.mean(|x| x.residual))?;
         let error = matrix.resolve(&residual)?;
         for site in &mut self.sites {
@@ -536,27 +534,37 @@ impl<P> Analysis<P> {
         Ok(error)
     }
 
-    /// E η(k,f)² and w in the mean over sites.
-    fn middles(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
-        let mut middles = reserve(self.sites.len())?;
-        middles.extend(
-            self.sites
-                .iter()
-                .map(|site| [0, 1].map(|k| site.mean(|x| x.totals[k]))),
-        );
-        Ok(middles)
+    /// Whether preconditioned walks have a variance.
+    pub(super) fn is_finite(&self) -> bool {
+        self.kernel_power.is_some() && self.neighbour_power.is_some()
     }
 
-    fn plain_seconds(&self) -> Result<Vec<f64>, VarianceError> {
-        let matrix = Matrix {
-            sites: &self.sites,
-            moment: |m: &Moments| m.kk,
-            transposed: false,
-        };
-        let source = collect(&self.sites, |site| {
+    /// E η(k,f)² and w in the mean over sites, from what they are in the nodes.
+    fn mean_totals(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
+        let mut means = reserve(self.sites.len())?;
+        let of = |site: &Site<P>| [0, 1].map(|k| site.mean(|x| x.totals[k]));
+        means.extend(self.sites.iter().map(of));
+        Ok(means)
+    }
+
+    /// E η(k,f)² and w in the mean over sites, as if they were constant there; w is NaN where it is infinite.
+    fn rough_totals(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
+        let matrix = Matrix::new(&self.sites, |m: &Moments| m.kk);
+        let plain = collect(&self.sites, |site| {
             site.mean(|x| plain_source(self.estimator, x))
         })?;
-        Ok(matrix.resolve(&source)?)
+        let mut squared = collect(&self.sites, |site| site.mean(Node::squared))?;
+        let plain = matrix.resolve(&plain)?;
+        if self.is_finite() {
+            squared = matrix.resolve(&squared)?;
+        } else {
+            squared.fill(f64::NAN);
+        }
+        let mut totals = buffer(plain.len())?;
+        for (place, (plain, squared)) in totals.iter_mut().zip(plain.into_iter().zip(squared)) {
+            *place = [plain, squared];
+        }
+        Ok(totals)
     }
 
     /// s and c in the mean over sites.
@@ -566,21 +574,13 @@ impl<P> Analysis<P> {
                 site.mean(|x| second_sources(self.estimator, x)[which])
             })
         };
-        let matrix = Matrix {
-            sites: &self.sites,
-            moment: |m: &Moments| m.hh,
-            transposed: false,
-        };
+        let matrix = Matrix::new(&self.sites, |m: &Moments| m.hh);
         let second = matrix.resolve(&of(0)?)?;
         let mut source = of(1)?;
         for (source, site) in source.iter_mut().zip(&self.sites) {
             *source += against(&site.row, |m| m.hd, &second);
         }
-        let matrix = Matrix {
-            sites: &self.sites,
-            moment: |m: &Moments| m.kh,
-            transposed: false,
-        };
+        let matrix = Matrix::new(&self.sites, |m: &Moments| m.kh);
         let mixed = matrix.resolve(&source)?;
         let mut seconds = buffer(second.len())?;
         for (place, pair) in seconds.iter_mut().zip(second.into_iter().zip(mixed)) {
@@ -595,7 +595,7 @@ fn seconds_of<P>(node: &Node<P>) -> [f64; 2] {
 }
 
 /// Calls `pass` for every site on this thread.
-pub fn serially<P>(sites: &mut [Site<P>], pass: &(dyn Fn(usize, &mut Site<P>) + Sync)) {
+pub fn serially<P>(sites: &mut [Site<P>], pass: &Pass<'_, P>) {
     for (i, site) in sites.iter_mut().enumerate() {
         pass(i, site);
     }
@@ -626,7 +626,7 @@ fn check<P>(sites: &[Site<P>], sound: impl Fn(&Site<P>) -> bool) -> Result<(), V
 }
 
 /// A product that a walk scores where it is absorbed, over q; 0 where there is nothing to score.
-fn scored(product: f64, q: f64) -> f64 {
+pub(super) fn scored(product: f64, q: f64) -> f64 {
     if product == 0.0 { 0.0 } else { product / q }
 }
 

@@ -1,6 +1,6 @@
 //! The quantities of sections 3 and 4 of Heinrich 1995, and the bounds of Var ζ that they give.
 
-use super::analysis::Matrix;
+use super::analysis::{Matrix, scored};
 use super::{Analysis, Moments, Node, Power, Prediction, VarianceError};
 use crate::Real;
 use crate::galerkin::buffer;
@@ -117,11 +117,9 @@ impl<P> Analysis<P> {
             |of: &dyn Fn(&Node<P>) -> f64| nodes().map(of).fold(0.0, |m: f64, x| Real::max(m, x));
         let integral =
             |of: &dyn Fn(&Node<P>) -> f64| nodes().map(|x| x.weight * of(x)).sum::<f64>();
-        // What is scored at an absorption: 0 where there is nothing to score.
-        let per = |a: f64, q: f64| if a == 0.0 { 0.0 } else { a / q };
         let difference = |x: &Node<P>| {
             let difference = x.source - x.neighbour_source;
-            per(difference * difference, x.absorption)
+            scored(difference * difference, x.absorption)
         };
         let squares = |x: &Node<P>| x.squares.iter().sum::<f64>();
         let scores = |x: &Node<P>| [x.source, x.neighbour_source].map(f64::abs);
@@ -135,8 +133,8 @@ impl<P> Analysis<P> {
         let power = best.map(|(power, _)| power);
         Ok(Quantities {
             alpha,
-            theta: supremum(&|x| per(largest(x) * largest(x), x.absorption)),
-            score: supremum(&|x| per(largest(x), x.absorption)),
+            theta: supremum(&|x| scored(largest(x) * largest(x), x.absorption)),
+            score: supremum(&|x| scored(largest(x), x.absorption)),
             delta: supremum(&|x| x.delta),
             epsilon: Real::sqrt(supremum(&squares)),
             rho: Real::sqrt(supremum(&difference)),
@@ -144,7 +142,7 @@ impl<P> Analysis<P> {
             tau: Real::sqrt(integral(&difference)),
             suprema: [
                 of_kernel(2),
-                supremum(&|x| per((x.source - x.neighbour_source).abs(), x.absorption)),
+                supremum(&|x| scored((x.source - x.neighbour_source).abs(), x.absorption)),
             ],
             c_p: self.columns(&|m| m.mass)?,
             power,
@@ -183,11 +181,7 @@ impl<P> Analysis<P> {
         for (source, site) in source.iter_mut().zip(&self.sites) {
             *source = site.measure;
         }
-        let matrix = Matrix {
-            sites: &self.sites,
-            moment,
-            transposed: true,
-        };
+        let matrix = Matrix::adjoint(&self.sites, moment);
         Ok(self.densest(&matrix.resolve(&source)?))
     }
 
@@ -202,11 +196,7 @@ impl<P> Analysis<P> {
     /// n0 and γ with the smallest β0, and β0 and β1.
     fn best_power(&self, alpha: f64) -> Result<Option<(Power, [f64; 2])>, VarianceError> {
         let n = self.sites.len();
-        let of = |moment: fn(&Moments) -> f64| Matrix {
-            sites: &self.sites,
-            moment,
-            transposed: false,
-        };
+        let of = |moment: fn(&Moments) -> f64| Matrix::new(&self.sites, moment);
         let matrices = [of(|m| m.kk), of(|m| m.hh)];
         let (mut w, mut next) = ([buffer::<f64>(n)?, buffer(n)?], buffer(n)?);
         w.iter_mut().for_each(|w| w.fill(1.0));

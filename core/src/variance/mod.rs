@@ -25,10 +25,11 @@
 //!
 //! # Numerics
 //!
-//! A [`Level`] cuts X into sites and has nodes and weights on them. Functions are constant on a site where
-//! an operator is applied to them and their own variation within it does not matter; where it does, which
-//! is where they meet the difference D that varies within the same cell (T_kDp c, T_D²p s, T_Dp v), they are
-//! taken in the nodes. So the error is of second order in the size of a site, relative to the variance.
+//! A [`Level`] cuts X into sites and has nodes and weights on them. The equations are solved for means over
+//! sites; then every function is taken in the nodes, where the operator of its equation is applied once more
+//! to what is known there. That is what it takes where a function meets the difference D, which varies
+//! within the same cell (T_kDp c, T_D²p s, T_Dp v). So the error is of second order in the size of a site,
+//! relative to the variance.
 
 mod analysis;
 mod bounds;
@@ -38,7 +39,7 @@ mod section4;
 mod site;
 mod target;
 
-pub use analysis::{Analysis, Power, Setting, VarianceError, serially};
+pub use analysis::{Analysis, Pass, Power, Setting, VarianceError, serially};
 pub use bounds::{Bounds, Quantities};
 pub use gauss::gauss;
 pub use level::{Level, Step};

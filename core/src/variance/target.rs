@@ -134,11 +134,7 @@ impl<P> Prediction<P> {
         if self.preconditioned.is_none() {
             return Ok(None);
         }
-        let matrix = Matrix {
-            sites: &analysis.sites,
-            moment: |m: &Moments| m.kk,
-            transposed: true,
-        };
+        let matrix = Matrix::adjoint(&analysis.sites, |m: &Moments| m.kk);
         let mut occupation = matrix.resolve(&self.first)?;
         let [mut sources, mut kernel, mut left_out] = self.sums.parts;
         for (site, visits) in analysis.sites.iter().zip(&occupation) {
@@ -246,14 +242,15 @@ where
             }
         }
         let solution = sums.value + sums.error;
-        let known = !analysis.means.squared.is_empty();
         Ok(Prediction {
             solution,
             error: sums.error,
             plain: analysis
                 .kernel_power
                 .map(|_| sums.plain - solution * solution),
-            preconditioned: known.then_some(sums.squared + sums.start - sums.error * sums.error),
+            preconditioned: analysis
+                .is_finite()
+                .then_some(sums.squared + sums.start - sums.error * sums.error),
             norms: (sums.mass, largest),
             sums,
             own,

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
-    Contribution, Level, PairQuantities, Parts, Power, Prediction, Quantities, Setting, Site,
+    Contribution, Level, PairQuantities, Parts, Pass, Power, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
@@ -180,7 +180,7 @@ fn explained(error: VarianceError) -> Failure {
 }
 
 /// All sites on the threads of the pool.
-fn in_parallel<P: Send>(sites: &mut [Site<P>], pass: &(dyn Fn(usize, &mut Site<P>) + Sync)) {
+fn in_parallel<P: Send>(sites: &mut [Site<P>], pass: &Pass<'_, P>) {
     let each = |i: usize, site: &mut [Site<P>]| {
         site.iter_mut().for_each(|site| pass(i, site));
         Ok::<(), core::convert::Infallible>(())
