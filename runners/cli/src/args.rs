@@ -39,9 +39,17 @@ pub(crate) enum Command {
     #[command(after_help = "\
 Options override the file's values; the file's keys have the same names (`fredholm init circle`).
 A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and
-about 95 % of those twice as wide.")]
+about 95 % of those twice as wide.
+
+With a target error and without cells, cells, degree, pairs, absorption and estimator are chosen, as far
+as the file does not give them: few walks on few cells measure the variance, and what promises the error in the
+least time is taken, plain walks if no neighbour equation pays. The choice is printed, follows from the
+file alone, and may be written into it.")]
     Solve(SolveArgs),
-    /// Validate a file; print cells, memory and predicted time; run nothing
+    /// Validate a file; print cells, memory and predicted time
+    #[command(after_help = "\
+Nothing is run, except the pilot walks of a file that gives a target error and leaves cells open: what
+`solve` would choose is printed.")]
     Check {
         /// The problem file (TOML)
         file: PathBuf,

@@ -20,7 +20,7 @@ use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, Galerkin, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::problem::{
-    Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+    Answer, Asked, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 
@@ -243,13 +243,6 @@ impl<'a, F: Real> Setup<'a, F> {
         circle: &Circle<'_, F, Light<'_>>,
         question: &Question,
     ) -> Result<Known, Failure> {
-        let exact = match self.scene.light {
-            Light::Harmonic(light) => Some(match *question {
-                Question::At(s) => light.solution(s),
-                Question::Over(from, to) => light.mean(from, to),
-            }),
-            Light::Arcs(_) => None,
-        };
         let galerkin = match *question {
             Question::At(s) if self.scene.degree > 0 => {
                 of_degree!(self.scene.degree, B => self.value::<B>(circle, s))
@@ -263,7 +256,10 @@ impl<'a, F: Real> Setup<'a, F> {
                 mean.of(&self.v)
             }
         };
-        Ok(Known { exact, galerkin })
+        Ok(Known {
+            exact: self.scene.exact(question),
+            galerkin,
+        })
     }
 
     /// v at an angle, of B functions per cell.
@@ -349,6 +345,17 @@ impl<F: Real> Setup<'_, F> {
 }
 
 impl<'a> Scene<'a> {
+    /// (u, Φ), where it is known.
+    fn exact(&self, question: &Question) -> Option<f64> {
+        match self.light {
+            Light::Harmonic(light) => Some(match *question {
+                Question::At(s) => light.solution(s),
+                Question::Over(from, to) => light.mean(from, to),
+            }),
+            Light::Arcs(_) => None,
+        }
+    }
+
     /// The kind of the diagonal's pairs; `None`: all pairs are pointwise.
     fn diagonal(&self) -> Option<PairKind> {
         match self.pairs {
@@ -482,15 +489,16 @@ fn uniform_on<L: Level<Point = Point<f64>>>(
 
 /// Cells where the file has none: the first number from here on that fits the arcs.
 const DEFAULT_CELLS: usize = 100;
-/// Seconds of a visited state, on the machines this was measured on.
-const STATE: f64 = 25e-9;
-/// Seconds of the set-up for a cell: tables, and sweeps of a few nanoseconds each.
-const CELL: f64 = 800e-9;
-
-/// The same for every function per cell besides the constant one: sixteen values of F, sweeps.
-const FUNCTION: f64 = 4e-6;
-/// Seconds that a degree adds to a state.
-const STEP: f64 = 30e-9;
+/// Seconds of the set-up for a cell, and for every function on it besides the constant one; on the machine
+/// that this and what follows was measured on.
+const CELL: f64 = 0.8e-6;
+const FUNCTION: f64 = 0.7e-6;
+/// Plain walks.
+const PLAIN: WalkCost = WalkCost {
+    state: 15e-9,
+    score: 15e-9,
+    pair: 0.0,
+};
 
 /// A circle of a file.
 #[derive(Clone, Debug)]
@@ -584,38 +592,34 @@ impl<'f> CircleFile<'f> {
         Ok(export::circle(&setup, constants))
     }
 
-    /// The time of one of a number of plain walks for the mean of u.
-    fn plain_in<F: Real>(&self, plan: &Plan) -> Result<f64, Failure> {
+    fn plain_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let scene = self.scene()?;
         let tables = Tables::<F>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
         let circle = scene.circle(&tables)?;
-        let nothing = Known {
-            exact: None,
+        let questions = self.questions();
+        let of = |question: &Question| Known {
+            exact: scene.exact(question),
             galerkin: 0.0,
         };
+        let known: Vec<Known> = questions.iter().map(of).collect();
+        let none = NoNeighbour::<Circle<'_, F, Light<'_>>>::new();
         let start = Instant::now();
-        walk(
-            &circle,
-            &NoNeighbour::<Circle<'_, F, Light<'_>>>::new(),
-            &[Question::Over(0.0, TAU)],
-            &[nothing],
-            plan,
-            &(),
-        )?;
-        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+        let outcome = walk(&circle, &none, &questions, &known, plan, progress)?;
+        Ok(Answer::plain::<F>(known, outcome, start.elapsed()))
+    }
+
+    fn questions(&self) -> Vec<Question> {
+        let of = |asked: &Asked| match asked.place {
+            Where::Angle(s) => Some(Question::At(s)),
+            Where::Arc(from, to) => Some(Question::Over(from, to)),
+            _ => None,
+        };
+        self.asked.iter().filter_map(of).collect()
     }
 
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let setup = Setup::<F>::new(self.scene()?)?;
-        let questions: Vec<Question> = self
-            .asked
-            .iter()
-            .filter_map(|asked| match asked.place {
-                Where::Angle(s) => Some(Question::At(s)),
-                Where::Arc(from, to) => Some(Question::Over(from, to)),
-                _ => None,
-            })
-            .collect();
+        let questions = self.questions();
         let known = setup.known(&questions)?;
         let start = Instant::now();
         let outcome = setup.run(&questions, &known, plan, progress)?;
@@ -626,6 +630,9 @@ impl<'f> CircleFile<'f> {
             solve: setup.solve,
             setup_seconds: setup.seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
+            // Their closed forms are a part of a score.
+            pointwise: 0.0,
+            others: Vec::new(),
             besides: Vec::new(),
             fluxes: Vec::new(),
         })
@@ -660,9 +667,21 @@ impl Problem for CircleFile<'_> {
 
     fn cost(&self) -> Cost {
         let degree = self.degree() as f64;
+        // Tables of constants are faster than functions; all pairs pointwise have closed forms.
+        let nanoseconds = match (self.file.galerkin.pairs.value, self.degree()) {
+            (Pairs::Pointwise, _) => [17.0, 24.0 + 12.0 * degree],
+            (_, 0) => [20.0, 20.0],
+            _ => [33.0 + 17.0 * degree, 32.0 + 13.0 * degree],
+        };
+        let [state, score] = nanoseconds.map(|time| 1e-9 * time);
         Cost {
             setup: self.cells as f64 * (CELL + degree * FUNCTION),
-            state: STATE + degree * STEP,
+            walk: WalkCost {
+                state,
+                score,
+                pair: 0.0,
+            },
+            plain: PLAIN,
         }
     }
 
@@ -713,13 +732,6 @@ impl Problem for CircleFile<'_> {
 
     fn counts_evaluations(&self) -> bool {
         true
-    }
-
-    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
-        Ok(Some(match self.file.walk.scalar.value {
-            Scalar::F32 => self.plain_in::<f32>(plan)?,
-            Scalar::F64 => self.plain_in::<f64>(plan)?,
-        }))
     }
 
     /// Coefficients are closed forms: each sweep evaluates one for a cell.
@@ -779,6 +791,13 @@ impl Problem for CircleFile<'_> {
             Scalar::F32 => self.tables_in::<f32>()?,
             Scalar::F64 => self.tables_in::<f64>()?,
         })
+    }
+
+    fn plain(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        match self.file.walk.scalar.value {
+            Scalar::F32 => self.plain_in::<f32>(plan, progress),
+            Scalar::F64 => self.plain_in::<f64>(plan, progress),
+        }
     }
 
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

@@ -21,9 +21,10 @@ use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
-use crate::formula::Formula;
+use crate::formula::{self, Formula};
 use crate::problem::{
-    Answer, Asked, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+    Answer, Asked, Cost, Known, NO_SOLVE, Problem, WalkCost, Where, asked, floors,
+    infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::rates::Deterministic;
@@ -33,8 +34,6 @@ use crate::rates::Deterministic;
 const TOLERANCE: f64 = 1e-14;
 /// The most sweeps.
 const SWEEPS: u32 = 1000;
-/// Seconds of a visited state without the kernel, on the machines this was measured on.
-const STATE: f64 = 25e-9;
 /// Seconds of a function on a cell at a point, or of a product of two.
 const VALUE: f64 = 1e-9;
 /// The most unknowns of a level of `rates` at degrees above 0.
@@ -651,9 +650,7 @@ impl<'f> CubeFile<'f> {
         let mut targets: Vec<Begin<'_, [f64; D]>> = Vec::new();
         for asked in &self.asked {
             let start = match &asked.place {
-                Where::Point(x) => {
-                    variance::Start::At(core::array::from_fn(|a| x.get(a).copied().unwrap_or(0.0)))
-                }
+                Where::Point(x) => variance::Start::At(coordinates(x)),
                 Where::Weight(_) => match weights.next() {
                     Some(weight) => variance::Start::Density(weight),
                     None => continue,
@@ -776,7 +773,7 @@ impl<'f> CubeFile<'f> {
         for asked in &self.asked {
             let (functional, galerkin) = match &asked.place {
                 Where::Point(x) => {
-                    let x = core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)));
+                    let x = coordinates(x);
                     let value = neighbour.value(&neighbour.locate(x)).to_f64();
                     (Start::Point(At(x)), value)
                 }
@@ -811,25 +808,45 @@ impl<'f> CubeFile<'f> {
             solve: known.solve,
             setup_seconds: known.setup_seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
+            pointwise: match self.pairs() {
+                None => self.all_cells() as f64,
+                Some(pairs) => f64::from(u8::from(pairs.diagonal == PairKind::Pointwise)),
+            },
+            others: Vec::new(),
             besides: Vec::new(),
             fluxes: Vec::new(),
         })
     }
 
-    /// The time of one of a number of plain walks for the mean of u. Their neighbour equation 0 = 0 is
-    /// called as all others are, so that no walk needs code of its own.
-    fn plain_in<F: Real, const D: usize>(&self, plan: &Plan) -> Result<f64, Failure> {
+    /// Plain walks. Their neighbour equation 0 = 0 is called as all others are, so that no walk needs code of
+    /// its own.
+    fn plain_in<F: Real, const D: usize>(
+        &self,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
+        let wide = Formulas::<f64>::new(self.cube)?;
         let formulas = Formulas::<F>::new(self.cube)?;
-        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
-        let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
-        let target = Target {
-            functional: Start::Mean,
-            neighbour_value: Some(0.0),
+        let mut weighted = Vec::new();
+        for text in self.weight_texts() {
+            weighted.push(WeightedStart {
+                weight: formulas.function("weight", kept(text)?),
+                of_means: 0.0,
+                neighbour_value: Box::new(|_, _, _| 0.0),
+            });
+        }
+        let known = Deterministics {
+            wide: &wide,
+            formulas: &formulas,
+            v: &[],
+            mean: 0.0,
+            weighted,
+            contraction: 0.0,
+            solve: NO_SOLVE,
+            setup_seconds: 0.0,
         };
-        let start = Instant::now();
-        run(&cube, none, &[target], plan, &())
-            .map_err(|error| not_finite(error, &formulas.watch))?;
-        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+        let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
+        self.walk(&known, none, plan, progress)
     }
 
     /// The weights that are asked for.
@@ -994,19 +1011,25 @@ impl<'f> CubeFile<'f> {
         Ok(solutions)
     }
 
-    /// Seconds of an evaluation of the kernel, measured.
-    fn kernel_seconds<const D: usize>(&self) -> Result<f64, Failure> {
-        const TIMES: u32 = 5000;
-        let formulas = Formulas::<f64>::new(self.cube)?;
-        let kernel = formulas.kernel();
-        let start = Instant::now();
-        let mut sum = 0.0;
-        for i in 0..TIMES {
-            let at = (f64::from(i) + 0.5) / f64::from(TIMES);
-            sum += kernel.kernel(&[at; D], &[1.0 - at; D]);
+    /// Seconds of an evaluation of the kernel.
+    fn kernel_seconds(&self) -> f64 {
+        seconds(&self.cube.kernel)
+    }
+
+    /// Seconds of an evaluation of its integral.
+    fn integral_seconds(&self) -> f64 {
+        self.cube.integral.as_ref().map_or(0.0, seconds)
+    }
+}
+
+/// Seconds of the value of a kernel or of its integral.
+fn seconds(text: &KernelText) -> f64 {
+    match text {
+        KernelText::General(text) => formula::seconds(&text.value),
+        KernelText::Factors(texts) => {
+            let texts = texts.value.iter();
+            texts.map(|text| formula::seconds(&text.value)).sum()
         }
-        core::hint::black_box(sum);
-        Ok(start.elapsed().as_secs_f64() / f64::from(TIMES))
     }
 }
 
@@ -1137,6 +1160,11 @@ impl<'k, F: Real, const D: usize> Functional<FileCube<'k, F, D>> for Start<'_, F
     }
 }
 
+/// A point of the file.
+fn coordinates<F: Real, const D: usize>(x: &[f64]) -> [F; D] {
+    core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)))
+}
+
 /// (u, Φ), where the solution is known and a mean of it could be computed.
 fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Result<Option<f64>, Failure> {
     let Some(u) = formulas.solution else {
@@ -1151,10 +1179,7 @@ fn exact<const D: usize>(formulas: &Formulas<f64>, place: &Where) -> Result<Opti
     };
     let u = watched("solution", u);
     let value = match place {
-        Where::Point(x) => {
-            let x: [f64; D] = core::array::from_fn(|a| x.get(a).copied().unwrap_or(0.0));
-            Some(u.value(&x))
-        }
+        Where::Point(x) => Some(u.value(&coordinates::<f64, D>(x))),
         Where::All => integral::<D>(&watch, |x| u.value(x))?,
         Where::Weight(text) => {
             let weight = watched("weight", kept(text)?);
@@ -1227,7 +1252,7 @@ impl Problem for CubeFile<'_> {
 
     fn cost(&self) -> Cost {
         let d = self.cube.dimension.value;
-        let seconds = in_dimension!(d, D => self.kernel_seconds::<D>()).unwrap_or(0.0);
+        let seconds = self.kernel_seconds();
         let points = self.points().pow(d as u32) as f64;
         let (n, b) = (self.all_cells() as f64, self.functions() as f64);
         let values = if self.degree() == 0 { 0.0 } else { VALUE * b };
@@ -1243,9 +1268,24 @@ impl Problem for CubeFile<'_> {
                 axes + 20e-9 * sweeps
             }
         };
+        let (d, b) = (d as f64, if self.degree() == 0 { 0.0 } else { b });
+        let (axis, contraction) = match &self.cube.kernel {
+            KernelText::General(_) => (10e-9, 0.3e-9 * b * b),
+            KernelText::Factors(_) => (17e-9, 10e-9 * d * b + 0.35e-9 * b * b),
+        };
+        let plain = WalkCost {
+            state: axis * d + seconds,
+            score: 10e-9 + formula::seconds(&self.cube.source.value),
+            pair: 0.0,
+        };
         Cost {
             setup,
-            state: STATE + seconds + values * b,
+            walk: WalkCost {
+                state: plain.state + contraction,
+                pair: 2.0 * self.integral_seconds(),
+                ..plain
+            },
+            plain,
         }
     }
 
@@ -1304,15 +1344,6 @@ impl Problem for CubeFile<'_> {
         true
     }
 
-    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
-        let d = self.cube.dimension.value;
-        let seconds = match self.file.walk.scalar.value {
-            Scalar::F32 => in_dimension!(d, D => self.plain_in::<f32, D>(plan)),
-            Scalar::F64 => in_dimension!(d, D => self.plain_in::<f64, D>(plan)),
-        };
-        seconds.map(Some)
-    }
-
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         let d = self.cube.dimension.value;
         in_dimension!(d, D => self.nystrom_in::<D>())
@@ -1327,6 +1358,14 @@ impl Problem for CubeFile<'_> {
         match self.file.walk.scalar.value {
             Scalar::F32 => in_shape!(d, self.degree(), D, B => self.tables_in::<f32, D, B>()),
             Scalar::F64 => in_shape!(d, self.degree(), D, B => self.tables_in::<f64, D, B>()),
+        }
+    }
+
+    fn plain(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let d = self.cube.dimension.value;
+        match self.file.walk.scalar.value {
+            Scalar::F32 => in_dimension!(d, D => self.plain_in::<f32, D>(plan, progress)),
+            Scalar::F64 => in_dimension!(d, D => self.plain_in::<f64, D>(plan, progress)),
         }
     }
 

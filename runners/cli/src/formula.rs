@@ -89,6 +89,18 @@ impl Variables {
     }
 }
 
+/// Seconds of an instruction, and of a call of a function besides, on the machines this was measured on.
+const INSTRUCTION: f64 = 3e-9;
+const CALL: f64 = 15e-9;
+
+/// About how many seconds a value takes of a formula that validation has checked.
+pub(crate) fn seconds(text: &str) -> f64 {
+    let mut room = room::<f64>(text);
+    let length = Formula::new(text, &mut room).map_or(0, |formula| formula.program.len());
+    let calls = names(text).into_iter().filter(|(.., called)| *called);
+    length as f64 * INSTRUCTION + calls.count() as f64 * CALL
+}
+
 /// What is wrong with a formula, and where in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FormulaError {

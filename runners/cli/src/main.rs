@@ -27,6 +27,7 @@ mod render;
 mod report;
 mod room;
 mod solve;
+mod split;
 mod threads;
 mod verify;
 

@@ -1,9 +1,10 @@
 //! What the commands need of a problem, whatever its kind.
 
 use core::fmt::Display;
+use core::time::Duration;
 
 use fredholm_core::galerkin::Solve;
-use fredholm_core::{Estimate, Real, rounding_floor};
+use fredholm_core::{Estimate, Real, Statistics, rounding_floor};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::{Outcome, Plan};
 
@@ -86,12 +87,6 @@ pub(crate) trait Problem: Sync {
         false
     }
 
-    /// Seconds of a plain walk that follows no neighbour equation, for the mean of u.
-    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
-        let _ = plan;
-        Ok(None)
-    }
-
     /// Deterministic solutions to compare with, where there are some.
     fn nystrom(&self) -> Result<Vec<Deterministic>, Failure> {
         Ok(Vec::new())
@@ -102,6 +97,9 @@ pub(crate) trait Problem: Sync {
 
     /// Sets up, and gives what a device needs.
     fn tables(&self) -> Result<TableBuilder, Failure>;
+
+    /// Walks that follow no neighbour equation, and need no set-up.
+    fn plain(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
 
     /// Sets up, and walks.
     fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
@@ -174,13 +172,38 @@ pub(crate) fn asked(
     Ok(all)
 }
 
-/// What work takes, on one thread.
+/// What work takes, on one thread, by constants that were measured once: what is chosen by it must not
+/// depend on the machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
     /// Seconds of the set-up.
     pub(crate) setup: f64,
+    /// Of walks that both equations follow.
+    pub(crate) walk: WalkCost,
+    /// Of plain walks.
+    pub(crate) plain: WalkCost,
+}
+
+/// What walks take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WalkCost {
     /// Seconds of a visited state.
     pub(crate) state: f64,
+    /// Seconds of a score besides: once a walk, or in every state.
+    pub(crate) score: f64,
+    /// Seconds of a pointwise pair in a score.
+    pub(crate) pair: f64,
+}
+
+impl WalkCost {
+    /// Of a walk of so many states, where a row has so many pointwise pairs.
+    pub(crate) fn seconds(&self, estimator: file::Estimator, states: f64, pairs: f64) -> f64 {
+        let scores = match estimator {
+            file::Estimator::Absorption => 1.0,
+            file::Estimator::Collision => states,
+        };
+        states * self.state + scores * (self.score + pairs * self.pair)
+    }
 }
 
 /// An answer's deterministic part.
@@ -207,10 +230,38 @@ pub(crate) struct Answer {
     pub(crate) setup_seconds: f64,
     /// How long the walks took.
     pub(crate) walk_seconds: f64,
+    /// Pointwise pairs of a row, in the mean over rows.
+    pub(crate) pointwise: f64,
+    /// Of the walks that rooms make besides, for irradiances and net fluxes.
+    pub(crate) others: Vec<Statistics>,
     /// What rooms say besides, in the order of what was asked; empty for others.
     pub(crate) besides: Vec<Besides>,
     /// The net flux out of every surface, where there are temperatures; `None` where its material changes.
     pub(crate) fluxes: Vec<(String, Option<Estimate>)>,
+}
+
+/// No iteration.
+pub(crate) const NO_SOLVE: Solve<f64> = Solve {
+    sweeps: 0,
+    residual: 0.0,
+};
+
+impl Answer {
+    /// Of walks that were not set up.
+    pub(crate) fn plain<F: Real>(known: Vec<Known>, outcome: Outcome, walking: Duration) -> Self {
+        Self {
+            known,
+            floors: floors::<F>(&[], 0.0, &outcome),
+            outcome,
+            solve: NO_SOLVE,
+            setup_seconds: 0.0,
+            walk_seconds: walking.as_secs_f64(),
+            pointwise: 0.0,
+            others: Vec::new(),
+            besides: Vec::new(),
+            fluxes: Vec::new(),
+        }
+    }
 }
 
 /// What a room says of a target besides u.

@@ -50,11 +50,19 @@ pub(crate) struct Progress {
 impl Progress {
     /// A bar for so many walks.
     pub(crate) fn new(walks: u64) -> Self {
-        let target = if std::io::stderr().is_terminal() {
-            ProgressDrawTarget::stderr_with_hz(10)
+        if std::io::stderr().is_terminal() {
+            Self::on(walks, ProgressDrawTarget::stderr_with_hz(10))
         } else {
-            ProgressDrawTarget::hidden()
-        };
+            Self::hidden()
+        }
+    }
+
+    /// One that nobody sees.
+    pub(crate) fn hidden() -> Self {
+        Self::on(0, ProgressDrawTarget::hidden())
+    }
+
+    fn on(walks: u64, target: ProgressDrawTarget) -> Self {
         let bar = ProgressBar::with_draw_target(Some(walks), target);
         let template =
             "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {eta} left {msg}";

@@ -327,7 +327,8 @@ impl Sweep<'_> {
         }
         let mut plan = plan.clone();
         plan.walks = plan.walks.min(PLAIN_WALKS);
-        level.plain_seconds(&plan)
+        let plain = level.plain(&plan, &Progress::hidden())?;
+        Ok(Some(plain.walk_seconds / plan.walks as f64))
     }
 
     /// All levels, or those before an interruption.

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::figure::{Axis, Band, Curve, Style, band_svg};
 use crate::numbers::{aligned, short, with_error};
+use crate::split::SplitReport;
 
 /// Everything that `solve --json` prints. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
@@ -36,6 +37,12 @@ pub(crate) struct Report {
     pub(crate) setup_seconds: f64,
     pub(crate) walk_seconds: f64,
     pub(crate) targets: Vec<TargetReport>,
+    /// What was chosen, where the file gives the error alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) split: Option<SplitReport>,
+    /// The same in words.
+    #[serde(skip)]
+    pub(crate) choice: String,
     /// Of rooms with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub(crate) energy: Option<EnergyReport>,
@@ -246,7 +253,7 @@ impl Report {
             let mut row = vec![
                 target.name.clone(),
                 target.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
-                format!("{:.6}", target.galerkin),
+                number_or_dash(target.galerkin),
                 target.plain.text(target.rounding_floor),
                 target.preconditioned.text(target.rounding_floor),
                 gain,
@@ -268,8 +275,9 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
+            "{}{}{}, {} cell{}{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
+            self.choice,
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -393,6 +401,15 @@ impl Report {
             curves,
         };
         band_svg(&band).map_err(Failure::run)
+    }
+}
+
+/// With six decimals, where it is one.
+fn number_or_dash(x: f64) -> String {
+    if x.is_nan() {
+        "-".to_owned()
+    } else {
+        format!("{x:.6}")
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Dense, Piecewise, Rounded, Solution};
+use fredholm_core::galerkin::{Dense, Pairs as _, Piecewise, Rounded, Solution};
 use fredholm_core::variance::{self, Density, Level, Setting};
 use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
@@ -22,7 +22,7 @@ use crate::file::{
     self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
 };
 use crate::problem::{
-    Answer, Asked, Besides, Cost, Known, Problem, Where, asked, floors, infinite_variance,
+    Answer, Asked, Besides, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::refuse_memory;
@@ -33,12 +33,27 @@ const TOLERANCE: f64 = 1e-14;
 const SWEEPS: u32 = 10_000;
 /// About so many cells where the file does not say.
 const DEFAULT_CELLS: usize = 500;
-/// Seconds of a visited state, and of a pair of the set-up, on the machines this was measured on.
-const STATE: f64 = 120e-9;
-const PAIR: f64 = 250e-9;
-/// What a degree adds to them.
-const STEP: f64 = 100e-9;
-const MOMENTS: f64 = 600e-9;
+/// Seconds of a pair of the set-up, and of every degree of it; on the machine that this and what follows was
+/// measured on.
+const PAIR: f64 = 80e-9;
+const MOMENTS: f64 = 650e-9;
+/// Walks of degree 0, and what a degree adds.
+const WALK: WalkCost = WalkCost {
+    state: 110e-9,
+    score: 40e-9,
+    pair: 40e-9,
+};
+const DEGREE: WalkCost = WalkCost {
+    state: 45e-9,
+    score: 40e-9,
+    pair: 6e-9,
+};
+/// Plain walks.
+const PLAIN: WalkCost = WalkCost {
+    state: 100e-9,
+    score: 15e-9,
+    pair: 0.0,
+};
 /// Cells enough to estimate a spectral radius.
 const COARSE: usize = 200;
 
@@ -326,15 +341,39 @@ impl<'f> RoomFile<'f> {
         let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
+        let solution_there = Solutions {
+            mean: &|mean| mean.of(v),
+            irradiance: &|x| polynomials.irradiance_of(x, v),
+        };
         let lengths = tables.lengths();
+        let walked = self.walk(&room, lengths, neighbour, &solution_there, plan, progress)?;
+        Ok(Answer {
+            floors: floors(v, solution.contraction, &walked.outcome),
+            pointwise: setup.pointwise(),
+            solve: solution.solve,
+            setup_seconds,
+            ..walked
+        })
+    }
+
+    /// Walks; floors and the set-up are left open.
+    fn walk<'a, F: Real>(
+        &self,
+        room: &Room<'a, F>,
+        lengths: &'a [f64],
+        neighbour: &Boxed<'_, F>,
+        solutions: &Solutions<'_, 'a, F>,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
         let mut starts = Vec::new();
         let mut known = Vec::new();
         let places = self.places();
         for place in &places {
-            let start = self.start(&room, lengths, place)?;
+            let start = self.start(room, lengths, place)?;
             let galerkin = match &start {
                 Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
-                Start::Mean(mean) => mean.of(v),
+                Start::Mean(mean) => (solutions.mean)(mean),
                 Start::Light(_) | Start::LightMean(_) => f64::NAN,
             };
             known.push(Known {
@@ -350,20 +389,14 @@ impl<'f> RoomFile<'f> {
         let mut own = Vec::new();
         for (number, place) in places.iter().enumerate() {
             if !self.only_u && self.through_u(place).is_none() {
-                let target = match self.start(&room, lengths, place)? {
+                let target = match self.start(room, lengths, place)? {
                     Start::Point(at) => Target {
-                        neighbour_value: Some(polynomials.irradiance_of(&at.0, v)),
-                        functional: Start::Light(Irradiance {
-                            room: &room,
-                            of: at,
-                        }),
+                        neighbour_value: Some((solutions.irradiance)(&at.0)),
+                        functional: Start::Light(Irradiance { room, of: at }),
                     },
                     Start::Mean(mean) => Target {
                         neighbour_value: None,
-                        functional: Start::LightMean(Irradiance {
-                            room: &room,
-                            of: mean,
-                        }),
+                        functional: Start::LightMean(Irradiance { room, of: mean }),
                     },
                     other => Target {
                         functional: other,
@@ -376,8 +409,8 @@ impl<'f> RoomFile<'f> {
         }
         begin_walking();
         let start = Instant::now();
-        let mut outcome = run(&room, neighbour, &starts, plan, progress).map_err(Failure::run)?;
-        let walk_seconds = start.elapsed().as_secs_f64();
+        let mut outcome = run(room, neighbour, &starts, plan, progress).map_err(Failure::run)?;
+        let walk_seconds = start.elapsed();
         let irradiance = outcome.statistics.split_off(places.len());
         let of = |(number, place): (usize, &Where)| {
             let h = match own.iter().position(|&own| own == number) {
@@ -391,42 +424,30 @@ impl<'f> RoomFile<'f> {
         };
         let mut besides: Vec<Besides> = places.iter().enumerate().filter_map(of).collect();
         let fluxes = besides.split_off(self.asked.len().min(besides.len()));
-        outcome.statistics.truncate(self.asked.len());
+        let mut others = outcome.statistics.split_off(self.asked.len());
+        others.extend(irradiance);
         known.truncate(self.asked.len());
         let names = self.surfaces.names.iter().cloned();
         let fluxes = names.zip(fluxes.into_iter().map(|besides| besides.net_flux));
         Ok(Answer {
-            known,
-            floors: floors(v, solution.contraction, &outcome),
-            outcome,
-            solve: solution.solve,
-            setup_seconds,
-            walk_seconds,
+            others,
             besides,
             fluxes: fluxes.collect(),
+            ..Answer::plain::<F>(known, outcome, walk_seconds)
         })
     }
 
-    /// The time of one of a number of plain walks for the mean of u.
-    fn plain_in<F: Real>(&self, plan: &Plan) -> Result<f64, Failure> {
+    fn plain_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let tables = Tables::<F>::new(&self.scene, &self.mesh);
         let (geometry, cells) = (tables.geometry(), tables.cells());
         let absorption = self.file.walk.absorption.value;
         let room = Room::new(geometry, cells, Views::none(), absorption).map_err(Failure::input)?;
-        let target = Target {
-            functional: self.start(&room, tables.lengths(), &Where::All)?,
-            neighbour_value: None,
+        let none: &Boxed<'_, F> = &NoNeighbour::<Room<'_, F>>::new();
+        let dark = Solutions {
+            mean: &|_| 0.0,
+            irradiance: &|_| 0.0,
         };
-        let start = Instant::now();
-        run(
-            &room,
-            &NoNeighbour::<Room<'_, F>>::new(),
-            &[target],
-            plan,
-            &(),
-        )
-        .map_err(Failure::run)?;
-        Ok(start.elapsed().as_secs_f64() / plan.walks as f64)
+        self.walk(&room, tables.lengths(), none, &dark, plan, progress)
     }
 
     fn tables_in<F: Real + Number, const B: usize>(&self) -> Result<TableBuilder, Failure> {
@@ -711,6 +732,14 @@ impl<'f> RoomFile<'f> {
     }
 }
 
+/// What v gives where walks start.
+struct Solutions<'s, 'a, F> {
+    /// Its mean.
+    mean: &'s dyn Fn(&MeanOver<'_, 'a, F>) -> f64,
+    /// The irradiance that it makes.
+    irradiance: &'s dyn Fn(&Point<F>) -> f64,
+}
+
 /// A neighbour equation of any degree.
 pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
 
@@ -732,6 +761,15 @@ impl<F: Real, const B: usize> SetUp<F, B> {
     pub(crate) fn room(&self) -> Result<Room<'_, F>, Failure> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
         Room::new(geometry, cells, self.matrix.views(), self.absorption).map_err(Failure::input)
+    }
+
+    /// Pointwise pairs of a row, in the mean.
+    fn pointwise(&self) -> f64 {
+        let (views, choice) = (self.matrix.views(), self.choice);
+        let pairs = RoomPairs { views, choice };
+        let cells = self.tables.cells().len();
+        let count: usize = (0..cells).map(|i| pairs.pointwise(i, cells).count()).sum();
+        count as f64 / cells as f64
     }
 
     /// K'.
@@ -904,7 +942,12 @@ impl Problem for RoomFile<'_> {
         let degree = self.degree() as f64;
         Cost {
             setup: n * n * (PAIR + degree * MOMENTS),
-            state: STATE + degree * STEP,
+            walk: WalkCost {
+                state: WALK.state + degree * DEGREE.state,
+                score: WALK.score + degree * DEGREE.score,
+                pair: WALK.pair + degree * DEGREE.pair,
+            },
+            plain: PLAIN,
         }
     }
 
@@ -985,11 +1028,11 @@ impl Problem for RoomFile<'_> {
         of_degree!(self.degree(), B => self.diagnose_in::<B>(request))
     }
 
-    fn plain_seconds(&self, plan: &Plan) -> Result<Option<f64>, Failure> {
-        Ok(Some(match self.file.walk.scalar.value {
-            Scalar::F32 => self.plain_in::<f32>(plan)?,
-            Scalar::F64 => self.plain_in::<f64>(plan)?,
-        }))
+    fn plain(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        match self.file.walk.scalar.value {
+            Scalar::F32 => self.plain_in::<f32>(plan, progress),
+            Scalar::F64 => self.plain_in::<f64>(plan, progress),
+        }
     }
 
     fn tables(&self) -> Result<TableBuilder, Failure> {

@@ -17,6 +17,7 @@ use crate::progress::Progress;
 use crate::report::{
     Coordinates, EndingsReport, EnergyReport, EstimateReport, Over, Report, TargetReport,
 };
+use crate::split::{self, Split};
 use crate::threads::with_threads;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -176,19 +177,18 @@ fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Fail
 
 /// Runs `solve`.
 pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
-    let file = read(&args.file, |file| replace(file, args))?;
+    let given = read(&args.file, |file| replace(file, args))?;
     let time_limit = args.time_limit.map(time_limit).transpose()?;
-    let problem = problem::of_file(&file)?;
-    refuse_beyond_memory(&file, &*problem)?;
-    if !file.walk.allow_infinite_variance {
-        problem.refuse_infinite_variance()?;
-    }
     let output = match &args.out {
-        Some(path) => Some(open_output(path, &file)?),
+        Some(path) => Some(open_output(path, &given)?),
         None => None,
     };
-    let plan = plan(&file, time_limit);
-    let job = || answer(&file, &*problem, &plan);
+    let job = || -> Result<_, Failure> {
+        match split::choose(&given)? {
+            Some(split) => answer(&split.file, &plan(&split.file, time_limit), Some(&split)),
+            None => answer(&given, &plan(&given, time_limit), None),
+        }
+    };
     let (report, ended) = with_threads(args.common.threads, job)??;
 
     // Results that cannot be written to their file are printed nevertheless.
@@ -213,7 +213,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     match report.stop {
         "error_not_reached" => say(format_args!(
             "warning: the asked error was not reached within {} walks a target",
-            plan.walks
+            given.walk.walks.value
         )),
         "time_limit" => say("warning: stopped at the time limit; these are partial results"),
         "cancelled" => say("warning: interrupted; these are partial results"),
@@ -236,14 +236,34 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 /// Sets up, walks, and says what came.
 fn answer(
     file: &ProblemFile,
-    problem: &dyn Problem,
     plan: &Plan,
+    split: Option<&Split>,
 ) -> Result<(Report, Ended), Failure> {
+    let problem: &dyn Problem = &*problem::of_file(file)?;
+    let plain = split.is_some_and(|split| split.plain);
+    if split.is_none() {
+        refuse_beyond_memory(file, problem)?;
+        if !file.walk.allow_infinite_variance {
+            problem.refuse_infinite_variance()?;
+        }
+    }
     let asked = problem.asked();
-    let progress = Progress::new(plan.walks.saturating_mul(asked.len() as u64));
+    let predicted = split.map(|split| split.report.predicted_walks as u64);
+    let all = plan.walks.saturating_mul(asked.len() as u64);
+    let progress = Progress::new(predicted.map_or(all, |predicted| predicted.min(all)));
     progress.say("setting up".to_owned());
-    let answer = problem.answer(plan, &progress)?;
+    let mut answer = if plain {
+        problem.plain(plan, &progress)?
+    } else {
+        problem.answer(plan, &progress)?
+    };
     progress.done();
+    if plain {
+        // There is no Galerkin solution.
+        for known in &mut answer.known {
+            known.galerkin = f64::NAN;
+        }
+    }
 
     let (stop, ended) = ending(&answer.outcome, plan);
     let statistics = answer.outcome.statistics.iter();
@@ -264,10 +284,14 @@ fn answer(
     let report = Report {
         problem: problem.kind(),
         dimension: problem.dimension(),
-        cells: problem.cells(),
-        unknowns: problem.unknowns(),
+        cells: if plain { 0 } else { problem.cells() },
+        unknowns: if plain { 0 } else { problem.unknowns() },
         degree: file.galerkin.degree.value,
-        pairs: word(&file.galerkin.pairs.value),
+        pairs: if plain {
+            "no".to_owned()
+        } else {
+            word(&file.galerkin.pairs.value)
+        },
         absorption: file.walk.absorption.value,
         estimator: word(&file.walk.estimator.value),
         scalar: word(&file.walk.scalar.value),
@@ -280,6 +304,10 @@ fn answer(
         states: statistics.map(Statistics::states).sum(),
         setup_seconds: answer.setup_seconds,
         walk_seconds: answer.walk_seconds,
+        split: split.map(|split| split.report.clone()),
+        choice: split.map_or(String::new(), |split| {
+            split.report.text(file, &problem.cells_text())
+        }),
         energy: EnergyReport::new(answer.fluxes),
         targets,
     };
@@ -342,43 +370,70 @@ fn target_report(
 
 /// Runs `check`.
 pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
-    let file = read(path, |_| ())?;
-    let problem = problem::of_file(&file)?;
-    refuse_beyond_memory(&file, &*problem)?;
-    problem.refuse_infinite_variance()?;
+    let given = read(path, |_| ())?;
+    let split = split::choose(&given)?;
+    let file = split.as_ref().map_or(&given, |split| &split.file);
+    let problem = problem::of_file(file)?;
+    if split.is_none() {
+        refuse_beyond_memory(file, &*problem)?;
+        problem.refuse_infinite_variance()?;
+    }
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
     let targets = problem.asked().len();
-    let walks = file.walk.walks.value as f64 * targets as f64;
-    let states = walks * (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
-    let cost = problem.cost();
-    let seconds = (cost.setup + states * cost.state) / threads as f64;
-    let most = if file.walk.target_error.is_some() {
-        "at most "
-    } else {
-        ""
-    };
-    let rows = [
-        ("problem", problem.kind().to_owned()),
+    let mut rows = vec![("problem", problem.kind().to_owned())];
+    let neighbour = [
         ("cells", problem.cells_text()),
         ("degree", file.galerkin.degree.value.to_string()),
         ("unknowns", problem.unknowns().to_string()),
         ("pairs", word(&file.galerkin.pairs.value)),
-        ("estimator", word(&file.walk.estimator.value)),
-        ("scalar", word(&file.walk.scalar.value)),
-        ("targets", targets.to_string()),
-        ("walks", format!("{most}{walks}")),
-        ("states", format!("{most}about {states:.1e}")),
-        (
-            "memory",
-            format!("about {}", bytes(problem.memory() as u64)),
-        ),
-        (
-            "time",
-            format!("{most}about {} s on {threads} threads", short(seconds)),
-        ),
     ];
+    match &split {
+        Some(split) if split.plain => rows.push((
+            "walks are",
+            "plain: a neighbour equation does not pay at this error".to_owned(),
+        )),
+        _ => rows.extend(neighbour),
+    }
+    rows.push(("absorption", file.walk.absorption.value.to_string()));
+    rows.push(("estimator", word(&file.walk.estimator.value)));
+    rows.push(("scalar", word(&file.walk.scalar.value)));
+    rows.push(("targets", targets.to_string()));
+    let (walks, states, seconds, most) = match &split {
+        Some(split) => {
+            let report = &split.report;
+            let seconds = report.predicted_setup_seconds + report.predicted_walk_seconds;
+            let walks = format!("about {:.1e}", report.predicted_walks);
+            (walks, report.predicted_states, seconds, "")
+        }
+        None => {
+            let walks = file.walk.walks.value as f64 * targets as f64;
+            let steps = (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
+            let cost = problem.cost();
+            let walk = cost.walk.seconds(file.walk.estimator.value, steps, 0.0);
+            let (states, seconds) = (walks * steps, cost.setup + walks * walk);
+            let most = match file.walk.target_error {
+                Some(_) => "at most ",
+                None => "",
+            };
+            (format!("{most}{walks}"), states, seconds, most)
+        }
+    };
+    let time = short(seconds / threads as f64);
+    rows.push(("walks", walks));
+    rows.push(("states", format!("{most}about {states:.1e}")));
+    rows.push((
+        "memory",
+        format!("about {}", bytes(problem.memory() as u64)),
+    ));
+    rows.push(("time", format!("{most}about {time} s on {threads} threads")));
     let mut stdout = std::io::stdout().lock();
     writeln!(stdout, "{} is valid", path.display())?;
+    if split.is_some() {
+        writeln!(
+            stdout,
+            "chosen for the target error, as the file does not say:"
+        )?;
+    }
     for (name, value) in rows {
         writeln!(stdout, "{name:<10} {value}")?;
     }

@@ -33,6 +33,11 @@ impl<T> Placed<T> {
         Self { value, place }
     }
 
+    /// A value which the program chose.
+    pub(crate) fn chosen(value: T) -> Self {
+        Self::default(value)
+    }
+
     /// A value which stands in the file.
     pub(super) fn file(span: Range<usize>, value: T) -> Self {
         let place = Place::File(span);
