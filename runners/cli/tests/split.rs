@@ -183,8 +183,9 @@ fn walks_are_plain_where_a_neighbour_equation_does_not_pay() {
 
 #[test]
 fn the_file_limits_the_walks() {
-    let args = ["--target-error", "1e-9", "--walks", "100000", "--json"];
-    let ran = Folder::new().solve(PROBLEMS[0].text, &args);
+    let text = format!("galerkin.degree = 0\n{}", PROBLEMS[0].text);
+    let args = ["--target-error", "1e-12", "--walks", "100000", "--json"];
+    let ran = Folder::new().solve(&text, &args);
     let report = ran.warning(3, &["not reached", "100000"]).json();
     assert_eq!(number(target(&report), "walks"), 100_000.0);
 }
@@ -235,13 +236,13 @@ fn check_says_what_would_be_chosen() {
     );
 }
 
-/// Four errors from the coarsest on, the last of which takes a second or two by settings chosen well.
+/// Four errors from the coarsest on; the last is what rounding leaves, or takes a second.
 const ERRORS: [[&str; 4]; 5] = [
-    ["1e-2", "1e-4", "1e-6", "1e-9"],
+    ["1e-2", "1e-4", "1e-6", "1e-11"],
+    ["1e-2", "1e-4", "1e-6", "1e-11"],
     ["1e-2", "1e-4", "1e-6", "1e-10"],
-    ["1e-2", "1e-4", "1e-6", "1e-8"],
-    ["1e-2", "1e-4", "1e-6", "3e-8"],
-    ["1e-2", "1e-4", "1e-6", "1e-7"],
+    ["1e-2", "1e-4", "1e-6", "1e-10"],
+    ["1e-2", "1e-4", "1e-6", "1e-10"],
 ];
 
 /// |estimate − exact| ≤ 1.96 E. The binomial law of 40 runs of chance 0.95 has 0.3 % below 34, that of 1,000 (with

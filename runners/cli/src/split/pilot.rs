@@ -1,0 +1,240 @@
+//! Settings, what few walks find of them, and what many will take.
+
+use fredholm_core::{Statistics, next_round};
+use fredholm_rayon::TargetError;
+
+use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
+use crate::problem::{Answer, Cost};
+
+/// Targets that a pilot looks at.
+const TARGETS: usize = 8;
+/// Batches of which rounds need not be counted.
+const MANY: f64 = 1e6;
+
+/// Everything that may be chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Setting {
+    /// Walks without a neighbour equation.
+    pub(super) plain: bool,
+    /// As the file counts them: of a cube, per axis.
+    pub(super) cells: usize,
+    pub(super) degree: usize,
+    pub(super) pairs: Pairs,
+    pub(super) absorption: f64,
+    pub(super) estimator: Estimator,
+}
+
+impl Setting {
+    /// The file with it.
+    pub(super) fn applied(&self, file: &ProblemFile) -> ProblemFile {
+        let mut file = file.clone();
+        let (galerkin, walk) = (&mut file.galerkin, &mut file.walk);
+        galerkin.cells = Some(Placed::chosen(self.cells));
+        galerkin.degree = Placed::chosen(self.degree);
+        galerkin.pairs = Placed::chosen(self.pairs);
+        walk.absorption = Placed::chosen(self.absorption);
+        walk.estimator = Placed::chosen(self.estimator);
+        file
+    }
+
+    /// The word of the report.
+    pub(super) fn method(&self) -> &'static str {
+        if self.plain {
+            "plain"
+        } else {
+            "preconditioned"
+        }
+    }
+}
+
+/// A file with few of its targets, and how many each of these stands for.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) file: ProblemFile,
+    weights: Vec<f64>,
+}
+
+impl Sample {
+    /// At most [`TARGETS`] targets and points of grids, evenly chosen.
+    pub(super) fn new(file: &ProblemFile) -> Self {
+        let mut sample = file.clone();
+        if let file::Problem::Cube(cube) = &mut sample.problem {
+            // Its means are integrals that no pilot needs.
+            cube.solution = None;
+        }
+        let count = file.targets.len();
+        let kept = count.min(TARGETS);
+        sample.targets = (0..kept)
+            .filter_map(|i| file.targets.get(i * count / kept).cloned())
+            .collect();
+        let share = count as f64 / kept as f64;
+        let mut weights = Vec::new();
+        for target in &mut sample.targets {
+            let What::Grid(points, _) = &mut target.what else {
+                weights.push(share);
+                continue;
+            };
+            let few = points.value.min((TARGETS / kept).max(1));
+            weights.extend(vec![share * points.value as f64 / few as f64; few]);
+            points.value = few;
+        }
+        Self {
+            file: sample,
+            weights,
+        }
+    }
+
+    /// The number of its targets.
+    pub(super) fn targets(&self) -> usize {
+        self.weights.len()
+    }
+}
+
+/// A target of a pilot.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// How many it stands for.
+    weight: f64,
+    /// Var/E²: the walks that it takes.
+    needed: f64,
+}
+
+/// What few walks found.
+#[derive(Clone, Debug)]
+pub(super) struct Pilot {
+    pub(super) setting: Setting,
+    targets: Vec<Asked>,
+    pub(super) walks: u64,
+    /// Of a walk, in the mean.
+    states: f64,
+    /// Pointwise pairs of a row, in the mean.
+    pub(super) pointwise: f64,
+    pub(super) unknowns: f64,
+}
+
+impl Pilot {
+    pub(super) fn new(
+        setting: Setting,
+        sample: &Sample,
+        error: TargetError,
+        unknowns: usize,
+        answer: &Answer,
+    ) -> Self {
+        // What a room needs besides stands in no target, and is all there.
+        let all = || answer.outcome.statistics.iter().chain(&answer.others);
+        let weights = sample.weights.iter().copied();
+        let targets = all().zip(weights.chain(core::iter::repeat(1.0)));
+        let of = |(statistics, weight): (&Statistics, f64)| {
+            // Of plain walks both estimates are the same.
+            let estimate = statistics.preconditioned();
+            let bound = match error {
+                TargetError::Absolute(bound) => bound,
+                TargetError::Relative(bound) => bound * estimate.estimate.abs(),
+            };
+            Asked {
+                weight,
+                needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
+            }
+        };
+        let walks: u64 = all().map(Statistics::walks).sum();
+        let states: u64 = all().map(Statistics::states).sum();
+        Self {
+            setting,
+            targets: targets.map(of).collect(),
+            walks,
+            states: states as f64 / walks as f64,
+            pointwise: answer.pointwise,
+            unknowns: unknowns as f64,
+        }
+    }
+
+    /// Walks that all targets take.
+    pub(super) fn needed(&self) -> f64 {
+        let targets = self.targets.iter();
+        targets.map(|asked| asked.weight * asked.needed).sum()
+    }
+
+    /// Seconds of what was done.
+    pub(super) fn seconds(&self, cost: &Cost) -> f64 {
+        self.setup(cost) + self.walks as f64 * self.walk_seconds(cost, 1.0)
+    }
+
+    /// What its setting takes on these cells, on which the variance is so many times that of the pilot.
+    pub(super) fn predict(&self, level: &Level, scale: f64, batch: u64) -> Prediction {
+        let batch = batch as f64;
+        let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
+        let walks: f64 = self.targets.iter().map(of).sum();
+        let more = level.unknowns / self.unknowns;
+        Prediction {
+            setting: Setting {
+                cells: level.cells,
+                ..self.setting
+            },
+            setup: self.setup(&level.cost),
+            walking: walks * self.walk_seconds(&level.cost, more),
+            walks,
+            states: walks * self.states,
+        }
+    }
+
+    fn setup(&self, cost: &Cost) -> f64 {
+        if self.setting.plain { 0.0 } else { cost.setup }
+    }
+
+    /// With so many times the pointwise pairs.
+    fn walk_seconds(&self, cost: &Cost, more: f64) -> f64 {
+        // One pair is that of a cell with itself, however many cells there are.
+        let pairs = if self.pointwise > 1.0 {
+            more * self.pointwise
+        } else {
+            self.pointwise
+        };
+        let cost = if self.setting.plain {
+            cost.plain
+        } else {
+            cost.walk
+        };
+        cost.seconds(self.setting.estimator, self.states, pairs)
+    }
+}
+
+/// Cells, with what they cost.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Level {
+    /// As the file counts them.
+    pub(super) cells: usize,
+    pub(super) unknowns: f64,
+    pub(super) cost: Cost,
+}
+
+/// What a setting will take.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prediction {
+    pub(super) setting: Setting,
+    /// Seconds, on one thread.
+    pub(super) setup: f64,
+    pub(super) walking: f64,
+    pub(super) walks: f64,
+    pub(super) states: f64,
+}
+
+impl Prediction {
+    /// Of all.
+    pub(super) fn seconds(&self) -> f64 {
+        self.setup + self.walking
+    }
+}
+
+/// Batches of the rounds that so many batches take: errors are looked at after whole rounds.
+fn batches(needed: f64) -> f64 {
+    if needed > MANY {
+        return needed;
+    }
+    let mut done = 0;
+    loop {
+        done += next_round(done, u64::MAX);
+        if done as f64 >= needed {
+            return done as f64;
+        }
+    }
+}

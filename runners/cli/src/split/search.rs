@@ -1,0 +1,341 @@
+//! From cheap pilots to what they promise.
+
+use std::time::Instant;
+
+use fredholm_rayon::TargetError;
+
+use super::family::Family;
+use super::pilot::{Level, Pilot, Prediction, Sample, Setting};
+use crate::failure::Failure;
+use crate::file::{Estimator, Pairs, Place, Placed, ProblemFile};
+use crate::output::abandon;
+use crate::problem::{self, Cost};
+use crate::progress::{Progress, interrupted};
+use crate::solve;
+
+/// Walks of a pilot for each of its targets.
+const WALKS: u64 = 512;
+/// The shares of the best prediction so far that one pilot may take, and all.
+const ONE: f64 = 0.03;
+const ALL: f64 = 0.2;
+/// Bytes that a set-up may take which nobody asked for, and unknowns.
+const MEMORY: usize = 1 << 30;
+const UNKNOWNS: usize = 1 << 17;
+/// Walks of pilots are others than those of the answer, which they must not be able to prefer.
+const SEED: u64 = 0x7069_6c6f_74;
+/// q0 to choose from: small where long walks tell more, large where the Galerkin solution is so good that
+/// only the time of a walk matters.
+const ABSORPTIONS: [f64; 5] = [0.1, 0.2, 0.35, 0.5, 0.7];
+
+/// Pilots so far, and what they promise.
+#[derive(Debug)]
+pub(super) struct Search<'f> {
+    file: &'f ProblemFile,
+    error: TargetError,
+    sample: Sample,
+    families: Vec<Family>,
+    found: Vec<Prediction>,
+    /// The first that a setting met: what there is to say where none is taken.
+    refusal: Option<Failure>,
+    /// Predicted seconds of the pilots so far.
+    spent: f64,
+    pub(super) pilots: usize,
+    pub(super) walks: u64,
+    clock: Instant,
+}
+
+/// The values to choose from: the file's own, if it has one.
+fn open<T: Clone>(given: &Placed<T>, all: &[T]) -> Vec<T> {
+    match given.place {
+        Place::Default => all.to_vec(),
+        _ => vec![given.value.clone()],
+    }
+}
+
+impl<'f> Search<'f> {
+    pub(super) fn new(file: &'f ProblemFile, error: TargetError) -> Self {
+        Self {
+            file,
+            error,
+            sample: Sample::new(file),
+            families: Vec::new(),
+            found: Vec::new(),
+            refusal: None,
+            spent: 0.0,
+            pilots: 0,
+            walks: 0,
+            clock: Instant::now(),
+        }
+    }
+
+    /// Everything.
+    pub(super) fn run(&mut self) {
+        self.plain();
+        self.families();
+        self.climb();
+        self.vary();
+    }
+
+    /// Seconds since the beginning, by the clock.
+    pub(super) fn seconds(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
+    }
+
+    /// All predictions, the best first, and the first refusal.
+    pub(super) fn into_found(&mut self) -> (Vec<Prediction>, Option<Failure>) {
+        let mut found = core::mem::take(&mut self.found);
+        found.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
+        (found, self.refusal.take())
+    }
+
+    fn estimators(&self) -> Vec<Estimator> {
+        let all = [Estimator::Absorption, Estimator::Collision];
+        open(&self.file.walk.estimator, &all)
+    }
+
+    fn absorptions(&self) -> Vec<f64> {
+        open(&self.file.walk.absorption, &ABSORPTIONS)
+    }
+
+    /// The setting from which others start.
+    fn base(&self) -> Setting {
+        let (galerkin, walk) = (&self.file.galerkin, &self.file.walk);
+        Setting {
+            plain: false,
+            cells: 1,
+            degree: galerkin.degree.value,
+            pairs: galerkin.pairs.value,
+            absorption: walk.absorption.value,
+            estimator: walk.estimator.value,
+        }
+    }
+
+    const fn batch(&self) -> u64 {
+        self.file.walk.batch.value
+    }
+
+    /// The best prediction so far.
+    fn best(&self) -> Option<Prediction> {
+        let order = |a: &&Prediction, b: &&Prediction| a.seconds().total_cmp(&b.seconds());
+        self.found.iter().min_by(order).copied()
+    }
+
+    /// Its seconds.
+    fn least(&self) -> f64 {
+        self.best().map_or(f64::INFINITY, |best| best.seconds())
+    }
+
+    /// Whether a pilot is worth its time, where a row has so many pointwise pairs.
+    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64) -> bool {
+        let walks = (WALKS * self.sample.targets() as u64) as f64;
+        let states = 1.0 / setting.absorption;
+        let seconds = cost.setup + walks * cost.walk.seconds(setting.estimator, states, pairs);
+        let least = self.least();
+        seconds <= ONE * least && self.spent + seconds <= ALL * least
+    }
+
+    /// Walks; `None` where the problem does not take the setting.
+    fn pilot(&mut self, setting: Setting) -> Option<Pilot> {
+        if interrupted() {
+            abandon(130);
+        }
+        let pilot = self.try_pilot(setting);
+        pilot.map_err(|refusal| self.refuse(refusal)).ok()
+    }
+
+    fn refuse(&mut self, refusal: Failure) {
+        self.refusal.get_or_insert(refusal);
+    }
+
+    fn try_pilot(&mut self, setting: Setting) -> Result<Pilot, Failure> {
+        let file = setting.applied(&self.sample.file);
+        file.validate()?;
+        let problem = problem::of_file(&file)?;
+        let mut plan = solve::plan(&file, None);
+        plan.walks = WALKS;
+        plan.target_error = None;
+        plan.seed ^= SEED;
+        let progress = Progress::hidden();
+        let answer = if setting.plain {
+            problem.plain(&plan, &progress)?
+        } else {
+            problem.answer(&plan, &progress)?
+        };
+        let pilot = Pilot::new(
+            setting,
+            &self.sample,
+            self.error,
+            problem.unknowns(),
+            &answer,
+        );
+        self.pilots += 1;
+        self.walks += pilot.walks;
+        self.spent += pilot.seconds(&problem.cost());
+        Ok(pilot)
+    }
+
+    /// Plain walks.
+    fn plain(&mut self) {
+        let base = Setting {
+            plain: true,
+            degree: 0,
+            pairs: Pairs::Default,
+            ..self.base()
+        };
+        let Some(level) = self.levels(&base).0.first().copied() else {
+            return;
+        };
+        for absorption in self.absorptions() {
+            for estimator in self.estimators() {
+                let setting = Setting {
+                    absorption,
+                    estimator,
+                    cells: level.cells,
+                    ..base
+                };
+                if let Some(pilot) = self.pilot(setting) {
+                    self.found.push(pilot.predict(&level, 1.0, self.batch()));
+                }
+            }
+        }
+    }
+
+    /// Cells from few to many, as far as they may pay, and the order of √Var in unknowns; none where the
+    /// problem does not take the setting.
+    fn levels(&mut self, setting: &Setting) -> (Vec<Level>, f64) {
+        let levels = self.try_levels(setting);
+        let levels = levels.map_err(|refusal| self.refuse(refusal));
+        levels.unwrap_or_default()
+    }
+
+    fn try_levels(&self, setting: &Setting) -> Result<(Vec<Level>, f64), Failure> {
+        let mut open = setting.applied(&self.sample.file);
+        open.galerkin.cells = None;
+        open.validate()?;
+        let problem = problem::of_file(&open)?;
+        let finer = |&cells: &usize| match problem.dimension() {
+            Some(2..) => cells + cells.div_ceil(2),
+            _ => 2 * cells,
+        };
+        let known = problem.levels();
+        let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
+        let mut levels: Vec<Level> = Vec::new();
+        for cells in known.iter().copied().chain(beyond) {
+            let file = Setting { cells, ..*setting }.applied(&self.sample.file);
+            if file.validate().is_err() {
+                break;
+            }
+            let Ok(problem) = problem::of_file(&file) else {
+                break;
+            };
+            let (cost, unknowns) = (problem.cost(), problem.unknowns());
+            let large = problem.memory() > MEMORY || unknowns > UNKNOWNS;
+            if large || (levels.len() > 1 && cost.setup > self.least()) {
+                break;
+            }
+            levels.push(Level {
+                cells,
+                unknowns: unknowns as f64,
+                cost,
+            });
+        }
+        Ok((levels, problem.order(setting.degree)))
+    }
+
+    /// Two pilots of every degree and every choice of pairs, as far as they are cheap.
+    fn families(&mut self) {
+        let degrees: Vec<usize> = (0..=self.file.most_degree().0).collect();
+        let all = [Pairs::Default, Pairs::Pointwise];
+        for degree in open(&self.file.galerkin.degree, &degrees) {
+            for pairs in open(&self.file.galerkin.pairs, &all) {
+                let first = Setting {
+                    degree,
+                    pairs,
+                    ..self.base()
+                };
+                let (levels, order) = self.levels(&first);
+                let mut family = Family {
+                    first,
+                    levels,
+                    pilots: Vec::new(),
+                    order,
+                };
+                let _ = self.explore(&mut family) && self.explore(&mut family);
+                self.families.push(family);
+            }
+        }
+    }
+
+    /// One more pilot, on the next level, if that is cheap; whether it was.
+    fn explore(&mut self, family: &mut Family) -> bool {
+        let Some(level) = family.next() else {
+            return false;
+        };
+        let setting = Setting {
+            cells: level.cells,
+            ..family.first
+        };
+        // How many pairs are pointwise is known from the second pilot on.
+        let last = family.pilots.last();
+        let pairs = last.map_or(0.0, |last| last.pointwise * level.unknowns / last.unknowns);
+        if !self.affords(&setting, &level.cost, pairs) {
+            return false;
+        }
+        let Some(pilot) = self.pilot(setting) else {
+            return false;
+        };
+        family.pilots.push(pilot);
+        self.found.retain(|found| !family.has(&found.setting));
+        self.found.extend(family.predictions(self.batch()));
+        true
+    }
+
+    /// Pilots on finer levels, as long as what is promised is much finer than what was seen.
+    fn climb(&mut self) {
+        while let Some(best) = self.best() {
+            let Some(at) = self.families.iter().position(|f| f.has(&best.setting)) else {
+                return;
+            };
+            let mut family = self.families.swap_remove(at);
+            let more = family.is_beyond(best.setting.cells) && self.explore(&mut family);
+            self.families.push(family);
+            if !more {
+                return;
+            }
+        }
+    }
+
+    /// Other absorptions and the other estimator, for the best that was found.
+    fn vary(&mut self) {
+        let Some(best) = self.best() else {
+            return;
+        };
+        let Some(family) = self.families.iter().find(|f| f.has(&best.setting)) else {
+            return;
+        };
+        let family = family.clone();
+        let Some((level, known)) = family.levels.iter().zip(&family.pilots).last() else {
+            return;
+        };
+        for absorption in self.absorptions() {
+            for estimator in self.estimators() {
+                let setting = Setting {
+                    absorption,
+                    estimator,
+                    ..known.setting
+                };
+                if setting == known.setting || !self.affords(&setting, &level.cost, known.pointwise)
+                {
+                    continue;
+                }
+                if let Some(pilot) = self.pilot(setting) {
+                    // On more cells its variance falls as that of the setting which was looked at closely.
+                    let levels = family.levels.iter();
+                    let of = |level| family.predict(&pilot, level, self.batch());
+                    let predictions: Vec<Prediction> = levels.map(of).collect();
+                    self.found.extend(predictions);
+                }
+            }
+        }
+    }
+}
