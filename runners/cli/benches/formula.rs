@@ -3,13 +3,8 @@
 use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use fredholm_cli::formula::Formula;
 use fredholm_core::Real;
-
-#[allow(dead_code, unused_imports, reason = "the program uses the rest of it")]
-#[path = "../src/formula.rs"]
-mod formula;
-
-use formula::Formula;
 
 type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
 

@@ -9,39 +9,43 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::failure::Failure;
-use crate::file::Source;
+use crate::file::{Source, load};
 
 /// Surfaces that a deck may have at most.
 const MAX_SURFACES: usize = 1_000_000;
+/// The most bytes of a deck: so many surfaces and their vertices, on long lines.
+const MAX_BYTES: u64 = 256 << 20;
 
 /// What a deck says.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Deck {
+pub struct Deck {
     /// Its surfaces, in its order.
-    pub(crate) surfaces: Vec<DeckSurface>,
+    pub surfaces: Vec<DeckSurface>,
     /// Whether it says that it is no enclosure.
-    pub(crate) open: bool,
+    pub open: bool,
 }
 
 /// A surface of a deck.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct DeckSurface {
-    pub(crate) name: String,
-    pub(crate) ends: [[f64; 2]; 2],
-    pub(crate) emissivity: f64,
+pub struct DeckSurface {
+    /// What targets and results call it.
+    pub name: String,
+    /// From where to where, its active side on the left.
+    pub ends: [[f64; 2]; 2],
+    /// More than 0 and at most 1.
+    pub emissivity: f64,
 }
 
 /// Reads a deck.
-pub(crate) fn read(path: &Path) -> Result<Deck, Failure> {
+pub fn read(path: &Path) -> Result<Deck, Failure> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path)
-        .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
+    let bytes = load(path, MAX_BYTES)?;
     // Titles and names of old decks may be in any encoding; numbers are not.
     parse_named(&name, String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Reads the deck `name` with the content `text`.
-pub(crate) fn parse_named(name: &str, text: String) -> Result<Deck, Failure> {
+pub fn parse_named(name: &str, text: String) -> Result<Deck, Failure> {
     let name = name.to_owned();
     let source = Source { name, text };
     parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message).into())

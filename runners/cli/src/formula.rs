@@ -11,7 +11,7 @@ use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Evaluator, Instruction, Number, Program};
 
 /// What formulas may say, for messages.
-pub(crate) const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, abs, \
+pub const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, abs, \
      sign, min, max, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, \
      tanh, floor, ceil";
 
@@ -46,16 +46,16 @@ const STACK: usize = 32;
 
 /// Which names a formula may use besides functions and constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Variables {
+pub struct Variables {
     /// d: with 1 the coordinates are x and y (and x1, y1), with more x1 … xd, y1 … yd.
-    pub(crate) dimension: usize,
+    pub dimension: usize,
     /// Whether y is there.
-    pub(crate) two: bool,
+    pub two: bool,
 }
 
 impl Variables {
     /// x and y on one axis.
-    pub(crate) const FACTOR: Self = Self {
+    pub const FACTOR: Self = Self {
         dimension: 1,
         two: true,
     };
@@ -76,7 +76,7 @@ impl Variables {
     }
 
     /// "x and y", "x1 to x3".
-    pub(crate) fn names(self) -> String {
+    pub fn names(self) -> String {
         let of = |letter: &str| match self.dimension {
             1 => letter.to_owned(),
             d => format!("{letter}1 to {letter}{d}"),
@@ -103,15 +103,15 @@ pub(crate) fn seconds(text: &str) -> f64 {
 
 /// What is wrong with a formula, and where in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct FormulaError {
+pub struct FormulaError {
     /// These bytes of it.
-    pub(crate) span: Range<usize>,
+    pub span: Range<usize>,
     /// What is wrong.
-    pub(crate) message: String,
+    pub message: String,
 }
 
 /// Checks all that can be checked without values: syntax, names, numbers of arguments.
-pub(crate) fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
+pub fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
     let mut room = room::<f64>(text);
     let formula = Formula::new(text, &mut room)?;
     for (name, span, called) in names(text) {
@@ -180,19 +180,19 @@ fn names(text: &str) -> Vec<(&str, Range<usize>, bool)> {
 }
 
 /// Room for the instructions of a formula: none needs more than two for a character.
-pub(crate) fn room<F: Real>(text: &str) -> Vec<Instruction<'_, Value<F>>> {
+pub fn room<F: Real>(text: &str) -> Vec<Instruction<'_, Value<F>>> {
     vec![Instruction::default(); 2 * text.len() + 1]
 }
 
 /// A compiled formula.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Formula<'c, F> {
+pub struct Formula<'c, F> {
     program: Program<'c, 'c, Value<F>, STACK>,
 }
 
 impl<'c, F: Real> Formula<'c, F> {
     /// Compiles a formula into the [`room`] for it.
-    pub(crate) fn new(
+    pub fn new(
         text: &'c str,
         room: &'c mut [Instruction<'c, Value<F>>],
     ) -> Result<Self, FormulaError> {
@@ -206,14 +206,14 @@ impl<'c, F: Real> Formula<'c, F> {
     }
 
     /// As [`new`](Self::new), kept to the program's end: what is solved are a handful of formulas.
-    pub(crate) fn kept(text: &str) -> Result<Formula<'static, F>, FormulaError> {
+    pub fn kept(text: &str) -> Result<Formula<'static, F>, FormulaError> {
         let text: &str = Box::leak(text.into());
         Formula::new(text, room(text).leak())
     }
 
     /// Its value; NaN where it has none.
     #[inline]
-    pub(crate) fn value(&self, x: &[F], y: &[F]) -> F {
+    pub fn value(&self, x: &[F], y: &[F]) -> F {
         self.program
             .evaluate(&At { x, y })
             .map_or(F::NAN, |value| value.0)
@@ -272,7 +272,7 @@ fn if_nan_or<F: Real>(x: F, y: F, better: impl Fn(F, F) -> bool) -> F {
 
 /// A number of a formula.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Value<F>(F);
+pub struct Value<F>(F);
 
 impl<F: Real> Number for Value<F> {
     fn parse(literal: &str) -> Option<Self> {

@@ -6,18 +6,13 @@
 mod args;
 mod circle;
 mod cube;
-mod deck;
 mod diagnose;
 mod export;
 mod factors;
-mod failure;
 mod figure;
-mod file;
-mod formula;
 #[cfg(test)]
 mod hostile;
 mod init;
-mod numbers;
 mod output;
 mod paper;
 mod problem;
@@ -36,6 +31,8 @@ use std::process::ExitCode;
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::{Ended, Failure};
+// What reads is in the library: it is built and tested without the walks, which are the bulk.
+use fredholm_cli::{deck, failure, file, formula, numbers};
 
 fn main() -> ExitCode {
     let status = match run(&Cli::parse().command) {

@@ -9,7 +9,7 @@ use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, Source, What, word};
+use crate::file::{self, Placed, ProblemFile, What, word};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
@@ -26,18 +26,7 @@ pub(crate) fn read(
     replace: impl FnOnce(&mut ProblemFile),
 ) -> Result<ProblemFile, Failure> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path)
-        .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
-    let text = match String::from_utf8(bytes) {
-        Ok(text) => text,
-        Err(error) => {
-            let place = error.utf8_error().valid_up_to();
-            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-            let message = "this is no text: a problem file is in UTF-8";
-            let source = Source { name, text };
-            return Err(source.error(place..place, message).into());
-        }
-    };
+    let text = file::utf8(&name, file::load(path, file::MAX_BYTES)?)?;
     let mut file = file::read(&name, &text)?;
     replace(&mut file);
     file.validate()?;

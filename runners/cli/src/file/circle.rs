@@ -10,16 +10,16 @@ use super::{MAX_CELLS, ProblemFile, Scalar, What};
 
 /// Radiosity on the circle: `[problem]` with `kind = "circle"`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Circle {
+pub struct Circle {
     /// The reflectance on equal arcs of [0, 2 pi).
-    pub(crate) reflectance: Placed<Vec<Placed<f64>>>,
+    pub reflectance: Placed<Vec<Placed<f64>>>,
     /// The emission.
-    pub(crate) emission: Emission,
+    pub emission: Emission,
 }
 
 /// The emission of a circle.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Emission {
+pub enum Emission {
     /// The emission for which `constant + amplitude sin(frequency s)` is the
     /// solution (Heinrich 1995, (57)-(58)).
     Harmonic {
@@ -224,7 +224,7 @@ fn counted(arcs: usize) -> String {
 }
 
 /// The smallest number which both numbers divide; both are at least 1.
-pub(crate) fn common_multiple(a: usize, b: usize) -> usize {
+pub fn common_multiple(a: usize, b: usize) -> usize {
     let (mut divisor, mut rest) = (a, b);
     while rest != 0 {
         (divisor, rest) = (rest, divisor % rest);

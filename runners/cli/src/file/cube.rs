@@ -8,26 +8,26 @@ use super::{Pairs, ProblemFile, What};
 use crate::formula::{self, Variables};
 
 /// The largest dimension: every one has walks of its own.
-pub(crate) const MAX_DIMENSION: usize = 6;
+const MAX_DIMENSION: usize = 6;
 
 /// An equation on [0, 1]^d: `[problem]` with `kind = "cube"`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Cube {
+pub struct Cube {
     /// d.
-    pub(crate) dimension: Placed<usize>,
+    pub dimension: Placed<usize>,
     /// K.
-    pub(crate) kernel: KernelText,
+    pub kernel: KernelText,
     /// ∫ K(x, t) dt from 0 to y, as the kernel is written: for kernels with a kink or a jump at x = y.
-    pub(crate) integral: Option<KernelText>,
+    pub integral: Option<KernelText>,
     /// F.
-    pub(crate) source: Placed<String>,
+    pub source: Placed<String>,
     /// u, where it is known.
-    pub(crate) solution: Option<Placed<String>>,
+    pub solution: Option<Placed<String>>,
 }
 
 /// A kernel, or its integral, as formulas.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum KernelText {
+pub enum KernelText {
     /// One formula in all coordinates.
     General(Placed<String>),
     /// A product of one formula in x and y for each axis.

@@ -14,6 +14,7 @@
 
 mod circle;
 mod cube;
+mod load;
 mod place;
 mod room;
 mod section;
@@ -24,14 +25,15 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use toml::de::{DeTable, DeValue};
 
-pub(crate) use circle::{Circle, Emission, common_multiple};
-pub(crate) use cube::{Cube, KernelText};
-pub(crate) use place::{InputError, Place, Placed, Source};
-pub(crate) use room::{Material, Numbers, Room, unknown_surface};
+pub use circle::{Circle, Emission, common_multiple};
+pub use cube::{Cube, KernelText};
+pub use load::{MAX_BYTES, load, utf8};
+pub use place::{InputError, Place, Placed, Source};
+pub use room::{Material, Numbers, Room, unknown_surface};
 use section::{Field, Section, unknown_word};
 
 /// The largest number of cells accepted.
-pub(crate) const MAX_CELLS: usize = 100_000_000;
+pub const MAX_CELLS: usize = 100_000_000;
 /// The largest number of walks in one batch.
 const MAX_BATCH: u64 = 1_000_000_000;
 /// The largest seed: TOML has no larger integers.
@@ -40,15 +42,15 @@ const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 const MAX_GRID: usize = 100_000;
 /// All that a problem file says.
 #[derive(Clone, Debug)]
-pub(crate) struct ProblemFile {
+pub struct ProblemFile {
     /// The section `[problem]`.
-    pub(crate) problem: Problem,
+    pub problem: Problem,
     /// The section `[galerkin]`.
-    pub(crate) galerkin: Galerkin,
+    pub galerkin: Galerkin,
     /// The section `[walk]`.
-    pub(crate) walk: Walk,
+    pub walk: Walk,
     /// The `[[target]]` tables, in the order of the file.
-    pub(crate) targets: Vec<Target>,
+    pub targets: Vec<Target>,
     /// Where targets stand, or should stand.
     targets_place: Place,
     /// Name and text of the file, for errors.
@@ -57,7 +59,7 @@ pub(crate) struct ProblemFile {
 
 /// What is to be solved: `[problem]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Problem {
+pub enum Problem {
     /// Radiosity on the circle.
     Circle(Circle),
     /// An equation on [0, 1]^d.
@@ -68,56 +70,56 @@ pub(crate) enum Problem {
 
 /// The Galerkin scheme: `[galerkin]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Galerkin {
+pub struct Galerkin {
     /// The number of cells, for a cube of cells per axis; without one, the problem chooses.
-    pub(crate) cells: Option<Placed<usize>>,
+    pub cells: Option<Placed<usize>>,
     /// The degree of the polynomials on a cell.
-    pub(crate) degree: Placed<usize>,
+    pub degree: Placed<usize>,
     /// Which pairs of cells the neighbour equation treats how.
-    pub(crate) pairs: Placed<Pairs>,
+    pub pairs: Placed<Pairs>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
-    pub(crate) points: Option<Placed<usize>>,
+    pub points: Option<Placed<usize>>,
     /// How cells shrink towards the corners of a room.
-    pub(crate) grading: Option<Placed<f64>>,
+    pub grading: Option<Placed<f64>>,
     /// Whether the walls of a room are cut at the edges of shadows too.
-    pub(crate) shadow_cuts: Option<Placed<bool>>,
+    pub shadow_cuts: Option<Placed<bool>>,
 }
 
 /// The random walks: `[walk]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Walk {
+pub struct Walk {
     /// The number of walks for each target.
-    pub(crate) walks: Placed<u64>,
+    pub walks: Placed<u64>,
     /// q0, the probability that a walk is absorbed in a state.
-    pub(crate) absorption: Placed<f64>,
+    pub absorption: Placed<f64>,
     /// What a walk scores.
-    pub(crate) estimator: Placed<Estimator>,
+    pub estimator: Placed<Estimator>,
     /// The floating-point type of the walks.
-    pub(crate) scalar: Placed<Scalar>,
+    pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
-    pub(crate) seed: Placed<u64>,
+    pub seed: Placed<u64>,
     /// The number of walks in one batch.
-    pub(crate) batch: Placed<u64>,
+    pub batch: Placed<u64>,
     /// The error at which to stop early.
-    pub(crate) target_error: Option<Placed<f64>>,
+    pub target_error: Option<Placed<f64>>,
     /// Whether `target_error` is relative to the value.
-    pub(crate) relative: Placed<bool>,
+    pub relative: Placed<bool>,
     /// Whether walks of infinite variance are wanted: a flag of the command line alone.
-    pub(crate) allow_infinite_variance: bool,
+    pub allow_infinite_variance: bool,
 }
 
 /// One number, or one curve, to compute: `[[target]]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Target {
+pub struct Target {
     /// What the results call it.
-    pub(crate) name: Placed<String>,
+    pub name: Placed<String>,
     /// What it is.
-    pub(crate) what: What,
+    pub what: What,
 }
 
 /// What a target computes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum What {
+pub enum What {
     /// The solution at this angle, or this point.
     At(Placed<Vec<Placed<f64>>>),
     /// The mean of the solution over the space.
@@ -136,7 +138,7 @@ pub(crate) enum What {
 
 /// The choices of `pairs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Pairs {
+pub enum Pairs {
     /// As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S; room, left out
     /// what the default has pointwise
     Paper,
@@ -149,7 +151,7 @@ pub(crate) enum Pairs {
 
 /// The choices of `estimator`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Estimator {
+pub enum Estimator {
     /// A walk scores where it is absorbed
     Absorption,
     /// A walk scores in every state
@@ -158,7 +160,7 @@ pub(crate) enum Estimator {
 
 /// The choices of `scalar`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Scalar {
+pub enum Scalar {
     /// Single precision
     F32,
     /// Double precision
@@ -166,14 +168,14 @@ pub(crate) enum Scalar {
 }
 
 /// The word of a choice, as files, flags and results have it.
-pub(crate) fn word<T: ValueEnum>(choice: &T) -> String {
+pub fn word<T: ValueEnum>(choice: &T) -> String {
     let value = choice.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 impl ProblemFile {
     /// A path that stands in the file, which means it from the file's own folder.
-    pub(crate) fn beside(&self, path: &Path) -> PathBuf {
+    pub fn beside(&self, path: &Path) -> PathBuf {
         let folder = Path::new(&self.source.name).parent();
         folder.map_or_else(|| path.to_owned(), |folder| folder.join(path))
     }
@@ -183,7 +185,7 @@ impl ProblemFile {
 ///
 /// Ranges are not looked at: call [`ProblemFile::validate`] once the flags of
 /// the command line have replaced what they replace.
-pub(crate) fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
+pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
     let source = Source {
         name: name.to_owned(),
         text: text.to_owned(),

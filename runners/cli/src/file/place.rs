@@ -8,7 +8,7 @@ pub(super) const SHOWN: usize = 100;
 
 /// Where a value comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub enum Place {
     /// These bytes of the file.
     File(Range<usize>),
     /// The command-line flag of this name, dashes included.
@@ -19,16 +19,16 @@ pub(crate) enum Place {
 
 /// A value and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Placed<T> {
+pub struct Placed<T> {
     /// The value.
-    pub(crate) value: T,
+    pub value: T,
     /// Where it comes from.
-    pub(crate) place: Place,
+    pub place: Place,
 }
 
 impl<T> Placed<T> {
     /// A value given by the command-line flag `flag` (such as `--walks`).
-    pub(crate) fn flag(flag: &'static str, value: T) -> Self {
+    pub fn flag(flag: &'static str, value: T) -> Self {
         let place = Place::Flag(flag);
         Self { value, place }
     }
@@ -53,7 +53,7 @@ impl<T> Placed<T> {
 
 /// What is wrong with the input, rendered with the place in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct InputError {
+pub struct InputError {
     /// The whole message; may have several lines, without a last line break.
     pub(super) rendered: String,
 }
@@ -68,19 +68,20 @@ impl core::error::Error for InputError {}
 
 /// Name and text of a file.
 #[derive(Clone, Debug)]
-pub(crate) struct Source {
+pub struct Source {
     /// What errors call the file.
-    pub(crate) name: String,
+    pub name: String,
     /// Its content.
-    pub(crate) text: String,
+    pub text: String,
 }
 
 /// A place as people count.
-pub(crate) struct Position<'t> {
+#[derive(Debug)]
+pub struct Position<'t> {
     /// The line, from 1.
-    pub(crate) line: usize,
+    pub line: usize,
     /// The number of characters before the place in its line.
-    pub(crate) before: usize,
+    pub before: usize,
     /// Where the place is, in bytes: on a character, in the line or at its end.
     start: usize,
     /// The line, without its end.
@@ -89,7 +90,7 @@ pub(crate) struct Position<'t> {
 
 impl Source {
     /// Renders an error at some bytes of the text.
-    pub(crate) fn error(&self, span: Range<usize>, message: impl Display) -> InputError {
+    pub fn error(&self, span: Range<usize>, message: impl Display) -> InputError {
         let Position {
             line,
             before,
@@ -160,7 +161,7 @@ impl Source {
     }
 
     /// Where a byte of the text is.
-    pub(crate) fn locate(&self, byte: usize) -> Position<'_> {
+    pub fn locate(&self, byte: usize) -> Position<'_> {
         let text = self.text.as_str();
         // An editor does not show a byte order mark.
         let first = if text.starts_with('\u{feff}') { 3 } else { 0 };

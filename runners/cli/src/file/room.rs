@@ -10,31 +10,31 @@ use super::{ProblemFile, What};
 
 /// Light or heat in a room: `[problem]` with `kind = "room"`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Room {
+pub struct Room {
     /// A View2D deck, relative to the problem file.
-    pub(crate) deck: Option<Placed<String>>,
+    pub deck: Option<Placed<String>>,
     /// Whether light that leaves is absorbed.
-    pub(crate) open: Placed<bool>,
+    pub open: Placed<bool>,
     /// The surfaces; with a deck, what is said of its own.
-    pub(crate) surfaces: Vec<Surface>,
+    pub surfaces: Vec<Surface>,
     /// Where the problem stands, or should say more.
-    pub(crate) place: Place,
+    pub place: Place,
 }
 
 /// A surface: `[[problem.surface]]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Surface {
+pub struct Surface {
     /// What targets and results call it.
-    pub(crate) name: Placed<String>,
+    pub name: Placed<String>,
     /// Its vertices, the active side on the left; none for a surface of the deck.
-    pub(crate) points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
+    pub points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
     /// Its materials, one, or one for every segment.
-    pub(crate) material: Material,
+    pub material: Material,
 }
 
 /// What a surface does with light, as the file has it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Material {
+pub enum Material {
     /// `reflectance` and `emission`.
     Light(Numbers, Numbers),
     /// `emissivity` and `temperature`.
@@ -42,7 +42,7 @@ pub(crate) enum Material {
 }
 
 /// One number, or one for every segment; absent where the deck or a default gives it.
-pub(crate) type Numbers = Option<Placed<Vec<Placed<f64>>>>;
+pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
 
 /// Reads the rest of `[problem]` for a room.
 pub(super) fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
@@ -231,11 +231,7 @@ impl Room {
 }
 
 /// The error for a name that no surface has.
-pub(crate) fn unknown_surface(
-    file: &ProblemFile,
-    name: &Placed<String>,
-    known: &[String],
-) -> InputError {
+pub fn unknown_surface(file: &ProblemFile, name: &Placed<String>, known: &[String]) -> InputError {
     let hint = match nearest(&name.value, known) {
         Some(near) => format!("; did you mean \"{near}\"?"),
         None => String::new(),

@@ -11,7 +11,7 @@ impl ProblemFile {
     /// Checks every range, and what the values ask of one another.
     ///
     /// To be called after the flags of the command line have replaced values.
-    pub(crate) fn validate(&self) -> Result<(), InputError> {
+    pub fn validate(&self) -> Result<(), InputError> {
         self.validate_galerkin()?;
         match &self.problem {
             Problem::Circle(circle) => circle.validate(self)?,
@@ -23,7 +23,7 @@ impl ProblemFile {
     }
 
     /// An error about what stands at `place`.
-    pub(crate) fn error(&self, place: &Place, message: impl Display) -> InputError {
+    pub fn error(&self, place: &Place, message: impl Display) -> InputError {
         let rendered = match place {
             Place::File(span) => return self.source.error(span.clone(), message),
             Place::Flag(flag) => format!("`{flag}`: {message}"),
@@ -33,7 +33,7 @@ impl ProblemFile {
     }
 
     /// An error about a value; one given by a flag is shown with the flag.
-    pub(crate) fn refuse<T: Debug>(&self, placed: &Placed<T>, message: impl Display) -> InputError {
+    pub fn refuse<T: Debug>(&self, placed: &Placed<T>, message: impl Display) -> InputError {
         match placed.place {
             // Debug, since Display writes 1e-300 with all its zeros.
             Place::Flag(flag) => InputError {
@@ -213,7 +213,7 @@ impl ProblemFile {
     }
 
     /// An error about a part of a text that stands in the file, such as a formula.
-    pub(crate) fn error_within(
+    pub fn error_within(
         &self,
         text: &Placed<String>,
         part: Range<usize>,

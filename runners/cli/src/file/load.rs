@@ -1,0 +1,66 @@
+//! Bytes of a file, and their text.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::place::{InputError, Source};
+use crate::failure::Failure;
+
+/// The most bytes of a problem file: what it comes to in memory is a multiple of them.
+pub const MAX_BYTES: u64 = 16 << 20;
+
+/// The bytes of the file at a path, if they are not more than `most`. What never ends, such as a device,
+/// is not read to its end.
+pub fn load(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+    let name = path.display();
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
+        .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
+    if bytes.len() as u64 > most {
+        let message = format!("{name} has more than {most} bytes, the most that are read");
+        return Err(Failure::Input(message));
+    }
+    Ok(bytes)
+}
+
+/// The text of the problem file `name`.
+pub fn utf8(name: &str, bytes: Vec<u8>) -> Result<String, InputError> {
+    String::from_utf8(bytes).map_err(|error| {
+        let place = error.utf8_error().valid_up_to();
+        let source = Source {
+            name: name.to_owned(),
+            text: String::from_utf8_lossy(error.as_bytes()).into_owned(),
+        };
+        let message = "this is no text: a problem file is in UTF-8";
+        source.error(place..place, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{load, utf8};
+
+    #[test]
+    fn a_file_without_an_end_is_refused() {
+        let zeros = std::path::Path::new("/dev/zero");
+        if zeros.exists() {
+            let refused = load(zeros, 1000).unwrap_err().to_string();
+            assert_eq!(
+                refused,
+                "/dev/zero has more than 1000 bytes, the most that are read"
+            );
+        }
+        let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("templates/room.toml");
+        let size = std::fs::metadata(&here).unwrap().len();
+        assert_eq!(load(&here, size).unwrap().len() as u64, size);
+        assert!(load(&here, size - 1).is_err());
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_at_its_byte() {
+        let refused = utf8("a.toml", b"[walk]\nseed = \xff".to_vec()).unwrap_err();
+        assert!(refused.to_string().starts_with("a.toml:2:8: "), "{refused}");
+    }
+}
