@@ -2,6 +2,9 @@
 
 use crate::{Ending, Real, Walk};
 
+/// The most walks, and states, that anyone can have run: 10⁹ a second for 36 years.
+const MOST: u64 = 1 << 60;
+
 /// How many walks ended in which way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Endings {
@@ -154,7 +157,8 @@ impl Statistics {
     }
 
     /// What [`to_bytes`](Self::to_bytes) wrote, to the bit. `None`: the numbers of walks
-    /// contradict each other. That is no check against other damage.
+    /// contradict each other, or there are more than 2⁶⁰ walks or states, which nobody can have run
+    /// and to which no more could be added. That is no check against other damage.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
         let (chunks, _) = bytes.as_chunks::<8>();
@@ -180,7 +184,8 @@ impl Statistics {
         };
         // `endings` subtracts the two.
         let cut_short = left.checked_add(step_limit)?;
-        (cut_short <= walks && scored <= walks).then_some(statistics)
+        let possible = cut_short <= walks && scored <= walks && walks.max(states) <= MOST;
+        possible.then_some(statistics)
     }
 
     /// The number of walks.
@@ -377,6 +382,23 @@ mod tests {
             let mut spoilt = bytes;
             spoilt[at..at + 8].copy_from_slice(&word.to_le_bytes());
             assert_eq!(Statistics::from_bytes(&spoilt), None, "byte {at}");
+        }
+        // As many walks or states as can be, to which the next one could not be added.
+        for at in [0, 8] {
+            for (most, good) in [
+                (1_u64 << 60, true),
+                ((1 << 60) + 1, false),
+                (u64::MAX, false),
+            ] {
+                let mut spoilt = bytes;
+                spoilt[at..at + 8].copy_from_slice(&most.to_le_bytes());
+                let read = Statistics::from_bytes(&spoilt);
+                assert_eq!(read.is_some(), good, "byte {at}");
+                if let Some(mut read) = read {
+                    read.push(&walk(1.0, 1.0), 0.0);
+                    read.merge(&statistics);
+                }
+            }
         }
     }
 
