@@ -489,7 +489,10 @@ fn a_damaged_or_foreign_table_is_refused() {
     // A right checksum over arrays that cannot be: an element of 0 bytes.
     let mut nothing = TableBuilder::new("circle");
     nothing.records("v", "()", 0, [(Vec::new(), String::new())]);
-    assert_eq!(read(&nothing.to_bytes()), Err(TableError::Directory));
+    assert_eq!(
+        read(&nothing.to_bytes()),
+        Err(TableError::Directory { array: 0 })
+    );
     // Whatever lies at odd places.
     let mut words = aligned(&[&[0; 4], &bytes[..]].concat());
     words.push(0);

@@ -33,9 +33,9 @@ pub struct State {
 /// Why a state is not one to go on from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateError {
-    /// There are not as many bytes as a state has.
+    /// There are not as many bytes as a state has, or it says so itself.
     Length {
-        /// The bytes that were there.
+        /// The bytes that were there, or that it says.
         found: usize,
     },
     /// The bytes do not begin as a state does.
@@ -53,7 +53,8 @@ pub enum StateError {
     OtherDraws,
     /// It was saved with another equation, neighbour equation, start, (v, Φ) or scalar.
     OtherEquation,
-    /// The numbers of walks and batches contradict each other or the plan.
+    /// The numbers of walks and batches contradict each other or the plan, or nobody can have run
+    /// so many.
     Contradiction,
     /// The plan itself is impossible.
     Plan(PlanError),
@@ -84,7 +85,7 @@ impl fmt::Display for StateError {
                  restore it with those, or begin anew",
             ),
             Self::Contradiction => {
-                f.write_str("the saved state's numbers of walks and batches contradict each other")
+                f.write_str("the saved state's numbers of walks and batches cannot be")
             }
             Self::Plan(error) => error.fmt(f),
         }
@@ -136,7 +137,7 @@ impl State {
         let (stored, rest) = rest.split_first_chunk::<4>().ok_or_else(length)?;
         let (merged, rest) = rest.split_first_chunk().ok_or_else(length)?;
         let batch = rest.first_chunk().ok_or_else(length)?;
-        let [m0, m1, m2, m3, v0, v1, _, _, words @ ..] = *head;
+        let [m0, m1, m2, m3, v0, v1, b0, b1, words @ ..] = *head;
         if [m0, m1, m2, m3] != Self::MAGIC {
             return Err(StateError::Foreign);
         }
@@ -146,6 +147,10 @@ impl State {
         }
         if checksum(head, merged, batch) != u32::from_le_bytes(*stored) {
             return Err(StateError::Checksum);
+        }
+        let found = usize::from(u16::from_le_bytes([b0, b1]));
+        if found != Self::BYTES {
+            return Err(StateError::Length { found });
         }
         let (words, _) = words.as_chunks::<4>();
         let mut words = words.iter().map(|bytes| u32::from_le_bytes(*bytes));

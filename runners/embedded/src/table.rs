@@ -54,7 +54,10 @@ pub enum TableError {
     /// The checksum is wrong: a byte was lost or changed.
     Checksum,
     /// The list of arrays does not fit the bytes.
-    Directory,
+    Directory {
+        /// The first array that does not, from 0; the number of arrays where bytes are left behind them.
+        array: usize,
+    },
     /// The bytes do not lie at a multiple of 8; see [`Aligned`].
     Alignment,
     /// This machine stores the last byte of a number first, and tables are read in place.
@@ -91,7 +94,12 @@ impl fmt::Display for TableError {
                 write!(f, "the table has {expected} bytes, and {found} are here")
             }
             Self::Checksum => f.write_str("the table is damaged: its checksum is wrong"),
-            Self::Directory => f.write_str("the table's arrays do not fit its bytes"),
+            Self::Directory { array } => {
+                write!(
+                    f,
+                    "the table's array number {array} (from 0) does not fit its bytes"
+                )
+            }
             Self::Alignment => {
                 f.write_str("a table must lie at a multiple of 8 bytes: wrap it in `Aligned`")
             }
@@ -199,13 +207,11 @@ impl<'a> Table<'a> {
         };
         // Every entry lies within the bytes, and the last one ends with them.
         let mut sections = table.sections();
-        let whole = sections.by_ref().count() == usize::from(table.sections)
-            && sections.data.is_empty()
-            && table.sections().all(|section| section.is_whole());
-        if whole {
+        let array = sections.by_ref().take_while(Section::is_whole).count();
+        if array == usize::from(table.sections) && sections.data.is_empty() {
             Ok(table)
         } else {
-            Err(TableError::Directory)
+            Err(TableError::Directory { array })
         }
     }
 
