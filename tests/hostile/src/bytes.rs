@@ -1,0 +1,306 @@
+//! What programs write: export tables and saved states.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use fredholm_core::{
+    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, STEP_LIMIT, Sampler, Source, StateSpace,
+    Stream, TargetError, Task, Uniforms,
+};
+use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
+use fredholm_embedded::{Driver, Plan, State, StateError, Table, TableBuilder, TableError};
+
+use crate::memory::Bound;
+
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Kinds of tables, the last of which nobody writes.
+const KINDS: [&str; 4] = ["circle", "cube", "room", ""];
+/// Names of arrays, the last of which nobody writes.
+const NAMES: [&str; 8] = [
+    "absorb", "degree", "cells", "segments", "views", "coeffs", "v", "",
+];
+
+/// Reads an export table, of the kind that it says and of another.
+///
+/// # Panics
+/// If that takes any memory, if an array lies outside the bytes, or if a refusal's message says nothing.
+pub fn table(bytes: &[u8]) {
+    // At a multiple of 8, and at another place.
+    let mut words = vec![0_u64; bytes.len() / 8 + 2];
+    let space = words.as_mut_bytes();
+    let (even, odd) = (0..bytes.len(), 1..bytes.len() + 1);
+    space[odd.clone()].copy_from_slice(bytes);
+    let kind = |k: &&str| {
+        bytes
+            .get(16..)
+            .is_some_and(|name| name.starts_with(k.as_bytes()))
+    };
+    let kind = KINDS.iter().copied().find(kind).unwrap_or("circle");
+    let misplaced = Table::read(&space[odd], kind).err();
+    space[even.clone()].copy_from_slice(bytes);
+    let bytes = &space[even];
+    match Bound::NOTHING.holds(0, || Table::read(bytes, kind)) {
+        Ok(table) => {
+            assert_eq!(misplaced, Some(TableError::Alignment));
+            Bound::NOTHING.holds(0, || arrays(&table, bytes));
+            let other = if kind == "room" { "cube" } else { "room" };
+            assert_eq!(Table::read(bytes, other).err(), Some(TableError::Kind));
+        }
+        Err(error) => assert_named(error, bytes),
+    }
+}
+
+/// As [`table`], with the head mended so that what is behind the checksum is met; and as the numbers of a
+/// table that is written, read, and damaged.
+///
+/// # Panics
+/// As [`table`], or if the table that is read is not the one that was written.
+pub fn table_with_checksum(bytes: &[u8]) {
+    let mut mended = bytes.to_vec();
+    if let Some(head) = mended.get_mut(..24) {
+        head[..6].copy_from_slice(b"FHTB\x01\x00");
+        head[8..12].copy_from_slice(&(bytes.len() as u32).to_le_bytes());
+        let kind = KINDS[usize::from(head[16]) % KINDS.len()].as_bytes();
+        head[16..].fill(0);
+        head[16..16 + kind.len()].copy_from_slice(kind);
+        let sum = checksum(&[&mended[..12], &mended[16..]]);
+        mended[12..16].copy_from_slice(&sum);
+    }
+    table(&mended);
+    round_trip(bytes);
+}
+
+fn checksum(parts: &[&[u8]]) -> [u8; 4] {
+    let mut digest = CRC.digest();
+    parts.iter().for_each(|part| digest.update(part));
+    digest.finalize().to_le_bytes()
+}
+
+/// Looks at every array as every type.
+fn arrays(table: &Table<'_>, bytes: &[u8]) {
+    for name in NAMES {
+        array::<u8>(table, name, bytes);
+        array::<u32>(table, name, bytes);
+        array::<f32>(table, name, bytes);
+        array::<f64>(table, name, bytes);
+        array::<[f32; 6]>(table, name, bytes);
+        array::<[f64; 9]>(table, name, bytes);
+    }
+}
+
+fn array<T: FromBytes + Immutable + Copy>(table: &Table<'_>, name: &'static str, bytes: &[u8]) {
+    let slice = table.slice::<T>(name);
+    match slice {
+        Ok(array) => {
+            let (whole, part) = (bytes.as_ptr_range(), array.as_ptr_range());
+            let (start, end) = (part.start.addr(), part.end.addr());
+            assert!(whole.start.addr() <= start && end <= whole.end.addr());
+        }
+        Err(TableError::Missing { name: missing }) => {
+            assert!(missing == name && !table.has(name));
+        }
+        Err(TableError::Element { name: other, found }) => {
+            assert!(other == name && table.has(name) && found != size_of::<T>());
+        }
+        Err(other) => panic!("{name}: {other}"),
+    }
+    let length = slice.map(<[T]>::len);
+    assert_eq!(table.one::<T>(name).is_ok(), length == Ok(1));
+}
+
+/// # Panics
+/// Unless the message says what is wrong where: how many bytes, which version, which array.
+fn assert_named(error: TableError, bytes: &[u8]) {
+    let message = error.to_string();
+    let place = match error {
+        TableError::Foreign => "first bytes".to_owned(),
+        TableError::Version { found } => format!("not {found}"),
+        TableError::Kind => "kind".to_owned(),
+        TableError::Length { expected, found } => {
+            assert_eq!(found, bytes.len());
+            format!("{expected} bytes, and {found} are here")
+        }
+        TableError::Checksum => "checksum".to_owned(),
+        TableError::Directory { array } => format!("array number {array} "),
+        TableError::Alignment => "multiple of 8".to_owned(),
+        other => panic!("no error of reading a table: {other}"),
+    };
+    assert!(message.contains(&place), "{message}");
+}
+
+/// Writes a table of the bytes as numbers, reads it, and damages it at one place.
+fn round_trip(bytes: &[u8]) {
+    let Some((&[a, b], numbers)) = bytes.split_first_chunk() else {
+        return;
+    };
+    let (small, large) = numbers.split_at(numbers.len() / 2);
+    let small: Vec<u32> = small
+        .chunks(4)
+        .map(|c| c.iter().fold(0, |n, &byte| n << 8 | u32::from(byte)))
+        .collect();
+    let large: Vec<f64> = large
+        .chunks(8)
+        .map(|c| {
+            let bits = c.iter().fold(0, |n, &byte| n << 8 | u64::from(byte));
+            f64::from_bits(bits)
+        })
+        .collect();
+    let kind = KINDS[usize::from(a) % 3];
+    let mut builder = TableBuilder::new(kind);
+    builder.numbers("cells", &small);
+    builder.numbers("coeffs", &large);
+    builder.numbers("views", numbers);
+    builder.numbers("degree", &[u32::from(b)]);
+    let written = builder.to_bytes();
+    let mut words = vec![0_u64; written.len().div_ceil(8)];
+    let place = words.as_mut_bytes();
+    place.copy_from_slice(&written);
+    let table = Table::read(place, kind).expect("a table that was written is read");
+    assert_eq!(table.slice::<u32>("cells"), Ok(&small[..]));
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(table.slice::<f64>("coeffs").map(bits), Ok(bits(&large)));
+    assert_eq!(table.slice::<u8>("views"), Ok(numbers));
+    assert_eq!(table.one::<u32>("degree"), Ok(u32::from(b)));
+    // One byte that changes is always found.
+    let at = usize::from(a) * 256 + usize::from(b);
+    if let Some(byte) = place.get_mut(at) {
+        *byte ^= (a ^ b).max(1);
+        assert!(Table::read(place, kind).is_err(), "byte {at}");
+    }
+}
+
+/// Reads a saved state.
+///
+/// # Panics
+/// If that takes any memory, if a state written again is another, or if a refusal's message says nothing.
+pub fn state(bytes: &[u8]) {
+    match Bound::NOTHING.holds(0, || State::from_bytes(bytes)) {
+        Ok(state) => assert_eq!(
+            state.to_bytes(),
+            *bytes,
+            "a state written again is the same"
+        ),
+        Err(error) => {
+            let message = error.to_string();
+            let place = match error {
+                StateError::Length { found } => {
+                    assert!(found != State::BYTES);
+                    format!("not {found}")
+                }
+                StateError::Foreign => "first bytes".to_owned(),
+                StateError::Version { found } => format!("not {found}"),
+                StateError::Checksum => "checksum".to_owned(),
+                StateError::Contradiction => "numbers of walks and batches".to_owned(),
+                other => panic!("no error of reading a state: {other}"),
+            };
+            assert!(message.contains(&place), "{message}");
+        }
+    }
+}
+
+/// u(x) = x + ∫₀¹ ½ x y u(y) dy, by jumps to uniform points.
+#[derive(Clone, Copy, Debug)]
+struct Toy;
+
+impl StateSpace for Toy {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl Sampler for Toy {
+    fn absorption(&self, _: &f64) -> f64 {
+        0.2
+    }
+    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+        Some(uniforms.uniform())
+    }
+}
+
+impl Kernel for Toy {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        0.5 * x * y / 0.8
+    }
+}
+
+impl Source for Toy {
+    fn source(&self, x: &f64) -> f64 {
+        *x
+    }
+}
+
+/// As [`state`], with head and checksum mended so that what is behind them is met; and a run goes on from
+/// there, if it can.
+///
+/// # Panics
+/// As [`state`], or if a run that is restored stands elsewhere than where the state says.
+pub fn state_with_checksum(bytes: &[u8]) {
+    let Some((&first, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let (neighbour, start) = (NoNeighbour::<Toy>::new(), At(0.3));
+    let task = || -> Task<'_, _, _, _, DefaultGenerator> {
+        Task {
+            equation: &Toy,
+            neighbour: &neighbour,
+            functional: &start,
+            neighbour_value: None,
+            estimator: Estimator::Collision,
+            stream: Stream::new(1, 0),
+            step_limit: STEP_LIMIT,
+        }
+    };
+    let plan = Plan {
+        target_error: [None, Some(TargetError::Relative(1e-3))][usize::from(first & 1)],
+        ..PLANS[usize::from(first >> 1) % PLANS.len()]
+    };
+    let mut fresh = Driver::new(task(), plan).expect("a plan that is possible");
+    let done = if first & 0x80 == 0 { 0 } else { 25 };
+    fresh.poll(done).expect("walks of the toy are finite");
+
+    // The bytes say what is changed in a good state, but for what says what it is of.
+    let mut mended = fresh.save().to_bytes();
+    let (head, numbers) = mended.split_at_mut(32);
+    let (length, rest) = head[6..].split_at_mut(2);
+    let changed = length.iter_mut().chain(&mut rest[12..20]).chain(numbers);
+    for (to, change) in changed.zip(bytes) {
+        *to ^= change;
+    }
+    let sum = checksum(&[&mended[..28], &mended[32..]]);
+    mended[28..32].copy_from_slice(&sum);
+    state(&mended);
+    let Ok(saved) = State::from_bytes(&mended) else {
+        return;
+    };
+    let mut driver = match Bound::NOTHING.holds(0, || Driver::restore(task(), plan, &saved)) {
+        Ok(driver) => driver,
+        Err(error) => {
+            assert_eq!(error, StateError::Contradiction, "the plan is the same");
+            return;
+        }
+    };
+    assert_eq!(driver.save().to_bytes(), mended, "saved as restored");
+    let before = driver.statistics().walks();
+    assert!(before <= plan.walks, "{before} walks of {}", plan.walks);
+    let progress = driver.poll(3).expect("walks of the toy are finite");
+    let after = driver.statistics().walks();
+    assert!((before..=before + 3).contains(&after) && progress.walks == after);
+    assert_eq!(driver.stop(), progress.stop);
+}
+
+/// Few walks, and as many as there can be.
+const PLANS: [Plan; 3] = [
+    Plan {
+        walks: 1000,
+        batch: 10,
+        target_error: None,
+    },
+    Plan {
+        walks: u64::MAX,
+        batch: 4096,
+        target_error: None,
+    },
+    Plan {
+        walks: u64::MAX,
+        batch: u64::MAX,
+        target_error: None,
+    },
+];

@@ -1,0 +1,61 @@
+//! Bounds of memory.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+/// What a reader may take at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bound {
+    /// Bytes for each byte of the input.
+    pub(crate) each: u64,
+    /// Bytes besides, for the smallest input.
+    pub(crate) besides: u64,
+}
+
+impl Bound {
+    /// No memory at all.
+    pub(crate) const NOTHING: Self = Self {
+        each: 0,
+        besides: 0,
+    };
+
+    /// What `read` gives.
+    ///
+    /// # Panics
+    /// If this thread has at any time more memory than the bound has for an input of so many bytes.
+    pub(crate) fn holds<R>(self, input: usize, read: impl FnOnce() -> R) -> R {
+        let mut outcome = None;
+        // A panic must not leave the counter within a measurement.
+        let taken = allocation_counter::measure(|| {
+            outcome = Some(catch_unwind(AssertUnwindSafe(read)));
+        });
+        let most = self.besides + self.each * input as u64;
+        let outcome = outcome.map(|outcome| outcome.unwrap_or_else(|panic| resume_unwind(panic)));
+        assert!(
+            taken.bytes_max <= most,
+            "an input of {input} bytes took {} bytes, more than {most}",
+            taken.bytes_max
+        );
+        outcome.expect("it has been read")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bound;
+
+    const BOUND: Bound = Bound {
+        each: 10,
+        besides: 100,
+    };
+
+    #[test]
+    fn memory_within_the_bound_is_let_through() {
+        assert_eq!(BOUND.holds(90, || vec![1_u8; 1000].len()), 1000);
+    }
+
+    #[test]
+    #[should_panic(expected = "an input of 89 bytes took 1000 bytes, more than 990")]
+    fn memory_beyond_the_bound_is_found() {
+        BOUND.holds(89, || vec![1_u8; 1000].len());
+    }
+}

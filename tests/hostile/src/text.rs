@@ -1,0 +1,154 @@
+//! What people write: problem files, View2D decks, formulas.
+
+use fredholm_cli::deck::{self, Deck};
+use fredholm_cli::failure::Failure;
+use fredholm_cli::file::{self, InputError, ProblemFile};
+use fredholm_cli::formula::{self, Formula, Variables};
+use fredholm_core::Real;
+
+use crate::memory::Bound;
+
+/// A problem file; see `docs/fuzzing.md` for what takes most.
+const FILE: Bound = Bound {
+    each: 512,
+    besides: 1 << 16,
+};
+/// A deck.
+const DECK: Bound = Bound {
+    each: 64,
+    besides: 1 << 16,
+};
+/// A formula.
+const FORMULA: Bound = Bound {
+    each: 128,
+    besides: 1 << 12,
+};
+
+/// Reads a problem file, as the program does before it makes anything of it.
+///
+/// # Panics
+/// If that takes too much memory, if a refusal does not name its place, or if a comment below changes
+/// what the file says.
+pub fn problem_file(bytes: &[u8]) {
+    const NAME: &str = "problem.toml";
+    let read = |bytes: &[u8]| -> Result<ProblemFile, InputError> {
+        let text = file::utf8(NAME, bytes.to_vec())?;
+        let file = file::read(NAME, &text)?;
+        file.validate()?;
+        Ok(file)
+    };
+    match FILE.holds(bytes.len(), || read(bytes)) {
+        Err(error) => assert_placed(&error.to_string(), NAME, &String::from_utf8_lossy(bytes)),
+        Ok(file) => {
+            let below = [bytes, b"\n# nothing more"].concat();
+            let same = read(&below).expect("a comment is no error");
+            let parts = |file: ProblemFile| (file.problem, file.galerkin, file.walk, file.targets);
+            assert_eq!(parts(same), parts(file), "a comment says nothing");
+        }
+    }
+}
+
+/// Reads a View2D deck.
+///
+/// # Panics
+/// If that takes too much memory, if a refusal does not name its place, or if the deck written again from
+/// what was read is another.
+pub fn deck(bytes: &[u8]) {
+    const NAME: &str = "room.vs2";
+    let read = |text: String| deck::parse_named(NAME, text);
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    match DECK.holds(text.len(), || read(text.clone())) {
+        Err(Failure::Input(message)) => assert_placed(&message, NAME, &text),
+        Err(other) => panic!("no error of the input: {other}"),
+        Ok(deck) => {
+            let same = read(written(&deck)).expect("what was read can be read again");
+            assert_eq!(same, deck, "a deck written again is the same");
+        }
+    }
+}
+
+/// A deck as a file, with two vertices for each surface.
+fn written(deck: &Deck) -> String {
+    let mut text = format!("C {} 0\nG 2\n", u8::from(!deck.open));
+    for (i, surface) in deck.surfaces.iter().enumerate() {
+        let (a, b, name) = (2 * i, 2 * i + 1, &surface.name);
+        for (vertex, [x, y]) in [a, b].into_iter().zip(surface.ends) {
+            text += &format!("V {vertex} {x:?} {y:?}\n");
+        }
+        text += &format!("S {i} {a} {b} 0 0 0 {:?} {name}\n", surface.emissivity);
+    }
+    text + "End of data\n"
+}
+
+/// Reads a formula, whose first byte says of which variables, and evaluates it.
+///
+/// # Panics
+/// If reading takes too much memory or evaluating any, if a refusal does not name a part of the formula,
+/// or if a formula in parentheses has another value.
+pub fn formula(bytes: &[u8]) {
+    let Some((&first, rest)) = bytes.split_first() else {
+        return;
+    };
+    let variables = Variables {
+        dimension: usize::from(first % 6) + 1,
+        two: first & 0x80 == 0,
+    };
+    let text = String::from_utf8_lossy(rest);
+    if let Err(error) = FORMULA.holds(text.len(), || formula::check(&text, variables)) {
+        // A part, even where nothing is there.
+        assert!(text.get(error.span.clone()).is_some(), "{error:?}: {text}");
+        assert_message(&error.message);
+        return;
+    }
+    values::<f64>(&text);
+    values::<f32>(&text);
+}
+
+/// Evaluates a good formula at some points.
+fn values<F: Real>(text: &str) {
+    let bracketed = format!("({text})");
+    let (mut room, mut bracketed_room) = (formula::room::<F>(text), formula::room(&bracketed));
+    let formula = Formula::new(text, &mut room).expect("a formula that was checked is one");
+    let bracketed = match Formula::new(&bracketed, &mut bracketed_room) {
+        Ok(formula) => formula,
+        Err(error) => {
+            assert!(error.message.contains("deep"), "{}", error.message);
+            return;
+        }
+    };
+    for (x, y) in [(0.5, 0.5), (0.0, 1.0), (1.0, 0.0), (0.3, 0.8)] {
+        let (x, y) = ([F::from_f64(x); 6], [F::from_f64(y); 6]);
+        let value = Bound::NOTHING.holds(0, || formula.value(&x, &y)).to_f64();
+        let same = bracketed.value(&x, &y).to_f64();
+        assert!(value.is_nan() && same.is_nan() || value == same, "{text}");
+    }
+}
+
+/// # Panics
+/// Unless the message begins with the name of the file, a line and a column of its text.
+fn assert_placed(message: &str, name: &str, text: &str) {
+    let place = message
+        .strip_prefix(name)
+        .and_then(|rest| rest.strip_prefix(':'))
+        .and_then(|rest| {
+            let mut parts = rest.splitn(3, ':');
+            let mut number = || parts.next()?.parse::<usize>().ok()?.checked_sub(1);
+            Some((number()?, number()?, parts.next()?.trim()))
+        });
+    let Some((line, before, what)) = place else {
+        panic!("no place: {message}");
+    };
+    let line = text.split('\n').nth(line);
+    let inside = line.is_some_and(|line| before <= line.chars().count());
+    assert!(inside, "a place outside: {message}");
+    assert!(!what.is_empty(), "no words: {message}");
+    assert_message(message);
+}
+
+/// # Panics
+/// If a terminal should not be given the message.
+fn assert_message(message: &str) {
+    let shown = |c: char| !c.is_control() || matches!(c, '\n' | '\t');
+    assert!(message.chars().all(shown), "{message:?}");
+    assert!(!message.trim().is_empty(), "an empty message");
+}
