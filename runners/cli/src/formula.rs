@@ -94,7 +94,7 @@ const INSTRUCTION: f64 = 3e-9;
 const CALL: f64 = 15e-9;
 
 /// About how many seconds a value takes of a formula that validation has checked.
-pub(crate) fn seconds(text: &str) -> f64 {
+pub fn seconds(text: &str) -> f64 {
     let mut room = room::<f64>(text);
     let length = Formula::new(text, &mut room).map_or(0, |formula| formula.program.len());
     let calls = names(text).into_iter().filter(|(.., called)| *called);

@@ -34,7 +34,7 @@ impl<T> Placed<T> {
     }
 
     /// A value which the program chose.
-    pub(crate) fn chosen(value: T) -> Self {
+    pub fn chosen(value: T) -> Self {
         Self::default(value)
     }
 

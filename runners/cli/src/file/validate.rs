@@ -112,7 +112,7 @@ impl ProblemFile {
     }
 
     /// The largest degree, and for what: every degree and dimension has code of its own.
-    pub(crate) fn most_degree(&self) -> (usize, &'static str) {
+    pub fn most_degree(&self) -> (usize, &'static str) {
         match &self.problem {
             Problem::Circle(_) => (4, "on a circle"),
             Problem::Cube(cube) if cube.dimension.value <= 3 => {
