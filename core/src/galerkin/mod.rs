@@ -36,7 +36,7 @@ mod solve;
 
 pub use coefficients::{Coefficients, Dense, Rounded};
 pub use legendre::legendre;
-pub use pairs::{AllPointwise, OffDiagonal, PairKind, Pairs};
+pub use pairs::{AllPointwise, OffDiagonal, PairKind, PairTable, Pairs, marked};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable, second_moment};
 #[cfg(feature = "alloc")]

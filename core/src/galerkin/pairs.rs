@@ -1,14 +1,18 @@
 //! Which pairs of cells the neighbour equation treats how.
 
+use super::GalerkinError;
+
 /// How the neighbour equation treats steps from cell i to cell j.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
 pub enum PairKind {
     /// (i, j) ∈ S: h from the Galerkin coefficient, (44). Needs inf p_j(x) > 0 on X_i, (46).
-    Galerkin,
+    Galerkin = 0,
     /// h = k. Costs an exact integral over X_j wherever G is scored.
-    Pointwise,
+    Pointwise = 1,
     /// h = 0: the paper's (i, j) ∉ S.
-    None,
+    #[default]
+    None = 2,
 }
 
 /// The kind of every pair.
@@ -91,9 +95,117 @@ impl Pairs for AllPointwise {
     }
 }
 
+/// The kind of every pair by itself: a borrowed table of n² bytes, row by row, each a [`PairKind`] as `u8`.
+///
+/// ```
+/// use fredholm_core::galerkin::{PairKind, PairTable, Pairs};
+///
+/// let [s, p, none] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::None].map(|kind| kind as u8);
+/// let table = [s, p, none, s];
+/// let pairs = PairTable::new(&table, 2)?;
+/// assert_eq!(pairs.kind(1, 0), PairKind::None);
+/// assert!(pairs.pointwise(0, 2).eq([1]));
+/// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct PairTable<'a> {
+    table: &'a [u8],
+    cells: usize,
+}
+
+impl<'a> PairTable<'a> {
+    /// Of a table for n = `cells` cells.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Table`] where its length is not n², [`GalerkinError::Kind`] where a byte is no kind.
+    pub fn new(table: &'a [u8], cells: usize) -> Result<Self, GalerkinError> {
+        if cells.checked_mul(cells) != Some(table.len()) {
+            return Err(GalerkinError::Table {
+                cells,
+                found: table.len(),
+            });
+        }
+        match table.iter().position(|&kind| kind > PairKind::None as u8) {
+            Some(entry) => Err(GalerkinError::Kind { entry }),
+            None => Ok(Self { table, cells }),
+        }
+    }
+
+    /// The table: what [`new`](Self::new) takes.
+    #[must_use]
+    pub const fn table(&self) -> &'a [u8] {
+        self.table
+    }
+
+    /// Row i of the table.
+    #[inline]
+    fn row(&self, i: usize) -> &'a [u8] {
+        let from = i * self.cells;
+        self.table.get(from..from + self.cells).unwrap_or(&[])
+    }
+}
+
+impl Pairs for PairTable<'_> {
+    /// [`PairKind::None`] for cells that the table does not have.
+    #[inline]
+    fn kind(&self, i: usize, j: usize) -> PairKind {
+        match self.row(i).get(j) {
+            Some(0) => PairKind::Galerkin,
+            Some(1) => PairKind::Pointwise,
+            _ => PairKind::None,
+        }
+    }
+
+    #[inline]
+    fn pointwise(&self, i: usize, _: usize) -> impl Iterator<Item = usize> {
+        // Of 0, 1 and 2 the lowest bit is set in 1 alone.
+        marked(self.row(i), 0, 1)
+    }
+
+    #[inline]
+    fn outside(&self, i: usize, cells: usize) -> impl Iterator<Item = usize> {
+        // A carry into the bit of 4 marks 1 and 2.
+        let row = self.row(i);
+        marked(row, 3, 4).chain(row.len()..cells)
+    }
+}
+
+/// The places of the bytes b of a row for which (b + `add`) & `bit` ≠ 0, one pass over it, eight bytes at a time: in
+/// most rows few are marked. No sum may exceed 255.
+#[inline]
+pub fn marked(row: &[u8], add: u8, bit: u8) -> impl Iterator<Item = usize> {
+    let [add, bit] = [add, bit].map(|byte| u64::from(byte) * EVERY);
+    row.chunks(8).enumerate().flat_map(move |(k, chunk)| {
+        // The last word may be padded with bytes 0, which are marked where `add` has the bit.
+        let mut marks = word(chunk).wrapping_add(add) & bit;
+        let count = chunk.len();
+        core::iter::from_fn(move || {
+            let byte = marks.trailing_zeros() as usize / 8;
+            // The lowest mark away; there is none where the word is 0.
+            marks &= marks.checked_sub(1)?;
+            (byte < count).then_some(8 * k + byte)
+        })
+    })
+}
+
+/// A one in every byte.
+const EVERY: u64 = 0x0101_0101_0101_0101;
+
+/// Up to eight bytes as one number, the first in the lowest place.
+#[inline]
+fn word(bytes: &[u8]) -> u64 {
+    match bytes.first_chunk() {
+        Some(eight) => u64::from_le_bytes(*eight),
+        None => bytes
+            .iter()
+            .rev()
+            .fold(0, |word, &byte| word << 8 | u64::from(byte)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{AllPointwise, OffDiagonal, PairKind, Pairs};
+    use super::{AllPointwise, GalerkinError, OffDiagonal, PairKind, PairTable, Pairs, marked};
 
     /// Asks every pair, as the provided methods do.
     struct Slow<P>(P);
@@ -116,5 +228,45 @@ mod tests {
         for diagonal in [PairKind::Galerkin, PairKind::Pointwise, PairKind::None] {
             check(OffDiagonal { diagonal });
         }
+    }
+    #[test]
+    fn a_table_lists_what_it_says() {
+        let mut state = 1_u32;
+        for cells in [1, 7, 8, 9, 21] {
+            let mut table = [0_u8; 21 * 21];
+            for kind in &mut table {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                *kind = (state >> 24) as u8 % 3;
+            }
+            let pairs = PairTable::new(&table[..cells * cells], cells).unwrap();
+            let slow = Slow(pairs);
+            for i in 0..cells {
+                // Asked for more cells than it has, too.
+                for n in [cells, cells + 2] {
+                    assert!(pairs.pointwise(i, n).eq(slow.pointwise(i, n)));
+                    assert!(pairs.outside(i, n).eq(slow.outside(i, n)));
+                }
+            }
+            assert_eq!(pairs.kind(cells - 1, cells), PairKind::None);
+        }
+    }
+
+    #[test]
+    fn padding_is_no_byte() {
+        assert!(marked(&[0; 11], 1, 1).eq(0..11));
+        assert!(marked(&[2; 3], 0, 1).eq(0..0));
+        assert!(marked(&[], 1, 1).eq(0..0));
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused() {
+        assert_eq!(
+            PairTable::new(&[0; 3], 2).err(),
+            Some(GalerkinError::Table { cells: 2, found: 3 })
+        );
+        assert_eq!(
+            PairTable::new(&[0, 1, 3, 2], 2).err(),
+            Some(GalerkinError::Kind { entry: 2 })
+        );
     }
 }

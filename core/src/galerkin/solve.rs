@@ -63,6 +63,18 @@ pub enum GalerkinError {
         /// The number i of its row.
         row: usize,
     },
+    /// A table of kinds has no entry for every pair, or too many.
+    Table {
+        /// n.
+        cells: usize,
+        /// The table's entries.
+        found: usize,
+    },
+    /// An entry of a table of kinds is no kind.
+    Kind {
+        /// Its number.
+        entry: usize,
+    },
 }
 
 impl fmt::Display for GalerkinError {
@@ -100,6 +112,14 @@ impl fmt::Display for GalerkinError {
                 f,
                 "row {row} has a pointwise pair: its source is no table, the problem's exact \
                  integrals are needed"
+            ),
+            Self::Table { cells, found } => write!(
+                f,
+                "the kinds of all pairs of {cells} cells are {cells} times {cells} bytes, not {found}"
+            ),
+            Self::Kind { entry } => write!(
+                f,
+                "entry {entry} of the table of pairs is no kind: 0 is in S, 1 pointwise, 2 neither"
             ),
         }
     }

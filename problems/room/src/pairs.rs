@@ -1,6 +1,6 @@
 //! Which pairs of cells see each other, and which are in S.
 
-use fredholm_core::galerkin::{PairKind, Pairs};
+use fredholm_core::galerkin::{PairKind, Pairs, marked};
 
 use crate::RoomError;
 
@@ -125,7 +125,6 @@ impl Pairs for RoomPairs<'_> {
         self.kind_of(self.views.view(i, j))
     }
 
-    /// One pass over the bytes of the row, eight at a time: in most rows few are listed.
     #[inline]
     fn pointwise(&self, i: usize, cells: usize) -> impl Iterator<Item = usize> {
         // A carry into the bit that is asked for marks the views from 1 to 2, or from 1 to 3.
@@ -134,35 +133,11 @@ impl Pairs for RoomPairs<'_> {
             Choice::Default => (1, 2),
             Choice::Pointwise => (3, 4),
         };
-        let words = self.views.row(i).chunks(8).enumerate();
-        let listed = words.flat_map(move |(k, chunk)| {
-            let mut marks = (word(chunk) + add * EVERY) & (bit * EVERY);
-            core::iter::from_fn(move || {
-                let byte = marks.trailing_zeros() as usize / 8;
-                // The lowest mark away; there is none where the word is 0.
-                marks &= marks.checked_sub(1)?;
-                Some(8 * k + byte)
-            })
-        });
+        let listed = marked(self.views.row(i), add, bit);
         // Without a table all are partly seen.
         let unlisted = self.views.table.is_empty() && self.choice != Choice::Paper;
         let all = if unlisted { 0..cells } else { 0..0 };
         listed.chain(all)
-    }
-}
-
-/// A one in every byte.
-const EVERY: u64 = 0x0101_0101_0101_0101;
-
-/// Up to eight bytes as one number, the first in the lowest place.
-#[inline]
-fn word(bytes: &[u8]) -> u64 {
-    match bytes.first_chunk() {
-        Some(eight) => u64::from_le_bytes(*eight),
-        None => bytes
-            .iter()
-            .rev()
-            .fold(0, |word, &byte| word << 8 | u64::from(byte)),
     }
 }
 
