@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use fredholm_circle::{CircleLevel, MeanOver};
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
 use fredholm_core::variance::{
-    Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Site, Start, serially,
+    Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Start, serially,
 };
 use fredholm_core::{
     At, Estimator, Functional, Kernel, Located, Neighbour, Sampler, Source, StateSpace,
@@ -31,9 +31,9 @@ fn walks(rare: bool) -> u64 {
     }
 }
 
-fn in_parallel<P: Send>(sites: &mut [Site<P>], pass: &Pass<'_, P>) {
-    let done = fill_rows(sites, 1, |i, site| {
-        site.iter_mut().for_each(|site| pass(i, site));
+fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
+    let done = fill_rows(all, 1, |i, one| {
+        one.iter_mut().for_each(|one| pass(i, one));
         Ok::<(), ()>(())
     });
     assert_eq!(done, Ok(()));

@@ -27,6 +27,13 @@ pub enum VarianceError {
     },
     /// No memory, or an iteration that diverges: the mean of the walks does not exist.
     Galerkin(GalerkinError),
+    /// Pairs of cells cannot be told apart: a site is more than one cell.
+    Coarse {
+        /// The number of a cell that has no site.
+        cell: usize,
+    },
+    /// The variance is infinite.
+    Infinite,
 }
 
 impl fmt::Display for VarianceError {
@@ -41,6 +48,13 @@ impl fmt::Display for VarianceError {
                 "kernel, source or neighbour equation is not finite at a node of site {site} or in a step from it"
             ),
             Self::Galerkin(error) => error.fmt(f),
+            Self::Coarse { cell } => write!(
+                f,
+                "cell {cell} has no site of its own: pairs of cells cannot be told apart; more nodes are needed"
+            ),
+            Self::Infinite => f.write_str(
+                "the variance of the walks is infinite: there is nothing to choose pairs by",
+            ),
         }
     }
 }
@@ -100,8 +114,8 @@ pub(super) struct Means {
     pub(super) totals: Vec<[f64; 2]>,
 }
 
-/// What is done to every site, by its number.
-pub type Pass<'a, P> = dyn Fn(usize, &mut Site<P>) + Sync + 'a;
+/// What is done to every one of a number of things, sites above all, by its number.
+pub type Pass<'a, T> = dyn Fn(usize, &mut T) + Sync + 'a;
 
 /// Values in all nodes, and in the mean over sites.
 pub(super) struct Nodal<'a, T> {
@@ -111,7 +125,7 @@ pub(super) struct Nodal<'a, T> {
 }
 
 impl<'a, T: Copy + Default> Nodal<'a, T> {
-    fn new<P>(
+    pub(super) fn new<P>(
         sites: &[Site<P>],
         means: &'a [T],
         value: impl Fn(&Node<P>) -> T,
@@ -130,14 +144,14 @@ impl<'a, T: Copy + Default> Nodal<'a, T> {
     }
 
     #[inline]
-    fn at(&self, site: usize, node: Option<usize>) -> Option<T> {
+    pub(super) fn at(&self, site: usize, node: Option<usize>) -> Option<T> {
         let of_node = node.and_then(|node| self.nodes.get(self.first.get(site)? + node));
         of_node.or_else(|| self.means.get(site)).copied()
     }
 }
 
 /// s and c.
-type Seconds<'a> = Nodal<'a, [f64; 2]>;
+pub(super) type Seconds<'a> = Nodal<'a, [f64; 2]>;
 
 /// One of the moments between sites as a matrix.
 pub(super) struct Matrix<'a, P, M> {
@@ -230,7 +244,7 @@ where
     pub fn analyse(
         &self,
         estimator: Estimator,
-        run: impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
+        run: impl Fn(&mut [Site<L::Point>], &Pass<'_, Site<L::Point>>),
     ) -> Result<Analysis<L::Point>, VarianceError>
     where
         Self: Sync,
@@ -281,7 +295,7 @@ where
     fn resolve_totals(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, Site<L::Point>>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
@@ -333,7 +347,7 @@ where
     fn refine_errors(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, Site<L::Point>>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
@@ -365,7 +379,7 @@ where
     fn square_sources(
         &self,
         analysis: &mut Analysis<L::Point>,
-        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, L::Point>),
+        run: &impl Fn(&mut [Site<L::Point>], &Pass<'_, Site<L::Point>>),
     ) -> Result<(), VarianceError>
     where
         Self: Sync,
@@ -443,7 +457,7 @@ where
 
     /// y, k and h.
     #[inline]
-    fn step(&self, x: &Located<L::Point>, y: L::Point) -> (Located<L::Point>, f64, f64) {
+    pub(super) fn step(&self, x: &Located<L::Point>, y: L::Point) -> (Located<L::Point>, f64, f64) {
         let y = self.neighbour.locate(y);
         let k = self.equation.kernel(&x.point, &y.point);
         (y, k, self.neighbour.kernel(x, &y, k))
@@ -590,14 +604,14 @@ impl<P> Analysis<P> {
     }
 }
 
-fn seconds_of<P>(node: &Node<P>) -> [f64; 2] {
+pub(super) fn seconds_of<P>(node: &Node<P>) -> [f64; 2] {
     [node.second, node.mixed]
 }
 
-/// Calls `pass` for every site on this thread.
-pub fn serially<P>(sites: &mut [Site<P>], pass: &Pass<'_, P>) {
-    for (i, site) in sites.iter_mut().enumerate() {
-        pass(i, site);
+/// Calls `pass` for every one of them on this thread.
+pub fn serially<T>(all: &mut [T], pass: &Pass<'_, T>) {
+    for (i, one) in all.iter_mut().enumerate() {
+        pass(i, one);
     }
 }
 

@@ -33,6 +33,7 @@
 
 mod analysis;
 mod bounds;
+mod choose;
 mod gauss;
 mod level;
 mod section4;
@@ -41,6 +42,7 @@ mod target;
 
 pub use analysis::{Analysis, Pass, Power, Setting, VarianceError, serially};
 pub use bounds::{Bounds, Quantities};
+pub use choose::{Chosen, Possible, Row, Terms, Worth};
 pub use gauss::gauss;
 pub use level::{Level, Step};
 pub use section4::PairQuantities;

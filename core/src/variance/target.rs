@@ -105,11 +105,13 @@ pub struct Prediction<P> {
     pub norms: (f64, Option<f64>),
     sums: Sums,
     /// φ²p0 by sites, of starts with a density.
-    own: Vec<f64>,
+    pub(super) own: Vec<f64>,
     /// What the first steps lead to.
-    first: Vec<f64>,
+    pub(super) first: Vec<f64>,
+    /// p0 by sites, of starts with a density.
+    pub(super) initial: Vec<f64>,
     /// The start, where it is one point, and the site in which it lies.
-    start: Option<(usize, Site<P>)>,
+    pub(super) start: Option<(usize, Site<P>)>,
 }
 
 /// Where Var ζ comes from.
@@ -216,7 +218,7 @@ where
     ) -> Result<Prediction<L::Point>, VarianceError> {
         let n = analysis.sites.len();
         let mut sums = Sums::default();
-        let (mut first, mut own) = (buffer(n)?, buffer(n)?);
+        let (mut first, mut own, mut initial) = (buffer(n)?, buffer(n)?, buffer(n)?);
         let (mut point, mut largest) = (None, None);
         match start {
             Start::At(x) => {
@@ -229,10 +231,13 @@ where
             }
             Start::Density(density) => {
                 let mut supremum = 0.0;
-                for (site, own) in analysis.sites.iter().zip(&mut own) {
+                let places = own.iter_mut().zip(&mut initial);
+                for (site, (own, initial)) in analysis.sites.iter().zip(places) {
                     *own = sums.add(site, density);
                     for node in &site.nodes {
-                        supremum = f64::max(density(&node.x.point).square, supremum);
+                        let density = density(&node.x.point);
+                        *initial += node.weight * density.initial;
+                        supremum = f64::max(density.square, supremum);
                     }
                     for (first, moments) in first.iter_mut().zip(&site.row) {
                         *first += *own * moments.kk;
@@ -255,6 +260,7 @@ where
             sums,
             own,
             first,
+            initial,
             start: point,
         })
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
-    Contribution, Level, PairQuantities, Parts, Pass, Power, Prediction, Quantities, Setting, Site,
+    Contribution, Level, PairQuantities, Parts, Pass, Power, Prediction, Quantities, Setting,
     Start, VarianceError,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
@@ -179,13 +179,13 @@ fn explained(error: VarianceError) -> Failure {
     Failure::run(error)
 }
 
-/// All sites on the threads of the pool.
-fn in_parallel<P: Send>(sites: &mut [Site<P>], pass: &Pass<'_, P>) {
-    let each = |i: usize, site: &mut [Site<P>]| {
-        site.iter_mut().for_each(|site| pass(i, site));
+/// All of them on the threads of the pool.
+pub(crate) fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
+    let each = |i: usize, one: &mut [T]| {
+        one.iter_mut().for_each(|one| pass(i, one));
         Ok::<(), core::convert::Infallible>(())
     };
-    match fill_rows(sites, 1, each) {
+    match fill_rows(all, 1, each) {
         Ok(()) => {}
         Err(never) => match never {},
     }
