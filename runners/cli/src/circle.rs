@@ -8,9 +8,9 @@ use fredholm_circle::{
     Polynomials, Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::galerkin::{
-    Basis, Coefficients, OffDiagonal, PairKind, Piecewise, Solution, Solve,
+    Basis, Coefficients, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
 };
-use fredholm_core::variance::{self, Density, Level, Setting};
+use fredholm_core::variance::{self, Density, Level, Setting, Terms};
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
@@ -23,6 +23,8 @@ use crate::problem::{
     Answer, Asked, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
+use crate::solve::plan;
+use crate::theory::{self, AnyPairs, PairCounts};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -142,15 +144,17 @@ struct Solved<F> {
 impl<F: Real> Solved<F> {
     fn of_constants(
         scene: &Scene<'_>,
+        kinds: Option<&[u8]>,
         circle: &Circle<'_, f64, Light<'_>>,
     ) -> Result<Self, Failure> {
         let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
         let residual = || circle.residual_moments(&solution).map_err(Failure::run);
-        Self::new(scene, circle, &solution, residual)
+        Self::new(scene, kinds, circle, &solution, residual)
     }
 
     fn of_degree<const B: usize>(
         scene: &Scene<'_>,
+        kinds: Option<&[u8]>,
         circle: &Circle<'_, f64, Light<'_>>,
     ) -> Result<Self, Failure> {
         let polynomials = Polynomials::<_, _, B>::new(circle);
@@ -163,24 +167,32 @@ impl<F: Real> Solved<F> {
                 .map_err(Failure::run)?;
             Ok(moments.iter().map(Moment::cast).collect())
         };
-        Self::new(scene, &polynomials, &solution, residual)
+        Self::new(scene, kinds, &polynomials, &solution, residual)
     }
 
     fn new<C: Coefficients<B, Scalar = f64>, const B: usize>(
         scene: &Scene<'_>,
+        kinds: Option<&[u8]>,
         coefficients: &C,
         solution: &Solution<B>,
         residual: impl FnOnce() -> Result<Vec<Moment<F>>, Failure>,
     ) -> Result<Self, Failure> {
-        let source = match scene.diagonal() {
-            Some(diagonal) => {
+        let source = match (kinds, scene.diagonal()) {
+            (Some(table), _) => {
+                let pairs = PairTable::new(table, scene.cells).map_err(Failure::run)?;
+                let g = solution
+                    .source(coefficients, &pairs)
+                    .map_err(Failure::run)?;
+                NeighbourSource::Kinds(table.to_vec(), g)
+            }
+            (None, Some(diagonal)) => {
                 let pairs = OffDiagonal { diagonal };
                 let g = solution
                     .source(coefficients, &pairs)
                     .map_err(Failure::run)?;
                 NeighbourSource::Table(pairs, g)
             }
-            None => NeighbourSource::ClosedForm(residual()?),
+            (None, None) => NeighbourSource::ClosedForm(residual()?),
         };
         Ok(Self {
             v: solution.rounded().map_err(Failure::run)?,
@@ -196,6 +208,8 @@ impl<F: Real> Solved<F> {
 pub(crate) enum NeighbourSource<F> {
     /// G over S.
     Table(OffDiagonal, Vec<F>),
+    /// The kinds of all pairs, and G over S.
+    Kinds(Vec<u8>, Vec<F>),
     /// All pairs are pointwise.
     ClosedForm(Vec<Moment<F>>),
 }
@@ -203,6 +217,11 @@ pub(crate) enum NeighbourSource<F> {
 impl<'a, F: Real> Setup<'a, F> {
     /// Solves the Galerkin system of the scene in f64 and rounds what the walks need.
     pub(crate) fn new(scene: Scene<'a>) -> Result<Self, Failure> {
+        Self::of_kinds(scene, None)
+    }
+
+    /// As [`new`](Self::new), with these kinds of all pairs if there are some.
+    fn of_kinds(scene: Scene<'a>, kinds: Option<&[u8]>) -> Result<Self, Failure> {
         let start = Instant::now();
         let Solved {
             v,
@@ -214,8 +233,8 @@ impl<'a, F: Real> Setup<'a, F> {
                 Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
             let circle = scene.circle(&tables)?;
             match scene.degree {
-                0 => Solved::of_constants(&scene, &circle)?,
-                degree => of_degree!(degree, B => Solved::of_degree::<B>(&scene, &circle)?),
+                0 => Solved::of_constants(&scene, kinds, &circle)?,
+                degree => of_degree!(degree, B => Solved::of_degree::<B>(&scene, kinds, &circle)?),
             }
         };
         Ok(Self {
@@ -289,9 +308,29 @@ impl<'a, F: Real> Setup<'a, F> {
                 &Piecewise::with_pointwise(circle, circle, *pairs, &self.v, g)
                     .map_err(Failure::run)?,
             ),
+            NeighbourSource::Kinds(table, g) => {
+                let pairs = PairTable::new(table, self.scene.cells).map_err(Failure::run)?;
+                then(
+                    &Piecewise::with_pointwise(circle, circle, pairs, &self.v, g)
+                        .map_err(Failure::run)?,
+                )
+            }
             NeighbourSource::ClosedForm(moments) => {
                 then(&Residual::new(circle, &self.v, moments).map_err(Failure::run)?)
             }
+        })
+    }
+
+    /// The kinds of pairs; with all pairs pointwise none is left out.
+    fn pairs(&self) -> Result<AnyPairs<'_>, Failure> {
+        Ok(match &self.source {
+            NeighbourSource::Table(pairs, _) => AnyPairs::Diagonal(*pairs),
+            NeighbourSource::Kinds(table, _) => {
+                AnyPairs::Table(PairTable::new(table, self.scene.cells).map_err(Failure::run)?)
+            }
+            NeighbourSource::ClosedForm(_) => AnyPairs::Diagonal(OffDiagonal {
+                diagonal: PairKind::Pointwise,
+            }),
         })
     }
 
@@ -305,12 +344,13 @@ impl<'a, F: Real> Setup<'a, F> {
     ) -> Result<Outcome, Failure> {
         let circle = self.scene.circle(&self.tables)?;
         let degree = self.scene.degree;
-        if degree > 0 {
-            return self.boxed(&circle, |neighbour| {
-                walk(&circle, neighbour, questions, known, plan, observer)
-            })?;
-        }
         match &self.source {
+            _ if degree > 0 => self.boxed(&circle, |neighbour| {
+                walk(&circle, neighbour, questions, known, plan, observer)
+            })?,
+            NeighbourSource::Kinds(..) => self.boxed(&circle, |neighbour| {
+                walk(&circle, neighbour, questions, known, plan, observer)
+            })?,
             NeighbourSource::Table(pairs, g) => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &self.v, g)
                     .map_err(Failure::run)?;
@@ -337,6 +377,13 @@ impl<F: Real> Setup<'_, F> {
                 Piecewise::with_pointwise(polynomials, polynomials, *pairs, &self.v, g)
                     .map_err(Failure::run)?,
             ),
+            NeighbourSource::Kinds(table, g) => {
+                let pairs = PairTable::new(table, self.scene.cells).map_err(Failure::run)?;
+                Box::new(
+                    Piecewise::with_pointwise(polynomials, polynomials, pairs, &self.v, g)
+                        .map_err(Failure::run)?,
+                )
+            }
             NeighbourSource::ClosedForm(moments) => Box::new(
                 PolynomialResidual::new(polynomials, &self.v, moments).map_err(Failure::run)?,
             ),
@@ -360,7 +407,8 @@ impl<'a> Scene<'a> {
     fn diagonal(&self) -> Option<PairKind> {
         match self.pairs {
             Pairs::Paper => Some(PairKind::None),
-            Pairs::Default => Some(PairKind::Pointwise),
+            // From the theory the diagonal is pointwise too where that matters.
+            Pairs::Default | Pairs::Theory => Some(PairKind::Pointwise),
             Pairs::Pointwise => None,
         }
     }
@@ -586,6 +634,79 @@ impl<'f> CircleFile<'f> {
         })
     }
 
+    /// Sets up, with the kinds of pairs one by one if they are wanted.
+    fn set_up<F: Real>(&self) -> Result<Setup<'_, F>, Failure> {
+        let scene = self.scene()?;
+        if scene.pairs != Pairs::Theory {
+            return Setup::new(scene);
+        }
+        let start = Instant::now();
+        let mut setup = Setup::of_kinds(scene, Some(&self.theory(scene)?))?;
+        setup.seconds = start.elapsed().as_secs_f64();
+        Ok(setup)
+    }
+
+    /// The kinds of all pairs, for what is asked for.
+    fn theory(&self, scene: Scene<'_>) -> Result<Vec<u8>, Failure> {
+        let (cells, degree) = (scene.cells, scene.degree);
+        let nodes = theory::nodes(self.file, cells, degree + 2)?;
+        let of = |diagonal| theory::table_of(&OffDiagonal { diagonal }, cells);
+        let in_s = of(PairKind::Galerkin);
+        let setup = Setup::<f64>::of_kinds(scene, Some(&in_s))?;
+        let circle = scene.circle(&setup.tables)?;
+        let level = CircleLevel::new(&circle, nodes, degree).map_err(Failure::run)?;
+        let estimator = plan(self.file, None).estimator;
+        setup.boxed(&circle, |galerkin| {
+            let terms = Terms {
+                cells,
+                galerkin,
+                possible: &|_, _| level.possible(),
+            };
+            self.with_starts(&circle, &level, |targets| {
+                theory::choose(of(PairKind::Pointwise), |table| {
+                    let setup = Setup::<f64>::of_kinds(scene, Some(table))?;
+                    let pairs = setup.pairs()?;
+                    setup.boxed(&circle, |neighbour| {
+                        let setting = Setting {
+                            equation: &circle,
+                            neighbour,
+                            pairs,
+                            level: &level,
+                        };
+                        theory::look(&setting, estimator, targets, &terms)
+                    })?
+                })
+            })
+        })?
+    }
+
+    /// With where the walks of all targets start.
+    fn with_starts<R>(
+        &self,
+        circle: &Circle<'_, f64, Light<'_>>,
+        level: &CircleLevel<'_, '_, Light<'_>>,
+        then: impl FnOnce(&[Begin<'_, Point<f64>>]) -> R,
+    ) -> R {
+        let densities: Vec<_> = self
+            .asked
+            .iter()
+            .map(|asked| uniform_on(&asked.place, level))
+            .collect();
+        let targets: Vec<Begin<'_, Point<f64>>> = self
+            .asked
+            .iter()
+            .zip(&densities)
+            .map(|(asked, density)| Begin {
+                name: &asked.name,
+                start: match asked.place {
+                    Where::Angle(s) => variance::Start::At(circle.point(s)),
+                    _ => variance::Start::Density(density),
+                },
+            })
+            .collect();
+        then(&targets)
+    }
+
     fn tables_in<F: Real + Number>(&self) -> Result<TableBuilder, Failure> {
         let setup = Setup::<F>::new(self.scene()?)?;
         let constants = setup.scene.circle(&setup.tables)?.constants();
@@ -618,7 +739,7 @@ impl<'f> CircleFile<'f> {
     }
 
     fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
-        let setup = Setup::<F>::new(self.scene()?)?;
+        let setup = self.set_up::<F>()?;
         let questions = self.questions();
         let known = setup.known(&questions)?;
         let start = Instant::now();
@@ -633,6 +754,10 @@ impl<'f> CircleFile<'f> {
             // Their closed forms are a part of a score.
             pointwise: 0.0,
             others: Vec::new(),
+            pair_counts: match &setup.source {
+                NeighbourSource::Kinds(table, _) => Some(PairCounts::of(table)),
+                _ => None,
+            },
             besides: Vec::new(),
             fluxes: Vec::new(),
         })
@@ -740,48 +865,32 @@ impl Problem for CircleFile<'_> {
     }
 
     fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
-        let setup = Setup::<f64>::new(self.scene()?)?;
+        let setup = self.set_up::<f64>()?;
         let circle = setup.scene.circle(&setup.tables)?;
         let level =
             CircleLevel::new(&circle, request.nodes, self.degree()).map_err(Failure::run)?;
-        let densities: Vec<_> = self
-            .asked
-            .iter()
-            .map(|asked| uniform_on(&asked.place, &level))
-            .collect();
-        let targets: Vec<Begin<'_, Point<f64>>> = self
-            .asked
-            .iter()
-            .zip(&densities)
-            .map(|(asked, density)| Begin {
-                name: &asked.name,
-                start: match asked.place {
-                    Where::Angle(s) => variance::Start::At(circle.point(s)),
-                    _ => variance::Start::Density(density),
-                },
-            })
-            .collect();
         let sites = level.sites() as f64;
-        // With all pairs pointwise none is left out.
-        let diagonal = setup.scene.diagonal().unwrap_or(PairKind::Pointwise);
+        let pairs = setup.pairs()?;
         setup.boxed(&circle, |neighbour| {
-            request.examine(&Subject {
-                setting: Setting {
-                    equation: &circle,
-                    neighbour,
-                    pairs: OffDiagonal { diagonal },
-                    level: &level,
-                },
-                coefficients: (self.degree() == 0 && self.cells <= level.sites())
-                    .then_some(&circle),
-                draw: None,
-                targets: &targets,
-                place: &|site| {
-                    // A sixteenth of the circle.
-                    let part = (16.0 * (site as f64 + 0.5) / sites).floor();
-                    let [from, to] = [part, part + 1.0].map(|part| TAU * part / 16.0);
-                    format!("[{from:.2}, {to:.2}]")
-                },
+            self.with_starts(&circle, &level, |targets| {
+                request.examine(&Subject {
+                    setting: Setting {
+                        equation: &circle,
+                        neighbour,
+                        pairs,
+                        level: &level,
+                    },
+                    coefficients: (self.degree() == 0 && self.cells <= level.sites())
+                        .then_some(&circle),
+                    draw: None,
+                    targets,
+                    place: &|site| {
+                        // A sixteenth of the circle.
+                        let part = (16.0 * (site as f64 + 0.5) / sites).floor();
+                        let [from, to] = [part, part + 1.0].map(|part| TAU * part / 16.0);
+                        format!("[{from:.2}, {to:.2}]")
+                    },
+                })
             })
         })?
     }

@@ -5,10 +5,10 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{
-    self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, Partition,
-    Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
+    self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, PairTable,
+    Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
-use fredholm_core::variance::{self, Density, Level, Setting};
+use fredholm_core::variance::{self, Density, Level, Setting, Terms};
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, CubeLevel, Function, IntegralKernel, KernelFactors, Mean,
@@ -28,6 +28,8 @@ use crate::problem::{
 };
 use crate::progress::{Progress, begin_walking};
 use crate::rates::Deterministic;
+use crate::solve::plan;
+use crate::theory::{self, AnyPairs, PairCounts};
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -583,6 +585,22 @@ impl<'f> CubeFile<'f> {
         answer.ok_or_else(|| Failure::run("no neighbour equation was made"))
     }
 
+    fn answer_pointwise<F: Real, const D: usize>(
+        &self,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
+        let start = Instant::now();
+        let pairs = self.pointwise::<D>()?;
+        let seconds = start.elapsed().as_secs_f64();
+        let mut answer = self.answer_in::<F, D, 1>(&pairs, plan, progress)?;
+        if let Pointwise::Table(table) = &pairs {
+            answer.setup_seconds += seconds;
+            answer.pair_counts = Some(PairCounts::of(table));
+        }
+        Ok(answer)
+    }
+
     fn diagnose_in<const D: usize, const B: usize>(
         &self,
         kinds: &impl Kinds<f64, D, B>,
@@ -601,10 +619,16 @@ impl<'f> CubeFile<'f> {
             Table::Dense { entries, cells } if B == 1 => Dense::new(entries, *cells),
             _ => None,
         };
+        let pairs = kinds.pairs(cube.cells())?;
         let mut diagnosis = None;
         kinds.then(&cube, &setup, &v, &mut |neighbour| {
-            diagnosis =
-                Some(self.examine(&formulas, neighbour, &weighted, coefficients, request)?);
+            diagnosis = Some(self.examine(
+                &formulas,
+                (neighbour, pairs),
+                &weighted,
+                coefficients,
+                request,
+            )?);
             Ok(())
         })?;
         diagnosis.ok_or_else(|| Failure::run("no neighbour equation was made"))
@@ -613,7 +637,7 @@ impl<'f> CubeFile<'f> {
     fn examine<const D: usize>(
         &self,
         formulas: &Formulas<f64>,
-        neighbour: &Boxed<'_, f64, D>,
+        (neighbour, pairs): (&Boxed<'_, f64, D>, AnyPairs<'_>),
         weighted: &[WeightedStart<'_, f64, D>],
         coefficients: Option<Dense<'_, f64>>,
         request: &Request,
@@ -629,6 +653,43 @@ impl<'f> CubeFile<'f> {
         }
         let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
         let level = CubeLevel::new(&cube, request.nodes, self.degree()).map_err(Failure::run)?;
+        let examined = self.with_starts(neighbour, weighted, |targets| {
+            request.examine(&Subject {
+                setting: Setting {
+                    equation: &cube,
+                    neighbour,
+                    pairs,
+                    level: &level,
+                },
+                coefficients: coefficients.as_ref(),
+                draw: None,
+                targets,
+                place: &|site| {
+                    let mut places = Vec::new();
+                    level.nodes(site, |x, _| {
+                        if places.is_empty() {
+                            places = x.map(|x| quarter(x, D)).to_vec();
+                        }
+                    });
+                    places.join(" × ")
+                },
+            })
+        });
+        match formulas.watch.get() {
+            Some(what) => Err(Failure::input(format_args!(
+                "{what}: a finite number is needed there"
+            ))),
+            None => examined,
+        }
+    }
+
+    /// With where the walks of all targets start.
+    fn with_starts<R, const D: usize>(
+        &self,
+        neighbour: &Boxed<'_, f64, D>,
+        weighted: &[WeightedStart<'_, f64, D>],
+        then: impl FnOnce(&[Begin<'_, [f64; D]>]) -> R,
+    ) -> R {
         let mean = |_: &[f64; D]| Density::uniform(1.0);
         let weights: Vec<_> = weighted
             .iter()
@@ -662,36 +723,7 @@ impl<'f> CubeFile<'f> {
                 start,
             });
         }
-        // With all pairs pointwise none is left out.
-        let pairs = self.pairs().unwrap_or(OffDiagonal {
-            diagonal: PairKind::Pointwise,
-        });
-        let examined = request.examine(&Subject {
-            setting: Setting {
-                equation: &cube,
-                neighbour,
-                pairs,
-                level: &level,
-            },
-            coefficients: coefficients.as_ref(),
-            draw: None,
-            targets: &targets,
-            place: &|site| {
-                let mut places = Vec::new();
-                level.nodes(site, |x, _| {
-                    if places.is_empty() {
-                        places = x.map(|x| quarter(x, D)).to_vec();
-                    }
-                });
-                places.join(" × ")
-            },
-        });
-        match formulas.watch.get() {
-            Some(what) => Err(Failure::input(format_args!(
-                "{what}: a finite number is needed there"
-            ))),
-            None => examined,
-        }
+        then(&targets)
     }
 
     /// With the pairs that the file asks for.
@@ -700,10 +732,10 @@ impl<'f> CubeFile<'f> {
         match self.pairs() {
             // Validation has refused these at degrees above 0.
             None => in_dimension!(d, D => {
-                self.diagnose_in::<D, 1>(&Pointwise(AllPointwise), request)
+                self.diagnose_in::<D, 1>(&self.pointwise::<D>()?, request)
             }),
             Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
-                self.diagnose_in::<D, 1>(&Pointwise(pairs), request)
+                self.diagnose_in::<D, 1>(&self.pointwise::<D>()?, request)
             }),
             Some(pairs) => in_shape!(d, self.degree(), D, B => {
                 self.diagnose_in::<D, B>(&Smooth(pairs), request)
@@ -716,23 +748,81 @@ impl<'f> CubeFile<'f> {
         let d = self.cube.dimension.value;
         match self.pairs() {
             // Validation has refused these at degrees above 0.
-            None => in_dimension!(d, D => {
-                self.answer_in::<F, D, 1>(&Pointwise(AllPointwise), plan, progress)
-            }),
-            Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
-                self.answer_in::<F, D, 1>(&Pointwise(pairs), plan, progress)
-            }),
+            None => in_dimension!(d, D => self.answer_pointwise::<F, D>(plan, progress)),
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => {
+                in_dimension!(d, D => self.answer_pointwise::<F, D>(plan, progress))
+            }
             Some(pairs) => in_shape!(d, self.degree(), D, B => {
                 self.answer_in::<F, D, B>(&Smooth(pairs), plan, progress)
             }),
         }
     }
 
+    /// The pairs of piecewise constants where some are pointwise.
+    fn pointwise<const D: usize>(&self) -> Result<Pointwise, Failure> {
+        Ok(match (self.file.galerkin.pairs.value, self.pairs()) {
+            (Pairs::Theory, _) => Pointwise::Table(self.theory::<D>()?),
+            (_, Some(pairs)) => Pointwise::Diagonal(pairs),
+            (_, None) => Pointwise::All,
+        })
+    }
+
+    /// The kinds of all pairs, for what is asked for.
+    fn theory<const D: usize>(&self) -> Result<Vec<u8>, Failure> {
+        let cells = self.all_cells();
+        let nodes = theory::nodes(self.file, cells, 2_usize.saturating_pow(D as u32))?;
+        let formulas = Formulas::<f64>::new(self.cube)?;
+        let setup = self.set_up::<D, 1>(&formulas)?;
+        let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
+        let v = setup.solution.rounded::<f64>().map_err(Failure::run)?;
+        let means = self.weight_means(&formulas, &cube)?;
+        let weighted = self.weighted(&formulas, &cube, &means, &v)?;
+        let level = CubeLevel::new(&cube, nodes, 0).map_err(Failure::run)?;
+        let estimator = plan(self.file, None).estimator;
+        let mut chosen = None;
+        let galerkin = PairKind::Galerkin;
+        let in_s = Pointwise::Diagonal(OffDiagonal { diagonal: galerkin });
+        in_s.then(&cube, &setup, &v, &mut |galerkin| {
+            let terms = Terms {
+                cells,
+                galerkin,
+                possible: &|_, _| level.possible(true),
+            };
+            let default = OffDiagonal {
+                diagonal: PairKind::Pointwise,
+            };
+            chosen = Some(self.with_starts(galerkin, &weighted, |targets| {
+                theory::choose(theory::table_of(&default, cells), |table| {
+                    let kinds = Pointwise::Table(table.to_vec());
+                    let pairs = Kinds::<f64, D, 1>::pairs(&kinds, cells)?;
+                    let mut looked = None;
+                    kinds.then(&cube, &setup, &v, &mut |neighbour| {
+                        let setting = Setting {
+                            equation: &cube,
+                            neighbour,
+                            pairs,
+                            level: &level,
+                        };
+                        looked = Some(theory::look(&setting, estimator, targets, &terms)?);
+                        Ok(())
+                    })?;
+                    looked.ok_or_else(|| Failure::run("no neighbour equation was made"))
+                })
+            })?);
+            Ok(())
+        })
+        .map_err(|failure| match formulas.watch.get() {
+            Some(what) => Failure::input(format_args!("{what}: a finite number is needed there")),
+            None => failure,
+        })?;
+        chosen.ok_or_else(|| Failure::run("no neighbour equation was made"))
+    }
+
     /// `None`: all pairs are pointwise.
     fn pairs(&self) -> Option<OffDiagonal> {
         let diagonal = match self.file.galerkin.pairs.value {
             Pairs::Pointwise => return None,
-            Pairs::Default if self.cube.integral.is_some() => PairKind::Pointwise,
+            Pairs::Default | Pairs::Theory if self.cube.integral.is_some() => PairKind::Pointwise,
             _ => PairKind::Galerkin,
         };
         Some(OffDiagonal { diagonal })
@@ -807,6 +897,7 @@ impl<'f> CubeFile<'f> {
             outcome,
             solve: known.solve,
             setup_seconds: known.setup_seconds,
+            pair_counts: None,
             walk_seconds: start.elapsed().as_secs_f64(),
             pointwise: match self.pairs() {
                 None => self.all_cells() as f64,
@@ -1066,6 +1157,9 @@ trait Kinds<F: Real, const D: usize, const B: usize> {
         v: &[F],
         use_it: &mut Use<'_, F, D>,
     ) -> Result<(), Failure>;
+
+    /// Its pairs, of so many cells.
+    fn pairs(&self, cells: usize) -> Result<AnyPairs<'_>, Failure>;
 }
 
 /// What is done with a neighbour equation.
@@ -1075,7 +1169,14 @@ type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Fail
 struct Smooth(OffDiagonal);
 
 /// With pointwise pairs, of piecewise constants.
-struct Pointwise<P>(P);
+enum Pointwise {
+    /// All of them.
+    All,
+    /// The diagonal.
+    Diagonal(OffDiagonal),
+    /// Each for itself.
+    Table(Vec<u8>),
+}
 
 impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
     fn then(
@@ -1091,22 +1192,54 @@ impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
         let g = solution.source(table, &pairs).map_err(Failure::run)?;
         use_it(&Piecewise::new(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
     }
+
+    fn pairs(&self, _: usize) -> Result<AnyPairs<'_>, Failure> {
+        Ok(AnyPairs::Diagonal(self.0))
+    }
 }
 
-impl<F: Real, const D: usize, P: galerkin::Pairs + Copy + Sync> Kinds<F, D, 1> for Pointwise<P> {
+impl<F: Real, const D: usize> Kinds<F, D, 1> for Pointwise {
     fn then(
         &self,
         cube: &FileCube<'_, F, D>,
-        Setup {
-            table, solution, ..
-        }: &Setup<D, 1>,
+        setup: &Setup<D, 1>,
         v: &[F],
         use_it: &mut Use<'_, F, D>,
     ) -> Result<(), Failure> {
-        let (narrow, pairs) = (Rounded::new(table), self.0);
-        let g = solution.source(table, &pairs).map_err(Failure::run)?;
-        use_it(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
+        match self {
+            Self::All => with_pairs(AllPointwise, cube, setup, v, use_it),
+            Self::Diagonal(pairs) => with_pairs(*pairs, cube, setup, v, use_it),
+            Self::Table(table) => {
+                let pairs = PairTable::new(table, cube.cells()).map_err(Failure::run)?;
+                with_pairs(pairs, cube, setup, v, use_it)
+            }
+        }
     }
+
+    fn pairs(&self, cells: usize) -> Result<AnyPairs<'_>, Failure> {
+        Ok(match self {
+            // None is left out.
+            Self::All => AnyPairs::Diagonal(OffDiagonal {
+                diagonal: PairKind::Pointwise,
+            }),
+            Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
+            Self::Table(table) => {
+                AnyPairs::Table(PairTable::new(table, cells).map_err(Failure::run)?)
+            }
+        })
+    }
+}
+
+fn with_pairs<F: Real, const D: usize>(
+    pairs: impl galerkin::Pairs + Copy + Sync,
+    cube: &FileCube<'_, F, D>,
+    setup: &Setup<D, 1>,
+    v: &[F],
+    use_it: &mut Use<'_, F, D>,
+) -> Result<(), Failure> {
+    let (table, narrow) = (&setup.table, Rounded::new(&setup.table));
+    let g = setup.solution.source(table, &pairs).map_err(Failure::run)?;
+    use_it(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g).map_err(Failure::run)?)
 }
 
 /// What walks need of the set-up, whatever the degree.

@@ -13,6 +13,7 @@ use crate::args::ExportArgs;
 use crate::circle::{Light, NeighbourSource, Setup};
 use crate::cube::{FileCube, Table};
 use crate::failure::{Ended, Failure};
+use crate::file::Pairs;
 use crate::output::Output;
 use crate::problem;
 use crate::room;
@@ -21,6 +22,12 @@ use crate::solve::{read, refuse_beyond_memory};
 /// Runs `export`.
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |_| ())?;
+    let pairs = &file.galerkin.pairs;
+    if pairs.value == Pairs::Theory {
+        let message = "a device knows pairs by a rule, not one by one: export with \"default\", \"pointwise\" \
+                       or \"paper\"";
+        return Err(file.refuse(pairs, message).into());
+    }
     let problem = problem::of_file(&file)?;
     refuse_beyond_memory(&file, &*problem)?;
     problem.refuse_infinite_variance()?;
@@ -145,6 +152,8 @@ pub(crate) fn circle<F: Real + Number>(
             tables.numbers("source", g);
             kinds(Some(*off_diagonal)).add_to(&mut tables);
         }
+        // Refused before.
+        NeighbourSource::Kinds(..) => {}
         NeighbourSource::ClosedForm(moments) => {
             tables.records(
                 "moments",

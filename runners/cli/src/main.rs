@@ -23,6 +23,7 @@ mod report;
 mod room;
 mod solve;
 mod split;
+mod theory;
 mod threads;
 mod verify;
 

@@ -16,6 +16,7 @@ use crate::file::{self, ProblemFile};
 use crate::progress::Progress;
 use crate::rates::Deterministic;
 use crate::room::RoomFile;
+use crate::theory::PairCounts;
 
 /// A problem of a file, ready to be set up.
 pub(crate) trait Problem: Sync {
@@ -234,6 +235,8 @@ pub(crate) struct Answer {
     pub(crate) pointwise: f64,
     /// Of the walks that rooms make besides, for irradiances and net fluxes.
     pub(crate) others: Vec<Statistics>,
+    /// How many pairs are what, where they were chosen one by one.
+    pub(crate) pair_counts: Option<PairCounts>,
     /// What rooms say besides, in the order of what was asked; empty for others.
     pub(crate) besides: Vec<Besides>,
     /// The net flux out of every surface, where there are temperatures; `None` where its material changes.
@@ -257,6 +260,7 @@ impl Answer {
             setup_seconds: 0.0,
             walk_seconds: walking.as_secs_f64(),
             pointwise: 0.0,
+            pair_counts: None,
             others: Vec::new(),
             besides: Vec::new(),
             fluxes: Vec::new(),

@@ -11,12 +11,12 @@ use std::io::Write;
 use std::path::Path;
 
 use fredholm_core::Real;
-use fredholm_room::{Choice, Enclosure, Scene};
+use fredholm_room::{Enclosure, Scene};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, ProblemFile, Scalar};
+use crate::file::{self, Pairs, ProblemFile, Scalar};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::Problem;
@@ -182,7 +182,7 @@ fn picture<F: Real>(
     };
     let fields = of_degree!(room.degree(), B => field::estimate::<F, B>(
         &wanted,
-        || room.set_up(Choice::Pointwise),
+        || room.set_up(Pairs::Pointwise),
         args.side_by_side,
     ));
     progress.done();

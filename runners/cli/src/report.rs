@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::figure::{Axis, Band, Curve, Style, band_svg};
 use crate::numbers::{aligned, short, with_error};
 use crate::split::SplitReport;
+use crate::theory::PairCounts;
 
 /// Everything that `solve --json` prints. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
@@ -21,6 +22,9 @@ pub(crate) struct Report {
     pub(crate) unknowns: usize,
     pub(crate) degree: usize,
     pub(crate) pairs: String,
+    /// With `pairs = "theory"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) pair_counts: Option<PairCounts>,
     pub(crate) absorption: f64,
     pub(crate) estimator: String,
     pub(crate) scalar: String,
@@ -275,7 +279,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}{}, {} cell{}{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n\
+            "{}{}{}, {} cell{}{}, {} pairs{}, {} estimator, {}, seed {}\n\n{}{}\n\
              {} walks, {} states, set-up {} s, walks {} s\n",
             self.choice,
             self.problem,
@@ -289,6 +293,8 @@ impl Report {
                 format!(" of degree {} ({} unknowns)", self.degree, self.unknowns)
             },
             self.pairs,
+            self.pair_counts
+                .map_or(String::new(), |counts| counts.text()),
             self.estimator,
             self.scalar,
             self.seed,

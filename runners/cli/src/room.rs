@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Dense, Pairs as _, Piecewise, Rounded, Solution};
-use fredholm_core::variance::{self, Density, Level, Setting};
+use fredholm_core::galerkin::{Dense, PairTable, Pairs as _, Piecewise, Rounded, Solution};
+use fredholm_core::variance::{self, Density, Level, Setting, Terms};
 use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
@@ -25,7 +25,8 @@ use crate::problem::{
     Answer, Asked, Besides, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
-use crate::solve::refuse_memory;
+use crate::solve::{plan, refuse_memory};
+use crate::theory::{self, AnyPairs, PairCounts};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -331,13 +332,14 @@ impl<'f> RoomFile<'f> {
         progress: &Progress,
     ) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let setup = self.set_up::<F, B>(self.choice())?;
+        let setup = self.set_up::<F, B>(self.pairs())?;
         let room = setup.room()?;
         let polynomials = Polynomials::new(&room);
         let dense = setup.coefficients();
         let coefficients = Rounded::new(&dense);
         // One type of walk for all degrees.
-        let neighbour: &Boxed<'_, F> = &setup.neighbour(&polynomials, &coefficients)?;
+        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+        let neighbour: &Boxed<'_, F> = &*neighbour;
         let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
@@ -350,6 +352,7 @@ impl<'f> RoomFile<'f> {
         Ok(Answer {
             floors: floors(v, solution.contraction, &walked.outcome),
             pointwise: setup.pointwise(),
+            pair_counts: setup.kinds.as_deref().map(PairCounts::of),
             solve: solution.solve,
             setup_seconds,
             ..walked
@@ -451,15 +454,16 @@ impl<'f> RoomFile<'f> {
     }
 
     fn tables_in<F: Real + Number, const B: usize>(&self) -> Result<TableBuilder, Failure> {
-        let setup = self.set_up::<F, B>(self.choice())?;
+        let setup = self.set_up::<F, B>(self.pairs())?;
         export::room(&setup, &self.scene)
     }
 
     /// The tables and the neighbour equation of this room, with these pairs.
     pub(crate) fn set_up<F: Real, const B: usize>(
         &self,
-        choice: Choice,
+        pairs: Pairs,
     ) -> Result<SetUp<F, B>, Failure> {
+        let choice = choice(pairs);
         let (scene, mesh) = (&self.scene, &self.mesh);
         let matrix = Matrix::with_functions(scene, mesh, r_min(B - 1)).map_err(Failure::run)?;
         let solution = matrix
@@ -467,23 +471,85 @@ impl<'f> RoomFile<'f> {
             .map_err(Failure::run)?;
         let views = matrix.views();
         let v = solution.rounded::<F>().map_err(Failure::run)?;
-        let g = solution
-            .source::<F, _, _>(&matrix.coefficients(), &RoomPairs { views, choice })
-            .map_err(Failure::run)?;
+        let kinds = match pairs {
+            Pairs::Theory => Some(self.theory(&matrix, &solution)?),
+            _ => None,
+        };
+        let dense = matrix.coefficients();
+        let g = match &kinds {
+            Some(table) => {
+                let pairs = PairTable::new(table, mesh.len()).map_err(Failure::run)?;
+                solution.source(&dense, &pairs)
+            }
+            None => solution.source(&dense, &RoomPairs { views, choice }),
+        };
+        let g = g.map_err(Failure::run)?;
         Ok(SetUp {
             tables: Tables::new(scene, mesh),
             absorption: self.file.walk.absorption.value,
             matrix,
             solution,
             choice,
+            kinds,
             v,
             g,
         })
     }
 
+    /// The kinds of all pairs, for the means and points that are asked for.
+    fn theory<const B: usize>(
+        &self,
+        matrix: &Matrix<B>,
+        solution: &Solution<B>,
+    ) -> Result<Vec<u8>, Failure> {
+        let cells = self.mesh.len();
+        let nodes = theory::nodes(self.file, cells, B + 1)?;
+        let tables = Tables::<f64>::new(&self.scene, &self.mesh);
+        let (geometry, views) = (tables.geometry(), matrix.views());
+        let absorption = self.file.walk.absorption.value;
+        let room =
+            Room::new(geometry, tables.cells(), views, absorption).map_err(Failure::input)?;
+        let polynomials = Polynomials::<f64, B>::new(&room);
+        let dense = matrix.coefficients();
+        let coefficients = Rounded::<_, f64>::new(&dense);
+        let v = solution.rounded::<f64>().map_err(Failure::run)?;
+        let level = RoomLevel::new(&room, nodes, B - 1).map_err(Failure::run)?;
+        let default = RoomPairs {
+            views,
+            choice: Choice::Default,
+        };
+        let g = solution.source::<f64, _, _>(&dense, &default);
+        let g = g.map_err(Failure::run)?;
+        let galerkin = Piecewise::with_pointwise(&polynomials, &coefficients, default, &v, &g);
+        let galerkin: &Boxed<'_, f64> = &galerkin.map_err(Failure::run)?;
+        let terms = Terms {
+            cells,
+            galerkin,
+            possible: &|i, j| level.possible(i, j),
+        };
+        let estimator = plan(self.file, None).estimator;
+        self.with_starts(&room, |targets| {
+            theory::choose(theory::table_of(&default, cells), |table| {
+                let pairs = PairTable::new(table, cells).map_err(Failure::run)?;
+                let g = solution.source::<f64, _, _>(&dense, &pairs);
+                let g = g.map_err(Failure::run)?;
+                let neighbour =
+                    Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &v, &g);
+                let neighbour: &Boxed<'_, f64> = &neighbour.map_err(Failure::run)?;
+                let setting = Setting {
+                    equation: &room,
+                    neighbour,
+                    pairs: AnyPairs::Table(pairs),
+                    level: &level,
+                };
+                theory::look(&setting, estimator, targets, &terms)
+            })
+        })
+    }
+
     /// Sets up, and predicts.
     fn diagnose_in<const B: usize>(&self, request: &Request) -> Result<Diagnosis, Failure> {
-        let setup = self.set_up::<f64, B>(self.choice())?;
+        let setup = self.set_up::<f64, B>(self.pairs())?;
         let room = setup.room()?;
         let polynomials = Polynomials::new(&room);
         let dense = setup.coefficients();
@@ -491,18 +557,50 @@ impl<'f> RoomFile<'f> {
         let neighbour = setup.neighbour(&polynomials, &coefficients)?;
         // Of piecewise constants: the first function of a cell is all of it.
         let coefficients = (B == 1).then_some(&dense);
-        self.examine(&room, &neighbour, coefficients, request)
+        self.examine(&room, &*neighbour, setup.pairs()?, coefficients, request)
     }
 
     fn examine(
         &self,
         room: &Room<'_, f64>,
         neighbour: &Boxed<'_, f64>,
+        pairs: AnyPairs<'_>,
         coefficients: Option<&Dense<'_, f64>>,
         request: &Request,
     ) -> Result<Diagnosis, Failure> {
         let degree = self.degree();
         let level = RoomLevel::new(room, request.nodes, degree).map_err(Failure::run)?;
+        let place = |site: usize| {
+            let mut wall = 0;
+            level.nodes(site, |x, _| wall = x.wall());
+            let surface = self.scene.place(wall).map(|place| place.surface);
+            surface
+                .and_then(|surface| self.surface(surface))
+                .map_or_else(|| format!("wall {wall}"), str::to_owned)
+        };
+        let draw = |shares: &[f64]| self.draw_shares(&level, shares);
+        self.with_starts(room, |targets| {
+            request.examine(&Subject {
+                draw: Some(&draw),
+                setting: Setting {
+                    equation: room,
+                    neighbour,
+                    pairs,
+                    level: &level,
+                },
+                coefficients: coefficients.filter(|_| self.mesh.len() <= level.sites()),
+                targets,
+                place: &place,
+            })
+        })
+    }
+
+    /// With where the walks of all targets start.
+    fn with_starts<R>(
+        &self,
+        room: &Room<'_, f64>,
+        then: impl FnOnce(&[Begin<'_, Point<f64>>]) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
         let mut densities = Vec::new();
         for asked in &self.asked {
             let walls = self.walls(&asked.place)?;
@@ -531,31 +629,7 @@ impl<'f> RoomFile<'f> {
                 start,
             });
         }
-        let pairs = RoomPairs {
-            views: room.views(),
-            choice: self.choice(),
-        };
-        let place = |site: usize| {
-            let mut wall = 0;
-            level.nodes(site, |x, _| wall = x.wall());
-            let surface = self.scene.place(wall).map(|place| place.surface);
-            surface
-                .and_then(|surface| self.surface(surface))
-                .map_or_else(|| format!("wall {wall}"), str::to_owned)
-        };
-        let draw = |shares: &[f64]| self.draw_shares(&level, shares);
-        request.examine(&Subject {
-            draw: Some(&draw),
-            setting: Setting {
-                equation: room,
-                neighbour,
-                pairs,
-                level: &level,
-            },
-            coefficients: coefficients.filter(|_| self.mesh.len() <= level.sites()),
-            targets: &targets,
-            place: &place,
-        })
+        then(&targets)
     }
 
     /// The walls, coloured by the share of each site in the variance over its share of all length.
@@ -592,12 +666,8 @@ impl<'f> RoomFile<'f> {
     }
 
     /// The pairs of the file.
-    pub(crate) const fn choice(&self) -> Choice {
-        match self.file.galerkin.pairs.value {
-            Pairs::Paper => Choice::Paper,
-            Pairs::Default => Choice::Default,
-            Pairs::Pointwise => Choice::Pointwise,
-        }
+    pub(crate) const fn pairs(&self) -> Pairs {
+        self.file.galerkin.pairs.value
     }
 
     /// The degree of the polynomials on a cell.
@@ -612,7 +682,8 @@ impl<'f> RoomFile<'f> {
 
     /// The estimated spectral radius of T_h²p, on few cells: more only bring h nearer to k.
     fn neighbour_second_moment<const B: usize>(&self) -> Result<f64, Failure> {
-        let choice = self.choice();
+        // From the theory fewer are in S than by default.
+        let choice = choice(self.pairs());
         if choice == Choice::Pointwise {
             // h = k.
             return Ok(0.0);
@@ -751,6 +822,8 @@ pub(crate) struct SetUp<F, const B: usize = 1> {
     pub(crate) matrix: Matrix<B>,
     solution: Solution<B>,
     pub(crate) choice: Choice,
+    /// The kinds of all pairs, where they are chosen one by one.
+    kinds: Option<Vec<u8>>,
     /// The Galerkin solution.
     pub(crate) v: Vec<F>,
     pub(crate) g: Vec<F>,
@@ -768,7 +841,10 @@ impl<F: Real, const B: usize> SetUp<F, B> {
         let (views, choice) = (self.matrix.views(), self.choice);
         let pairs = RoomPairs { views, choice };
         let cells = self.tables.cells().len();
-        let count: usize = (0..cells).map(|i| pairs.pointwise(i, cells).count()).sum();
+        let count = match &self.kinds {
+            Some(table) => PairCounts::of(table).pointwise,
+            None => (0..cells).map(|i| pairs.pointwise(i, cells).count()).sum(),
+        };
         count as f64 / cells as f64
     }
 
@@ -782,13 +858,36 @@ impl<F: Real, const B: usize> SetUp<F, B> {
         &'s self,
         polynomials: &'s Polynomials<'s, 's, F, B>,
         coefficients: &'s Rounded<'s, Dense<'s, f64>, F>,
-    ) -> Result<impl Neighbour<Scalar = F, Point = Point<F>> + Sync + use<'s, F, B>, Failure> {
-        let pairs = RoomPairs {
+    ) -> Result<Box<Boxed<'s, F>>, Failure> {
+        let (v, g) = (&self.v, &self.g);
+        Ok(match self.pairs()? {
+            AnyPairs::Table(pairs) => Box::new(
+                Piecewise::with_pointwise(polynomials, coefficients, pairs, v, g)
+                    .map_err(Failure::run)?,
+            ),
+            _ => Box::new(
+                Piecewise::with_pointwise(polynomials, coefficients, self.by_views(), v, g)
+                    .map_err(Failure::run)?,
+            ),
+        })
+    }
+
+    fn by_views(&self) -> RoomPairs<'_> {
+        RoomPairs {
             views: self.matrix.views(),
             choice: self.choice,
-        };
-        Piecewise::with_pointwise(polynomials, coefficients, pairs, &self.v, &self.g)
-            .map_err(Failure::run)
+        }
+    }
+
+    /// The kinds of pairs.
+    fn pairs(&self) -> Result<AnyPairs<'_>, Failure> {
+        Ok(match &self.kinds {
+            Some(table) => {
+                let cells = self.tables.cells().len();
+                AnyPairs::Table(PairTable::new(table, cells).map_err(Failure::run)?)
+            }
+            None => AnyPairs::Views(self.by_views()),
+        })
     }
 }
 
@@ -806,6 +905,15 @@ impl ThroughU {
             std_error: scale(u.std_error),
             std_dev: scale(u.std_dev),
         }
+    }
+}
+
+/// What the pairs of a file do with views; from the theory they start as the default.
+const fn choice(pairs: Pairs) -> Choice {
+    match pairs {
+        Pairs::Paper => Choice::Paper,
+        Pairs::Default | Pairs::Theory => Choice::Default,
+        Pairs::Pointwise => Choice::Pointwise,
     }
 }
 
@@ -1013,7 +1121,7 @@ impl Problem for RoomFile<'_> {
     /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
     fn order(&self, degree: usize) -> f64 {
         let own = (degree + 1) as f64;
-        match self.choice() {
+        match choice(self.pairs()) {
             Choice::Default => own.min(0.5 * grading(self.file).exponent),
             _ => own,
         }

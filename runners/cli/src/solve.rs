@@ -281,6 +281,7 @@ fn answer(
         } else {
             word(&file.galerkin.pairs.value)
         },
+        pair_counts: answer.pair_counts,
         absorption: file.walk.absorption.value,
         estimator: word(&file.walk.estimator.value),
         scalar: word(&file.walk.scalar.value),

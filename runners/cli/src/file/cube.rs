@@ -118,7 +118,7 @@ impl Cube {
         )?;
         file.demand(
             pairs,
-            pairs.value != Pairs::Pointwise || self.integral.is_some(),
+            !matches!(pairs.value, Pairs::Pointwise | Pairs::Theory) || self.integral.is_some(),
             "pointwise pairs need the exact integrals of the kernel over cells: \
              give `kernel_integral` in `[problem]`",
         )

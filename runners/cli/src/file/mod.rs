@@ -147,6 +147,9 @@ pub enum Pairs {
     Default,
     /// All pairs pointwise: the neighbour equation differs in its source only
     Pointwise,
+    /// Every pair for itself in S, pointwise or left out: as the predicted variance times the time of a walk
+    /// is least. Takes longer to set up, by some thirty evaluations of every pair
+    Theory,
 }
 
 /// The choices of `estimator`.

@@ -188,7 +188,7 @@ fn defaults() {
 
 #[test]
 fn words_of_the_file() {
-    for (word, pairs) in ["paper", "default", "pointwise"]
+    for (word, pairs) in ["paper", "default", "pointwise", "theory"]
         .iter()
         .zip(Pairs::value_variants())
     {

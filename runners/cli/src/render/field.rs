@@ -182,7 +182,8 @@ pub(crate) fn estimate<F: Real, const B: usize>(
     let dense = setup.coefficients();
     let coefficients = Rounded::new(&dense);
     let polynomials = Polynomials::new(&room);
-    let neighbour: &Boxed<'_, F> = &setup.neighbour(&polynomials, &coefficients)?;
+    let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+    let neighbour: &Boxed<'_, F> = &*neighbour;
     begin_walking();
     let closed = wanted.scene.enclosure() == Enclosure::Closed;
     let smallest = F::EPSILON.to_f64().sqrt();

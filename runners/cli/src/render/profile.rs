@@ -52,7 +52,7 @@ pub(crate) fn content<F: Real>(
         progress: &progress,
     };
     let fields = of_degree!(room.degree(), B => {
-        field::estimate::<F, B>(&wanted, || room.set_up(room.choice()), false)
+        field::estimate::<F, B>(&wanted, || room.set_up(room.pairs()), false)
     });
     progress.done();
     let (field, _) = fields?;
