@@ -377,20 +377,27 @@ where
             variances.push(prediction.preconditioned.ok_or(VarianceError::Infinite)?);
         }
         let flow = self.flow(analysis, predictions, terms.cells)?;
-        let mut work = flow.states;
-        for (i, scorings) in flow.scorings.iter().enumerate() {
-            let prices = self.pairs.pointwise(i, terms.cells);
-            let prices = prices.filter_map(|j| (terms.possible)(i, j).pointwise);
-            work += scorings * prices.sum::<f64>();
-        }
+        let work = self.work(&flow, terms);
         Ok(Worth { variances, work })
+    }
+
+    /// The mean work of a walk with the pairs of this setting.
+    fn work<H: ?Sized>(&self, flow: &Flow<L::Point>, terms: &Terms<'_, H>) -> f64 {
+        let rows = flow.scorings.iter().enumerate();
+        let prices = rows.map(|(i, scorings)| {
+            let pairs = self.pairs.pointwise(i, terms.cells);
+            let prices = pairs.filter_map(|j| (terms.possible)(i, j).pointwise);
+            scorings * prices.sum::<f64>()
+        });
+        flow.states + prices.sum::<f64>()
     }
 
     /// The kinds of all pairs for the least variance × work, as far as the first variation of what was analysed
     /// tells: the better the nearer its pairs are to those that are chosen, so that choosing again from what
     /// was chosen, and looking at its [`worth`](Self::worth), is worth while.
     ///
-    /// Sites must be cells or parts of them. `run` is as in [`analyse`](Self::analyse). O(n²) evaluations of k and h, three times, and n² bytes.
+    /// Sites must be cells or parts of them. `run` is as in [`analyse`](Self::analyse), for rows of pairs. O(n²)
+    /// evaluations of k and h for n nodes, three times, and n² bytes for n cells.
     ///
     /// # Errors
     /// [`VarianceError`].
@@ -407,8 +414,8 @@ where
         L::Point: Send + Sync,
     {
         let n = terms.cells;
-        let work = self.worth(analysis, predictions, terms)?.work;
         let flow = self.flow(analysis, predictions, n)?;
+        let work = self.work(&flow, terms);
         let places = self.places(analysis, &flow, n, &run)?;
         let seconds = Nodal::new(&analysis.sites, &analysis.means.seconds, seconds_of)?;
         let lambda = |number: usize| {

@@ -90,6 +90,44 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
 
     /// What a pair may be: anything. An exact integral costs 0.05 to 0.07 of a state at every degree (`cargo bench -p
     /// fredholm-tests --bench pairs`).
+    ///
+    /// ```
+    /// # use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
+    /// # use fredholm_core::Estimator;
+    /// # use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Piecewise};
+    /// # use fredholm_core::variance::{Setting, Start, Terms, serially};
+    /// # let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
+    /// # let tables = Tables::<f64>::new(&[0.3, 0.7], 20)?;
+    /// # let circle = Circle::new(tables.cells(), light, 0.2)?;
+    /// # let solution = circle.solve(1e-14, 1000)?;
+    /// # let v = solution.rounded::<f64>()?;
+    /// # let level = CircleLevel::new(&circle, 160, 0)?;
+    /// # let start = Start::At(circle.point(1.0));
+    /// // A neighbour equation on 20 cells with all pairs in S, and its variance from s = 1.
+    /// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
+    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
+    /// let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g)?;
+    /// let setting = Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level };
+    /// let analysis = setting.analyse(Estimator::Absorption, serially)?;
+    /// let predictions = [setting.predict(&analysis, start)?];
+    ///
+    /// // Better pairs, for variance × work.
+    /// let possible = |_, _| level.possible();
+    /// let terms = Terms { cells: 20, galerkin: &neighbour, possible: &possible };
+    /// let before = setting.worth(&analysis, &predictions, &terms)?;
+    /// let chosen = setting.choose(&analysis, &predictions, &terms, serially)?;
+    /// assert!(chosen.variance * chosen.work < 0.8 * before.work);
+    ///
+    /// // The neighbour equation with these.
+    /// let pairs = PairTable::new(&chosen.table, 20)?;
+    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
+    /// let better = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
+    /// # let setting = Setting { equation: &circle, neighbour: &better, pairs, level: &level };
+    /// # let analysis = setting.analyse(Estimator::Absorption, serially)?;
+    /// # let predictions = [setting.predict(&analysis, start)?];
+    /// # assert!(setting.worth(&analysis, &predictions, &terms)?.relative_to(&before) < 0.8);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
     #[must_use]
     pub const fn possible(&self) -> Possible {
         Possible {

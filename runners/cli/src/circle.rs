@@ -787,7 +787,10 @@ impl Problem for CircleFile<'_> {
             Scalar::F32 => memory::<f32>(self.cells, self.degree()),
             Scalar::F64 => memory::<f64>(self.cells, self.degree()),
         };
-        tables.saturating_add(self.asked.len().saturating_mul(1024))
+        let theory = theory::memory(self.file, self.cells, self.degree() + 2);
+        tables
+            .saturating_add(self.asked.len().saturating_mul(1024))
+            .saturating_add(theory)
     }
 
     fn cost(&self) -> Cost {

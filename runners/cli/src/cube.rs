@@ -1380,7 +1380,12 @@ impl Problem for CubeFile<'_> {
         // F', v, G, their copies and the iteration's own vectors.
         let vectors = n.saturating_mul(8 * (8 + weights.count()));
         let targets = self.asked.len().saturating_mul(1024);
-        table.saturating_add(vectors).saturating_add(targets)
+        let nodes = 2_usize.saturating_pow(self.cube.dimension.value as u32);
+        let theory = theory::memory(self.file, self.all_cells(), nodes);
+        table
+            .saturating_add(vectors)
+            .saturating_add(targets)
+            .saturating_add(theory)
     }
 
     fn cost(&self) -> Cost {

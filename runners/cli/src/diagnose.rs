@@ -112,7 +112,12 @@ impl Request {
 impl Diagnosis {
     /// What other pairs would do: the file with them in place of its own.
     fn compare(&mut self, file: &ProblemFile, request: &Request) -> Result<(), Failure> {
-        for pairs in [Pairs::Paper, Pairs::Default, Pairs::Pointwise] {
+        for pairs in [
+            Pairs::Paper,
+            Pairs::Default,
+            Pairs::Pointwise,
+            Pairs::Theory,
+        ] {
             if pairs == file.galerkin.pairs.value {
                 continue;
             }
@@ -125,7 +130,15 @@ impl Diagnosis {
             let Ok(problem) = problem::of_file(&other) else {
                 continue;
             };
-            let found = problem.diagnose(request)?;
+            let theory = pairs == Pairs::Theory;
+            if theory && problem.unknowns() > request.nodes {
+                continue;
+            }
+            let found = match problem.diagnose(request) {
+                // There is nothing to choose by where variances are infinite.
+                Err(_) if theory => continue,
+                found => found?,
+            };
             self.other_pairs.push(OtherPairs {
                 pairs: word(&pairs),
                 preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
@@ -141,10 +154,12 @@ impl Diagnosis {
                         "`pairs = \"{}\"` makes √Var {} times smaller on the same cells{}",
                         other.pairs,
                         short(own / sd),
-                        if other.pairs == "pointwise" {
-                            "; a walk takes longer, as G is an integral over all cells wherever it is scored"
-                        } else {
-                            ""
+                        match other.pairs.as_str() {
+                            "pointwise" => {
+                                "; a walk takes longer, as G is an integral over all cells wherever it is scored"
+                            }
+                            "theory" => "; its choice reckons with the time of a walk",
+                            _ => "",
                         }
                     ));
                 }

@@ -503,6 +503,7 @@ impl<'f> RoomFile<'f> {
         solution: &Solution<B>,
     ) -> Result<Vec<u8>, Failure> {
         let cells = self.mesh.len();
+        // As many Gauss points as `RoomLevel` takes on a cell: two more than the degree.
         let nodes = theory::nodes(self.file, cells, B + 1)?;
         let tables = Tables::<f64>::new(&self.scene, &self.mesh);
         let (geometry, views) = (tables.geometry(), matrix.views());
@@ -1042,7 +1043,8 @@ impl Problem for RoomFile<'_> {
     }
 
     fn memory(&self) -> usize {
-        memory(self.mesh.len(), self.degree())
+        let theory = theory::memory(self.file, self.mesh.len(), self.degree() + 2);
+        memory(self.mesh.len(), self.degree()).saturating_add(theory)
     }
 
     fn cost(&self) -> Cost {

@@ -8,10 +8,12 @@ use serde::Serialize;
 
 use crate::diagnose::{Begin, in_parallel};
 use crate::failure::Failure;
-use crate::file::ProblemFile;
+use crate::file::{self, ProblemFile};
 
 /// The most nodes, whose pairs are gone through some thirty times.
-const MOST_NODES: usize = 8000;
+const MOST_NODES: usize = 6200;
+/// Bytes of a pair of sites: moments, contributions and a kind.
+const PAIR: usize = 48 + 8 + 1;
 /// Nodes where cells are few.
 const NODES: usize = 400;
 /// A choice that promises less than this improvement is not tried.
@@ -107,6 +109,15 @@ pub(crate) fn nodes(file: &ProblemFile, cells: usize, each: usize) -> Result<usi
         MOST_NODES / each
     );
     Err(file.refuse(&file.galerkin.pairs, message).into())
+}
+
+/// Bytes that it takes for so many cells, each with so many nodes; 0 for other pairs.
+pub(crate) fn memory(file: &ProblemFile, cells: usize, each: usize) -> usize {
+    if file.galerkin.pairs.value != file::Pairs::Theory {
+        return 0;
+    }
+    let sites = cells.max(NODES / each);
+    sites.saturating_mul(sites).saturating_mul(PAIR)
 }
 
 /// How many pairs are what.
