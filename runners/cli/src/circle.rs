@@ -867,7 +867,7 @@ impl Problem for CircleFile<'_> {
         self.cells as f64 * f64::from(sweeps)
     }
 
-    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+    fn diagnose(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
         let setup = self.set_up::<f64>()?;
         let circle = setup.scene.circle(&setup.tables)?;
         let level =

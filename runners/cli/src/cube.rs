@@ -604,7 +604,7 @@ impl<'f> CubeFile<'f> {
     fn diagnose_in<const D: usize, const B: usize>(
         &self,
         kinds: &impl Kinds<f64, D, B>,
-        request: &Request,
+        request: &Request<'_>,
     ) -> Result<Diagnosis, Failure> {
         let formulas = Formulas::<f64>::new(self.cube)?;
         let setup = self.set_up::<D, B>(&formulas)?;
@@ -640,7 +640,7 @@ impl<'f> CubeFile<'f> {
         (neighbour, pairs): (&Boxed<'_, f64, D>, AnyPairs<'_>),
         weighted: &[WeightedStart<'_, f64, D>],
         coefficients: Option<Dense<'_, f64>>,
-        request: &Request,
+        request: &Request<'_>,
     ) -> Result<Diagnosis, Failure> {
         let points = (self.degree() + 2).saturating_pow(D as u32);
         let nodes = self.all_cells().saturating_mul(points);
@@ -727,7 +727,7 @@ impl<'f> CubeFile<'f> {
     }
 
     /// With the pairs that the file asks for.
-    fn diagnose_with(&self, request: &Request) -> Result<Diagnosis, Failure> {
+    fn diagnose_with(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
         let d = self.cube.dimension.value;
         match self.pairs() {
             // Validation has refused these at degrees above 0.
@@ -1487,7 +1487,7 @@ impl Problem for CubeFile<'_> {
         in_dimension!(d, D => self.nystrom_in::<D>())
     }
 
-    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+    fn diagnose(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
         self.diagnose_with(request)
     }
 

@@ -1,44 +1,58 @@
 //! `fredholm diagnose`: the variance before the walks, and what limits it.
 
-use std::collections::HashMap;
+mod places;
+mod quantities;
+mod report;
+mod target;
+
 use std::io::Write;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
-    Contribution, Level, PairQuantities, Parts, Pass, Power, Prediction, Quantities, Setting,
-    Start, VarianceError,
+    Analysis, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site, Start,
+    VarianceError,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
 use fredholm_rayon::fill_rows;
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure};
 use crate::file::{Pairs, Placed, ProblemFile, word};
-use crate::numbers::{aligned, short};
+use crate::numbers::short;
 use crate::output::open_all;
-use crate::problem::{self, Problem};
-use crate::solve::{plan, read, refuse_beyond_memory, refuse_memory};
+use crate::problem;
+use crate::progress::counting;
+use crate::solve::{lacking_memory, plan, read, refuse_beyond_memory};
 use crate::threads::with_threads;
+
+pub(crate) use places::Picture;
+use places::{Summed, shares_of_sites};
+use quantities::{PairsReport, PowerReport, QuantitiesReport};
+use report::Report;
+use target::TargetDiagnosis;
 
 /// Bytes of a pair of sites: moments, contributions, and a list of these.
 const PAIR: usize = 48 + 8 + 40;
-/// Pairs of places that are shown.
-const SHOWN: usize = 8;
 /// So many targets are looked at in detail: the points of a grid are many, and much alike.
 const DETAILED: usize = 3;
 
 /// How to look.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Request {
+pub(crate) struct Request<'a> {
     /// What walks score.
     pub(crate) estimator: Estimator,
     /// About so many nodes.
     pub(crate) nodes: usize,
+    /// Whether deviations are all that is wanted.
+    brief: bool,
+    /// Counts the sites that were gone through.
+    bar: &'a ProgressBar,
 }
 
-impl Request {
+impl Request<'_> {
     /// Takes all integrals, and says what they come to.
     pub(crate) fn examine<E, N, S, L, C>(
         &self,
@@ -54,44 +68,37 @@ impl Request {
     {
         let clock = Instant::now();
         let setting = &subject.setting;
-        let analysis = setting
-            .analyse(self.estimator, in_parallel)
-            .map_err(explained)?;
-        let quantities = match self.estimator {
-            Estimator::Absorption => Some(analysis.quantities().map_err(explained)?),
-            Estimator::Collision => None,
+        // Not every level has as many sites as nodes were asked for.
+        refuse_pairs(setting.level.sites())?;
+        let run = |sites: &mut [Site<L::Point>], pass: &Pass<'_, Site<L::Point>>| {
+            self.bar.inc_length(sites.len() as u64);
+            in_parallel(sites, &|i, site| {
+                pass(i, site);
+                self.bar.inc(1);
+            });
         };
-        let pairs = match (subject.coefficients, &quantities) {
-            (Some(coefficients), Some(of)) => {
-                let mut report = PairsReport::default();
-                let each = |pair: PairQuantities| report.add(&pair, of.alpha);
-                setting
-                    .pair_quantities(coefficients, each)
-                    .map_err(explained)?;
-                Some(report)
-            }
+        let analysis = setting.analyse(self.estimator, run).map_err(explained)?;
+        let quantities = match self.estimator {
+            Estimator::Absorption if !self.brief => Some(analysis.quantities().map_err(explained)?),
             _ => None,
         };
+        let mut pairs = None;
+        if let (Some(coefficients), Some(of)) = (subject.coefficients, &quantities) {
+            let mut report = PairsReport::default();
+            let each = |pair: PairQuantities| report.add(&pair, of.alpha);
+            setting
+                .pair_quantities(coefficients, each)
+                .map_err(explained)?;
+            pairs = Some(report);
+        }
         let mut targets = Vec::new();
-        let mut picture = Picture::Table(Vec::new(), Vec::new());
+        let mut picture = None;
         for begin in subject.targets {
             let prediction = setting.predict(&analysis, begin.start).map_err(explained)?;
             let mut target = TargetDiagnosis::new(begin.name, &prediction, quantities.as_ref());
-            if targets.len() < DETAILED
-                && let Some(attribution) = prediction.attribute(&analysis).map_err(explained)?
-            {
-                let contributions = &attribution.contributions;
-                let summed = Summed::new(contributions, analysis.sites.len(), subject.place);
-                if targets.is_empty() {
-                    picture = match subject.draw {
-                        Some(draw) => Picture::Drawn(draw(&shares_of_sites(
-                            contributions,
-                            analysis.sites.len(),
-                        ))?),
-                        None => summed.table(),
-                    };
-                }
-                target.detail(&attribution.parts, summed);
+            if !self.brief && targets.len() < DETAILED {
+                let drawn = subject.detail(&analysis, &prediction, &mut target)?;
+                picture = picture.or(drawn);
             }
             targets.push(target);
         }
@@ -101,17 +108,43 @@ impl Request {
             seconds: clock.elapsed().as_secs_f64(),
             kernel_power: analysis.kernel_power.map(PowerReport::from),
             neighbour_power: analysis.neighbour_power.map(PowerReport::from),
-            quantities: quantities.map(|of| QuantitiesReport::new(&of, pairs)),
+            quantities: quantities.map(|of: Quantities| QuantitiesReport::new(&of, pairs)),
             targets,
             other_pairs: Vec::new(),
-            picture,
+            picture: picture.unwrap_or(Picture::Table(Vec::new(), Vec::new())),
         })
+    }
+}
+
+impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
+    /// Says where the variance of a target comes from, if that is finite, and draws it.
+    fn detail(
+        &self,
+        analysis: &Analysis<L::Point>,
+        prediction: &Prediction<L::Point>,
+        target: &mut TargetDiagnosis,
+    ) -> Result<Option<Picture>, Failure> {
+        let Some(attribution) = prediction.attribute(analysis).map_err(explained)? else {
+            return Ok(None);
+        };
+        let (contributions, sites) = (&attribution.contributions, analysis.sites.len());
+        let summed = Summed::new(contributions, sites, self.place);
+        let picture = match self.draw {
+            Some(draw) => Picture::Drawn(draw(&shares_of_sites(contributions, sites))?),
+            None => summed.table(),
+        };
+        target.detail(&attribution.parts, summed);
+        Ok(Some(picture))
     }
 }
 
 impl Diagnosis {
     /// What other pairs would do: the file with them in place of its own.
-    fn compare(&mut self, file: &ProblemFile, request: &Request) -> Result<(), Failure> {
+    fn compare(&mut self, file: &ProblemFile, request: &Request<'_>) -> Result<(), Failure> {
+        let request = &Request {
+            brief: true,
+            ..*request
+        };
         for pairs in [
             Pairs::Paper,
             Pairs::Default,
@@ -179,15 +212,15 @@ impl Diagnosis {
     }
 }
 
-/// The share of every site in the variance, by steps from it and by the sources' difference in it.
-fn shares_of_sites(contributions: &[Contribution], sites: usize) -> Vec<f64> {
-    let mut shares = vec![0.0; sites];
-    for contribution in contributions {
-        shares[contribution.from] += contribution.variance;
+/// Refuses more pairs of sites than there is room for.
+fn refuse_pairs(sites: usize) -> Result<(), Failure> {
+    let needed = sites.saturating_mul(sites).saturating_mul(PAIR);
+    match lacking_memory(needed) {
+        Some(lacking) => Err(Failure::input(format_args!(
+            "{sites} sites need {lacking}: use fewer `--nodes`, or fewer cells (`--cells`)"
+        ))),
+        None => Ok(()),
     }
-    let all: f64 = shares.iter().sum();
-    shares.iter_mut().for_each(|share| *share /= all);
-    shares
 }
 
 fn explained(error: VarianceError) -> Failure {
@@ -253,535 +286,6 @@ pub(crate) struct OtherPairs {
     preconditioned: Vec<Option<f64>>,
 }
 
-/// A picture of where the variance comes from.
-#[derive(Debug)]
-pub(crate) enum Picture {
-    /// Shares of pairs of places: rows are where a step starts, the last column is the sources'.
-    Table(Vec<String>, Vec<Vec<f64>>),
-    /// An SVG that the problem drew.
-    Drawn(String),
-}
-
-#[derive(Debug, Serialize)]
-pub(crate) struct PowerReport {
-    exponent: u32,
-    norm: f64,
-}
-
-impl From<Power> for PowerReport {
-    fn from(power: Power) -> Self {
-        Self {
-            exponent: power.exponent,
-            norm: power.norm,
-        }
-    }
-}
-
-/// The quantities of sections 3 and 4 of the paper, by their names.
-#[derive(Debug, Serialize)]
-pub(crate) struct QuantitiesReport {
-    alpha: f64,
-    theta: f64,
-    delta: f64,
-    epsilon: f64,
-    rho: f64,
-    sigma: f64,
-    tau: f64,
-    c_p: f64,
-    n0: Option<u32>,
-    gamma: Option<f64>,
-    beta_0: Option<f64>,
-    beta_1: Option<f64>,
-    beta: Option<f64>,
-    q0: f64,
-    /// The bound of τ by Proposition 7.
-    proposition_7: f64,
-    /// Of pairs of cells, for degree 0.
-    pairs: Option<PairsReport>,
-}
-
-/// The extremes over the pairs in S, and the bound of σ by Proposition 6.
-#[derive(Debug, Default, Serialize)]
-pub(crate) struct PairsReport {
-    in_s: usize,
-    others: usize,
-    kappa: f64,
-    r: f64,
-    lambda: f64,
-    coefficient_error: f64,
-    proposition_6: f64,
-}
-
-#[derive(Debug, Serialize)]
-pub(crate) struct TargetDiagnosis {
-    pub(crate) name: String,
-    /// (u,Φ) and (v,Φ) on the level.
-    pub(crate) solution: f64,
-    pub(crate) galerkin: f64,
-    /// √Var; null where it is infinite.
-    pub(crate) plain: Option<f64>,
-    pub(crate) preconditioned: Option<f64>,
-    /// The ratio of the two.
-    pub(crate) gain: Option<f64>,
-    pub(crate) parts: Option<Shares>,
-    /// Bounds of √Var ζ; null where an assumption does not hold.
-    pub(crate) bounds: Option<BoundsReport>,
-    /// The pairs of places that contribute most, of the first targets.
-    pub(crate) places: Vec<PlaceReport>,
-    /// The share of the pairs of sites that makes half of the variance.
-    pub(crate) half_in: Option<f64>,
-    pub(crate) advice: Vec<String>,
-}
-
-/// Shares of Var ζ, in sum 1; a share may be negative. `start` is what comes of (v,Φ) not being known.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Shares {
-    pub(crate) kernel: f64,
-    pub(crate) left_out: f64,
-    pub(crate) sources: f64,
-    pub(crate) mean: f64,
-    pub(crate) start: f64,
-}
-
-#[derive(Debug, Serialize)]
-pub(crate) struct BoundsReport {
-    theorem_3: Option<f64>,
-    corollary_4: Option<f64>,
-    theorem_5: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-pub(crate) struct PlaceReport {
-    from: String,
-    /// null: the difference of the sources at `from`.
-    into: Option<String>,
-    share: f64,
-}
-
-/// The whole report.
-#[derive(Debug, Serialize)]
-struct Report<'a> {
-    problem: &'a str,
-    cells: usize,
-    unknowns: usize,
-    degree: usize,
-    pairs: String,
-    estimator: String,
-    #[serde(flatten)]
-    diagnosis: &'a Diagnosis,
-}
-
-impl PairsReport {
-    fn add(&mut self, pair: &PairQuantities, alpha: f64) {
-        self.proposition_6 += pair.proposition_6(alpha);
-        if !pair.in_s {
-            self.others += 1;
-            return;
-        }
-        let error = (pair.mean_kernel - pair.coefficient).abs();
-        self.r = if self.in_s == 0 {
-            pair.r
-        } else {
-            self.r.min(pair.r)
-        };
-        self.in_s += 1;
-        self.kappa = self.kappa.max(pair.kappa);
-        self.lambda = self.lambda.max(pair.lambda);
-        self.coefficient_error = self.coefficient_error.max(error);
-    }
-}
-
-impl QuantitiesReport {
-    fn new(of: &Quantities, mut pairs: Option<PairsReport>) -> Self {
-        if let Some(pairs) = &mut pairs {
-            // The proposition is of the square.
-            pairs.proposition_6 = pairs.proposition_6.sqrt();
-        }
-        Self {
-            alpha: of.alpha,
-            theta: of.theta,
-            delta: of.delta,
-            epsilon: of.epsilon,
-            rho: of.rho,
-            sigma: of.sigma,
-            tau: of.tau,
-            c_p: of.c_p,
-            n0: of.power.map(|power| power.exponent),
-            gamma: of.power.map(|power| power.norm),
-            beta_0: of.beta_0,
-            beta_1: of.beta_1,
-            beta: of.beta,
-            q0: of.absorption,
-            proposition_7: of.proposition_7().sqrt(),
-            pairs,
-        }
-    }
-}
-
-/// Contributions by places.
-struct Summed {
-    /// From, into, variance; the largest first.
-    places: Vec<(String, Option<String>, f64)>,
-    /// Their sum.
-    all: f64,
-    half_in: Option<f64>,
-    /// The names of the places, and what every pair of them adds; the sources last.
-    names: Vec<String>,
-    sums: Vec<f64>,
-}
-
-impl Summed {
-    fn table(&self) -> Picture {
-        let rows = self.sums.chunks_exact(self.names.len() + 1);
-        let shares = rows.map(|row| row.iter().map(|sum| sum / self.all).collect());
-        Picture::Table(self.names.clone(), shares.collect())
-    }
-
-    fn new(contributions: &[Contribution], sites: usize, name: &dyn Fn(usize) -> String) -> Self {
-        // In the order in which they come.
-        let mut distinct: Vec<String> = Vec::new();
-        let mut known = HashMap::new();
-        let of: Vec<usize> = (0..sites)
-            .map(|site| {
-                let name = name(site);
-                *known.entry(name.clone()).or_insert_with(|| {
-                    distinct.push(name);
-                    distinct.len() - 1
-                })
-            })
-            .collect();
-        let width = distinct.len() + 1;
-        let mut sums = vec![0.0; distinct.len() * width];
-        let mut all = 0.0;
-        for contribution in contributions {
-            let into = contribution.into.map_or(distinct.len(), |into| of[into]);
-            sums[of[contribution.from] * width + into] += contribution.variance;
-            all += contribution.variance;
-        }
-        let mut places: Vec<(String, Option<String>, f64)> = sums
-            .iter()
-            .enumerate()
-            .map(|(place, &sum)| {
-                let into = distinct.get(place % width).cloned();
-                (distinct[place / width].clone(), into, sum)
-            })
-            .filter(|(.., sum)| *sum != 0.0)
-            .collect();
-        places.sort_by(|a, b| b.2.total_cmp(&a.2));
-        // Pairs alone, the largest first.
-        let pairs = || {
-            contributions
-                .iter()
-                .filter(|c| c.into.is_some() && c.variance > 0.0)
-        };
-        let total: f64 = pairs().map(|c| c.variance).sum();
-        let mut sum = 0.0;
-        let half = pairs().take_while(|c| {
-            let before = sum;
-            sum += c.variance;
-            before < 0.5 * total
-        });
-        let half = half.count();
-        Self {
-            places,
-            all,
-            half_in: (total > 0.0).then(|| half as f64 / (sites * sites) as f64),
-            names: distinct,
-            sums,
-        }
-    }
-}
-
-impl TargetDiagnosis {
-    fn new<P>(name: &str, prediction: &Prediction<P>, quantities: Option<&Quantities>) -> Self {
-        // Rounding may leave a little below 0.
-        let root = |variance: f64| variance.max(0.0).sqrt();
-        let [plain, preconditioned] =
-            [prediction.plain, prediction.preconditioned].map(|v| v.map(root));
-        Self {
-            name: name.to_owned(),
-            solution: prediction.solution,
-            galerkin: prediction.solution - prediction.error,
-            plain,
-            preconditioned,
-            gain: plain
-                .zip(preconditioned)
-                .map(|(a, b)| a / b)
-                .filter(|gain| gain.is_finite()),
-            parts: None,
-            bounds: quantities.map(|of| {
-                let bounds = of.bounds(prediction);
-                BoundsReport {
-                    theorem_3: bounds.theorem_3.map(f64::sqrt),
-                    corollary_4: bounds.corollary_4.map(f64::sqrt),
-                    theorem_5: bounds.theorem_5.map(f64::sqrt),
-                }
-            }),
-            half_in: None,
-            places: Vec::new(),
-            advice: infinite(prediction),
-        }
-    }
-
-    /// Where it comes from, and what may help.
-    fn detail(&mut self, parts: &Parts, summed: Summed) {
-        self.parts = Some(Shares::new(parts));
-        self.half_in = summed.half_in;
-        let shown = summed.places.into_iter().take(SHOWN);
-        let share = |variance: f64| variance / summed.all;
-        self.places = shown
-            .map(|(from, into, variance)| PlaceReport {
-                from,
-                into,
-                share: share(variance),
-            })
-            .collect();
-        self.advice = self.advise();
-    }
-
-    /// What may help, in words.
-    fn advise(&self) -> Vec<String> {
-        let Some(shares) = self.parts else {
-            return Vec::new();
-        };
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let mut advice = Vec::new();
-        if shares.left_out > 0.1 {
-            advice.push(format!(
-                "{} of the variance comes from pairs that the neighbour equation leaves out: `pairs = \
-                 \"default\"` follows them exactly where the problem has their integrals",
-                percent(shares.left_out)
-            ));
-        }
-        let pair = self
-            .places
-            .iter()
-            .find_map(|place| Some((place, place.into.as_ref()?)));
-        if let (true, Some(half), Some((place, into))) = (shares.kernel > 0.3, self.half_in, pair) {
-            let from = &place.from;
-            if half < 0.05 {
-                advice.push(format!(
-                    "half of what pairs of cells contribute comes from {:.2} % of them, and {} of the \
-                     variance from steps from {from} into {into}: more cells there, or `pairs = \
-                     \"pointwise\"` for a kernel that varies too fast for cells",
-                    100.0 * half,
-                    percent(place.share)
-                ));
-            } else {
-                advice.push(format!(
-                    "the kernel differs everywhere, most from {from} into {into} ({}): more cells, or a \
-                     higher `degree` where the problem has it",
-                    percent(place.share)
-                ));
-            }
-        }
-        if shares.sources > 0.5 {
-            let place = self.places.iter().find(|place| place.into.is_none());
-            let at = place.map_or(String::new(), |place| {
-                format!(", most at {} ({})", place.from, percent(place.share))
-            });
-            advice.push(format!(
-                "{} of the variance comes from the difference of the sources, where walks end{at}: \
-                 v is no closer to u there; more cells or a higher `degree`",
-                percent(shares.sources)
-            ));
-        }
-        advice
-    }
-}
-
-/// What to do about an infinite variance.
-fn infinite<P>(prediction: &Prediction<P>) -> Vec<String> {
-    let which = match (prediction.plain, prediction.preconditioned) {
-        (None, _) => "plain and preconditioned",
-        (_, None) => "preconditioned",
-        _ => return Vec::new(),
-    };
-    vec![format!(
-        "the variance of {which} walks is infinite, or no power below 1000 of their operator is a contraction: a \
-         smaller `absorption`, or more cells, may help"
-    )]
-}
-
-impl Shares {
-    fn new(parts: &Parts) -> Self {
-        let all = parts.kernel + parts.left_out + parts.sources + parts.start - parts.mean;
-        let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
-        Self {
-            kernel: share(parts.kernel),
-            left_out: share(parts.left_out),
-            sources: share(parts.sources),
-            mean: share(-parts.mean),
-            start: share(parts.start),
-        }
-    }
-}
-
-impl Report<'_> {
-    fn json(&self) -> Result<String, Failure> {
-        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
-        text.push('\n');
-        Ok(text)
-    }
-
-    fn text(&self, problem: &dyn Problem) -> String {
-        let Diagnosis {
-            sites,
-            nodes,
-            kernel_power,
-            neighbour_power,
-            quantities,
-            targets,
-            ..
-        } = self.diagnosis;
-        let mut text = format!(
-            "{}, {} cells, degree {}, {} pairs, {} estimator; {sites} sites with {nodes} nodes\n\n",
-            self.problem,
-            problem.cells_text(),
-            self.degree,
-            self.pairs,
-            self.estimator
-        );
-        let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);
-        let header = [
-            "target",
-            "u",
-            "Galerkin",
-            "√Var plain",
-            "preconditioned",
-            "gain",
-        ];
-        let mut rows = vec![header.map(str::to_owned).to_vec()];
-        let others = &self.diagnosis.other_pairs;
-        rows[0].extend(others.iter().map(|other| format!("{} pairs", other.pairs)));
-        for (place, target) in targets.iter().enumerate() {
-            let mut row = vec![
-                target.name.clone(),
-                format!("{:.6}", target.solution),
-                format!("{:.6}", target.galerkin),
-                number(target.plain),
-                number(target.preconditioned),
-                target.gain.map_or_else(|| "-".to_owned(), short),
-            ];
-            row.extend(
-                others
-                    .iter()
-                    .map(|other| number(other.preconditioned.get(place).copied().flatten())),
-            );
-            rows.push(row);
-        }
-        text += &aligned(&rows);
-        for target in targets.iter().take(DETAILED) {
-            text += &target.text();
-        }
-        if targets.len() > DETAILED {
-            text += &format!(
-                "\n{} more targets are not looked at in detail: those that come first in the file are\n",
-                targets.len() - DETAILED
-            );
-        }
-        text += "\nfinite variance\n";
-        for (name, power) in [("T_k²p", kernel_power), ("T_h²p", neighbour_power)] {
-            text += &match power {
-                Some(PowerReport { exponent, norm }) => {
-                    format!("  ‖({name})^{exponent}‖ = {} < 1\n", short(*norm))
-                }
-                None => format!("  no power of {name} below 1000 is seen to be a contraction\n"),
-            };
-        }
-        if let Some(quantities) = quantities {
-            text += &quantities.text();
-        }
-        text
-    }
-}
-
-impl TargetDiagnosis {
-    fn text(&self) -> String {
-        let mut text = format!("\n{}\n", self.name);
-        if let Some(shares) = self.parts {
-            for (what, share) in [
-                ("kernels differ in S", shares.kernel),
-                ("pairs left out", shares.left_out),
-                ("sources differ", shares.sources),
-                ("square of the mean", shares.mean),
-                ("(v,Φ) is not known", shares.start),
-            ] {
-                if share != 0.0 {
-                    text += &format!("  {:>6.1} %  {what}\n", 100.0 * share);
-                }
-            }
-            text += "  most by place\n";
-            for place in &self.places {
-                let into = place.into.as_ref();
-                let into = into.map_or_else(|| " (source)".to_owned(), |into| format!(" → {into}"));
-                text += &format!("  {:>6.1} %  {}{into}\n", 100.0 * place.share, place.from);
-            }
-        }
-        if let (Some(bounds), Some(sd)) = (&self.bounds, self.preconditioned) {
-            for (name, bound) in [
-                ("Theorem 3", bounds.theorem_3),
-                ("Corollary 4", bounds.corollary_4),
-                ("Theorem 5", bounds.theorem_5),
-            ] {
-                text += &match bound {
-                    Some(bound) => {
-                        format!(
-                            "  {name}: √Var ≤ {}, {} times it\n",
-                            short(bound),
-                            short(bound / sd)
-                        )
-                    }
-                    None if name == "Theorem 5" => {
-                        "  Theorem 5: not for a start in one point, which has no density\n"
-                            .to_owned()
-                    }
-                    None => format!("  {name}: its assumptions do not hold\n"),
-                };
-            }
-        }
-        for advice in &self.advice {
-            text += &format!("  * {advice}\n");
-        }
-        text
-    }
-}
-
-impl QuantitiesReport {
-    fn text(&self) -> String {
-        let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), short);
-        let mut rows: Vec<Vec<String>> = Vec::new();
-        let mut add = |name: &str, value: String, what: &str| {
-            rows.push(vec![format!("  {name}"), value, what.to_owned()]);
-        };
-        add("α", short(self.alpha), "largest |k|, |h|");
-        add("θ", short(self.theta), "largest f²q, g²q");
-        add("δ(k,h)", short(self.delta), "sup ∫|k − h| p");
-        add("ε(k,h)", short(self.epsilon), "(sup ∫(k − h)² p)^½");
-        add("ρ(f,g)", short(self.rho), "(sup (f − g)² q)^½");
-        add("σ(k,h)", short(self.sigma), "(∫∫(k − h)² p)^½");
-        add("τ(f,g)", short(self.tau), "(∫(f − g)² q)^½");
-        add("τ ≤", short(self.proposition_7), "Proposition 7");
-        add(
-            "n0",
-            self.n0.map_or_else(|| "-".to_owned(), |n| n.to_string()),
-            "power of the bounds",
-        );
-        add("γ", number(self.gamma), "‖T_k²p^n0‖, ‖T_h²p^n0‖ at most");
-        add("β0", number(self.beta_0), "Lemma 1");
-        add("β", number(self.beta), "‖(I − T_k²p)⁻¹‖ in L1");
-        add("c_p", short(self.c_p), "sup ∫p(x,y) dx");
-        if let Some(pairs) = &self.pairs {
-            add("σ ≤", short(pairs.proposition_6), "Proposition 6");
-            add("κ", short(pairs.kappa), "largest in S");
-            add("r", short(pairs.r), "smallest in S");
-            add("λ", short(pairs.lambda), "largest in S");
-            add("|k̄ − k̄'|", short(pairs.coefficient_error), "largest in S");
-        }
-        format!("\nquantities of the paper\n{}", aligned(&rows))
-    }
-}
-
 /// The flags that were given, in place of the file's values.
 fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
     let galerkin = &mut file.galerkin;
@@ -805,16 +309,17 @@ fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
 pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |file| replace(file, args))?;
     let problem = problem::of_file(&file)?;
-    let nodes = usize::from(args.nodes);
     refuse_beyond_memory(&file, &*problem)?;
-    refuse_memory(&file, problem.unknowns(), nodes * nodes / 4 * PAIR)?;
     let output = match &args.out {
         Some(dir) => Some(open_all(dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
+    let bar = counting("sites");
     let request = Request {
         estimator: plan(&file, None).estimator,
-        nodes,
+        nodes: usize::from(args.nodes),
+        brief: false,
+        bar: &bar,
     };
     let work = || -> Result<Diagnosis, Failure> {
         let mut diagnosis = problem.diagnose(&request)?;
@@ -822,6 +327,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         Ok(diagnosis)
     };
     let diagnosis = with_threads(args.common.threads, work)??;
+    bar.finish_and_clear();
     let report = Report {
         problem: problem.kind(),
         cells: problem.cells(),

@@ -94,7 +94,7 @@ pub(crate) trait Problem: Sync {
     }
 
     /// Sets up in f64, and predicts the variance of every target.
-    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure>;
+    fn diagnose(&self, request: &Request<'_>) -> Result<Diagnosis, Failure>;
 
     /// Sets up, and gives what a device needs.
     fn tables(&self) -> Result<TableBuilder, Failure>;

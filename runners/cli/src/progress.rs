@@ -87,6 +87,20 @@ impl Progress {
     }
 }
 
+/// A bar of things of this kind, whose number grows as they are met; silent where stderr is no terminal.
+pub(crate) fn counting(things: &str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr_with_hz(10));
+    let template = format!("{{bar:30}} {{human_pos}} of {{human_len}} {things}, {{elapsed}}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
 impl Observer for Progress {
     fn walked(&self, walks: u64) {
         const SHOW: u64 = 1 << 16;

@@ -549,7 +549,7 @@ impl<'f> RoomFile<'f> {
     }
 
     /// Sets up, and predicts.
-    fn diagnose_in<const B: usize>(&self, request: &Request) -> Result<Diagnosis, Failure> {
+    fn diagnose_in<const B: usize>(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
         let setup = self.set_up::<f64, B>(self.pairs())?;
         let room = setup.room()?;
         let polynomials = Polynomials::new(&room);
@@ -567,7 +567,7 @@ impl<'f> RoomFile<'f> {
         neighbour: &Boxed<'_, f64>,
         pairs: AnyPairs<'_>,
         coefficients: Option<&Dense<'_, f64>>,
-        request: &Request,
+        request: &Request<'_>,
     ) -> Result<Diagnosis, Failure> {
         let degree = self.degree();
         let level = RoomLevel::new(room, request.nodes, degree).map_err(Failure::run)?;
@@ -1134,7 +1134,7 @@ impl Problem for RoomFile<'_> {
         (self.mesh.len() as f64).powi(2)
     }
 
-    fn diagnose(&self, request: &Request) -> Result<Diagnosis, Failure> {
+    fn diagnose(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
         of_degree!(self.degree(), B => self.diagnose_in::<B>(request))
     }
 

@@ -1,0 +1,101 @@
+//! The whole report.
+
+use serde::Serialize;
+
+use super::quantities::PowerReport;
+use super::{DETAILED, Diagnosis};
+use crate::failure::Failure;
+use crate::numbers::{aligned, short};
+use crate::problem::Problem;
+
+/// The whole report.
+#[derive(Debug, Serialize)]
+pub(super) struct Report<'a> {
+    pub(super) problem: &'a str,
+    pub(super) cells: usize,
+    pub(super) unknowns: usize,
+    pub(super) degree: usize,
+    pub(super) pairs: String,
+    pub(super) estimator: String,
+    #[serde(flatten)]
+    pub(super) diagnosis: &'a Diagnosis,
+}
+
+impl Report<'_> {
+    pub(super) fn json(&self) -> Result<String, Failure> {
+        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    pub(super) fn text(&self, problem: &dyn Problem) -> String {
+        let Diagnosis {
+            sites,
+            nodes,
+            kernel_power,
+            neighbour_power,
+            quantities,
+            targets,
+            ..
+        } = self.diagnosis;
+        let mut text = format!(
+            "{}, {} cells, degree {}, {} pairs, {} estimator; {sites} sites with {nodes} nodes\n\n",
+            self.problem,
+            problem.cells_text(),
+            self.degree,
+            self.pairs,
+            self.estimator
+        );
+        let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);
+        let header = [
+            "target",
+            "u",
+            "Galerkin",
+            "√Var plain",
+            "preconditioned",
+            "gain",
+        ];
+        let mut rows = vec![header.map(str::to_owned).to_vec()];
+        let others = &self.diagnosis.other_pairs;
+        rows[0].extend(others.iter().map(|other| format!("{} pairs", other.pairs)));
+        for (place, target) in targets.iter().enumerate() {
+            let mut row = vec![
+                target.name.clone(),
+                format!("{:.6}", target.solution),
+                format!("{:.6}", target.galerkin),
+                number(target.plain),
+                number(target.preconditioned),
+                target.gain.map_or_else(|| "-".to_owned(), short),
+            ];
+            row.extend(
+                others
+                    .iter()
+                    .map(|other| number(other.preconditioned.get(place).copied().flatten())),
+            );
+            rows.push(row);
+        }
+        text += &aligned(&rows);
+        for target in targets.iter().take(DETAILED) {
+            text += &target.text();
+        }
+        if targets.len() > DETAILED {
+            text += &format!(
+                "\n{} more targets are not looked at in detail: those that come first in the file are\n",
+                targets.len() - DETAILED
+            );
+        }
+        text += "\nfinite variance\n";
+        for (name, power) in [("T_k²p", kernel_power), ("T_h²p", neighbour_power)] {
+            text += &match power {
+                Some(PowerReport { exponent, norm }) => {
+                    format!("  ‖({name})^{exponent}‖ = {} < 1\n", short(*norm))
+                }
+                None => format!("  no power of {name} below 1000 is seen to be a contraction\n"),
+            };
+        }
+        if let Some(quantities) = quantities {
+            text += &quantities.text();
+        }
+        text
+    }
+}
