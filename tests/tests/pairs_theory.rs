@@ -6,7 +6,8 @@ use core::f64::consts::TAU;
 use fredholm_circle::CircleLevel;
 use fredholm_core::galerkin::{PairIntegral, PairKind, PairTable, Pairs, Partition, Piecewise};
 use fredholm_core::variance::{
-    Chosen, Density, Level, Pass, Row, Setting, Start, Terms, VarianceError, Worth, serially,
+    Chosen, Density, Level, Pass, Possible, Row, Setting, Start, Terms, VarianceError, Worth,
+    serially,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
 use fredholm_cube::{CubeLevel, model};
@@ -147,8 +148,8 @@ fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
     }
 }
 
-/// |x − y| on [0, 1], with exact integrals.
-fn on_cube(cells: usize) -> Case<'static> {
+/// |x − y| on [0, 1], with exact integrals that cost so many states.
+fn on_cube(cells: usize, price: f64) -> Case<'static> {
     let of = |entry: usize| {
         if entry / cells == entry % cells {
             PairKind::Pointwise as u8
@@ -157,7 +158,7 @@ fn on_cube(cells: usize) -> Case<'static> {
         }
     };
     Case {
-        name: format!("|x - y| on {cells} cells"),
+        name: format!("|x - y| on {cells} cells, an integral {price} states"),
         cells,
         default: (0..cells * cells).map(of).collect(),
         allowed: Box::new(|_, _, _| true),
@@ -173,7 +174,10 @@ fn on_cube(cells: usize) -> Case<'static> {
                     0.0,
                     |cube, neighbour, _| {
                         let level = CubeLevel::new(cube, 8 * cells, 0).unwrap();
-                        let possible = |_, _| level.possible(true);
+                        let possible = |_, _| Possible {
+                            pointwise: Some(price),
+                            ..level.possible(true)
+                        };
                         let terms = Terms {
                             cells,
                             galerkin,
@@ -261,8 +265,9 @@ fn small(check: impl Fn(&Case<'_>)) {
     check(&on_circle::<1>(20, Some(1.0)));
     check(&on_circle::<2>(20, None));
     check(&on_circle::<3>(20, Some(1.0)));
-    check(&on_cube(4));
-    check(&on_cube(20));
+    check(&on_cube(4, 1.0));
+    check(&on_cube(20, 1.0));
+    check(&on_cube(20, 0.02));
     for drawing in [square(), block()] {
         let setup = Setup::new::<f64>(&drawing, 40, Grading::default()).unwrap();
         check(&in_room(&drawing, &setup));
@@ -335,8 +340,8 @@ fn nor_any_single_change() {
     for case in [
         on_circle::<1>(4, None),
         on_circle::<1>(4, Some(1.0)),
-        on_cube(3),
-        on_cube(6),
+        on_cube(3, 1.0),
+        on_cube(6, 1.0),
     ] {
         for estimator in ESTIMATORS {
             let (table, theory) = theory(&case, estimator);
@@ -357,7 +362,7 @@ fn nor_any_single_change() {
     for case in [
         on_circle::<1>(2, None),
         on_circle::<1>(2, Some(1.0)),
-        on_cube(2),
+        on_cube(2, 1.0),
     ] {
         for estimator in ESTIMATORS {
             let (_, theory) = theory(&case, estimator);

@@ -37,22 +37,24 @@ use crate::galerkin::{GalerkinError, PairKind, Pairs, buffer, reserve};
 use crate::{Estimator, Kernel, Located, Neighbour, Real, Sampler, Source};
 
 /// λ are V/C of what is there times 2^this, and half as much, and so on.
-const LARGEST: i32 = 6;
-/// So many of them: down to 2^−16.
-const MULTIPLIERS: usize = 23;
+const LARGEST: i32 = 4;
+/// So many of them: down to 2^−11.
+const MULTIPLIERS: usize = 16;
 /// Passes over a row, at most.
 const PASSES: usize = 30;
 /// No variance that is predicted is taken for less than this part of the one that was there: the prediction is of
 /// first order.
 const TRUSTED: f64 = 1e-3;
 
-/// What a pair may be besides left out.
+/// What a pair may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Possible {
     /// In S: the transition mass is positive on all of X_i.
     pub galerkin: bool,
     /// Pointwise, if there is an exact integral: its time over that of a visited state.
     pub pointwise: Option<f64>,
+    /// Left out even if it may be something else: the level sees how much that costs.
+    pub left_out: bool,
 }
 
 /// What there is to choose from.
@@ -83,19 +85,15 @@ pub struct Worth {
 }
 
 impl Worth {
-    /// Variance × work over that of another choice, the variance in the mean over the functionals.
+    /// Variance × work over that of another choice, the variance in the geometric mean over the functionals.
     #[must_use]
     pub fn relative_to(&self, other: &Self) -> f64 {
         let pairs = self.variances.iter().zip(&other.variances);
-        let ratios = pairs.filter(|(_, other)| **other > 0.0);
-        let (sum, count) = ratios.fold((0.0, 0.0), |(sum, count), (own, other)| {
-            (sum + own / other, count + 1.0)
+        let positive = pairs.filter(|(own, other)| **own > 0.0 && **other > 0.0);
+        let (sum, count) = positive.fold((0.0, 0.0), |(sum, count), (own, other)| {
+            (sum + Real::ln(own / other), count + 1.0)
         });
-        if count > 0.0 {
-            sum / count * (self.work / other.work)
-        } else {
-            self.work / other.work
-        }
+        Real::exp(sum / Real::max(count, 1.0)) * (self.work / other.work)
     }
 }
 
@@ -184,6 +182,8 @@ struct Problem<'a, P> {
     /// For every cell and every place.
     parts: &'a [Parts],
     possible: &'a [Possible],
+    /// The pairs that may be anything at all.
+    free: &'a [usize],
     /// How often G is scored in the row.
     scorings: f64,
 }
@@ -214,7 +214,7 @@ impl<P: Copy> Problem<'_, P> {
         match kind {
             PairKind::Galerkin => of.galerkin,
             PairKind::Pointwise => of.pointwise.is_some(),
-            PairKind::None => true,
+            PairKind::None => of.left_out || !(of.galerkin || of.pointwise.is_some()),
         }
     }
 
@@ -274,7 +274,7 @@ impl<P: Copy> Problem<'_, P> {
     fn descend(&self, state: &mut State, lambda: f64) {
         for _ in 0..PASSES {
             let mut changed = false;
-            for j in 0..self.possible.len() {
+            for &j in self.free {
                 let Some(&from) = state.kinds.get(j) else {
                     continue;
                 };
@@ -308,31 +308,43 @@ impl<P: Copy> Problem<'_, P> {
         }
     }
 
-    /// Calls `visit` with the best that is found for every λ: from cheap pairs on for falling ones, and from pointwise
-    /// pairs on for rising ones.
+    /// Calls `visit` with the best that is found for every λ, or for that of one number: from cheap pairs on for falling
+    /// ones, and from pointwise pairs on for rising ones.
     fn solve(
         &self,
         lambdas: &[f64],
+        wanted: Option<usize>,
         mut visit: impl FnMut(usize, &State, [f64; 2]),
     ) -> Result<(), GalerkinError> {
         use PairKind::{Galerkin, None, Pointwise};
         let mut rising = self.all([Pointwise, Galerkin, None])?;
         let mut of_rising: Vec<(State, [f64; 2])> = reserve(lambdas.len())?;
-        for &lambda in lambdas.iter().rev() {
+        let first = wanted.unwrap_or(0);
+        for &lambda in lambdas.iter().skip(first).rev() {
             self.descend(&mut rising, lambda);
-            of_rising.push((rising.clone(), self.outcome(&rising)));
+            if wanted.is_none() {
+                of_rising.push((rising.clone(), self.outcome(&rising)));
+            }
+        }
+        if wanted.is_some() {
+            let outcome = self.outcome(&rising);
+            of_rising.push((rising, outcome));
         }
         let mut falling = self.all([Galerkin, None, Pointwise])?;
-        for ((number, &lambda), (other, of_other)) in
-            lambdas.iter().enumerate().zip(of_rising.iter().rev())
-        {
+        for (number, &lambda) in lambdas.iter().enumerate() {
             self.descend(&mut falling, lambda);
+            if number < first {
+                continue;
+            }
             let own = self.outcome(&falling);
             let value = |[variance, price]: [f64; 2]| variance + lambda * price;
-            if value(*of_other) < value(own) {
-                visit(number, other, *of_other);
-            } else {
-                visit(number, &falling, own);
+            match of_rising.pop() {
+                Some((other, of_other)) if value(of_other) < value(own) => {
+                    visit(number, &other, of_other);
+                }
+                Some(_) => visit(number, &falling, own),
+                // That of the wanted one was the last.
+                Option::None => break,
             }
         }
         Ok(())
@@ -562,11 +574,17 @@ where
                 });
             }
         }
+        let mut free = reserve(n)?;
+        free.extend((0..n).filter(|&j| {
+            let of = possible.get(j);
+            of.is_some_and(|of| of.galerkin || of.pointwise.is_some())
+        }));
         let problem = Problem {
             estimator: of.estimator,
             places: of.places,
             parts: &parts,
             possible: &possible,
+            free: &free,
             scorings: of.scorings,
         };
         if best.is_none() {
@@ -577,7 +595,7 @@ where
             }
             row.kinds = now.kinds;
         }
-        problem.solve(lambdas, |number, state, outcome| {
+        problem.solve(lambdas, best, |number, state, outcome| {
             if let Some(place) = row.outcomes.get_mut(number).filter(|_| best.is_none()) {
                 *place = outcome;
             }

@@ -133,6 +133,7 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
         Possible {
             galerkin: true,
             pointwise: Some(0.06),
+            left_out: true,
         }
     }
 

@@ -66,6 +66,7 @@ impl<const D: usize> CubeLevel<D> {
         Possible {
             galerkin: true,
             pointwise: integrals.then_some(1.0),
+            left_out: true,
         }
     }
 

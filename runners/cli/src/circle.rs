@@ -663,7 +663,7 @@ impl<'f> CircleFile<'f> {
                 possible: &|_, _| level.possible(),
             };
             self.with_starts(&circle, &level, |targets| {
-                theory::choose(of(PairKind::Pointwise), |table| {
+                theory::choose(of(PairKind::Pointwise), |table, last| {
                     let setup = Setup::<f64>::of_kinds(scene, Some(table))?;
                     let pairs = setup.pairs()?;
                     setup.boxed(&circle, |neighbour| {
@@ -673,7 +673,7 @@ impl<'f> CircleFile<'f> {
                             pairs,
                             level: &level,
                         };
-                        theory::look(&setting, estimator, targets, &terms)
+                        theory::look(&setting, estimator, targets, &terms, last)
                     })?
                 })
             })

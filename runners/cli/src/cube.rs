@@ -792,7 +792,7 @@ impl<'f> CubeFile<'f> {
                 diagonal: PairKind::Pointwise,
             };
             chosen = Some(self.with_starts(galerkin, &weighted, |targets| {
-                theory::choose(theory::table_of(&default, cells), |table| {
+                theory::choose(theory::table_of(&default, cells), |table, last| {
                     let kinds = Pointwise::Table(table.to_vec());
                     let pairs = Kinds::<f64, D, 1>::pairs(&kinds, cells)?;
                     let mut looked = None;
@@ -803,7 +803,7 @@ impl<'f> CubeFile<'f> {
                             pairs,
                             level: &level,
                         };
-                        looked = Some(theory::look(&setting, estimator, targets, &terms)?);
+                        looked = Some(theory::look(&setting, estimator, targets, &terms, last)?);
                         Ok(())
                     })?;
                     looked.ok_or_else(|| Failure::run("no neighbour equation was made"))

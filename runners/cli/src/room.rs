@@ -530,7 +530,7 @@ impl<'f> RoomFile<'f> {
         };
         let estimator = plan(self.file, None).estimator;
         self.with_starts(&room, |targets| {
-            theory::choose(theory::table_of(&default, cells), |table| {
+            theory::choose(theory::table_of(&default, cells), |table, last| {
                 let pairs = PairTable::new(table, cells).map_err(Failure::run)?;
                 let g = solution.source::<f64, _, _>(&dense, &pairs);
                 let g = g.map_err(Failure::run)?;
@@ -543,7 +543,7 @@ impl<'f> RoomFile<'f> {
                     pairs: AnyPairs::Table(pairs),
                     level: &level,
                 };
-                theory::look(&setting, estimator, targets, &terms)
+                theory::look(&setting, estimator, targets, &terms, last)
             })
         })
     }

@@ -17,7 +17,7 @@ const PAIR: usize = 48 + 8 + 1;
 /// Nodes where cells are few.
 const NODES: usize = 400;
 /// A choice that promises less than this improvement is not tried.
-const WORTH_TRYING: f64 = 0.97;
+const WORTH_TRYING: f64 = 0.95;
 /// Choices that are tried.
 const ROUNDS: usize = 3;
 
@@ -42,15 +42,16 @@ impl Pairs for AnyPairs<'_> {
 /// What there is to know of a choice.
 pub(crate) struct Looked {
     worth: Worth,
-    chosen: Chosen,
+    chosen: Option<Chosen>,
 }
 
-/// Analyses a choice, and chooses from there.
+/// Analyses a choice, and chooses from there unless it is the last.
 pub(crate) fn look<E, N, L, H>(
     setting: &Setting<'_, E, N, AnyPairs<'_>, L>,
     estimator: Estimator,
     targets: &[Begin<'_, L::Point>],
     terms: &Terms<'_, H>,
+    last: bool,
 ) -> Result<Looked, Failure>
 where
     E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
@@ -65,9 +66,10 @@ where
             .iter()
             .map(|target| setting.predict(&analysis, target.start));
         let predictions = predictions.collect::<Result<Vec<_>, _>>()?;
+        let choose = || setting.choose(&analysis, &predictions, terms, in_parallel);
         Ok(Looked {
             worth: setting.worth(&analysis, &predictions, terms)?,
-            chosen: setting.choose(&analysis, &predictions, terms, in_parallel)?,
+            chosen: (!last).then(choose).transpose()?,
         })
     };
     looked().map_err(Failure::run)
@@ -76,23 +78,22 @@ where
 /// From this choice on: what is chosen is tried, and kept if it is better.
 pub(crate) fn choose(
     start: Vec<u8>,
-    mut look: impl FnMut(&[u8]) -> Result<Looked, Failure>,
+    mut look: impl FnMut(&[u8], bool) -> Result<Looked, Failure>,
 ) -> Result<Vec<u8>, Failure> {
     let mut best = start;
-    let Looked {
-        worth: mut found,
-        chosen: mut next,
-    } = look(&best)?;
-    for _ in 1..ROUNDS {
-        if !(next.variance * next.work < WORTH_TRYING * found.work) {
+    let mut found = look(&best, false)?;
+    for round in 2..=ROUNDS {
+        let Some(next) = found.chosen.take() else {
+            break;
+        };
+        if !(next.variance * next.work < WORTH_TRYING * found.worth.work) {
             break;
         }
-        let looked = look(&next.table)?;
-        if !(looked.worth.relative_to(&found) < 1.0) {
+        let looked = look(&next.table, round == ROUNDS)?;
+        if !(looked.worth.relative_to(&found.worth) < 1.0) {
             break;
         }
-        best = next.table;
-        (found, next) = (looked.worth, looked.chosen);
+        (best, found) = (next.table, looked);
     }
     Ok(best)
 }
