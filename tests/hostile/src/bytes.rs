@@ -174,7 +174,8 @@ fn round_trip(bytes: &[u8]) {
     let mut builder = TableBuilder::new(kind);
     builder.numbers("cells", &small);
     builder.numbers("coeffs", &large);
-    builder.numbers("views", numbers);
+    let few = numbers.get(..9).unwrap_or(numbers);
+    builder.numbers("views", few);
     builder.numbers("degree", &[u32::from(b)]);
     let written = builder.to_bytes();
     let mut words = vec![0_u64; written.len().div_ceil(8)];
@@ -184,7 +185,7 @@ fn round_trip(bytes: &[u8]) {
     assert_eq!(table.slice::<u32>("cells"), Ok(&small[..]));
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!(table.slice::<f64>("coeffs").map(bits), Ok(bits(&large)));
-    assert_eq!(table.slice::<u8>("views"), Ok(numbers));
+    assert_eq!(table.slice::<u8>("views"), Ok(few));
     assert_eq!(table.one::<u32>("degree"), Ok(u32::from(b)));
     // One byte that changes is always found.
     let at = usize::from(a) * 256 + usize::from(b);

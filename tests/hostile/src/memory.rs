@@ -1,6 +1,7 @@
 //! Bounds of memory.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use core::panic::AssertUnwindSafe;
+use std::panic::{catch_unwind, resume_unwind};
 
 /// What a reader may take at once.
 #[derive(Clone, Copy, Debug)]
