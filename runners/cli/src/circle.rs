@@ -885,6 +885,7 @@ impl Problem for CircleFile<'_> {
                     },
                     coefficients: (self.degree() == 0 && self.cells <= level.sites())
                         .then_some(&circle),
+                    hides: None,
                     draw: None,
                     targets,
                     place: &|site| {

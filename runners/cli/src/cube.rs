@@ -662,6 +662,7 @@ impl<'f> CubeFile<'f> {
                     level: &level,
                 },
                 coefficients: coefficients.as_ref(),
+                hides: None,
                 draw: None,
                 targets,
                 place: &|site| {

@@ -10,8 +10,8 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
-    Analysis, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site, Start,
-    VarianceError,
+    Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
+    Start, VarianceError,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
 use fredholm_rayon::fill_rows;
@@ -38,6 +38,8 @@ use target::TargetDiagnosis;
 const PAIR: usize = 48 + 8 + 40;
 /// So many targets are looked at in detail: the points of a grid are many, and much alike.
 const DETAILED: usize = 3;
+/// So many pairs of sites are asked for what is between them.
+const MOST_PAIRS: usize = 50;
 
 /// How to look.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +119,25 @@ impl Request<'_> {
 }
 
 impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
+    /// What stands between most of the pairs that contribute most, where something does.
+    fn hider(&self, contributions: &[Contribution]) -> Option<String> {
+        let hides = self.hides?;
+        let pairs = contributions.iter().take(MOST_PAIRS);
+        let mut shares: Vec<(Option<String>, f64)> = Vec::new();
+        for contribution in pairs {
+            let Some(into) = contribution.into else {
+                continue;
+            };
+            let name = hides(contribution.from, into);
+            match shares.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, share)) => *share += contribution.variance,
+                None => shares.push((name, contribution.variance)),
+            }
+        }
+        let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        most.and_then(|(name, _)| name)
+    }
+
     /// Says where the variance of a target comes from, if that is finite, and draws it.
     fn detail(
         &self,
@@ -133,7 +154,8 @@ impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
             Some(draw) => Picture::Drawn(draw(&shares_of_sites(contributions, sites))?),
             None => summed.table(),
         };
-        target.detail(&attribution.parts, summed);
+        let hidden_by = self.hider(contributions);
+        target.detail(&attribution.parts, summed, hidden_by);
         Ok(Some(picture))
     }
 }
@@ -253,6 +275,8 @@ pub(crate) struct Subject<'a, E, N: ?Sized, S, L: Level, C> {
     pub(crate) targets: &'a [Begin<'a, L::Point>],
     /// What the place of a site is called: contributions are summed over the sites of a place.
     pub(crate) place: &'a dyn Fn(usize) -> String,
+    /// What hides a site from another in part, where something can.
+    pub(crate) hides: Option<&'a dyn Fn(usize, usize) -> Option<String>>,
     /// Draws the shares of the sites, where the problem has a picture of its own.
     pub(crate) draw: Option<&'a Draw<'a>>,
 }

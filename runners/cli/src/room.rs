@@ -583,6 +583,7 @@ impl<'f> RoomFile<'f> {
         self.with_starts(room, |targets| {
             request.examine(&Subject {
                 draw: Some(&draw),
+                hides: Some(&|from, into| self.hides(&level, from, into)),
                 setting: Setting {
                     equation: room,
                     neighbour,
@@ -631,6 +632,25 @@ impl<'f> RoomFile<'f> {
             });
         }
         then(&targets)
+    }
+
+    /// The surface that a ray between two sites meets before the other, if one does.
+    fn hides(&self, level: &RoomLevel<'_, '_>, from: usize, into: usize) -> Option<String> {
+        let [mut starts, mut ends] = [Vec::new(), Vec::new()];
+        level.nodes(from, |x, _| starts.push(x));
+        level.nodes(into, |y, _| ends.push(y));
+        let rays = starts.iter().flat_map(|x| ends.iter().map(move |y| (x, y)));
+        let between = |(x, y): (&Point<f64>, &Point<f64>)| {
+            let ([a, b], [c, d]) = (x.position(), y.position());
+            let distance = (c - a).hypot(d - b);
+            let direction = [(c - a) / distance, (d - b) / distance];
+            let wall = u32::try_from(x.wall()).ok()?;
+            let hit = self.scene.geometry().cast(wall, x.position(), direction)?;
+            (hit.wall as usize != y.wall() && hit.distance < distance).then_some(hit.wall)
+        };
+        let wall = rays.into_iter().find_map(between)?;
+        let place = self.scene.place(wall as usize)?;
+        self.surface(place.surface).map(|name| format!("{name:?}"))
     }
 
     /// The walls, coloured by the share of each site in the variance over its share of all length.

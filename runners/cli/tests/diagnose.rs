@@ -225,6 +225,27 @@ fn text_and_pictures() {
     }
 }
 
+/// What hides the pairs that the paper leaves out is called by its name.
+#[test]
+fn advice_names_what_hides() {
+    let doorway = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/doorway.toml");
+    let args = [
+        "diagnose", doorway, "--cells", "100", "--pairs", "paper", "--json",
+    ];
+    let json = fredholm(&args).quietly(0).json();
+    let target = &list(&json, "targets")[0];
+    let hidden_by = target["hidden_by"].as_str().unwrap();
+    assert!(
+        hidden_by.contains("lintel") || hidden_by.contains("sill"),
+        "{hidden_by}"
+    );
+    let advice = list(target, "advice")[0].as_str().unwrap();
+    assert!(
+        advice.contains(&format!("walls that {hidden_by} hides in part")),
+        "{advice}"
+    );
+}
+
 /// Without a variance there is nothing to predict, which is no error: it says what may help.
 #[test]
 fn an_infinite_variance_is_said() {

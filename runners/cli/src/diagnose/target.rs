@@ -27,6 +27,8 @@ pub(crate) struct TargetDiagnosis {
     pub(crate) places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
     pub(crate) half_in: Option<f64>,
+    /// What hides most of the pairs that contribute most, in a room.
+    pub(crate) hidden_by: Option<String>,
     pub(crate) advice: Vec<String>,
 }
 
@@ -85,13 +87,15 @@ impl TargetDiagnosis {
                 }
             }),
             half_in: None,
+            hidden_by: None,
             places: Vec::new(),
             advice: infinite(prediction),
         }
     }
 
     /// Where it comes from, and what may help.
-    pub(super) fn detail(&mut self, parts: &Parts, summed: Summed) {
+    pub(super) fn detail(&mut self, parts: &Parts, summed: Summed, hidden_by: Option<String>) {
+        self.hidden_by = hidden_by;
         self.parts = Some(Shares::new(parts));
         self.half_in = summed.half_in;
         let shown = summed.places.into_iter().take(SHOWN);
@@ -112,10 +116,14 @@ impl TargetDiagnosis {
             return Vec::new();
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let hidden = match &self.hidden_by {
+            Some(surface) => format!(", most of it between walls that {surface} hides in part"),
+            None => String::new(),
+        };
         let mut advice = Vec::new();
         if shares.left_out > 0.1 {
             advice.push(format!(
-                "{} of the variance comes from pairs that the neighbour equation leaves out: `pairs = \
+                "{} of the variance comes from pairs that the neighbour equation leaves out{hidden}: `pairs = \
                  \"default\"` follows them exactly where the problem has their integrals",
                 percent(shares.left_out)
             ));
@@ -129,7 +137,7 @@ impl TargetDiagnosis {
             if half < 0.05 {
                 advice.push(format!(
                     "half of what pairs of cells contribute comes from {:.2} % of them, and {} of the \
-                     variance from steps from {from} into {into}: more cells there, or `pairs = \
+                     variance from steps from {from} into {into}{hidden}: more cells there, or `pairs = \
                      \"pointwise\"` for a kernel that varies too fast for cells",
                     100.0 * half,
                     percent(place.share)
