@@ -2,19 +2,44 @@
 
 use super::pilot::{Level, Pilot, Prediction, Setting};
 
-/// A degree with a choice of pairs, and what is known of it.
+/// A degree with a choice of pairs, an absorption and an estimator, and what is known of it.
 #[derive(Clone, Debug)]
 pub(super) struct Family {
     pub(super) first: Setting,
     /// From few cells to many.
     pub(super) levels: Vec<Level>,
-    /// On the first levels.
-    pub(super) pilots: Vec<Pilot>,
+    /// With the numbers of their levels, from few cells to many.
+    pilots: Vec<(usize, Pilot)>,
     /// √Var ~ unknowns^−order, by theory.
-    pub(super) order: f64,
+    order: f64,
+    /// The same as long as there are no two pilots.
+    assumed: f64,
 }
 
 impl Family {
+    /// A family of which nothing is known but the order that it will have in the end.
+    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
+        Self {
+            first,
+            levels,
+            pilots: Vec::new(),
+            order,
+            assumed: 0.0,
+        }
+    }
+
+    /// Another absorption or estimator, with a pilot on the level of the last one here.
+    pub(super) fn varied(&self, pilot: Pilot) -> Self {
+        let level = self.pilots.last().map_or(0, |&(level, _)| level);
+        Self {
+            first: pilot.setting,
+            levels: self.levels.clone(),
+            pilots: vec![(level, pilot)],
+            order: self.order,
+            assumed: self.observed(),
+        }
+    }
+
     /// Whether a setting is one of it.
     pub(super) fn has(&self, setting: &Setting) -> bool {
         let own = Setting {
@@ -24,26 +49,48 @@ impl Family {
         *setting == own
     }
 
+    /// The last pilot.
+    pub(super) fn last(&self) -> Option<&Pilot> {
+        self.pilots.last().map(|(_, pilot)| pilot)
+    }
+
+    /// The level of the last pilot.
+    pub(super) fn seen(&self) -> Option<Level> {
+        let (level, _) = self.pilots.last()?;
+        self.levels.get(*level).copied()
+    }
+
     /// The level after those of the pilots.
     pub(super) fn next(&self) -> Option<Level> {
-        self.levels.get(self.pilots.len()).copied()
+        self.levels.get(self.next_number()).copied()
+    }
+
+    fn next_number(&self) -> usize {
+        self.pilots.last().map_or(0, |(level, _)| level + 1)
+    }
+
+    /// Takes a pilot on that level.
+    pub(super) fn add(&mut self, pilot: Pilot) {
+        self.pilots.push((self.next_number(), pilot));
     }
 
     /// Whether these cells are finer than the next that could be looked at.
     pub(super) fn is_beyond(&self, cells: usize) -> bool {
         let level = self.levels.iter().position(|level| level.cells == cells);
-        level.is_some_and(|level| level > self.pilots.len())
+        level.is_some_and(|level| level > self.next_number())
     }
 
-    /// r of √Var ~ unknowns^−r, as the last two pilots have it, and no better than theory.
-    pub(super) fn observed(&self) -> f64 {
-        let [.., coarse, fine] = self.pilots.as_slice() else {
-            return 0.0;
+    /// r of √Var ~ unknowns^−r, as the last two pilots have it; no better than theory, and no worse than half of
+    /// it: on few cells much depends on where targets lie in them, and finer ones are looked at before they are
+    /// believed in.
+    fn observed(&self) -> f64 {
+        let [.., (_, coarse), (_, fine)] = self.pilots.as_slice() else {
+            return self.assumed;
         };
         let falls = coarse.needed() / fine.needed();
         let order = 0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln();
         if order.is_finite() {
-            order.clamp(0.0, self.order)
+            order.clamp(0.5 * self.order, self.order)
         } else {
             self.order
         }
@@ -51,17 +98,13 @@ impl Family {
 
     /// Of every level, from the pilot on it or on the last before it.
     pub(super) fn predictions(&self, batch: u64) -> Vec<Prediction> {
-        let levels = self.levels.iter().enumerate();
-        let of = |(i, level): (usize, &Level)| {
-            let pilot = self.pilots.get(i).or(self.pilots.last())?;
-            Some(self.predict(pilot, level, batch))
+        let order = self.observed();
+        let of = |(number, level): (usize, &Level)| {
+            let before = self.pilots.iter().rev().find(|(seen, _)| *seen <= number);
+            let (_, pilot) = before.or(self.pilots.first())?;
+            let more = level.unknowns / pilot.unknowns;
+            Some(pilot.predict(level, more.powf(-2.0 * order), batch))
         };
-        levels.filter_map(of).collect()
-    }
-
-    /// Of one level, from any pilot.
-    pub(super) fn predict(&self, pilot: &Pilot, level: &Level, batch: u64) -> Prediction {
-        let more = level.unknowns / pilot.unknowns;
-        pilot.predict(level, more.powf(-2.0 * self.observed()), batch)
+        self.levels.iter().enumerate().filter_map(of).collect()
     }
 }

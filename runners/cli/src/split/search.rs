@@ -74,6 +74,7 @@ impl<'f> Search<'f> {
         self.families();
         self.climb();
         self.vary();
+        self.climb();
     }
 
     /// Seconds since the beginning, by the clock.
@@ -254,12 +255,7 @@ impl<'f> Search<'f> {
                     ..self.base()
                 };
                 let (levels, order) = self.levels(&first);
-                let mut family = Family {
-                    first,
-                    levels,
-                    pilots: Vec::new(),
-                    order,
-                };
+                let mut family = Family::new(first, levels, order);
                 let _ = self.explore(&mut family) && self.explore(&mut family);
                 self.families.push(family);
             }
@@ -276,18 +272,24 @@ impl<'f> Search<'f> {
             ..family.first
         };
         // How many pairs are pointwise is known from the second pilot on.
-        let last = family.pilots.last();
-        let pairs = last.map_or(0.0, |last| last.pointwise * level.unknowns / last.unknowns);
+        let pairs = family
+            .last()
+            .map_or(0.0, |last| last.pointwise * level.unknowns / last.unknowns);
         if !self.affords(&setting, &level.cost, pairs) {
             return false;
         }
         let Some(pilot) = self.pilot(setting) else {
             return false;
         };
-        family.pilots.push(pilot);
+        family.add(pilot);
+        self.note(family);
+        true
+    }
+
+    /// What a family promises, in place of what it has promised.
+    fn note(&mut self, family: &Family) {
         self.found.retain(|found| !family.has(&found.setting));
         self.found.extend(family.predictions(self.batch()));
-        true
     }
 
     /// Pilots on finer levels, as long as what is promised is much finer than what was seen.
@@ -305,16 +307,17 @@ impl<'f> Search<'f> {
         }
     }
 
-    /// Other absorptions and the other estimator, for the best that was found.
+    /// Other absorptions and the other estimator, for the best neighbour equation that was found.
     fn vary(&mut self) {
-        let Some(best) = self.best() else {
+        let preconditioned = self.found.iter().filter(|found| !found.setting.plain);
+        let Some(best) = preconditioned.min_by(|a, b| a.seconds().total_cmp(&b.seconds())) else {
             return;
         };
-        let Some(family) = self.families.iter().find(|f| f.has(&best.setting)) else {
+        let family = self.families.iter().find(|f| f.has(&best.setting));
+        let Some(family) = family.cloned() else {
             return;
         };
-        let family = family.clone();
-        let Some((level, known)) = family.levels.iter().zip(&family.pilots).last() else {
+        let (Some(level), Some(last)) = (family.seen(), family.last()) else {
             return;
         };
         for absorption in self.absorptions() {
@@ -322,18 +325,15 @@ impl<'f> Search<'f> {
                 let setting = Setting {
                     absorption,
                     estimator,
-                    ..known.setting
+                    ..last.setting
                 };
-                if setting == known.setting || !self.affords(&setting, &level.cost, known.pointwise)
-                {
+                if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise) {
                     continue;
                 }
                 if let Some(pilot) = self.pilot(setting) {
-                    // On more cells its variance falls as that of the setting which was looked at closely.
-                    let levels = family.levels.iter();
-                    let of = |level| family.predict(&pilot, level, self.batch());
-                    let predictions: Vec<Prediction> = levels.map(of).collect();
-                    self.found.extend(predictions);
+                    let varied = family.varied(pilot);
+                    self.note(&varied);
+                    self.families.push(varied);
                 }
             }
         }
