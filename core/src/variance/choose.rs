@@ -19,9 +19,10 @@
 //! ```
 //!
 //! (with the collision estimator the sources are (F − G)(2e − (F − G)) and (F − G) v + G (e − (F − G))). The term
-//! ∫∫ D² s a p is that of (26) of Heinrich 1995; the others are as large, and of either sign. What is left out is of third order
-//! in D: how s changes, and c and a with each other. Pairs of a row are not independent: Σ t_j is squared, and a pair
-//! with h = 0 that does not matter by itself does where many like it are left out.
+//! ∫∫ D² s a p is that of (26) of Heinrich 1995; the others are as large, and of either sign. For changes in one row what is left
+//! out is of third order in D: how s changes with them. Rows act on each other through b and c, which are taken as they were: of second
+//! order, and mended by choosing again from what was chosen. Pairs of a row are not independent: Σ t_j is squared,
+//! and a pair with h = 0 that does not matter by itself does where many like it are left out.
 //!
 //! The work of a walk is that of its visited states, and of an exact integral for every pointwise pair of row i
 //! wherever G is scored in X_i: where it is absorbed, or with the collision estimator at every visit.
