@@ -32,15 +32,15 @@
 
 use alloc::vec::Vec;
 
-use super::analysis::{Matrix, Nodal, Pass, Seconds, scored, seconds_of};
+use super::analysis::{Matrix, Nodal, Pass, Seconds, seconds_of};
 use super::{Analysis, Level, Moments, Node, Prediction, Setting, VarianceError};
 use crate::galerkin::{GalerkinError, PairKind, Pairs, buffer, reserve};
 use crate::{Estimator, Kernel, Located, Neighbour, Real, Sampler, Source};
 
-/// λ are V/C of what is there times 2^this, and half as much, and so on.
-const LARGEST: i32 = 4;
-/// So many of them: down to 2^−11.
-const MULTIPLIERS: usize = 16;
+/// λ are V/C of what is there times 4^this, and a fourth of it, and so on.
+const LARGEST: i32 = 2;
+/// So many of them: down to 4^−6. V × C is flat where it is least, and whoever chooses again begins near it.
+const MULTIPLIERS: usize = 9;
 /// Passes over a row, at most.
 const PASSES: usize = 30;
 /// No variance that is predicted is taken for less than this part of the one that was there: the prediction is of
@@ -131,11 +131,12 @@ struct Place<P> {
     residual: f64,
     error: f64,
     value: f64,
-    absorption: f64,
+    /// 1/q; 0 where walks are not absorbed.
+    per_absorption: f64,
 }
 
 impl<P: Copy> Place<P> {
-    const fn new(node: &Node<P>, occupation: f64, mixed: f64) -> Self {
+    fn new(node: &Node<P>, occupation: f64, mixed: f64) -> Self {
         Self {
             x: node.x,
             occupation,
@@ -144,7 +145,11 @@ impl<P: Copy> Place<P> {
             residual: node.residual,
             error: node.error,
             value: node.value,
-            absorption: node.absorption,
+            per_absorption: if node.absorption > 0.0 {
+                1.0 / node.absorption
+            } else {
+                0.0
+            },
         }
     }
 
@@ -153,7 +158,7 @@ impl<P: Copy> Place<P> {
         let g = self.source - difference;
         let [squared, mixed] = match estimator {
             Estimator::Absorption => {
-                [difference, g].map(|by| scored(difference * by, self.absorption))
+                [difference, g].map(|by| difference * by * self.per_absorption)
             }
             Estimator::Collision => [
                 difference * (2.0 * self.error - difference),
@@ -434,9 +439,9 @@ where
         let lambda = |number: usize| {
             let exponent = LARGEST - number as i32;
             let power = if exponent < 0 {
-                1.0 / (1_u64 << -exponent) as f64
+                1.0 / (1_u64 << (-2 * exponent)) as f64
             } else {
-                (1_u64 << exponent) as f64
+                (1_u64 << (2 * exponent)) as f64
             };
             power / work
         };
