@@ -4,7 +4,7 @@
 //! back on a default. Derived deserialisation cannot promise this: it forgets
 //! where a value stood, and its untagged enums swallow unknown keys. So the
 //! tree of the TOML parser, which has the place of every key and value, is
-//! walked by hand: a [`Section`] gives out its keys one by one, and what nobody
+//! walked by hand: a `Section` gives out its keys one by one, and what nobody
 //! asked for is an error.
 //!
 //! [`read`] reports only what is wrong with the shape of the file: types,
