@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod circle;
+pub mod counted;
 pub mod cube;
 pub mod description;
 pub mod device;
