@@ -38,8 +38,10 @@ use target::TargetDiagnosis;
 const PAIR: usize = 48 + 8 + 40;
 /// So many targets are looked at in detail: the points of a grid are many, and much alike.
 const DETAILED: usize = 3;
+/// Unknowns up to which pairs are chosen one by one for a comparison: on more it takes many seconds.
+const COMPARED: usize = 300;
 /// So many pairs of sites are asked for what is between them.
-const MOST_PAIRS: usize = 50;
+const MOST_PAIRS: usize = 200;
 
 /// How to look.
 #[derive(Clone, Copy, Debug)]
@@ -119,23 +121,26 @@ impl Request<'_> {
 }
 
 impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
-    /// What stands between most of the pairs that contribute most, where something does.
+    /// What stands between the pairs that contribute most, where something does between a tenth of them.
     fn hider(&self, contributions: &[Contribution]) -> Option<String> {
         let hides = self.hides?;
-        let pairs = contributions.iter().take(MOST_PAIRS);
-        let mut shares: Vec<(Option<String>, f64)> = Vec::new();
-        for contribution in pairs {
+        let mut all = 0.0;
+        let mut shares: Vec<(String, f64)> = Vec::new();
+        for contribution in contributions.iter().take(MOST_PAIRS) {
             let Some(into) = contribution.into else {
                 continue;
             };
-            let name = hides(contribution.from, into);
+            all += contribution.variance;
+            let Some(name) = hides(contribution.from, into) else {
+                continue;
+            };
             match shares.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, share)) => *share += contribution.variance,
                 None => shares.push((name, contribution.variance)),
             }
         }
-        let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        most.and_then(|(name, _)| name)
+        let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most.1 > 0.1 * all).then_some(most.0)
     }
 
     /// Says where the variance of a target comes from, if that is finite, and draws it.
@@ -186,14 +191,12 @@ impl Diagnosis {
                 continue;
             };
             let theory = pairs == Pairs::Theory;
-            if theory && problem.unknowns() > request.nodes {
+            // There is nothing to choose by where variances are infinite.
+            let finite = self.kernel_power.is_some() && self.neighbour_power.is_some();
+            if theory && (!finite || problem.unknowns() > COMPARED) {
                 continue;
             }
-            let found = match problem.diagnose(request) {
-                // There is nothing to choose by where variances are infinite.
-                Err(_) if theory => continue,
-                found => found?,
-            };
+            let found = problem.diagnose(request)?;
             self.other_pairs.push(OtherPairs {
                 pairs: word(&pairs),
                 preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),

@@ -241,7 +241,7 @@ fn advice_names_what_hides() {
     );
     let advice = list(target, "advice")[0].as_str().unwrap();
     assert!(
-        advice.contains(&format!("walls that {hidden_by} hides in part")),
+        advice.contains(&format!("partly hidden behind {hidden_by}")),
         "{advice}"
     );
 }

@@ -27,7 +27,7 @@ pub(crate) struct TargetDiagnosis {
     pub(crate) places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
     pub(crate) half_in: Option<f64>,
-    /// What hides most of the pairs that contribute most, in a room.
+    /// What hides some of the pairs that contribute most, in a room.
     pub(crate) hidden_by: Option<String>,
     pub(crate) advice: Vec<String>,
 }
@@ -117,7 +117,7 @@ impl TargetDiagnosis {
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let hidden = match &self.hidden_by {
-            Some(surface) => format!(", most of it between walls that {surface} hides in part"),
+            Some(surface) => format!(", partly hidden behind {surface}"),
             None => String::new(),
         };
         let mut advice = Vec::new();
