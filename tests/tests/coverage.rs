@@ -1,0 +1,381 @@
+//! Error bars are honest: how many of the program's 95 % intervals, estimate ± 1.96 standard errors, contain the exact
+//! value. `docs/coverage.md` has the table.
+
+use core::fmt;
+
+use fredholm_circle::{MeanOver, Point};
+use fredholm_core::{
+    At, Batch, Estimate, Estimator, Functional, Kernel, Neighbour, STEP_LIMIT, Sampler, Source,
+    Statistics, Stream, Task,
+};
+use fredholm_cube::{Function, Mean, model};
+use fredholm_room::{Choice, Grading};
+use fredholm_tests::check::run;
+use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
+use fredholm_tests::cube::with_degree;
+use fredholm_tests::outcome::Sum;
+use fredholm_tests::room::{Drawing, Setup, block, glowing};
+use rayon::prelude::*;
+
+const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+/// Half the width of an interval in standard errors, as the program draws its bands.
+const HALF_WIDTH: f64 = 1.96;
+/// Batches of the moments of one walk.
+const GROUP: u64 = 1 << 14;
+
+fn long() -> bool {
+    std::env::var_os("FREDHOLM_LONG").is_some()
+}
+
+/// Seeds and numbers of walks: with `FREDHOLM_LONG` those of the table, else what takes seconds.
+fn sizes() -> (u64, &'static [u64]) {
+    if long() {
+        (2000, &[1000, 10_000])
+    } else {
+        (500, &[1000])
+    }
+}
+
+/// How often intervals of one estimate contain the exact value.
+struct Row {
+    scene: &'static str,
+    target: &'static str,
+    estimator: Estimator,
+    preconditioned: bool,
+    walks: u64,
+    seeds: u64,
+    covered: u64,
+    /// Intervals all of which is below the exact value.
+    below: u64,
+    /// The root mean square of the error over the mean standard error.
+    error: f64,
+    skewness: f64,
+    kurtosis: f64,
+}
+
+impl Row {
+    fn share(&self) -> f64 {
+        self.covered as f64 / self.seeds as f64
+    }
+
+    /// The second order of the share that intervals by a normal quantile z cover (Hall 1992, section 2.5):
+    /// 2Φ(z) − 1 + 2φ(z) z/N (κ(z² − 3)/12 − γ²(z⁴ + 2z² − 3)/18 − (z² + 3)/4), γ the skewness and κ the excess
+    /// kurtosis of a score.
+    fn predicted(&self) -> f64 {
+        let (n, z2) = (self.walks as f64, HALF_WIDTH * HALF_WIDTH);
+        let density = (-0.5 * z2).exp() / core::f64::consts::TAU.sqrt();
+        let gamma2 = self.skewness * self.skewness;
+        let bracket = (self.kurtosis - 3.0) * (z2 - 3.0) / 12.0
+            - gamma2 * (z2 * z2 + 2.0 * z2 - 3.0) / 18.0
+            - (z2 + 3.0) / 4.0;
+        0.95 + 2.0 * density * HALF_WIDTH / n * bracket
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let estimate = if self.preconditioned {
+            "preconditioned"
+        } else {
+            "plain"
+        };
+        let [low, high] = band(self.seeds);
+        let verdict = match self.covered {
+            covered if covered < low => "too few",
+            covered if covered > high => "too many",
+            _ => "",
+        };
+        write!(
+            f,
+            "{:14} {:5} {:10} {estimate:14} {:6} {:6.1} % {:5.1} % {:5.1} % {:5.2} {:8.1} {:9.0} {:6.1} %  {verdict}",
+            self.scene,
+            self.target,
+            format!("{:?}", self.estimator),
+            self.walks,
+            100.0 * self.share(),
+            100.0 * self.below as f64 / self.seeds as f64,
+            100.0 * (self.seeds - self.covered - self.below) as f64 / self.seeds as f64,
+            self.error,
+            self.skewness,
+            self.kurtosis,
+            100.0 * self.predicted().max(0.0),
+        )
+    }
+}
+
+const HEADER: &str = "scene          at    estimator  estimate        walks  covers    below   above error     skew   \
+                      kurtosis  2nd order";
+
+/// Of so many intervals that each contain the exact value with probability 0.95, the fewest and the most that do
+/// but for a probability of 0.0005 each: 99.9 % of the binomial.
+fn band(seeds: u64) -> [u64; 2] {
+    let n = seeds as f64;
+    // Misses: P(0) = 0.95ⁿ, P(m + 1) = P(m) (n − m)/(m + 1) · 0.05/0.95.
+    let mut probability = 0.95_f64.powf(n);
+    let mut below = 0.0;
+    let (mut fewest, mut most) = (0, seeds);
+    for misses in 0..seeds {
+        if below <= 0.0005 {
+            fewest = misses;
+        }
+        below += probability;
+        if 1.0 - below <= 0.0005 {
+            most = misses;
+            break;
+        }
+        let m = misses as f64;
+        probability *= (n - m) / (m + 1.0) * (0.05 / 0.95);
+    }
+    [seeds - most, seeds - fewest]
+}
+
+#[test]
+fn the_band_is_that_of_the_binomial() {
+    // In fractions of integers: for n = 2000 P(X < 1867) = 0.000498, P(X < 1868) = 0.000692, P(X > 1931) = 0.000334,
+    // P(X > 1930) = 0.000506; for n = 500 P(X < 458) = 0.000471 and P(X > 489) = 0.000460.
+    assert_eq!(band(2000), [1867, 1931]);
+    assert_eq!(band(500), [458, 489]);
+}
+
+/// Skewness and kurtosis of both scores, of four million walks, or 2¹⁴.
+fn moments<E, N, T>(task: &Task<'_, E, N, T, fredholm_core::DefaultGenerator>) -> [[f64; 2]; 2]
+where
+    E: Sampler<Scalar = f64> + Kernel + Source + Sync,
+    N: Neighbour<Scalar = f64, Point = E::Point> + Sync,
+    T: Functional<E> + Sync,
+{
+    let groups = if long() { 256 } else { 1 };
+    let all = run(task, GROUP);
+    let centres = [all.plain(), all.preconditioned()].map(|e| e.estimate);
+    let value = task.neighbour_value.unwrap();
+    let sums: Vec<[[Sum; 4]; 2]> = (0..groups)
+        .into_par_iter()
+        .map(|group| {
+            let mut sums = [[Sum::default(); 4]; 2];
+            for walk in group * GROUP..(group + 1) * GROUP {
+                let walk = task.replay(walk);
+                let scores = [walk.plain, walk.plain - walk.control + value];
+                for ((sums, score), centre) in sums.iter_mut().zip(scores).zip(centres) {
+                    let mut power = 1.0;
+                    for sum in sums {
+                        power *= score - centre;
+                        sum.add(power);
+                    }
+                }
+            }
+            sums
+        })
+        .collect();
+    [0, 1].map(|which| {
+        let n = (groups * GROUP) as f64;
+        let raw = [0, 1, 2, 3].map(|power| {
+            let parts = sums.iter().map(|s| s[which][power].value());
+            parts.collect::<Sum>().value() / n
+        });
+        let [a, b, c, d] = raw;
+        let variance = b - a * a;
+        let third = c - 3.0 * a * b + 2.0 * a * a * a;
+        let fourth = d - 4.0 * a * c + 6.0 * a * a * b - 3.0 * a * a * a * a;
+        [third / variance.powf(1.5), fourth / (variance * variance)]
+    })
+}
+
+/// A target of a scene, and what is exact.
+struct Case<'a, E, N, T> {
+    scene: &'static str,
+    target: &'static str,
+    equation: &'a E,
+    neighbour: &'a N,
+    functional: T,
+    /// (v, Φ).
+    value: f64,
+    exact: f64,
+}
+
+impl<E, N, T> Case<'_, E, N, T>
+where
+    E: Sampler<Scalar = f64> + Kernel + Source + Sync,
+    N: Neighbour<Scalar = f64, Point = E::Point> + Sync,
+    T: Functional<E> + Sync,
+{
+    fn rows(&self, seeds: u64, walks: &[u64]) -> Vec<Row> {
+        let rows = ESTIMATORS.map(|estimator| self.of(estimator, seeds, walks));
+        rows.into_iter().flatten().collect()
+    }
+
+    fn of(&self, estimator: Estimator, seeds: u64, walks: &[u64]) -> Vec<Row> {
+        let task = |seed| Task {
+            equation: self.equation,
+            neighbour: self.neighbour,
+            functional: &self.functional,
+            neighbour_value: Some(self.value),
+            estimator,
+            stream: <Stream>::new(seed, 0),
+            step_limit: STEP_LIMIT,
+        };
+        let most = *walks.last().unwrap();
+        let run = |seed: u64| -> Vec<Statistics> {
+            let task = task(seed + 1);
+            let mut batch = Batch::new(0, most, most);
+            let to = |&walks: &u64| {
+                let more = walks - batch.statistics().walks();
+                batch.run(&task, more).unwrap();
+                *batch.statistics()
+            };
+            walks.iter().map(to).collect()
+        };
+        let runs: Vec<Vec<Statistics>> = (0..seeds).into_par_iter().map(run).collect();
+        let moments = moments(&task(u64::MAX));
+        let estimates: [fn(&Statistics) -> Estimate; 2] =
+            [Statistics::plain, Statistics::preconditioned];
+        let mut rows = Vec::new();
+        for (number, &walks) in walks.iter().enumerate() {
+            for (which, of) in estimates.iter().enumerate() {
+                let [skewness, kurtosis] = moments[which];
+                let mut row = Row {
+                    scene: self.scene,
+                    target: self.target,
+                    estimator,
+                    preconditioned: which == 1,
+                    walks,
+                    seeds,
+                    covered: 0,
+                    below: 0,
+                    error: 0.0,
+                    skewness,
+                    kurtosis,
+                };
+                let (mut squares, mut bars) = (0.0, 0.0);
+                for run in &runs {
+                    let found = of(&run[number]);
+                    let error = found.estimate - self.exact;
+                    // Nothing scored: no interval, which contains nothing.
+                    let half = HALF_WIDTH * found.std_error.unwrap_or(f64::NAN);
+                    row.covered += u64::from(error.abs() <= half);
+                    row.below += u64::from(error < -half);
+                    squares += error * error;
+                    bars += found.std_error.unwrap_or(0.0);
+                }
+                row.error = (squares * seeds as f64).sqrt() / bars;
+                rows.push(row);
+            }
+        }
+        rows
+    }
+}
+
+fn circle(scene: &'static str, cells: usize, seeds: u64, walks: &[u64]) -> Vec<Row> {
+    with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, DEFAULT, |circle, neighbour, v| {
+        let x: Point<f64> = circle.point(0.3);
+        let point = Case {
+            scene,
+            target: "point",
+            equation: circle,
+            neighbour,
+            functional: At(x),
+            value: neighbour.value(&neighbour.locate(x)),
+            exact: LIGHT.solution(0.3),
+        };
+        let mean = MeanOver::new(circle, 0.0, core::f64::consts::TAU).unwrap();
+        let mean = Case {
+            scene,
+            target: "mean",
+            equation: circle,
+            neighbour,
+            value: mean.of(v),
+            functional: mean,
+            exact: LIGHT.constant,
+        };
+        let mut rows = point.rows(seeds, walks);
+        rows.extend(mean.rows(seeds, walks));
+        rows
+    })
+}
+
+fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
+    let model = model::rational(0.9);
+    let equation = (model.kernel.0, model.source);
+    with_degree::<f64, 2, _, _, _, 1>(equation, 10, |cube, neighbour, v| {
+        let x = [0.77, 0.31];
+        let point = Case {
+            scene: "cube, d = 2",
+            target: "point",
+            equation: cube,
+            neighbour,
+            functional: At(x),
+            value: neighbour.value(&neighbour.locate(x)),
+            exact: Function::value(&model.solution, &x),
+        };
+        let mean = Case {
+            scene: "cube, d = 2",
+            target: "mean",
+            equation: cube,
+            neighbour,
+            functional: Mean,
+            value: Mean::of_blocks::<f64, 1>(v),
+            exact: model.mean::<2>(),
+        };
+        let mut rows = point.rows(seeds, walks);
+        rows.extend(mean.rows(seeds, walks));
+        rows
+    })
+}
+
+/// A room with a block whose solution is 1, on few cells: with pairs of cells that a shadow falls between, and so
+/// pointwise, a state costs as many integrals as there are.
+fn room(scene: &'static str, drawing: &Drawing, seeds: u64, walks: &[u64]) -> Vec<Row> {
+    let setup = Setup::new::<f64>(drawing, 40, Grading::default()).unwrap();
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
+        let x = room.point(0, 0.37).unwrap();
+        let point = Case {
+            scene,
+            target: "point",
+            equation: room,
+            neighbour,
+            functional: At(x),
+            value: neighbour.value(&neighbour.locate(x)),
+            exact: 1.0,
+        };
+        let mean = fredholm_room::MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
+        let mean = Case {
+            scene,
+            target: "mean",
+            equation: room,
+            neighbour,
+            value: mean.of(v),
+            functional: mean,
+            exact: 1.0,
+        };
+        let mut rows = point.rows(seeds, walks);
+        rows.extend(mean.rows(seeds, walks));
+        rows
+    })
+}
+
+#[test]
+fn intervals_contain_the_exact_value_as_often_as_they_say() {
+    let (seeds, walks) = sizes();
+    let [low, high] = band(seeds);
+    println!(
+        "{seeds} seeds; 99.9 % of the binomial: {low} to {high}, {:.1} to {:.1} %\n{HEADER}",
+        100.0 * low as f64 / seeds as f64,
+        100.0 * high as f64 / seeds as f64
+    );
+    let glowing = glowing(&block());
+    let scenes: [&dyn Fn() -> Vec<Row>; 4] = [
+        &|| circle("circle 100", 100, seeds, walks),
+        &|| circle("circle 1000", 1000, seeds, walks),
+        &|| cube(seeds, walks),
+        &|| room("block, u = 1", &glowing, seeds, walks),
+    ];
+    let mut dishonest = Vec::new();
+    for scene in scenes {
+        for row in scene() {
+            println!("{row}");
+            if !(low..=high).contains(&row.covered) {
+                dishonest.push(row.to_string());
+            }
+        }
+    }
+    assert!(dishonest.is_empty(), "\n{HEADER}\n{}", dishonest.join("\n"));
+}
