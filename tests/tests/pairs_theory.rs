@@ -66,12 +66,15 @@ where
     }
 }
 
+/// From a row, a table and an estimator.
+type Look<'a> = dyn Fn(usize, &[u8], Estimator) -> Looked + 'a;
+
 /// A small problem: analyses a table of its pairs exactly.
 struct Case<'a> {
     name: String,
     cells: usize,
     /// Only this row may change; [`ALL_ROWS`]: any.
-    look: Box<dyn Fn(usize, &[u8], Estimator) -> Looked + 'a>,
+    look: Box<Look<'a>>,
     /// Which kinds a pair may be.
     allowed: Box<dyn Fn(usize, usize, PairKind) -> bool + 'a>,
     default: Vec<u8>,
