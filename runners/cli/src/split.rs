@@ -94,7 +94,7 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
     let mut search = Search::new(file, error);
     search.run();
     let pilot_seconds = search.seconds();
-    let (found, mut refusal) = search.into_found();
+    let (found, mut refusal) = search.take_found();
     let plain = found.iter().find(|found| found.setting.plain);
     let predicted_plain_seconds = plain.map(Prediction::seconds);
     for prediction in &found {

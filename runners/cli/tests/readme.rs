@@ -13,7 +13,7 @@ fn the_files_of_the_readme_run() {
         .filter_map(|block| block.split("```").next())
         .filter(|block| block.contains("[problem]"))
         .collect();
-    assert_eq!(files.len(), 2, "{files:?}");
+    assert_eq!(files.len(), 3, "{files:?}");
     for file in files {
         let json = Folder::new().solve(file, &["--json"]).quietly(0).json();
         assert_eq!(json["stop"], "done", "{json}");

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::fmt::Write as _;
+use core::fmt::Write as _;
 
 use common::{Folder, fredholm, list, number};
 use serde_json::Value;
