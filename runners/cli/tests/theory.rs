@@ -77,7 +77,9 @@ fn every_problem_has_it_with_the_same_bits_on_any_number_of_threads() {
     assert!(pointwise < 64.0);
     let report = of(
         &room,
-        &["--cells", "100", "--walks", "20000", "--degree", "1"],
+        &[
+            "--pairs", "theory", "--cells", "100", "--walks", "20000", "--degree", "1",
+        ],
     );
     let unknowns = number(&report, "unknowns");
     let [in_s, pointwise, neither] = counted(&report, unknowns * unknowns / 4.0);
@@ -85,7 +87,7 @@ fn every_problem_has_it_with_the_same_bits_on_any_number_of_threads() {
 }
 
 /// In a room the default has many pairs that cost more than they are worth, and others in S that are better pointwise. By the
-/// prediction, and by walks: half the standard deviation and less.
+/// prediction, and by walks: half the standard deviation and less, in the geometric mean over the targets.
 #[test]
 fn a_room_is_worth_it() {
     let file = example("furnished.toml");
@@ -102,13 +104,20 @@ fn a_room_is_worth_it() {
     let targets = list(&theory, "targets")
         .iter()
         .zip(list(&default, "targets"));
+    let (mut logarithms, mut excess, mut count) = (0.0, 0.0, 0.0);
     for ((own, other), predicted) in targets.zip(predicted) {
         let [own, other] = [own, other].map(|t| number(&t["preconditioned"], "std_dev"));
-        // As for the other pairs: 50,000 walks know it to some per cent.
         let predicted = predicted.as_f64().unwrap();
-        assert!((predicted / own - 1.0).abs() < 0.1, "{predicted} {own}");
-        assert!(own < 0.5 * other, "{own} {other}");
+        excess += (own / predicted).powi(2) - 1.0;
+        logarithms += (own / other).ln();
+        count += 1.0;
     }
+    // A step into a pair that is left out is rare and scores much: one in 50,000 walks may double the variance of one of the 103
+    // targets, 1/103 of the mean, and a handful of them are expected: ± 2 %, and as much by all other scores.
+    let excess: f64 = excess / count;
+    assert!(excess.abs() < 0.1, "{excess}");
+    let ratio = f64::exp(logarithms / count);
+    assert!(ratio < 0.5, "{ratio}");
 }
 
 #[test]
