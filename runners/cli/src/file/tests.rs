@@ -370,7 +370,7 @@ fn wrong_types() {
         6,
         9,
         "'x'",
-        &["\"paper\", \"default\" or \"pointwise\""],
+        &["\"paper\", \"default\", \"pointwise\" or \"theory\""],
     );
     fails("problem = 5", 1, 11, "5", &["`problem` must be a table"]);
     let one = small(PROBLEM, "", "", TARGET);
