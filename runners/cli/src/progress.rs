@@ -50,20 +50,11 @@ pub(crate) struct Progress {
 impl Progress {
     /// A bar for so many walks.
     pub(crate) fn new(walks: u64) -> Self {
-        if std::io::stderr().is_terminal() {
-            Self::on(walks, ProgressDrawTarget::stderr_with_hz(10))
-        } else {
-            Self::hidden()
+        if !std::io::stderr().is_terminal() {
+            return Self::hidden();
         }
-    }
-
-    /// One that nobody sees.
-    pub(crate) fn hidden() -> Self {
-        Self::on(0, ProgressDrawTarget::hidden())
-    }
-
-    fn on(walks: u64, target: ProgressDrawTarget) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(walks), target);
+        let bar =
+            ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
         let template =
             "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {eta} left {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -72,6 +63,14 @@ impl Progress {
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
             bar,
+            pending: AtomicU64::new(0),
+        }
+    }
+
+    /// One that nobody sees, and that has no thread to move it.
+    pub(crate) fn hidden() -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
             pending: AtomicU64::new(0),
         }
     }
