@@ -74,6 +74,11 @@ pub(crate) trait Problem: Sync {
     /// Cells for a sweep, from few to as many as take a second or so.
     fn levels(&self) -> Vec<usize>;
 
+    /// Fewer cells than those, which are too few for a sweep and cheap to try.
+    fn coarse(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
     /// The exponent r of √Var ~ n^−r that theory has for polynomials of a degree.
     fn order(&self, degree: usize) -> f64 {
         (degree + 1) as f64 / self.dimension().unwrap_or(1) as f64

@@ -1140,6 +1140,13 @@ impl Problem for RoomFile<'_> {
             .collect()
     }
 
+    fn coarse(&self) -> Vec<usize> {
+        // With more walls than a sweep goes to, every wall is a cell.
+        let first = self.levels().first().copied();
+        let first = first.unwrap_or(4 * self.scene.geometry().walls().len());
+        vec![first / 4, first / 2]
+    }
+
     /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
     fn order(&self, degree: usize) -> f64 {
         let own = (degree + 1) as f64;

@@ -16,6 +16,8 @@ mod family;
 mod pilot;
 mod search;
 
+use std::time::Instant;
+
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -91,38 +93,53 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
     let (None, Some(error)) = (&file.galerkin.cells, solve::plan(file, None).target_error) else {
         return Ok(None);
     };
-    let mut search = Search::new(file, error);
-    search.run();
-    let pilot_seconds = search.seconds();
-    let (found, mut refusal) = search.take_found();
-    let plain = found.iter().find(|found| found.setting.plain);
-    let predicted_plain_seconds = plain.map(Prediction::seconds);
-    for prediction in &found {
-        let setting = &prediction.setting;
-        let mut chosen = setting.applied(file);
-        if chosen.walk.walks.place == Place::Default {
-            // Until the error is reached.
-            chosen.walk.walks = Placed::chosen(u64::MAX >> 1);
+    let clock = Instant::now();
+    let (mut pilots, mut walks, mut most) = (0, 0, 1.0);
+    let mut refusal = None;
+    loop {
+        let mut search = Search::new(file, error, most);
+        search.run();
+        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
+        let pilot_seconds = clock.elapsed().as_secs_f64();
+        let (found, refused) = search.take_found();
+        refusal = refusal.or(refused);
+        let plain = found.iter().find(|found| found.setting.plain);
+        let predicted_plain_seconds = plain.map(Prediction::seconds);
+        for prediction in &found {
+            let setting = &prediction.setting;
+            let mut chosen = setting.applied(file);
+            if chosen.walk.walks.place == Place::Default {
+                // Until the error is reached.
+                chosen.walk.walks = Placed::chosen(u64::MAX >> 1);
+            }
+            if let Err(failure) = accepted(&chosen, setting) {
+                refusal.get_or_insert(failure);
+                // Longer walks have a variance where shorter ones have none.
+                if search.lower().is_some() {
+                    break;
+                }
+                continue;
+            }
+            return Ok(Some(Split {
+                file: chosen,
+                plain: setting.plain,
+                report: SplitReport {
+                    method: setting.method(),
+                    predicted_setup_seconds: prediction.setup,
+                    predicted_walk_seconds: prediction.walking,
+                    predicted_walks: prediction.walks,
+                    predicted_states: prediction.states,
+                    predicted_plain_seconds,
+                    pilots,
+                    pilot_walks: walks,
+                    pilot_seconds,
+                },
+            }));
         }
-        if let Err(failure) = accepted(&chosen, setting) {
-            refusal.get_or_insert(failure);
-            continue;
+        match search.lower() {
+            Some(lower) => most = lower,
+            None => break,
         }
-        return Ok(Some(Split {
-            file: chosen,
-            plain: setting.plain,
-            report: SplitReport {
-                method: setting.method(),
-                predicted_setup_seconds: prediction.setup,
-                predicted_walk_seconds: prediction.walking,
-                predicted_walks: prediction.walks,
-                predicted_states: prediction.states,
-                predicted_plain_seconds,
-                pilots: search.pilots,
-                pilot_walks: search.walks,
-                pilot_seconds,
-            },
-        }));
     }
     Err(refusal.unwrap_or_else(|| Failure::input("no setting of the file has walks")))
 }

@@ -1,7 +1,5 @@
 //! From cheap pilots to what they promise.
 
-use std::time::Instant;
-
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
@@ -15,23 +13,27 @@ use crate::solve;
 
 /// Walks of a pilot for each of its targets.
 const WALKS: u64 = 512;
+/// Seconds of a pilot besides its walks and its set-up.
+const PILOT: f64 = 0.1e-3;
 /// The shares of the best prediction so far that one pilot may take, and all.
-const ONE: f64 = 0.03;
+const ONE: f64 = 0.05;
 const ALL: f64 = 0.2;
 /// Bytes that a set-up may take which nobody asked for, and unknowns.
 const MEMORY: usize = 1 << 30;
 const UNKNOWNS: usize = 1 << 17;
 /// Walks of pilots are others than those of the answer, which they must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
-/// q0 to choose from: small where long walks tell more, large where the Galerkin solution is so good that
-/// only the time of a walk matters.
-const ABSORPTIONS: [f64; 5] = [0.1, 0.2, 0.35, 0.5, 0.7];
+/// q0 to choose from: large where the Galerkin solution is so good that only the time of a walk matters,
+/// small where long walks tell more. The cheapest pilots come first.
+const ABSORPTIONS: [f64; 5] = [0.7, 0.5, 0.35, 0.2, 0.1];
 
 /// Pilots so far, and what they promise.
 #[derive(Debug)]
 pub(super) struct Search<'f> {
     file: &'f ProblemFile,
     error: TargetError,
+    /// The values of q0 that are tried.
+    absorptions: Vec<f64>,
     sample: Sample,
     families: Vec<Family>,
     found: Vec<Prediction>,
@@ -41,7 +43,6 @@ pub(super) struct Search<'f> {
     spent: f64,
     pub(super) pilots: usize,
     pub(super) walks: u64,
-    clock: Instant,
 }
 
 /// The values to choose from: the file's own, if it has one.
@@ -53,10 +54,14 @@ fn open<T: Clone>(given: &Placed<T>, all: &[T]) -> Vec<T> {
 }
 
 impl<'f> Search<'f> {
-    pub(super) fn new(file: &'f ProblemFile, error: TargetError) -> Self {
+    /// With an absorption of at most this, where the file leaves it open.
+    pub(super) fn new(file: &'f ProblemFile, error: TargetError, most: f64) -> Self {
+        let mut absorptions = open(&file.walk.absorption, &ABSORPTIONS);
+        absorptions.retain(|&absorption| absorption <= most);
         Self {
             file,
             error,
+            absorptions,
             sample: Sample::new(file),
             families: Vec::new(),
             found: Vec::new(),
@@ -64,7 +69,6 @@ impl<'f> Search<'f> {
             spent: 0.0,
             pilots: 0,
             walks: 0,
-            clock: Instant::now(),
         }
     }
 
@@ -77,9 +81,9 @@ impl<'f> Search<'f> {
         self.climb();
     }
 
-    /// Seconds since the beginning, by the clock.
-    pub(super) fn seconds(&self) -> f64 {
-        self.clock.elapsed().as_secs_f64()
+    /// The largest absorption below those that were looked at first, if there is one.
+    pub(super) fn lower(&self) -> Option<f64> {
+        self.absorptions.get(1).copied()
     }
 
     /// All predictions, the best first, and the first refusal.
@@ -94,11 +98,17 @@ impl<'f> Search<'f> {
         open(&self.file.walk.estimator, &all)
     }
 
-    fn absorptions(&self) -> Vec<f64> {
-        open(&self.file.walk.absorption, &ABSORPTIONS)
+    /// All q0 and estimators that are open.
+    fn kinds_of_walks(&self) -> Vec<(f64, Estimator)> {
+        let estimators = self.estimators();
+        let of = |&absorption: &f64| {
+            let estimators = estimators.iter();
+            estimators.map(move |&estimator| (absorption, estimator))
+        };
+        self.absorptions.iter().flat_map(of).collect()
     }
 
-    /// The setting from which others start.
+    /// The setting from which others start: with the shortest walks.
     fn base(&self) -> Setting {
         let (galerkin, walk) = (&self.file.galerkin, &self.file.walk);
         Setting {
@@ -106,7 +116,11 @@ impl<'f> Search<'f> {
             cells: 1,
             degree: galerkin.degree.value,
             pairs: galerkin.pairs.value,
-            absorption: walk.absorption.value,
+            absorption: self
+                .absorptions
+                .first()
+                .copied()
+                .unwrap_or(walk.absorption.value),
             estimator: walk.estimator.value,
         }
     }
@@ -130,7 +144,12 @@ impl<'f> Search<'f> {
     fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64) -> bool {
         let walks = (WALKS * self.sample.targets() as u64) as f64;
         let states = 1.0 / setting.absorption;
-        let seconds = cost.setup + walks * cost.walk.seconds(setting.estimator, states, pairs);
+        let (setup, walk) = if setting.plain {
+            (0.0, cost.plain)
+        } else {
+            (cost.setup, cost.walk)
+        };
+        let seconds = PILOT + setup + walks * walk.seconds(setting.estimator, states, pairs);
         let least = self.least();
         seconds <= ONE * least && self.spent + seconds <= ALL * least
     }
@@ -171,7 +190,7 @@ impl<'f> Search<'f> {
         );
         self.pilots += 1;
         self.walks += pilot.walks;
-        self.spent += pilot.seconds(&problem.cost());
+        self.spent += PILOT + pilot.seconds(&problem.cost());
         Ok(pilot)
     }
 
@@ -186,17 +205,18 @@ impl<'f> Search<'f> {
         let Some(level) = self.levels(&base).0.first().copied() else {
             return;
         };
-        for absorption in self.absorptions() {
-            for estimator in self.estimators() {
-                let setting = Setting {
-                    absorption,
-                    estimator,
-                    cells: level.cells,
-                    ..base
-                };
-                if let Some(pilot) = self.pilot(setting) {
-                    self.found.push(pilot.predict(&level, 1.0, self.batch()));
-                }
+        for (absorption, estimator) in self.kinds_of_walks() {
+            let setting = Setting {
+                absorption,
+                estimator,
+                cells: level.cells,
+                ..base
+            };
+            if !self.affords(&setting, &level.cost, 0.0) {
+                continue;
+            }
+            if let Some(pilot) = self.pilot(setting) {
+                self.found.push(pilot.predict(&level, 1.0, self.batch()));
             }
         }
     }
@@ -218,19 +238,14 @@ impl<'f> Search<'f> {
             Some(2..) => cells + cells.div_ceil(2),
             _ => 2 * cells,
         };
-        let known = problem.levels();
+        let mut known = problem.coarse();
+        known.extend(problem.levels());
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond) {
-            let file = Setting { cells, ..*setting }.applied(&self.sample.file);
-            if file.validate().is_err() {
-                break;
-            }
-            let Ok(problem) = problem::of_file(&file) else {
-                break;
-            };
-            let (cost, unknowns) = (problem.cost(), problem.unknowns());
-            let large = problem.memory() > MEMORY || unknowns > UNKNOWNS;
+            let level = problem.mean_on(cells)?;
+            let (cost, unknowns) = (level.cost(), level.unknowns());
+            let large = level.memory() > MEMORY || unknowns > UNKNOWNS;
             if large || (levels.len() > 1 && cost.setup > self.least()) {
                 break;
             }
@@ -320,21 +335,19 @@ impl<'f> Search<'f> {
         let (Some(level), Some(last)) = (family.seen(), family.last()) else {
             return;
         };
-        for absorption in self.absorptions() {
-            for estimator in self.estimators() {
-                let setting = Setting {
-                    absorption,
-                    estimator,
-                    ..last.setting
-                };
-                if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise) {
-                    continue;
-                }
-                if let Some(pilot) = self.pilot(setting) {
-                    let varied = family.varied(pilot);
-                    self.note(&varied);
-                    self.families.push(varied);
-                }
+        for (absorption, estimator) in self.kinds_of_walks() {
+            let setting = Setting {
+                absorption,
+                estimator,
+                ..last.setting
+            };
+            if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise) {
+                continue;
+            }
+            if let Some(pilot) = self.pilot(setting) {
+                let varied = family.varied(pilot);
+                self.note(&varied);
+                self.families.push(varied);
             }
         }
     }
