@@ -836,6 +836,10 @@ impl Problem for CircleFile<'_> {
         Err(infinite_variance(self.file, what, radius))
     }
 
+    fn second_moment(&self) -> Result<f64, Failure> {
+        self.scene()?.second_moment()
+    }
+
     fn absorption(&self) -> f64 {
         self.file.walk.absorption.value
     }

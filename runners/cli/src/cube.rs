@@ -38,6 +38,8 @@ const TOLERANCE: f64 = 1e-14;
 const SWEEPS: u32 = 1000;
 /// Seconds of a function on a cell at a point, or of a product of two.
 const VALUE: f64 = 1e-9;
+/// Numbers of a table that caches hold.
+const CACHED: f64 = 1e5;
 /// The most unknowns of a level of `rates` at degrees above 0.
 const LEVEL: usize = 1300;
 /// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
@@ -489,7 +491,7 @@ impl<'f> CubeFile<'f> {
 
     /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is looked at when K' is
     /// known: it is smaller if K' is exact.
-    fn second_moment<const D: usize>(&self) -> Result<f64, Failure> {
+    fn second_moment_in<const D: usize>(&self) -> Result<f64, Failure> {
         let formulas = Formulas::<f64>::new(self.cube)?;
         let kernel = formulas.kernel();
         let explain = |error| explained(error, &formulas.watch);
@@ -1404,11 +1406,12 @@ impl Problem for CubeFile<'_> {
                 let (m, functions) = (self.per_axis as f64, (self.degree() + 1) as f64);
                 let axes = m * m * (self.points().pow(2) as f64) * (seconds + values);
                 let sweeps = n * functions.powi(d as i32) * m * functions * d as f64;
-                axes + 20e-9 * sweeps
+                axes + 12e-9 * sweeps
             }
         };
         let (d, b) = (d as f64, if self.degree() == 0 { 0.0 } else { b });
         let (axis, contraction) = match &self.cube.kernel {
+            KernelText::General(_) if n * n * b * b > CACHED => (10e-9, 1.5e-9 * b * b),
             KernelText::General(_) => (10e-9, 0.3e-9 * b * b),
             KernelText::Factors(_) => (17e-9, 10e-9 * d * b + 0.35e-9 * b * b),
         };
@@ -1429,12 +1432,16 @@ impl Problem for CubeFile<'_> {
     }
 
     fn refuse_infinite_variance(&self) -> Result<(), Failure> {
-        let d = self.cube.dimension.value;
-        let radius = in_dimension!(d, D => self.second_moment::<D>())?;
+        let radius = Problem::second_moment(self)?;
         if radius < 1.0 {
             return Ok(());
         }
         Err(infinite_variance(self.file, "K²/(1 − absorption)", radius))
+    }
+
+    fn second_moment(&self) -> Result<f64, Failure> {
+        let d = self.cube.dimension.value;
+        in_dimension!(d, D => self.second_moment_in::<D>())
     }
 
     fn absorption(&self) -> f64 {

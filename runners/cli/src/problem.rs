@@ -65,6 +65,9 @@ pub(crate) trait Problem: Sync {
     /// Refuses walks whose error bars would mean nothing.
     fn refuse_infinite_variance(&self) -> Result<(), Failure>;
 
+    /// The spectral radius of T_k²p, estimated: below 1 if walks have a finite variance.
+    fn second_moment(&self) -> Result<f64, Failure>;
+
     /// q0.
     fn absorption(&self) -> f64;
 

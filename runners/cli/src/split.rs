@@ -115,7 +115,7 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
             if let Err(failure) = accepted(&chosen, setting) {
                 refusal.get_or_insert(failure);
                 // Longer walks have a variance where shorter ones have none.
-                if search.lower().is_some() {
+                if search.checks_late() && search.lower().is_some() {
                     break;
                 }
                 continue;

@@ -24,7 +24,7 @@ impl Family {
             levels,
             pilots: Vec::new(),
             order,
-            assumed: 0.0,
+            assumed: order,
         }
     }
 
@@ -60,24 +60,33 @@ impl Family {
         self.levels.get(*level).copied()
     }
 
-    /// The level after those of the pilots.
-    pub(super) fn next(&self) -> Option<Level> {
-        self.levels.get(self.next_number()).copied()
-    }
-
-    fn next_number(&self) -> usize {
+    /// The number of the level after those of the pilots.
+    pub(super) fn next_number(&self) -> usize {
         self.pilots.last().map_or(0, |(level, _)| level + 1)
     }
 
-    /// Takes a pilot on that level.
-    pub(super) fn add(&mut self, pilot: Pilot) {
-        self.pilots.push((self.next_number(), pilot));
+    /// The number of the level that has so many cells; that after the last if there is none.
+    pub(super) fn number(&self, cells: usize) -> usize {
+        let level = self.levels.iter().position(|level| level.cells == cells);
+        level.unwrap_or(self.levels.len())
     }
 
-    /// Whether these cells are finer than the next that could be looked at.
+    /// Takes a pilot on the level of this number, in place of what was known there.
+    pub(super) fn add(&mut self, number: usize, pilot: Pilot) {
+        self.pilots.retain(|(level, _)| *level != number);
+        self.pilots.push((number, pilot));
+        self.pilots.sort_by_key(|(level, _)| *level);
+    }
+
+    /// Whether there is no level with more cells.
+    pub(super) fn is_last(&self, cells: usize) -> bool {
+        self.number(cells) + 1 == self.levels.len()
+    }
+
+    /// Whether these cells are finer than those that were looked at.
     pub(super) fn is_beyond(&self, cells: usize) -> bool {
-        let level = self.levels.iter().position(|level| level.cells == cells);
-        level.is_some_and(|level| level > self.next_number())
+        let level = self.number(cells);
+        (self.next_number()..self.levels.len()).contains(&level)
     }
 
     /// r of √Var ~ unknowns^−r, as the last two pilots have it; no better than theory, and no worse than half of

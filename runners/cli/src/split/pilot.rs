@@ -10,6 +10,11 @@ use crate::problem::{Answer, Cost};
 const TARGETS: usize = 8;
 /// Batches of which rounds need not be counted.
 const MANY: f64 = 1e6;
+/// How many times the variance of N walks of a target the true one may be, for which a choice is prepared, is
+/// 1 + RARE/√N: rare large scores may all be missing.
+const RARE: f64 = 45.0;
+/// The part of the order of theory that finer cells have at least.
+const SLOW: f64 = 0.75;
 
 /// Everything that may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +89,11 @@ impl Sample {
         }
     }
 
+    /// The number of the file's targets.
+    pub(super) fn weight(&self) -> f64 {
+        self.weights.iter().sum()
+    }
+
     /// The number of its targets.
     pub(super) fn targets(&self) -> usize {
         self.weights.len()
@@ -156,22 +166,33 @@ impl Pilot {
 
     /// Seconds of what was done.
     pub(super) fn seconds(&self, cost: &Cost) -> f64 {
-        self.setup(cost) + self.walks as f64 * self.walk_seconds(cost, 1.0)
+        self.setup(cost) + self.walks as f64 * self.walk_seconds(cost, self.pointwise)
     }
 
     /// What its setting takes on these cells, on which the variance is so many times that of the pilot.
     pub(super) fn predict(&self, level: &Level, scale: f64, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
-        let walks: f64 = self.targets.iter().map(of).sum();
-        let more = level.unknowns / self.unknowns;
+        let walks = |scale: f64| -> f64 {
+            let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
+            self.targets.iter().map(of).sum()
+        };
+        let each = self.walk_seconds(&level.cost, self.pairs(level.unknowns));
+        let of = self.walks / self.targets.len().max(1) as u64;
+        let rare = 1.0 + RARE / (of as f64).sqrt();
+        let (walks, rarely) = (walks(scale), walks(rare * scale.powf(SLOW)));
         Prediction {
             setting: Setting {
                 cells: level.cells,
                 ..self.setting
             },
             setup: self.setup(&level.cost),
-            walking: walks * self.walk_seconds(&level.cost, more),
+            walking: walks * each,
+            prepared: 0.5 * (walks + rarely) * each,
+            of: if level.cells == self.setting.cells {
+                of
+            } else {
+                0
+            },
             walks,
             states: walks * self.states,
         }
@@ -181,14 +202,16 @@ impl Pilot {
         if self.setting.plain { 0.0 } else { cost.setup }
     }
 
-    /// With so many times the pointwise pairs.
-    fn walk_seconds(&self, cost: &Cost, more: f64) -> f64 {
-        // One pair is that of a cell with itself, however many cells there are.
-        let pairs = if self.pointwise > 1.0 {
-            more * self.pointwise
-        } else {
-            self.pointwise
-        };
+    /// Pointwise pairs of a row where there are so many unknowns.
+    pub(super) fn pairs(&self, unknowns: f64) -> f64 {
+        // By default a row has as many on finer cells: those next to a corner or an edge.
+        match self.setting.pairs {
+            Pairs::Pointwise => self.pointwise * unknowns / self.unknowns,
+            _ => self.pointwise,
+        }
+    }
+
+    fn walk_seconds(&self, cost: &Cost, pairs: f64) -> f64 {
         let cost = if self.setting.plain {
             cost.plain
         } else {
@@ -214,6 +237,10 @@ pub(super) struct Prediction {
     /// Seconds, on one thread.
     pub(super) setup: f64,
     pub(super) walking: f64,
+    /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
+    prepared: f64,
+    /// Walks of a target that a pilot of this very setting had; 0 if there was none.
+    pub(super) of: u64,
     pub(super) walks: f64,
     pub(super) states: f64,
 }
@@ -222,6 +249,11 @@ impl Prediction {
     /// Of all.
     pub(super) fn seconds(&self) -> f64 {
         self.setup + self.walking
+    }
+
+    /// What is minimised.
+    pub(super) fn price(&self) -> f64 {
+        self.setup + self.prepared
     }
 }
 

@@ -1,23 +1,35 @@
 //! From cheap pilots to what they promise.
 
+use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
 use super::pilot::{Level, Pilot, Prediction, Sample, Setting};
 use crate::failure::Failure;
-use crate::file::{Estimator, Pairs, Place, Placed, ProblemFile};
+use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
 use crate::output::abandon;
 use crate::problem::{self, Cost};
 use crate::progress::{Progress, interrupted};
 use crate::solve;
 
-/// Walks of a pilot for each of its targets.
+/// Walks of a pilot for each of its targets, and of one that confirms what would be chosen.
 const WALKS: u64 = 512;
+const MANY_WALKS: u64 = 2048;
 /// Seconds of a pilot besides its walks and its set-up.
 const PILOT: f64 = 0.1e-3;
-/// The shares of the best prediction so far that one pilot may take, and all.
+/// The shares of the best prediction so far that one pilot may take, and all; and those of one that confirms.
 const ONE: f64 = 0.05;
 const ALL: f64 = 0.2;
+const CONFIRMS_ONE: f64 = 0.15;
+const CONFIRMS_ALL: f64 = 0.35;
+/// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
+const FAR: f64 = 0.85;
+/// How many times slower plain walks may be for a second look at them.
+const HOPELESS: f64 = 10.0;
+/// The part of 1/q0 that walks are at least long.
+const SHORTER: f64 = 0.9;
+/// Levels to begin with, and how many more there are where the finest is the best.
+const LEVELS: usize = 5;
 /// Bytes that a set-up may take which nobody asked for, and unknowns.
 const MEMORY: usize = 1 << 30;
 const UNKNOWNS: usize = 1 << 17;
@@ -32,8 +44,9 @@ const ABSORPTIONS: [f64; 5] = [0.7, 0.5, 0.35, 0.2, 0.1];
 pub(super) struct Search<'f> {
     file: &'f ProblemFile,
     error: TargetError,
-    /// The values of q0 that are tried.
+    /// The values of q0 that are tried, and that from which to start.
     absorptions: Vec<f64>,
+    shortest: Option<f64>,
     sample: Sample,
     families: Vec<Family>,
     found: Vec<Prediction>,
@@ -61,6 +74,7 @@ impl<'f> Search<'f> {
         Self {
             file,
             error,
+            shortest: absorptions.first().copied(),
             absorptions,
             sample: Sample::new(file),
             families: Vec::new(),
@@ -74,11 +88,15 @@ impl<'f> Search<'f> {
 
     /// Everything.
     pub(super) fn run(&mut self) {
+        self.drop_infinite_variances();
         self.plain();
         self.families();
         self.climb();
+        self.confirm();
         self.vary();
         self.climb();
+        self.vary_plain();
+        self.confirm();
     }
 
     /// The largest absorption below those that were looked at first, if there is one.
@@ -86,10 +104,16 @@ impl<'f> Search<'f> {
         self.absorptions.get(1).copied()
     }
 
+    /// Whether what [`drop_infinite_variances`](Self::drop_infinite_variances) does would take longer than
+    /// pilots in vain: it integrates a formula.
+    pub(super) const fn checks_late(&self) -> bool {
+        matches!(self.file.problem, file::Problem::Cube(_))
+    }
+
     /// All predictions, the best first, and the first refusal.
     pub(super) fn take_found(&mut self) -> (Vec<Prediction>, Option<Failure>) {
         let mut found = core::mem::take(&mut self.found);
-        found.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
+        found.sort_by(|a, b| a.price().total_cmp(&b.price()));
         (found, self.refusal.take())
     }
 
@@ -100,12 +124,11 @@ impl<'f> Search<'f> {
 
     /// All q0 and estimators that are open.
     fn kinds_of_walks(&self) -> Vec<(f64, Estimator)> {
-        let estimators = self.estimators();
-        let of = |&absorption: &f64| {
-            let estimators = estimators.iter();
-            estimators.map(move |&estimator| (absorption, estimator))
+        let of = |estimator: Estimator| {
+            let absorptions = self.absorptions.iter();
+            absorptions.map(move |&absorption| (absorption, estimator))
         };
-        self.absorptions.iter().flat_map(of).collect()
+        self.estimators().into_iter().flat_map(of).collect()
     }
 
     /// The setting from which others start: with the shortest walks.
@@ -116,13 +139,42 @@ impl<'f> Search<'f> {
             cells: 1,
             degree: galerkin.degree.value,
             pairs: galerkin.pairs.value,
-            absorption: self
-                .absorptions
-                .first()
-                .copied()
-                .unwrap_or(walk.absorption.value),
+            absorption: self.shortest.unwrap_or(walk.absorption.value),
             estimator: walk.estimator.value,
         }
+    }
+
+    /// The same without a neighbour equation.
+    fn plain_base(&self) -> Setting {
+        Setting {
+            plain: true,
+            degree: 0,
+            pairs: Pairs::Default,
+            ..self.base()
+        }
+    }
+
+    /// Forgets values of q0 for which plain walks have no finite variance, as long as one is left, and starts from
+    /// one for which it is far from infinite.
+    fn drop_infinite_variances(&mut self) {
+        if self.file.walk.allow_infinite_variance || self.checks_late() {
+            return;
+        }
+        let base = self.plain_base();
+        let mut file = base.applied(&self.sample.file);
+        file.galerkin.cells = None;
+        // What is wrong is said by whoever looks at it.
+        let problem = problem::of_file(&file);
+        let Ok(radius) = problem.and_then(|problem| problem.second_moment()) else {
+            return;
+        };
+        // k² p is K²/p, and p has the factor 1 − q0.
+        let radius = |absorption: f64| radius * (1.0 - base.absorption) / (1.0 - absorption);
+        let least = self.absorptions.last().copied();
+        self.absorptions
+            .retain(|&absorption| radius(absorption) < 1.0 || Some(absorption) == least);
+        let mut far = self.absorptions.iter().copied();
+        self.shortest = far.find(|&absorption| radius(absorption) < FAR).or(least);
     }
 
     const fn batch(&self) -> u64 {
@@ -131,7 +183,7 @@ impl<'f> Search<'f> {
 
     /// The best prediction so far.
     fn best(&self) -> Option<Prediction> {
-        let order = |a: &&Prediction, b: &&Prediction| a.seconds().total_cmp(&b.seconds());
+        let order = |a: &&Prediction, b: &&Prediction| a.price().total_cmp(&b.price());
         self.found.iter().min_by(order).copied()
     }
 
@@ -140,26 +192,36 @@ impl<'f> Search<'f> {
         self.best().map_or(f64::INFINITY, |best| best.seconds())
     }
 
-    /// Whether a pilot is worth its time, where a row has so many pointwise pairs.
-    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64) -> bool {
-        let walks = (WALKS * self.sample.targets() as u64) as f64;
-        let states = 1.0 / setting.absorption;
+    /// Whether a pilot of so many walks is worth its time, where a row has so many pointwise pairs: whether it is
+    /// cheap, and whether one round of its setting would be faster than the best.
+    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, walks: u64) -> bool {
+        let Some(best) = self.best() else {
+            return true;
+        };
         let (setup, walk) = if setting.plain {
             (0.0, cost.plain)
         } else {
             (cost.setup, cost.walk)
         };
-        let seconds = PILOT + setup + walks * walk.seconds(setting.estimator, states, pairs);
-        let least = self.least();
-        seconds <= ONE * least && self.spent + seconds <= ALL * least
+        let walk = walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs);
+        let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight() * walk;
+        let seconds = PILOT + setup + (walks * self.sample.targets() as u64) as f64 * walk;
+        let (one, all) = if walks > WALKS {
+            (CONFIRMS_ONE, CONFIRMS_ALL)
+        } else {
+            (ONE, ALL)
+        };
+        setup + SHORTER * round <= best.price()
+            && seconds <= one * best.seconds()
+            && self.spent + seconds <= all * best.seconds()
     }
 
     /// Walks; `None` where the problem does not take the setting.
-    fn pilot(&mut self, setting: Setting) -> Option<Pilot> {
+    fn pilot(&mut self, setting: Setting, walks: u64) -> Option<Pilot> {
         if interrupted() {
             abandon(130);
         }
-        let pilot = self.try_pilot(setting);
+        let pilot = self.try_pilot(setting, walks);
         pilot.map_err(|refusal| self.refuse(refusal)).ok()
     }
 
@@ -167,12 +229,12 @@ impl<'f> Search<'f> {
         self.refusal.get_or_insert(refusal);
     }
 
-    fn try_pilot(&mut self, setting: Setting) -> Result<Pilot, Failure> {
+    fn try_pilot(&mut self, setting: Setting, walks: u64) -> Result<Pilot, Failure> {
         let file = setting.applied(&self.sample.file);
         file.validate()?;
         let problem = problem::of_file(&file)?;
         let mut plan = solve::plan(&file, None);
-        plan.walks = WALKS;
+        plan.walks = walks;
         plan.target_error = None;
         plan.seed ^= SEED;
         let progress = Progress::hidden();
@@ -194,42 +256,85 @@ impl<'f> Search<'f> {
         Ok(pilot)
     }
 
-    /// Plain walks.
+    /// The level on which plain walks are looked at: cells are those of no neighbour equation.
+    fn plain_level(&mut self) -> Option<Level> {
+        let base = self.plain_base();
+        self.levels(&base, 1).0.first().copied()
+    }
+
+    /// Plain walks: the shortest, and those of every default.
     fn plain(&mut self) {
-        let base = Setting {
-            plain: true,
-            degree: 0,
-            pairs: Pairs::Default,
-            ..self.base()
+        let (base, absorption) = (self.plain_base(), self.file.walk.absorption.value);
+        let default = Setting {
+            absorption,
+            estimator: Estimator::Collision,
+            ..base
         };
-        let Some(level) = self.levels(&base).0.first().copied() else {
+        let Some(level) = self.plain_level() else {
             return;
         };
-        for (absorption, estimator) in self.kinds_of_walks() {
-            let setting = Setting {
-                absorption,
-                estimator,
-                cells: level.cells,
-                ..base
-            };
-            if !self.affords(&setting, &level.cost, 0.0) {
-                continue;
-            }
-            if let Some(pilot) = self.pilot(setting) {
-                self.found.push(pilot.predict(&level, 1.0, self.batch()));
+        let open = self.kinds_of_walks();
+        for setting in [base, default] {
+            if open.contains(&(setting.absorption, setting.estimator)) {
+                self.pilot_plain(setting, &level, WALKS);
             }
         }
     }
 
-    /// Cells from few to many, as far as they may pay, and the order of √Var in unknowns; none where the
-    /// problem does not take the setting.
-    fn levels(&mut self, setting: &Setting) -> (Vec<Level>, f64) {
-        let levels = self.try_levels(setting);
+    /// All other plain walks, unless they are hopeless.
+    fn vary_plain(&mut self) {
+        let plain: Vec<Prediction> = self
+            .found
+            .iter()
+            .filter(|f| f.setting.plain)
+            .copied()
+            .collect();
+        let fastest = plain.iter().map(Prediction::seconds).min_by(f64::total_cmp);
+        if fastest.is_none_or(|fastest| fastest > HOPELESS * self.least()) {
+            return;
+        }
+        let Some(level) = self.plain_level() else {
+            return;
+        };
+        for (absorption, estimator) in self.kinds_of_walks() {
+            let known = |f: &Prediction| (f.setting.absorption, f.setting.estimator);
+            if plain.iter().all(|f| known(f) != (absorption, estimator)) {
+                let setting = Setting {
+                    absorption,
+                    estimator,
+                    ..self.plain_base()
+                };
+                self.pilot_plain(setting, &level, WALKS);
+            }
+        }
+    }
+
+    /// Whether there is a pilot more.
+    fn pilot_plain(&mut self, setting: Setting, level: &Level, walks: u64) -> bool {
+        let setting = Setting {
+            cells: level.cells,
+            ..setting
+        };
+        if !self.affords(&setting, &level.cost, 0.0, walks) {
+            return false;
+        }
+        let Some(pilot) = self.pilot(setting, walks) else {
+            return false;
+        };
+        self.found.retain(|found| found.setting != setting);
+        self.found.push(pilot.predict(level, 1.0, self.batch()));
+        true
+    }
+
+    /// Cells from few to many, so many levels and as far as they may pay, and the order of √Var in unknowns;
+    /// none where the problem does not take the setting.
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
+        let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
     }
 
-    fn try_levels(&self, setting: &Setting) -> Result<(Vec<Level>, f64), Failure> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
         let mut open = setting.applied(&self.sample.file);
         open.galerkin.cells = None;
         open.validate()?;
@@ -242,7 +347,7 @@ impl<'f> Search<'f> {
         known.extend(problem.levels());
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let mut levels: Vec<Level> = Vec::new();
-        for cells in known.iter().copied().chain(beyond) {
+        for cells in known.iter().copied().chain(beyond).take(most) {
             let level = problem.mean_on(cells)?;
             let (cost, unknowns) = (level.cost(), level.unknowns());
             let large = level.memory() > MEMORY || unknowns > UNKNOWNS;
@@ -258,7 +363,7 @@ impl<'f> Search<'f> {
         Ok((levels, problem.order(setting.degree)))
     }
 
-    /// Two pilots of every degree and every choice of pairs, as far as they are cheap.
+    /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
     fn families(&mut self) {
         let degrees: Vec<usize> = (0..=self.file.most_degree().0).collect();
         let all = [Pairs::Default, Pairs::Pointwise];
@@ -269,34 +374,46 @@ impl<'f> Search<'f> {
                     pairs,
                     ..self.base()
                 };
-                let (levels, order) = self.levels(&first);
-                let mut family = Family::new(first, levels, order);
-                let _ = self.explore(&mut family) && self.explore(&mut family);
-                self.families.push(family);
+                let (coarsest, order) = self.levels(&first, 1);
+                let mut family = Family::new(first, coarsest, order);
+                if self.next(&mut family) {
+                    self.extend(&mut family);
+                    self.families.push(family);
+                }
             }
         }
     }
 
+    /// More levels, if there are any; whether there were.
+    fn extend(&mut self, family: &mut Family) -> bool {
+        let known = family.levels.len();
+        family.levels = self.levels(&family.first, known + LEVELS).0;
+        self.note(family);
+        family.levels.len() > known
+    }
+
     /// One more pilot, on the next level, if that is cheap; whether it was.
-    fn explore(&mut self, family: &mut Family) -> bool {
-        let Some(level) = family.next() else {
+    fn next(&mut self, family: &mut Family) -> bool {
+        self.explore(family, family.next_number(), WALKS)
+    }
+
+    /// A pilot on the level of this number, if that is cheap; whether it was.
+    fn explore(&mut self, family: &mut Family, number: usize, walks: u64) -> bool {
+        let Some(&level) = family.levels.get(number) else {
             return false;
         };
         let setting = Setting {
             cells: level.cells,
             ..family.first
         };
-        // How many pairs are pointwise is known from the second pilot on.
-        let pairs = family
-            .last()
-            .map_or(0.0, |last| last.pointwise * level.unknowns / last.unknowns);
-        if !self.affords(&setting, &level.cost, pairs) {
+        let pairs = family.last().map_or(0.0, |last| last.pairs(level.unknowns));
+        if !self.affords(&setting, &level.cost, pairs, walks) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting) else {
+        let Some(pilot) = self.pilot(setting, walks) else {
             return false;
         };
-        family.add(pilot);
+        family.add(number, pilot);
         self.note(family);
         true
     }
@@ -307,14 +424,16 @@ impl<'f> Search<'f> {
         self.found.extend(family.predictions(self.batch()));
     }
 
-    /// Pilots on finer levels, as long as what is promised is much finer than what was seen.
+    /// Pilots on finer levels, as long as what is promised is finer than what was seen.
     fn climb(&mut self) {
         while let Some(best) = self.best() {
             let Some(at) = self.families.iter().position(|f| f.has(&best.setting)) else {
                 return;
             };
             let mut family = self.families.swap_remove(at);
-            let more = family.is_beyond(best.setting.cells) && self.explore(&mut family);
+            let cells = best.setting.cells;
+            let more = family.is_last(cells) && self.extend(&mut family)
+                || family.is_beyond(cells) && self.next(&mut family);
             self.families.push(family);
             if !more {
                 return;
@@ -325,7 +444,7 @@ impl<'f> Search<'f> {
     /// Other absorptions and the other estimator, for the best neighbour equation that was found.
     fn vary(&mut self) {
         let preconditioned = self.found.iter().filter(|found| !found.setting.plain);
-        let Some(best) = preconditioned.min_by(|a, b| a.seconds().total_cmp(&b.seconds())) else {
+        let Some(best) = preconditioned.min_by(|a, b| a.price().total_cmp(&b.price())) else {
             return;
         };
         let family = self.families.iter().find(|f| f.has(&best.setting));
@@ -341,13 +460,41 @@ impl<'f> Search<'f> {
                 estimator,
                 ..last.setting
             };
-            if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise) {
+            if setting == last.setting
+                || !self.affords(&setting, &level.cost, last.pointwise, WALKS)
+            {
                 continue;
             }
-            if let Some(pilot) = self.pilot(setting) {
+            if let Some(pilot) = self.pilot(setting, WALKS) {
                 let varied = family.varied(pilot);
                 self.note(&varied);
                 self.families.push(varied);
+            }
+        }
+    }
+
+    /// More walks of what would be chosen, until it is what they choose, too.
+    fn confirm(&mut self) {
+        while let Some(best) = self.best() {
+            if best.of >= MANY_WALKS {
+                return;
+            }
+            if best.setting.plain {
+                let level = self.plain_level();
+                if level.is_some_and(|level| self.pilot_plain(best.setting, &level, MANY_WALKS)) {
+                    continue;
+                }
+                return;
+            }
+            let Some(at) = self.families.iter().position(|f| f.has(&best.setting)) else {
+                return;
+            };
+            let mut family = self.families.swap_remove(at);
+            let number = family.number(best.setting.cells);
+            let more = self.explore(&mut family, number, MANY_WALKS);
+            self.families.push(family);
+            if !more {
+                return;
             }
         }
     }
