@@ -12,16 +12,35 @@ use crate::problem::{self, Cost};
 use crate::progress::{Progress, interrupted};
 use crate::solve;
 
-/// Walks of a pilot for each of its targets, and of one that confirms what would be chosen.
-const WALKS: u64 = 512;
-const MANY_WALKS: u64 = 2048;
 /// Seconds of a pilot besides its walks and its set-up.
 const PILOT: f64 = 0.1e-3;
-/// The shares of the best prediction so far that one pilot may take, and all; and those of one that confirms.
-const ONE: f64 = 0.05;
-const ALL: f64 = 0.2;
-const CONFIRMS_ONE: f64 = 0.15;
-const CONFIRMS_ALL: f64 = 0.35;
+/// What a pilot may be.
+#[derive(Clone, Copy, Debug)]
+struct Size {
+    /// Walks of each of its targets.
+    walks: u64,
+    /// The share of the best prediction so far that it may take.
+    one: f64,
+    /// The same of all pilots until then.
+    all: f64,
+}
+
+/// Of pilots that look around, of those that look at finer cells of the best, and of those that confirm it.
+const LOOK: Size = Size {
+    walks: 512,
+    one: 0.05,
+    all: 0.2,
+};
+const CLIMB: Size = Size {
+    walks: 512,
+    one: 0.15,
+    all: 0.35,
+};
+const CONFIRM: Size = Size {
+    walks: 2048,
+    one: 0.15,
+    all: 0.35,
+};
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
 /// How many times slower plain walks may be for a second look at them.
@@ -194,7 +213,7 @@ impl<'f> Search<'f> {
 
     /// Whether a pilot of so many walks is worth its time, where a row has so many pointwise pairs: whether it is
     /// cheap, and whether one round of its setting would be faster than the best.
-    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, walks: u64) -> bool {
+    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, size: Size) -> bool {
         let Some(best) = self.best() else {
             return true;
         };
@@ -205,15 +224,10 @@ impl<'f> Search<'f> {
         };
         let walk = walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs);
         let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight() * walk;
-        let seconds = PILOT + setup + (walks * self.sample.targets() as u64) as f64 * walk;
-        let (one, all) = if walks > WALKS {
-            (CONFIRMS_ONE, CONFIRMS_ALL)
-        } else {
-            (ONE, ALL)
-        };
+        let seconds = PILOT + setup + (size.walks * self.sample.targets() as u64) as f64 * walk;
         setup + SHORTER * round <= best.price()
-            && seconds <= one * best.seconds()
-            && self.spent + seconds <= all * best.seconds()
+            && seconds <= size.one * best.seconds()
+            && self.spent + seconds <= size.all * best.seconds()
     }
 
     /// Walks; `None` where the problem does not take the setting.
@@ -276,7 +290,7 @@ impl<'f> Search<'f> {
         let open = self.kinds_of_walks();
         for setting in [base, default] {
             if open.contains(&(setting.absorption, setting.estimator)) {
-                self.pilot_plain(setting, &level, WALKS);
+                self.pilot_plain(setting, &level, LOOK);
             }
         }
     }
@@ -304,21 +318,21 @@ impl<'f> Search<'f> {
                     estimator,
                     ..self.plain_base()
                 };
-                self.pilot_plain(setting, &level, WALKS);
+                self.pilot_plain(setting, &level, LOOK);
             }
         }
     }
 
     /// Whether there is a pilot more.
-    fn pilot_plain(&mut self, setting: Setting, level: &Level, walks: u64) -> bool {
+    fn pilot_plain(&mut self, setting: Setting, level: &Level, size: Size) -> bool {
         let setting = Setting {
             cells: level.cells,
             ..setting
         };
-        if !self.affords(&setting, &level.cost, 0.0, walks) {
+        if !self.affords(&setting, &level.cost, 0.0, size) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, walks) else {
+        let Some(pilot) = self.pilot(setting, size.walks) else {
             return false;
         };
         self.found.retain(|found| found.setting != setting);
@@ -340,7 +354,7 @@ impl<'f> Search<'f> {
         open.validate()?;
         let problem = problem::of_file(&open)?;
         let finer = |&cells: &usize| match problem.dimension() {
-            Some(2..) => cells + cells.div_ceil(2),
+            Some(2..) => cells + cells.div_ceil(3),
             _ => 2 * cells,
         };
         let mut known = problem.coarse();
@@ -376,7 +390,7 @@ impl<'f> Search<'f> {
                 };
                 let (coarsest, order) = self.levels(&first, 1);
                 let mut family = Family::new(first, coarsest, order);
-                if self.next(&mut family) {
+                if self.explore(&mut family, 0, LOOK) {
                     self.extend(&mut family);
                     self.families.push(family);
                 }
@@ -392,13 +406,8 @@ impl<'f> Search<'f> {
         family.levels.len() > known
     }
 
-    /// One more pilot, on the next level, if that is cheap; whether it was.
-    fn next(&mut self, family: &mut Family) -> bool {
-        self.explore(family, family.next_number(), WALKS)
-    }
-
     /// A pilot on the level of this number, if that is cheap; whether it was.
-    fn explore(&mut self, family: &mut Family, number: usize, walks: u64) -> bool {
+    fn explore(&mut self, family: &mut Family, number: usize, size: Size) -> bool {
         let Some(&level) = family.levels.get(number) else {
             return false;
         };
@@ -407,10 +416,10 @@ impl<'f> Search<'f> {
             ..family.first
         };
         let pairs = family.last().map_or(0.0, |last| last.pairs(level.unknowns));
-        if !self.affords(&setting, &level.cost, pairs, walks) {
+        if !self.affords(&setting, &level.cost, pairs, size) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, walks) else {
+        let Some(pilot) = self.pilot(setting, size.walks) else {
             return false;
         };
         family.add(number, pilot);
@@ -431,9 +440,9 @@ impl<'f> Search<'f> {
                 return;
             };
             let mut family = self.families.swap_remove(at);
-            let cells = best.setting.cells;
+            let (cells, next) = (best.setting.cells, family.next_number());
             let more = family.is_last(cells) && self.extend(&mut family)
-                || family.is_beyond(cells) && self.next(&mut family);
+                || family.is_beyond(cells) && self.explore(&mut family, next, CLIMB);
             self.families.push(family);
             if !more {
                 return;
@@ -460,12 +469,11 @@ impl<'f> Search<'f> {
                 estimator,
                 ..last.setting
             };
-            if setting == last.setting
-                || !self.affords(&setting, &level.cost, last.pointwise, WALKS)
+            if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise, LOOK)
             {
                 continue;
             }
-            if let Some(pilot) = self.pilot(setting, WALKS) {
+            if let Some(pilot) = self.pilot(setting, LOOK.walks) {
                 let varied = family.varied(pilot);
                 self.note(&varied);
                 self.families.push(varied);
@@ -476,12 +484,12 @@ impl<'f> Search<'f> {
     /// More walks of what would be chosen, until it is what they choose, too.
     fn confirm(&mut self) {
         while let Some(best) = self.best() {
-            if best.of >= MANY_WALKS {
+            if best.of >= CONFIRM.walks {
                 return;
             }
             if best.setting.plain {
                 let level = self.plain_level();
-                if level.is_some_and(|level| self.pilot_plain(best.setting, &level, MANY_WALKS)) {
+                if level.is_some_and(|level| self.pilot_plain(best.setting, &level, CONFIRM)) {
                     continue;
                 }
                 return;
@@ -491,7 +499,7 @@ impl<'f> Search<'f> {
             };
             let mut family = self.families.swap_remove(at);
             let number = family.number(best.setting.cells);
-            let more = self.explore(&mut family, number, MANY_WALKS);
+            let more = self.explore(&mut family, number, CONFIRM);
             self.families.push(family);
             if !more {
                 return;
