@@ -111,6 +111,7 @@ impl<'f> Search<'f> {
         self.plain();
         self.families();
         self.climb();
+        self.vary_pairs();
         self.confirm();
         self.vary();
         self.climb();
@@ -441,13 +442,37 @@ impl<'f> Search<'f> {
             };
             let mut family = self.families.swap_remove(at);
             let (cells, next) = (best.setting.cells, family.next_number());
+            // Half-way, where that is cheap enough.
+            let middle = next.midpoint(family.number(cells));
             let more = family.is_last(cells) && self.extend(&mut family)
-                || family.is_beyond(cells) && self.explore(&mut family, next, CLIMB);
+                || family.is_beyond(cells)
+                    && (self.explore(&mut family, middle, CLIMB)
+                        || self.explore(&mut family, next, CLIMB));
             self.families.push(family);
             if !more {
                 return;
             }
         }
+    }
+
+    /// The other choices of pairs where the best is.
+    fn vary_pairs(&mut self) {
+        let Some(Prediction { setting: best, .. }) = self.best() else {
+            return;
+        };
+        let mut families = core::mem::take(&mut self.families);
+        for family in &mut families {
+            let same = Setting {
+                pairs: best.pairs,
+                cells: best.cells,
+                ..family.first
+            };
+            if same == best && family.first.pairs != best.pairs {
+                let number = family.number(best.cells);
+                self.explore(family, number, CLIMB);
+            }
+        }
+        self.families = families;
     }
 
     /// Other absorptions and the other estimator, for the best neighbour equation that was found.
