@@ -303,7 +303,7 @@ pub fn examined_at<const D: usize, const B: usize>(
 
 impl<F: Real, const D: usize, S, const B: usize> Description<B> for AtDegree<F, D, S, B>
 where
-    S: Function<F, D> + Function<f64, D> + Copy,
+    S: Function<F, D> + Function<f64, D> + Copy + Sync,
 {
     type Equation = Cube<F, D, Product<ModelKernel>, S, B>;
     const DIMENSION: usize = D;
@@ -329,7 +329,8 @@ where
         let (model, cells) = (self.flat.model, self.cube.per_axis());
         let source = *self.cube.right_hand_side();
         offers.pairs("all in S", ALL);
-        // Blocks of many functions take their time.
+        // Blocks of many functions take their time, and so do tables by quadrature in 2 D dimensions.
+        let quick = B < 20 && D < 5;
         if B < 20 {
             offers.pairs("diagonal outside", OUTSIDE);
         }
@@ -343,7 +344,7 @@ where
             solution.rounded::<F>().unwrap(),
             solution.source::<F, _, _>(&dense, &ALL).unwrap(),
         );
-        if B < 20 {
+        if quick {
             offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
         }
         with_degree::<F, D, _, _, _, B>((model.kernel.0, source), cells, |_, neighbour, _| {
@@ -352,7 +353,7 @@ where
         let rule = Rule::new(5).unwrap();
         let tables = ProductTables::new(&wide, rule).unwrap();
         offers.coefficients("product tables", &tables, self.relative);
-        if B < 20 {
+        if quick {
             let entries = table(&wide, rule).unwrap();
             let dense = Dense::new(&entries, wide.cells() * B).unwrap();
             offers.coefficients("table", &dense, self.relative);
@@ -410,7 +411,7 @@ pub fn examined_furnace<const D: usize>(
 
 impl<F: Real, const D: usize, S> Description for Described<F, D, S>
 where
-    S: Function<F, D> + Function<f64, D> + Copy,
+    S: Function<F, D> + Function<f64, D> + Copy + Sync,
 {
     type Equation = Cube<F, D, Product<ModelKernel>, S>;
     const DIMENSION: usize = D;

@@ -19,11 +19,12 @@ pub type ScalarOf<D, const B: usize> = <<D as Description<B>>::Equation as State
 /// checks possible.
 pub trait Description<const B: usize = 1>: Sized {
     /// The equation and its chain, cells, basis and transition moments.
-    type Equation: StateSpace<Point: fmt::Debug>
+    type Equation: StateSpace<Point: fmt::Debug + Send + Sync>
         + TransitionDensity
         + Kernel
         + Source
-        + TransitionMoments<B>;
+        + TransitionMoments<B>
+        + Sync;
 
     /// The number of parameters of a cell: the dimension of X.
     const DIMENSION: usize;

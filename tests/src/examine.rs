@@ -4,17 +4,19 @@ use core::fmt;
 
 use fredholm_core::galerkin::{Coefficients, PairIntegral, Pairs, Partition, Piecewise};
 use fredholm_core::{
-    DefaultGenerator, Ending, Estimate, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, StateSpace,
-    Statistics, Stream, Task, TransitionDensity, rounding_floor,
+    DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, NoNeighbour, Real,
+    STEP_LIMIT, StateSpace, Statistics, Task, TransitionDensity, rounding_floor,
 };
+use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 
 use crate::check::{self, Among, Trace};
 use crate::description::{Description, PointOf, ScalarOf};
 use crate::galerkin::System;
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, Worst};
+use crate::runners::{Any, Case, Generator, runners};
 
 /// Every check, in the order of the table: what to mend first stands first.
-pub const CHECKS: [&str; 20] = [
+pub const CHECKS: [&str; 21] = [
     "cells",
     "steps' cells",
     "basis",
@@ -33,6 +35,7 @@ pub const CHECKS: [&str; 20] = [
     "pair integrals",
     "neighbour equation",
     "means",
+    "runners",
     "statistics",
     "coverage",
 ];
@@ -57,6 +60,8 @@ pub struct Row {
 pub struct Report {
     rows: Vec<Row>,
     traces: Vec<Trace>,
+    plain: u64,
+    preconditioned: u64,
 }
 
 impl Report {
@@ -96,9 +101,18 @@ impl Report {
         rows.max_by(|a, b| badness(a).total_cmp(&badness(b)))
     }
 
-    /// Adds the rows of another report; its walks are forgotten.
+    /// How many cases of scalar, estimator and generator walked without a neighbour equation, and how many of
+    /// scalar, neighbour equation, estimator and generator with one; each by every runner.
+    #[must_use]
+    pub const fn cases(&self) -> [u64; 2] {
+        [self.plain, self.preconditioned]
+    }
+
+    /// Adds the rows and cases of another report; its walks are forgotten.
     pub fn extend(&mut self, other: Self) {
         self.rows.extend(other.rows);
+        self.plain += other.plain;
+        self.preconditioned += other.preconditioned;
     }
 
     /// Nothing, unless a check failed.
@@ -192,8 +206,10 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         points: Among(points),
         system,
         covered: false,
+        alone: Vec::new(),
         report,
     };
+    offers.plain();
     description.offers(&mut offers);
     offers.report
 }
@@ -271,12 +287,28 @@ pub struct Offers<'a, D: Description<B>, const B: usize = 1> {
     norm: f64,
     system: System<ScalarOf<D, B>>,
     covered: bool,
+    /// What every runner finds without a neighbour equation, by estimator and generator.
+    alone: Vec<Alone>,
     report: Report,
 }
 
+/// Statistics of an estimator and of a generator, without a neighbour equation.
+#[derive(Clone, Debug)]
+struct Alone {
+    estimator: Estimator,
+    generator: &'static str,
+    statistics: Statistics,
+}
+
+const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+
 /// A neighbour equation of a described problem.
 type AnyNeighbour<'a, D, const B: usize> =
-    dyn Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + 'a;
+    dyn Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync + 'a;
+
+/// What walks from random points of a described problem depend on.
+type Walking<'a, D, const B: usize> =
+    Case<'a, Any<'a, ScalarOf<D, B>, PointOf<D, B>>, AnyNeighbour<'a, D, B>, Among<PointOf<D, B>>>;
 
 impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them,
@@ -284,7 +316,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     ///
     /// # Panics
     /// If there is a pointwise pair: see [`pointwise_pairs`](Self::pointwise_pairs).
-    pub fn pairs<S: Pairs + Copy>(&mut self, name: &str, pairs: S) {
+    pub fn pairs<S: Pairs + Copy + Sync>(&mut self, name: &str, pairs: S) {
         self.check_pairs(name, &pairs);
         let tables = self.system.tables.clone();
         let g = tables.source::<S, B>(&pairs);
@@ -293,7 +325,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
 
     /// As [`pairs`](Self::pairs) with pairs of any kind, for a problem that has the exact integrals
     /// of pointwise ones.
-    pub fn pointwise_pairs<S: Pairs + Copy>(&mut self, name: &str, pairs: S)
+    pub fn pointwise_pairs<S: Pairs + Copy + Sync>(&mut self, name: &str, pairs: S)
     where
         D::Equation: PairIntegral<B>,
     {
@@ -309,7 +341,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     ///
     /// # Panics
     /// If sizes differ, or there is a pointwise pair.
-    pub fn piecewise<C, S: Pairs + Copy>(
+    pub fn piecewise<C, S: Pairs + Copy + Sync>(
         &mut self,
         name: &str,
         coefficients: &C,
@@ -317,7 +349,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         v: &[ScalarOf<D, B>],
         g: &[ScalarOf<D, B>],
     ) where
-        C: Coefficients<B, Scalar = ScalarOf<D, B>>,
+        C: Coefficients<B, Scalar = ScalarOf<D, B>> + Sync,
     {
         let equation = self.description.equation();
         let neighbour = Piecewise::<_, _, _, _, _, B>::new(equation, coefficients, pairs, v, g)
@@ -329,7 +361,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     ///
     /// # Panics
     /// If sizes differ.
-    pub fn pointwise_piecewise<C, S: Pairs + Copy>(
+    pub fn pointwise_piecewise<C, S: Pairs + Copy + Sync>(
         &mut self,
         name: &str,
         coefficients: &C,
@@ -338,7 +370,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         g: &[ScalarOf<D, B>],
     ) where
         D::Equation: PairIntegral<B>,
-        C: Coefficients<B, Scalar = ScalarOf<D, B>>,
+        C: Coefficients<B, Scalar = ScalarOf<D, B>> + Sync,
     {
         let equation = self.description.equation();
         let neighbour =
@@ -350,7 +382,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     /// Any neighbour equation.
     pub fn neighbour<N>(&mut self, name: &str, neighbour: &N)
     where
-        N: Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>>,
+        N: Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync,
     {
         self.any_neighbour(name, neighbour);
     }
@@ -359,7 +391,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     fn any_neighbour(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>) {
         let outcome = check::neighbour_equation(self.description, neighbour, self.seed);
         self.push("neighbour equation", name, outcome);
-        for estimator in [Estimator::Absorption, Estimator::Collision] {
+        for estimator in ESTIMATORS {
             self.walks(name, neighbour, estimator);
         }
     }
@@ -402,11 +434,79 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         }
     }
 
+    /// Plain Monte Carlo, without any neighbour equation.
+    fn plain(&mut self) {
+        let points = self.points.clone();
+        let neighbour = NoNeighbour::<D::Equation>::new();
+        let equation = Any(self.description.equation());
+        for estimator in ESTIMATORS {
+            let case = Case {
+                equation: &equation,
+                neighbour: &neighbour as &AnyNeighbour<'_, D, B>,
+                functional: &points,
+                neighbour_value: 0.0,
+                estimator,
+                step_limit: STEP_LIMIT / 10,
+            };
+            let name = &format!("plain, {estimator:?}");
+            // The means are those beside the first neighbour equation.
+            let whole = check::walk_all(&case.task::<DefaultGenerator>(self.seed), 1000);
+            if whole.is_err() {
+                return;
+            }
+            self.alone::<DefaultGenerator>(name, case);
+            self.alone::<Xoshiro256PlusPlus>(name, case);
+            self.alone::<ChaCha8Rng>(name, case);
+        }
+    }
+
+    fn alone<G: Generator>(&mut self, name: &str, case: Walking<'_, D, B>) {
+        let (outcome, statistics) = runners::<_, _, _, G>(case, self.seed);
+        self.push("runners", &format!("{name}, {}", G::NAME), outcome);
+        self.report.plain += 1;
+        self.alone.push(Alone {
+            estimator: case.estimator,
+            generator: G::NAME,
+            statistics,
+        });
+    }
+
+    /// The means of a generator's walks, and the bits of all runners, of which those of the plain estimate are the
+    /// same without the neighbour equation. Returns whether every walk ended.
+    fn generator<G: Generator>(&mut self, name: &str, case: Walking<'_, D, B>, floor: f64) -> bool {
+        let name = &format!("{name}, {}", G::NAME);
+        let walks = check::walks(G::NAME == DEFAULT_GENERATOR);
+        let all = match check::walk_all(&case.task::<G>(self.seed), walks) {
+            Ok(all) => all,
+            Err(outcome) => {
+                self.push("means", name, outcome);
+                return false;
+            }
+        };
+        self.push("means", name, check::means(&all, self.exact, floor));
+        let (outcome, statistics) = runners::<_, _, _, G>(case, self.seed);
+        self.push("runners", name, outcome);
+        self.report.preconditioned += 1;
+        let mut worst = Worst::new("estimates with other bits", 0.0);
+        let alone = self
+            .alone
+            .iter()
+            .filter(|alone| (alone.estimator, alone.generator) == (case.estimator, G::NAME));
+        for alone in alone {
+            let [expected, found] = [&alone.statistics, &statistics].map(Statistics::plain);
+            let other = f64::from(u8::from(expected != found));
+            worst.add(expected.estimate, found.estimate, other, || {
+                "the plain estimate beside this neighbour equation".into()
+            });
+        }
+        self.push("runners", name, worst.outcome());
+        true
+    }
+
     fn walks(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>, estimator: Estimator) {
-        const WALKS: u64 = 20_000;
         const REPLAYED: u64 = 2000;
         const COVERAGE: u64 = 400;
-        let points = &self.points;
+        let points = self.points.clone();
         let values = points
             .0
             .iter()
@@ -416,27 +516,23 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let size = self.exact.map_or(largest, |u| u.abs().max(largest));
         let floor = rounding_floor::<ScalarOf<D, B>>(largest, size, self.norm);
-        let task = |seed| Task {
-            equation: self.description.equation(),
+        let equation = Any(self.description.equation());
+        let case = Case {
+            equation: &equation,
             neighbour,
-            functional: points,
-            neighbour_value: Some(value),
+            functional: &points,
+            neighbour_value: value,
             estimator,
-            stream: Stream::<DefaultGenerator>::new(seed, 0),
             step_limit: STEP_LIMIT / 10,
         };
+        let task = |seed| case.task::<DefaultGenerator>(seed);
         let name = &format!("{name}, {estimator:?}");
-        // What would end the checks, or keep them busy for hours, is a failure of its own.
-        for walk in 0..WALKS {
-            let ending = task(self.seed).replay(walk).ending;
-            if matches!(ending, Ending::NotFinite | Ending::StepLimit) {
-                let outcome = Outcome::refused(format!("walk {walk} ended as {ending:?}"));
-                self.push("means", name, outcome);
-                return;
-            }
+        if !self.generator::<DefaultGenerator>(name, case, floor) {
+            return;
         }
+        self.generator::<Xoshiro256PlusPlus>(name, case, floor);
+        self.generator::<ChaCha8Rng>(name, case, floor);
         let trace = check::trace(name.clone(), &task(self.seed), REPLAYED, floor);
-        let means = check::means(&check::run(&task(self.seed), WALKS), self.exact, floor);
         // In batches of a third, so that there is something to merge.
         let in_thirds = |task: &Task<'_, _, _, _, _>, walks: u64| {
             let mut all = Statistics::default();
@@ -451,29 +547,31 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         let all = check::run(&task(self.seed), REPLAYED);
         let bars = [all.plain(), all.control(), all.preconditioned()]
             .map(|estimate| check::error_bar(&estimate, REPLAYED));
+        self.push("statistics", name, statistics);
+        for bar in bars {
+            self.push("statistics", name, bar);
+        }
         // One neighbour equation is enough for the error bars.
-        let coverage = (!self.covered).then(|| {
+        if !self.covered {
+            let seeds = check::COVERAGE_SEEDS;
+            let runs = (0..seeds).map(|s| check::run(&task(self.seed + 1000 * s), COVERAGE));
+            let runs: Vec<Statistics> = runs.collect();
             let covers = |exact: f64, of: fn(&Statistics) -> Estimate| {
-                check::coverage(exact, |seed| {
-                    let estimate = of(&check::run(&task(self.seed + 1000 * seed), COVERAGE));
+                check::coverage(exact, |run| {
+                    let estimate = of(&runs[run as usize]);
                     (estimate.estimate, estimate.std_error.unwrap_or(f64::NAN))
                 })
             };
-            match self.exact {
+            let outcomes = match self.exact {
                 Some(u) => vec![
                     covers(u, Statistics::plain),
                     covers(u, Statistics::preconditioned),
                 ],
                 None => vec![covers(0.0, Statistics::control)],
+            };
+            for outcome in outcomes {
+                self.push("coverage", name, outcome);
             }
-        });
-        self.push("means", name, means);
-        self.push("statistics", name, statistics);
-        for bar in bars {
-            self.push("statistics", name, bar);
-        }
-        for outcome in coverage.unwrap_or_default() {
-            self.push("coverage", name, outcome);
         }
         self.covered = true;
         self.report.traces.push(trace);

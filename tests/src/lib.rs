@@ -13,6 +13,7 @@ pub mod matrix;
 pub mod outcome;
 pub mod quadrature;
 pub mod room;
+pub mod runners;
 pub mod toy;
 
 pub use description::Description;

@@ -2,6 +2,8 @@
 //! catch, for three base seeds. `cargo test -p fredholm-tests --test kit -- --nocapture` prints the
 //! table.
 
+use core::sync::atomic::{AtomicU64, Ordering};
+
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, Sweeps, TransitionMoments,
     gauss_seidel,
@@ -47,6 +49,7 @@ const BROKEN: &[Entry] = &[
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
+    ("every 1000th step depends on how many there were", "runners", |seed| with(Fault::Remembers, seed)),
     ("a merge that loses a batch", "statistics", lost_batch),
     ("a standard error 1 % too small", "statistics", small_error_bar),
     ("error bars 20 % too small", "coverage", small_intervals),
@@ -80,6 +83,7 @@ enum Fault {
     Narrow,
     Hole,
     Endless,
+    Remembers,
 }
 
 fn with(fault: Fault, seed: u64) -> Report {
@@ -100,6 +104,7 @@ fn wrong_in_f32(seed: u64) -> Report {
 struct Broken<F> {
     toy: Toy<F>,
     fault: Fault,
+    steps: AtomicU64,
 }
 
 impl<F: Real> Broken<F> {
@@ -112,6 +117,7 @@ impl<F: Real> Broken<F> {
                 toy
             },
             fault,
+            steps: AtomicU64::new(0),
         }
     }
 
@@ -143,6 +149,9 @@ impl<F: Real> Sampler for Broken<F> {
         match self.fault {
             Fault::Branch if digits < 0.02 => Some(y * F::from_f64(0.5)),
             Fault::Leaves if digits < 0.01 => None,
+            Fault::Remembers if self.steps.fetch_add(1, Ordering::Relaxed) % 1000 == 999 => {
+                Some(F::one() - y)
+            }
             Fault::Middle => {
                 let middle = self.scaled(y).floor() + 0.5;
                 Some(F::from_f64(middle / Partition::cells(&self.toy) as f64))

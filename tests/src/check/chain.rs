@@ -3,7 +3,9 @@
 use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
 use fredholm_core::{Kernel, Located, Real, Sampler, Source, TransitionDensity};
 
-use super::{ROUNDING, STANDARD_ERRORS, UNITS, cells_of, corners, draws, grid, samples};
+use super::{
+    KOLMOGOROV, ROUNDING, STANDARD_ERRORS, UNITS, cells_of, corners, draws, grid, samples,
+};
 use crate::description::{Description, PointOf, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
@@ -292,8 +294,7 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
 }
 
 /// **The sampler follows p within cells, too**: Kolmogorov and Smirnov's √N sup|F_N − F| for
-/// 100,000 steps from each of three points. It is above λ with probability 2 exp(−2λ²) at most, for
-/// any N (Massart 1990): 2·10⁻⁸ for λ = 3.
+/// 100,000 steps from each of three points.
 #[must_use]
 pub fn distribution<D: Description<B>, const B: usize>(
     description: &D,
@@ -301,7 +302,7 @@ pub fn distribution<D: Description<B>, const B: usize>(
 ) -> Option<Outcome> {
     const STEPS: usize = 100_000;
     let equation = description.equation();
-    let mut worst = Worst::new("/sqrt(steps)", 3.0);
+    let mut worst = Worst::new("/sqrt(steps)", KOLMOGOROV);
     for (number, x) in samples(description, seed, 3).into_iter().enumerate() {
         let mut uniforms = draws(seed, 20 + number as u64);
         let mut found = Vec::with_capacity(STEPS);

@@ -4,6 +4,18 @@
 //! Rounding is counted in units of ε times the size of what is added up. All sums of the checks are
 //! compensated, so that the number of terms does not matter: a term is a product of some five
 //! rounded factors, each of which the problem may compute with an error of a few ε.
+//!
+//! **The tolerances**, all that there are:
+//!
+//! | what is compared | may be apart by |
+//! |---|---|
+//! | numbers that are equal but for rounding | [`ROUNDING`] units |
+//! | statistics that are kept, and the same in two passes | [`ROUNDING_OF_STATISTICS`] units a walk |
+//! | a statistic and what theory or another computation expects | [`STANDARD_ERRORS`] |
+//! | distribution functions, times √draws | [`KOLMOGOROV`] |
+//! | coefficients by quadrature and the integrals | what the problem claims (`Offers::coefficients`) |
+//! | r_min and the least mass of a pair in S over its mean | nothing, on the right side |
+//! | cells, pair lists, runners' bits | nothing |
 
 mod chain;
 mod neighbour;
@@ -17,7 +29,10 @@ pub use chain::{
 pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
-pub use walks::{Among, Trace, coverage, error_bar, means, run, scalars, statistics, trace};
+pub use walks::{
+    Among, COVERAGE_SEEDS, Trace, coverage, error_bar, means, run, scalars, statistics, trace,
+    walk_all,
+};
 
 use fredholm_core::galerkin::Partition;
 use fredholm_core::{DefaultGenerator, Draws, Located, Stream, Uniforms};
@@ -28,10 +43,36 @@ use crate::description::{Description, PointOf};
 /// factors with an error of 2 to 4 ε each.
 pub const ROUNDING: f64 = 16.0;
 
-/// Standard errors that a statistic may be off. For three seeds the matrix makes up to 2·10⁴
-/// comparisons of this kind; if all is well one of them is beyond 5.5 with probability 8·10⁻⁴
-/// (Šidák).
-pub const STANDARD_ERRORS: f64 = 5.5;
+/// Rounding units, in statistics of n walks n of them, that may lie between kept means, standard deviations and
+/// standard errors and those of two passes: a walk adds a few rounding errors to what is kept.
+pub const ROUNDING_OF_STATISTICS: f64 = 4.0;
+
+/// Standard errors that a statistic may be off. If all is well, the whole matrix fails by chance for one choice of
+/// seeds in a thousand: its [`COMPARISONS`] statistics, were they independent, are all within z standard errors with
+/// probability (1 − 2Q(z))^COMPARISONS (Šidák), and that is 1 − 10⁻³ at z = 5.6. Many are the same walks seen twice, so
+/// that the true probability is smaller.
+pub const STANDARD_ERRORS: f64 = 5.6;
+
+/// Largest √N sup|F_N − F| of a distribution function of N draws. It is above λ with probability 2 exp(−2λ²) at most, for
+/// any N (Massart 1990): 3·10⁻⁸ for λ = 3, and for the thousand of the matrix together 3·10⁻⁵ of the 10⁻³.
+pub const KOLMOGOROV: f64 = 3.0;
+
+/// The number of comparisons for which [`STANDARD_ERRORS`] is derived: the matrix with all seeds does not make more.
+pub const COMPARISONS: u64 = 45_000;
+
+/// Walks of a mean: 20,000 with the default generator and 5,000 with another, with `FREDHOLM_LONG` in the
+/// environment ten times as many.
+#[must_use]
+pub fn walks(default: bool) -> u64 {
+    let walks = if default { 20_000 } else { 5000 };
+    if long() { 10 * walks } else { walks }
+}
+
+/// Whether `FREDHOLM_LONG` is in the environment.
+#[must_use]
+pub fn long() -> bool {
+    std::env::var_os("FREDHOLM_LONG").is_some()
+}
 
 /// Rounding units as a unit.
 const UNITS: &str = "rounding units";

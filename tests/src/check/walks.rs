@@ -6,7 +6,7 @@ use fredholm_core::{
     Statistics, Task, Uniforms,
 };
 
-use super::STANDARD_ERRORS;
+use super::{ROUNDING_OF_STATISTICS, STANDARD_ERRORS, UNITS};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// (u, Φ) = the mean of u over given points: walks start in one of them, φ = 1. It serves for every
@@ -23,6 +23,9 @@ impl<E: StateSpace> Functional<E> for Among<E::Point> {
     }
 }
 
+/// Walks of a batch, as every runner has them unless told otherwise.
+const BATCH: u64 = 4096;
+
 /// Runs the first `walks` walks of a task, in batches.
 ///
 /// # Panics
@@ -35,13 +38,46 @@ where
     G: Rng + SeedableRng,
 {
     let mut all = Statistics::default();
-    let size = 4096;
-    for index in 0..walks.div_ceil(size) {
-        let mut batch = Batch::new(index, size, walks);
+    for index in 0..walks.div_ceil(BATCH) {
+        let mut batch = Batch::new(index, BATCH, walks);
         batch.run(task, u64::MAX).expect("finite scores");
         all.merge(batch.statistics());
     }
     all
+}
+
+/// As [`run`], unless a walk has no end or no finite score, which would end the checks, or keep them busy for hours:
+/// then the failure.
+///
+/// # Errors
+/// What is wrong with which walk.
+pub fn walk_all<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64) -> Result<Statistics, Outcome>
+where
+    E: Sampler + Kernel + Source,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    T: Functional<E>,
+    G: Rng + SeedableRng,
+{
+    let refused = |walk: u64, ending| Outcome::refused(format!("walk {walk} ended as {ending:?}"));
+    let mut all = Statistics::default();
+    // One after the other only at first: endless walks are rarely few.
+    for walk in 0..walks.min(64) {
+        let ending = task.replay(walk).ending;
+        if matches!(ending, Ending::NotFinite | Ending::StepLimit) {
+            return Err(refused(walk, ending));
+        }
+    }
+    for index in 0..walks.div_ceil(BATCH) {
+        let mut batch = Batch::new(index, BATCH, walks);
+        if let Err(error) = batch.run(task, u64::MAX) {
+            return Err(refused(error.walk, Ending::NotFinite));
+        }
+        if batch.statistics().endings().step_limit > 0 {
+            return Err(refused(index * BATCH, Ending::StepLimit));
+        }
+        all.merge(batch.statistics());
+    }
+    Ok(all)
 }
 
 /// **The means**: the mean of ζ equals that of η within the standard error of their difference,
@@ -76,10 +112,10 @@ pub fn means(statistics: &Statistics, exact: Option<f64>, floor: f64) -> Outcome
     worst.outcome()
 }
 
-/// **An error bar is std_dev/√walks**, to 4 ε.
+/// **An error bar is std_dev/√walks**, to [`ROUNDING_OF_STATISTICS`].
 #[must_use]
 pub fn error_bar(estimate: &Estimate, walks: u64) -> Outcome {
-    let mut worst = Worst::new("rounding units", 4.0);
+    let mut worst = Worst::new(UNITS, ROUNDING_OF_STATISTICS);
     if let (Some(std_dev), Some(std_error)) = (estimate.std_dev, estimate.std_error) {
         let expected = std_dev / (walks as f64).sqrt();
         worst.compare(expected, std_error, f64::EPSILON * expected, || {
@@ -110,8 +146,7 @@ where
     let found = run(task, walks);
     let value = task.neighbour_value.expect("a task with (v, Phi)");
     let replayed: Vec<_> = (0..walks).map(|walk| task.replay(walk)).collect();
-    // Each walk adds a few rounding errors to what is kept.
-    let mut worst = Worst::new("rounding units a walk", 4.0);
+    let mut worst = Worst::new("rounding units a walk", ROUNDING_OF_STATISTICS);
     let mut count = |what: &str, expected: u64, found: u64| {
         let (expected, found) = (expected as f64, found as f64);
         worst.compare(expected, found, 0.0, || what.into());
@@ -158,19 +193,23 @@ where
     worst.outcome()
 }
 
+/// How many estimates [`coverage`] asks for.
+pub const COVERAGE_SEEDS: u64 = 1000;
+
 /// **Error bars cover**: of 1,000 estimates (value and standard error, one for each seed) the
 /// intervals of 1.96 standard errors contain `exact` 950 times. That is binomial with standard
-/// deviation 6.9, and 6.9 · 5.5 = 38 either way pass.
+/// deviation 6.9, of which [`STANDARD_ERRORS`] pass.
 #[must_use]
 pub fn coverage(exact: f64, estimate: impl Fn(u64) -> (f64, f64)) -> Outcome {
-    const SEEDS: u64 = 1000;
-    let mut worst = Worst::new("intervals", 38.0);
-    let covered = (0..SEEDS).filter(|&seed| {
+    let mut worst = Worst::new("standard errors", STANDARD_ERRORS);
+    let covered = (0..COVERAGE_SEEDS).filter(|&seed| {
         let (estimate, std_error) = estimate(seed);
         (estimate - exact).abs() <= 1.96 * std_error
     });
-    worst.compare(950.0, covered.count() as f64, 1.0, || {
-        format!("how many of {SEEDS} 95 % intervals contain {exact:e}")
+    let seeds = COVERAGE_SEEDS as f64;
+    let deviation = (seeds * 0.95 * 0.05).sqrt();
+    worst.compare(0.95 * seeds, covered.count() as f64, deviation, || {
+        format!("how many of {COVERAGE_SEEDS} 95 % intervals contain {exact:e}")
     });
     worst.outcome()
 }
