@@ -236,24 +236,45 @@ impl<F: Real, const D: usize> Function<F, D> for Furnace {
     }
 }
 
+/// F = 1 − ∫ K(x,y) dy and the model's besides, so that u is 1 more than the model's.
+#[derive(Clone, Copy, Debug)]
+pub struct Raised(pub Model);
+
+impl<F: Real, const D: usize> Function<F, D> for Raised {
+    fn value(&self, x: &[F; D]) -> F {
+        let one: F = Function::value(&Furnace(self.0.kernel), x);
+        one + Function::value(&self.0.source, x)
+    }
+}
+
+/// What solves a model problem.
+#[derive(Clone, Copy, PartialEq)]
+enum Solution {
+    /// The model's u.
+    Own,
+    /// 1.
+    One,
+    /// u + 1.
+    Raised,
+}
+
 /// A model problem on the cube as the kit sees it, with q0 = 0.2.
 struct Described<F, const D: usize, S> {
     cube: Cube<F, D, Product<ModelKernel>, S>,
     model: Model,
-    /// 1, where the model's solution is replaced by it.
-    constant: Option<f64>,
+    solution: Solution,
     rule: Vec<(f64, f64)>,
 }
 
 impl<F: Real, const D: usize, S: Function<F, D> + Copy> Described<F, D, S> {
     /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis
     /// give the integrals over a cell to rounding.
-    fn new(model: Model, source: S, constant: Option<f64>, cells: usize, points: usize) -> Self {
+    fn new(model: Model, source: S, solution: Solution, cells: usize, points: usize) -> Self {
         let cube = Cube::new(model.kernel, source, cells, ABSORPTION).unwrap();
         Self {
             cube,
             model,
-            constant,
+            solution,
             rule: gauss_legendre(points),
         }
     }
@@ -292,8 +313,35 @@ pub fn examined_at<const D: usize, const B: usize>(
     seed: u64,
 ) -> Report {
     let source = model.source;
-    let narrow = Described::<f32, D, _>::new(model, source, None, cells, points);
-    let wide = Described::<f64, D, _>::new(model, source, None, cells, points);
+    let narrow = Described::<f32, D, _>::new(model, source, Solution::Own, cells, points);
+    let wide = Described::<f64, D, _>::new(model, source, Solution::Own, cells, points);
+    at_degree::<_, D, B>(narrow, wide, relative, seed)
+}
+
+/// The same with the source for which the solution is 1 more.
+#[must_use]
+pub fn examined_raised_at<const D: usize, const B: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    relative: f64,
+    seed: u64,
+) -> Report {
+    let (source, raised) = (Raised(model), Solution::Raised);
+    let narrow = Described::<f32, D, _>::new(model, source, raised, cells, points);
+    let wide = Described::<f64, D, _>::new(model, source, raised, cells, points);
+    at_degree::<_, D, B>(narrow, wide, relative, seed)
+}
+
+fn at_degree<S, const D: usize, const B: usize>(
+    narrow: Described<f32, D, S>,
+    wide: Described<f64, D, S>,
+    relative: f64,
+    seed: u64,
+) -> Report
+where
+    S: Function<f32, D> + Function<f64, D> + Copy + Sync,
+{
     examine_both(
         &AtDegree::<_, D, _, B>::new(narrow, relative),
         &AtDegree::<_, D, _, B>::new(wide, relative),
@@ -334,17 +382,17 @@ where
         if B < 20 {
             offers.pairs("diagonal outside", OUTSIDE);
         }
-        let rule = Rule::new(self.cube.degree() + 1).unwrap();
         let wide = Cube::<f64, D, _, _>::new(model.kernel, source, cells, ABSORPTION).unwrap();
         let wide = wide.with_functions::<B>();
-        let entries = table(&wide, rule).unwrap();
-        let dense = Dense::new(&entries, wide.cells() * B).unwrap();
-        let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
-        let (v, g) = (
-            solution.rounded::<F>().unwrap(),
-            solution.source::<F, _, _>(&dense, &ALL).unwrap(),
-        );
         if quick {
+            let rule = Rule::new(self.cube.degree() + 1).unwrap();
+            let entries = table(&wide, rule).unwrap();
+            let dense = Dense::new(&entries, wide.cells() * B).unwrap();
+            let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
+            let (v, g) = (
+                solution.rounded::<F>().unwrap(),
+                solution.source::<F, _, _>(&dense, &ALL).unwrap(),
+            );
             offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
         }
         with_degree::<F, D, _, _, _, B>((model.kernel.0, source), cells, |_, neighbour, _| {
@@ -370,7 +418,7 @@ where
     }
 
     fn constant(&self) -> Option<f64> {
-        self.flat.constant
+        self.flat.constant()
     }
 
     fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
@@ -387,8 +435,8 @@ where
 pub fn examined<const D: usize>(model: Model, cells: usize, points: usize, seed: u64) -> Report {
     let source = model.source;
     examine_both(
-        &Described::<f32, D, _>::new(model, source, None, cells, points),
-        &Described::<f64, D, _>::new(model, source, None, cells, points),
+        &Described::<f32, D, _>::new(model, source, Solution::Own, cells, points),
+        &Described::<f64, D, _>::new(model, source, Solution::Own, cells, points),
         seed,
     )
 }
@@ -401,10 +449,26 @@ pub fn examined_furnace<const D: usize>(
     points: usize,
     seed: u64,
 ) -> Report {
-    let (source, one) = (Furnace(model.kernel), Some(1.0));
+    let (source, one) = (Furnace(model.kernel), Solution::One);
     examine_both(
         &Described::<f32, D, _>::new(model, source, one, cells, points),
         &Described::<f64, D, _>::new(model, source, one, cells, points),
+        seed,
+    )
+}
+
+/// The same with the source for which the solution is 1 more.
+#[must_use]
+pub fn examined_raised<const D: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    seed: u64,
+) -> Report {
+    let (source, raised) = (Raised(model), Solution::Raised);
+    examine_both(
+        &Described::<f32, D, _>::new(model, source, raised, cells, points),
+        &Described::<f64, D, _>::new(model, source, raised, cells, points),
         seed,
     )
 }
@@ -480,12 +544,16 @@ where
     }
 
     fn solution(&self, x: &[F; D]) -> Option<f64> {
-        let u = || Function::value(&self.model.solution, &x.map(Real::to_f64));
-        Some(self.constant.unwrap_or_else(u))
+        let u = || -> f64 { Function::value(&self.model.solution, &x.map(Real::to_f64)) };
+        Some(match self.solution {
+            Solution::Own => u(),
+            Solution::One => 1.0,
+            Solution::Raised => 1.0 + u(),
+        })
     }
 
     fn constant(&self) -> Option<f64> {
-        self.constant
+        (self.solution == Solution::One).then_some(1.0)
     }
 
     /// Of the first coordinate.

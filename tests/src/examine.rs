@@ -404,7 +404,12 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         coefficients: &C,
         relative: f64,
     ) {
-        let outcome = check::coefficients(self.description, coefficients, relative);
+        let outcome = check::coefficients(
+            self.description,
+            &self.system.matrix,
+            coefficients,
+            relative,
+        );
         self.push("coefficients", name, outcome);
     }
 

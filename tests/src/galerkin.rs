@@ -137,6 +137,8 @@ impl<F: Real> Tables<F> {
 /// alternating signs: the neighbour equation is exact for any, and so must the estimate be.
 #[derive(Clone, Debug)]
 pub struct System<F> {
+    /// K' by quadrature.
+    pub matrix: Vec<f64>,
     /// v for exact coefficients.
     pub exact: Vec<f64>,
     /// The largest Σ_j |K'_ij| of exact coefficients or, where that is not below 1, the spectral
@@ -168,10 +170,12 @@ impl<F: Real> System<F> {
         } else {
             radius(&matrix, right.len())
         };
+        let by_quadrature = matrix.clone();
         for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
             *entry *= if e % 2 == 0 { 1.05 } else { 0.95 };
         }
         Ok(Self {
+            matrix: by_quadrature,
             exact,
             contraction,
             tables: Tables::new::<B>(&matrix, &right)?,

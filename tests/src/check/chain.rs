@@ -4,7 +4,7 @@ use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
 use fredholm_core::{Kernel, Located, Real, Sampler, Source, TransitionDensity};
 
 use super::{
-    KOLMOGOROV, ROUNDING, STANDARD_ERRORS, UNITS, cells_of, corners, draws, grid, samples,
+    KOLMOGOROV, ROUNDING, STANDARD_ERRORS, UNITS, corners, different_cells, draws, grid, samples,
 };
 use crate::description::{Description, PointOf, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
@@ -20,7 +20,7 @@ pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> O
     let mut worst = Worst::new("wrong cells", 0.0);
     // Points and ends of cells are stored to a few ε of the size of X.
     let edge = (64.0 * epsilon::<D, B>() * noise(description)).max(1e-3);
-    for cell in cells_of(description, seed, 64) {
+    for cell in different_cells(description, seed, 64) {
         for t in grid::<D, B>(&[0.0, 1e-6, 1e-3, 0.4, 0.999, 1.0 - 1e-6, 1.0]) {
             let x = description.point(cell, &t);
             let found = equation.locate(&x);
@@ -102,7 +102,7 @@ fn staying<D: Description<B>, const B: usize>(description: &D, x: &PointOf<D, B>
 pub fn basis<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
-    for cell in cells_of(description, seed, POINTS) {
+    for cell in different_cells(description, seed, POINTS) {
         let nodes = description.nodes(&description.point(cell, &vec![0.5; D::DIMENSION]), cell);
         let measure: Sum = nodes.iter().map(|(_, weight)| *weight).collect();
         let values: Vec<([f64; B], f64)> = nodes
@@ -204,7 +204,7 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
     let mut worst = Worst::new(UNITS, ROUNDING);
     let n = equation.cells();
     let inside = samples(description, seed, 200);
-    let at_corners = cells_of(description, seed, POINTS)
+    let at_corners = different_cells(description, seed, POINTS)
         .into_iter()
         .flat_map(|cell| {
             corners::<D, B>()
