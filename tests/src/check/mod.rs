@@ -49,9 +49,9 @@ pub const ROUNDING_OF_STATISTICS: f64 = 4.0;
 
 /// Standard errors that a statistic may be off. If all is well, the whole matrix fails by chance for one choice of
 /// seeds in a thousand: its [`COMPARISONS`] statistics, were they independent, are all within z standard errors with
-/// probability (1 − 2Q(z))^COMPARISONS (Šidák), and that is 1 − 10⁻³ at z = 5.6. Half of them see in f32 the walks that the other half
-/// sees in f64, so that the true probability is smaller, although not every tail is the normal one: of 1,000 intervals
-/// of 95 % so few cover with probability 2·10⁻⁷, and some 800 comparisons are of that kind.
+/// probability (1 − 2Q(z))^COMPARISONS (Šidák), and that is 1 − 10⁻³ at z = 5.6. Half of them see in f32 the walks that
+/// the other half sees in f64, so that the true probability is smaller, although not every tail is the normal one: of
+/// 1,000 intervals of 95 % so few cover with probability 2·10⁻⁷, and some 800 comparisons are of that kind.
 pub const STANDARD_ERRORS: f64 = 5.6;
 
 /// Largest √N sup|F_N − F| of a distribution function of N draws. It is above λ with probability 2 exp(−2λ²) at most, for
