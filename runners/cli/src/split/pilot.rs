@@ -179,7 +179,7 @@ impl Pilot {
         let each = self.walk_seconds(&level.cost, self.pairs(level.unknowns));
         let of = self.walks / self.targets.len().max(1) as u64;
         let rare = 1.0 + RARE / (of as f64).sqrt();
-        let (walks, rarely) = (walks(scale), walks(rare * scale.powf(SLOW)));
+        let [luckily, walks, rarely] = [scale / rare, scale, rare * scale.powf(SLOW)].map(walks);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -188,6 +188,7 @@ impl Pilot {
             setup: self.setup(&level.cost),
             walking: walks * each,
             prepared: 0.5 * (walks + rarely) * each,
+            hoped: luckily * each,
             of: if level.cells == self.setting.cells {
                 of
             } else {
@@ -239,6 +240,8 @@ pub(super) struct Prediction {
     pub(super) walking: f64,
     /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
     prepared: f64,
+    /// The same if there were rare large scores in the pilot.
+    hoped: f64,
     /// Walks of a target that a pilot of this very setting had; 0 if there was none.
     pub(super) of: u64,
     pub(super) walks: f64,
@@ -249,6 +252,11 @@ impl Prediction {
     /// Of all.
     pub(super) fn seconds(&self) -> f64 {
         self.setup + self.walking
+    }
+
+    /// The least that it may be.
+    pub(super) fn hoped(&self) -> f64 {
+        self.setup + self.hoped
     }
 
     /// What is minimised.

@@ -45,6 +45,8 @@ const CONFIRM: Size = Size {
 const FAR: f64 = 0.85;
 /// How many times slower plain walks may be for a second look at them.
 const HOPELESS: f64 = 10.0;
+/// The part of the best price that is hoped for where there is a second look at others.
+const HOPE: f64 = 0.7;
 /// The part of 1/q0 that walks are at least long.
 const SHORTER: f64 = 0.9;
 /// Levels to begin with, and how many more there are where the finest is the best.
@@ -111,7 +113,8 @@ impl<'f> Search<'f> {
         self.plain();
         self.families();
         self.climb();
-        self.vary_pairs();
+        self.hope();
+        self.climb();
         self.confirm();
         self.vary();
         self.climb();
@@ -455,20 +458,17 @@ impl<'f> Search<'f> {
         }
     }
 
-    /// The other choices of pairs where the best is.
-    fn vary_pairs(&mut self) {
-        let Some(Prediction { setting: best, .. }) = self.best() else {
-            return;
-        };
+    /// A second pilot of every family that may well be faster than the best: where its first happened to show
+    /// much variance, or other pairs were looked at on finer cells.
+    fn hope(&mut self) {
         let mut families = core::mem::take(&mut self.families);
         for family in &mut families {
-            let same = Setting {
-                pairs: best.pairs,
-                cells: best.cells,
-                ..family.first
-            };
-            if same == best && family.first.pairs != best.pairs {
-                let number = family.number(best.cells);
+            let own = self.found.iter().filter(|found| family.has(&found.setting));
+            let unseen = own.filter(|found| found.of == 0).copied();
+            let hoped = unseen.min_by(|a, b| a.hoped().total_cmp(&b.hoped()));
+            let bound = HOPE * self.best().map_or(0.0, |best| best.price());
+            if let Some(found) = hoped.filter(|found| found.hoped() < bound) {
+                let number = family.number(found.setting.cells);
                 self.explore(family, number, CLIMB);
             }
         }
