@@ -312,10 +312,8 @@ pub fn examined_at<const D: usize, const B: usize>(
     relative: f64,
     seed: u64,
 ) -> Report {
-    let source = model.source;
-    let narrow = Described::<f32, D, _>::new(model, source, Solution::Own, cells, points);
-    let wide = Described::<f64, D, _>::new(model, source, Solution::Own, cells, points);
-    at_degree::<_, D, B>(narrow, wide, relative, seed)
+    let flat = (model, model.source, Solution::Own, cells, points);
+    at_degree::<_, D, B>(flat, relative, seed)
 }
 
 /// The same with the source for which the solution is 1 more.
@@ -327,21 +325,21 @@ pub fn examined_raised_at<const D: usize, const B: usize>(
     relative: f64,
     seed: u64,
 ) -> Report {
-    let (source, raised) = (Raised(model), Solution::Raised);
-    let narrow = Described::<f32, D, _>::new(model, source, raised, cells, points);
-    let wide = Described::<f64, D, _>::new(model, source, raised, cells, points);
-    at_degree::<_, D, B>(narrow, wide, relative, seed)
+    let flat = (model, Raised(model), Solution::Raised, cells, points);
+    at_degree::<_, D, B>(flat, relative, seed)
 }
 
+/// Of the arguments of [`Described::new`].
 fn at_degree<S, const D: usize, const B: usize>(
-    narrow: Described<f32, D, S>,
-    wide: Described<f64, D, S>,
+    (model, source, solution, cells, points): (Model, S, Solution, usize, usize),
     relative: f64,
     seed: u64,
 ) -> Report
 where
     S: Function<f32, D> + Function<f64, D> + Copy + Sync,
 {
+    let narrow = Described::<f32, D, _>::new(model, source, solution, cells, points);
+    let wide = Described::<f64, D, _>::new(model, source, solution, cells, points);
     examine_both(
         &AtDegree::<_, D, _, B>::new(narrow, relative),
         &AtDegree::<_, D, _, B>::new(wide, relative),
@@ -433,12 +431,7 @@ where
 /// Everything about a model problem in D dimensions, in f32 and f64.
 #[must_use]
 pub fn examined<const D: usize>(model: Model, cells: usize, points: usize, seed: u64) -> Report {
-    let source = model.source;
-    examine_both(
-        &Described::<f32, D, _>::new(model, source, Solution::Own, cells, points),
-        &Described::<f64, D, _>::new(model, source, Solution::Own, cells, points),
-        seed,
-    )
+    flat::<_, D>((model, model.source, Solution::Own, cells, points), seed)
 }
 
 /// The same with the source for which the solution is 1.
@@ -449,12 +442,8 @@ pub fn examined_furnace<const D: usize>(
     points: usize,
     seed: u64,
 ) -> Report {
-    let (source, one) = (Furnace(model.kernel), Solution::One);
-    examine_both(
-        &Described::<f32, D, _>::new(model, source, one, cells, points),
-        &Described::<f64, D, _>::new(model, source, one, cells, points),
-        seed,
-    )
+    let source = Furnace(model.kernel);
+    flat::<_, D>((model, source, Solution::One, cells, points), seed)
 }
 
 /// The same with the source for which the solution is 1 more.
@@ -465,10 +454,21 @@ pub fn examined_raised<const D: usize>(
     points: usize,
     seed: u64,
 ) -> Report {
-    let (source, raised) = (Raised(model), Solution::Raised);
+    let source = Raised(model);
+    flat::<_, D>((model, source, Solution::Raised, cells, points), seed)
+}
+
+/// Of the arguments of [`Described::new`].
+fn flat<S, const D: usize>(
+    (model, source, solution, cells, points): (Model, S, Solution, usize, usize),
+    seed: u64,
+) -> Report
+where
+    S: Function<f32, D> + Function<f64, D> + Copy + Sync,
+{
     examine_both(
-        &Described::<f32, D, _>::new(model, source, raised, cells, points),
-        &Described::<f64, D, _>::new(model, source, raised, cells, points),
+        &Described::<f32, D, _>::new(model, source, solution, cells, points),
+        &Described::<f64, D, _>::new(model, source, solution, cells, points),
         seed,
     )
 }

@@ -5,14 +5,15 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source,
-    StateSpace, Statistics, Stream, Task, Uniforms,
+    DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source, StateSpace,
+    Statistics, Stream, Task, Uniforms,
 };
 use fredholm_embedded::{Driver, Plan, State};
 use fredholm_rayon::Target;
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::check::run_in_batches;
 use crate::outcome::{Outcome, Worst};
 
 /// Numbers of threads of `fredholm-rayon`.
@@ -169,7 +170,7 @@ where
     T: Functional<E> + Clone + Sync,
     G: Generator,
 {
-    let expected = in_order(&case.task::<G>(seed));
+    let expected = run_in_batches(&case.task::<G>(seed), WALKS, BATCH);
     let mut worst = Worst::new("runners with other bits", 0.0);
     let mut compare = |name: &dyn Fn() -> String, found: Option<&Statistics>| {
         let other = found.is_none_or(|found| found.to_bytes() != expected.to_bytes());
@@ -191,22 +192,6 @@ where
         in_pieces::<_, _, _, G>(case, seed).as_ref(),
     );
     (worst.outcome(), expected)
-}
-
-fn in_order<E, N, T, G>(task: &Task<'_, E, N, T, G>) -> Statistics
-where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
-    T: Functional<E>,
-    G: Generator,
-{
-    let mut all = Statistics::default();
-    for index in 0..WALKS.div_ceil(BATCH) {
-        let mut batch = Batch::new(index, BATCH, WALKS);
-        batch.run(task, u64::MAX).expect("finite scores");
-        all.merge(batch.statistics());
-    }
-    all
 }
 
 fn pools() -> &'static [ThreadPool; 3] {

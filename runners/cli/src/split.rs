@@ -94,32 +94,30 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
         return Ok(None);
     };
     let clock = Instant::now();
-    let (mut pilots, mut walks, mut most) = (0, 0, 1.0);
+    let (mut pilots, mut walks) = (0, 0);
     let mut refusal = None;
-    loop {
-        let mut search = Search::new(file, error, most);
+    let mut most = Some(1.0);
+    while let Some(absorption) = most {
+        let mut search = Search::new(file, error, absorption);
         search.run();
         (pilots, walks) = (pilots + search.pilots, walks + search.walks);
         let pilot_seconds = clock.elapsed().as_secs_f64();
         let (found, refused) = search.take_found();
         refusal = refusal.or(refused);
         let plain = found.iter().find(|found| found.setting.plain);
-        let predicted_plain_seconds = plain.map(Prediction::seconds);
-        for prediction in &found {
+        most = search.lower();
+        // Where the best has no variance that is finite, longer walks may have one.
+        let alone = search.checks_late() && most.is_some();
+        let tried = if alone { 1 } else { found.len() };
+        for prediction in found.iter().take(tried) {
             let setting = &prediction.setting;
-            let mut chosen = setting.applied(file);
-            if chosen.walk.walks.place == Place::Default {
-                // Until the error is reached.
-                chosen.walk.walks = Placed::chosen(u64::MAX >> 1);
-            }
-            if let Err(failure) = accepted(&chosen, setting) {
-                refusal.get_or_insert(failure);
-                // Longer walks have a variance where shorter ones have none.
-                if search.checks_late() && search.lower().is_some() {
-                    break;
+            let chosen = match accepted(file, setting) {
+                Ok(chosen) => chosen,
+                Err(failure) => {
+                    refusal.get_or_insert(failure);
+                    continue;
                 }
-                continue;
-            }
+            };
             return Ok(Some(Split {
                 file: chosen,
                 plain: setting.plain,
@@ -129,30 +127,32 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
                     predicted_walk_seconds: prediction.walking,
                     predicted_walks: prediction.walks,
                     predicted_states: prediction.states,
-                    predicted_plain_seconds,
+                    predicted_plain_seconds: plain.map(Prediction::seconds),
                     pilots,
                     pilot_walks: walks,
                     pilot_seconds,
                 },
             }));
         }
-        match search.lower() {
-            Some(lower) => most = lower,
-            None => break,
-        }
     }
     Err(refusal.unwrap_or_else(|| Failure::input("no setting of the file has walks")))
 }
 
-/// Whether the problem takes what was chosen.
-fn accepted(file: &ProblemFile, setting: &Setting) -> Result<(), Failure> {
-    file.validate()?;
-    let problem = problem::of_file(file)?;
+/// The file with a setting, if the problem takes it.
+fn accepted(file: &ProblemFile, setting: &Setting) -> Result<ProblemFile, Failure> {
+    let mut chosen = setting.applied(file);
+    if chosen.walk.walks.place == Place::Default {
+        // Until the error is reached.
+        chosen.walk.walks = Placed::chosen(u64::MAX >> 1);
+    }
+    chosen.validate()?;
+    let problem = problem::of_file(&chosen)?;
     if !setting.plain {
-        solve::refuse_beyond_memory(file, &*problem)?;
+        solve::refuse_beyond_memory(&chosen, &*problem)?;
     }
-    if file.walk.allow_infinite_variance {
-        return Ok(());
+    if !chosen.walk.allow_infinite_variance {
+        problem.refuse_infinite_variance()?;
     }
-    problem.refuse_infinite_variance()
+    drop(problem);
+    Ok(chosen)
 }

@@ -186,6 +186,33 @@ fn walks_are_plain_where_a_neighbour_equation_does_not_pay() {
     );
 }
 
+/// T_k²p has a spectral radius of about 0.6/(1 − q0) and 0.81/(1 − q0): short walks would be the fastest.
+#[test]
+fn walks_without_a_finite_variance_are_not_chosen() {
+    let cube = r#"
+problem = { kind = "cube", dimension = 1, kernel = "0.7 + 0.3*x*y", source = "0.9*x - 0.35" }
+target = [{ name = "mean", over = "all" }]
+"#;
+    let room = r#"
+problem.kind = "room"
+problem.surface = [{ name = "floor", points = [[0, 0], [1, 0]], reflectance = 0.9, emission = 1 }, { name = "rest", points = [[1, 0], [1, 1], [0, 1], [0, 0]], reflectance = 0.9 }]
+target = [{ name = "point", at = { surface = "floor", t = 0.37 } }]
+"#;
+    for (text, most) in [(cube, 0.35), (room, 0.1)] {
+        for error in ["1e-2", "1e-4"] {
+            let report = solve(text, &["--target-error", error]);
+            let absorption = number(&report, "absorption");
+            assert!(absorption <= most, "{absorption}");
+            let asked: f64 = error.parse().unwrap();
+            let found = &target(&report)["preconditioned"];
+            assert!(number(found, "std_error") <= asked, "{found}");
+            if text == cube {
+                assert!(distance(&report, 0.5) <= 5.0 * asked, "{found}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_file_limits_the_walks() {
     let text = format!("galerkin.degree = 0\n{}", PROBLEMS[0].text);

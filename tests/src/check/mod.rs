@@ -30,8 +30,8 @@ pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
 pub use walks::{
-    Among, COVERAGE_SEEDS, Trace, coverage, error_bar, means, run, scalars, statistics, trace,
-    walk_all,
+    Among, COVERAGE_SEEDS, Trace, coverage, error_bar, means, run, run_in_batches, scalars,
+    statistics, trace, walk_all,
 };
 
 use fredholm_core::galerkin::Partition;

@@ -37,9 +37,23 @@ where
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
+    run_in_batches(task, walks, BATCH)
+}
+
+/// As [`run`], with batches of this size.
+///
+/// # Panics
+/// If a walk scores a value that is not finite.
+pub fn run_in_batches<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64, size: u64) -> Statistics
+where
+    E: Sampler + Kernel + Source,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    T: Functional<E>,
+    G: Rng + SeedableRng,
+{
     let mut all = Statistics::default();
-    for index in 0..walks.div_ceil(BATCH) {
-        let mut batch = Batch::new(index, BATCH, walks);
+    for index in 0..walks.div_ceil(size) {
+        let mut batch = Batch::new(index, size, walks);
         batch.run(task, u64::MAX).expect("finite scores");
         all.merge(batch.statistics());
     }

@@ -4,7 +4,7 @@ use fredholm_core::{Statistics, next_round};
 use fredholm_rayon::TargetError;
 
 use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
-use crate::problem::{Answer, Cost};
+use crate::problem::{Answer, Cost, WalkCost};
 
 /// Targets that a pilot looks at.
 const TARGETS: usize = 8;
@@ -40,6 +40,15 @@ impl Setting {
         walk.absorption = Placed::chosen(self.absorption);
         walk.estimator = Placed::chosen(self.estimator);
         file
+    }
+
+    /// Seconds of its set-up, and what its walks take.
+    pub(super) const fn costs(&self, cost: &Cost) -> (f64, WalkCost) {
+        if self.plain {
+            (0.0, cost.plain)
+        } else {
+            (cost.setup, cost.walk)
+        }
     }
 
     /// The word of the report.
@@ -166,7 +175,8 @@ impl Pilot {
 
     /// Seconds of what was done.
     pub(super) fn seconds(&self, cost: &Cost) -> f64 {
-        self.setup(cost) + self.walks as f64 * self.walk_seconds(cost, self.pointwise)
+        let (setup, walk) = self.costs(cost, self.pointwise);
+        setup + self.walks as f64 * walk
     }
 
     /// What its setting takes on these cells, on which the variance is so many times that of the pilot.
@@ -176,7 +186,7 @@ impl Pilot {
             let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
             self.targets.iter().map(of).sum()
         };
-        let each = self.walk_seconds(&level.cost, self.pairs(level.unknowns));
+        let (setup, each) = self.costs(&level.cost, self.pairs(level.unknowns));
         let of = self.walks / self.targets.len().max(1) as u64;
         let rare = 1.0 + RARE / (of as f64).sqrt();
         let [luckily, walks, rarely] = [scale / rare, scale, rare * scale.powf(SLOW)].map(walks);
@@ -185,7 +195,7 @@ impl Pilot {
                 cells: level.cells,
                 ..self.setting
             },
-            setup: self.setup(&level.cost),
+            setup,
             walking: walks * each,
             prepared: 0.5 * (walks + rarely) * each,
             hoped: luckily * each,
@@ -199,10 +209,6 @@ impl Pilot {
         }
     }
 
-    fn setup(&self, cost: &Cost) -> f64 {
-        if self.setting.plain { 0.0 } else { cost.setup }
-    }
-
     /// Pointwise pairs of a row where there are so many unknowns.
     pub(super) fn pairs(&self, unknowns: f64) -> f64 {
         // By default a row has as many on finer cells: those next to a corner or an edge.
@@ -212,13 +218,11 @@ impl Pilot {
         }
     }
 
-    fn walk_seconds(&self, cost: &Cost, pairs: f64) -> f64 {
-        let cost = if self.setting.plain {
-            cost.plain
-        } else {
-            cost.walk
-        };
-        cost.seconds(self.setting.estimator, self.states, pairs)
+    /// Seconds of the set-up, and of a walk.
+    fn costs(&self, cost: &Cost, pairs: f64) -> (f64, f64) {
+        let (setup, walk) = self.setting.costs(cost);
+        let walk = walk.seconds(self.setting.estimator, self.states, pairs);
+        (setup, walk)
     }
 }
 

@@ -14,29 +14,29 @@ use crate::solve;
 
 /// Seconds of a pilot besides its walks and its set-up.
 const PILOT: f64 = 0.1e-3;
-/// What a pilot may be.
+/// Walks of a pilot, and what it may take.
 #[derive(Clone, Copy, Debug)]
-struct Size {
-    /// Walks of each of its targets.
+struct Allowance {
+    /// Of each of its targets.
     walks: u64,
     /// The share of the best prediction so far that it may take.
     one: f64,
-    /// The same of all pilots until then.
+    /// The same of all pilots until then, and it.
     all: f64,
 }
 
 /// Of pilots that look around, of those that look at finer cells of the best, and of those that confirm it.
-const LOOK: Size = Size {
+const LOOK: Allowance = Allowance {
     walks: 512,
     one: 0.05,
     all: 0.2,
 };
-const CLIMB: Size = Size {
+const CLIMB: Allowance = Allowance {
     walks: 512,
     one: 0.15,
     all: 0.35,
 };
-const CONFIRM: Size = Size {
+const CONFIRM: Allowance = Allowance {
     walks: 2048,
     one: 0.15,
     all: 0.35,
@@ -206,8 +206,21 @@ impl<'f> Search<'f> {
 
     /// The best prediction so far.
     fn best(&self) -> Option<Prediction> {
-        let order = |a: &&Prediction, b: &&Prediction| a.price().total_cmp(&b.price());
-        self.found.iter().min_by(order).copied()
+        self.best_of(|_| true)
+    }
+
+    /// The best of those.
+    fn best_of(&self, of: impl Fn(&Prediction) -> bool) -> Option<Prediction> {
+        let found = self.found.iter().filter(|found| of(found));
+        found
+            .min_by(|a, b| a.price().total_cmp(&b.price()))
+            .copied()
+    }
+
+    /// Takes the family of a setting out of its list.
+    fn take_family(&mut self, setting: &Setting) -> Option<Family> {
+        let at = self.families.iter().position(|f| f.has(setting))?;
+        Some(self.families.swap_remove(at))
     }
 
     /// Its seconds.
@@ -217,21 +230,18 @@ impl<'f> Search<'f> {
 
     /// Whether a pilot of so many walks is worth its time, where a row has so many pointwise pairs: whether it is
     /// cheap, and whether one round of its setting would be faster than the best.
-    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, size: Size) -> bool {
+    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, allowance: Allowance) -> bool {
         let Some(best) = self.best() else {
             return true;
         };
-        let (setup, walk) = if setting.plain {
-            (0.0, cost.plain)
-        } else {
-            (cost.setup, cost.walk)
-        };
+        let (setup, walk) = setting.costs(cost);
         let walk = walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs);
         let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight() * walk;
-        let seconds = PILOT + setup + (size.walks * self.sample.targets() as u64) as f64 * walk;
+        let seconds =
+            PILOT + setup + (allowance.walks * self.sample.targets() as u64) as f64 * walk;
         setup + SHORTER * round <= best.price()
-            && seconds <= size.one * best.seconds()
-            && self.spent + seconds <= size.all * best.seconds()
+            && seconds <= allowance.one * best.seconds()
+            && self.spent + seconds <= allowance.all * best.seconds()
     }
 
     /// Walks; `None` where the problem does not take the setting.
@@ -328,15 +338,15 @@ impl<'f> Search<'f> {
     }
 
     /// Whether there is a pilot more.
-    fn pilot_plain(&mut self, setting: Setting, level: &Level, size: Size) -> bool {
+    fn pilot_plain(&mut self, setting: Setting, level: &Level, allowance: Allowance) -> bool {
         let setting = Setting {
             cells: level.cells,
             ..setting
         };
-        if !self.affords(&setting, &level.cost, 0.0, size) {
+        if !self.affords(&setting, &level.cost, 0.0, allowance) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, size.walks) else {
+        let Some(pilot) = self.pilot(setting, allowance.walks) else {
             return false;
         };
         self.found.retain(|found| found.setting != setting);
@@ -411,7 +421,7 @@ impl<'f> Search<'f> {
     }
 
     /// A pilot on the level of this number, if that is cheap; whether it was.
-    fn explore(&mut self, family: &mut Family, number: usize, size: Size) -> bool {
+    fn explore(&mut self, family: &mut Family, number: usize, allowance: Allowance) -> bool {
         let Some(&level) = family.levels.get(number) else {
             return false;
         };
@@ -420,10 +430,10 @@ impl<'f> Search<'f> {
             ..family.first
         };
         let pairs = family.last().map_or(0.0, |last| last.pairs(level.unknowns));
-        if !self.affords(&setting, &level.cost, pairs, size) {
+        if !self.affords(&setting, &level.cost, pairs, allowance) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, size.walks) else {
+        let Some(pilot) = self.pilot(setting, allowance.walks) else {
             return false;
         };
         family.add(number, pilot);
@@ -440,10 +450,9 @@ impl<'f> Search<'f> {
     /// Pilots on finer levels, as long as what is promised is finer than what was seen.
     fn climb(&mut self) {
         while let Some(best) = self.best() {
-            let Some(at) = self.families.iter().position(|f| f.has(&best.setting)) else {
+            let Some(mut family) = self.take_family(&best.setting) else {
                 return;
             };
-            let mut family = self.families.swap_remove(at);
             let (cells, next) = (best.setting.cells, family.next_number());
             // Half-way, where that is cheap enough.
             let middle = next.midpoint(family.number(cells));
@@ -477,8 +486,7 @@ impl<'f> Search<'f> {
 
     /// Other absorptions and the other estimator, for the best neighbour equation that was found.
     fn vary(&mut self) {
-        let preconditioned = self.found.iter().filter(|found| !found.setting.plain);
-        let Some(best) = preconditioned.min_by(|a, b| a.price().total_cmp(&b.price())) else {
+        let Some(best) = self.best_of(|found| !found.setting.plain) else {
             return;
         };
         let family = self.families.iter().find(|f| f.has(&best.setting));
@@ -519,10 +527,9 @@ impl<'f> Search<'f> {
                 }
                 return;
             }
-            let Some(at) = self.families.iter().position(|f| f.has(&best.setting)) else {
+            let Some(mut family) = self.take_family(&best.setting) else {
                 return;
             };
-            let mut family = self.families.swap_remove(at);
             let number = family.number(best.setting.cells);
             let more = self.explore(&mut family, number, CONFIRM);
             self.families.push(family);
