@@ -20,7 +20,7 @@ use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, Galerkin, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::problem::{
-    Answer, Asked, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
+    Answer, Asked, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::plan;
@@ -133,76 +133,6 @@ pub(crate) struct Setup<'a, F> {
     pub(crate) seconds: f64,
 }
 
-/// A Galerkin solution, and what its neighbour equation needs.
-struct Solved<F> {
-    v: Vec<F>,
-    source: NeighbourSource<F>,
-    solve: Solve<f64>,
-    contraction: f64,
-}
-
-impl<F: Real> Solved<F> {
-    fn of_constants(
-        scene: &Scene<'_>,
-        kinds: Option<&[u8]>,
-        circle: &Circle<'_, f64, Light<'_>>,
-    ) -> Result<Self, Failure> {
-        let solution = circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
-        let residual = || circle.residual_moments(&solution).map_err(Failure::run);
-        Self::new(scene, kinds, circle, &solution, residual)
-    }
-
-    fn of_degree<const B: usize>(
-        scene: &Scene<'_>,
-        kinds: Option<&[u8]>,
-        circle: &Circle<'_, f64, Light<'_>>,
-    ) -> Result<Self, Failure> {
-        let polynomials = Polynomials::<_, _, B>::new(circle);
-        let solution = polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run)?;
-        let residual = || {
-            let v = solution.seen::<F>().map_err(Failure::run)?;
-            let mut moments = vec![Moment::default(); scene.cells];
-            polynomials
-                .residual_moments(&v, &mut moments)
-                .map_err(Failure::run)?;
-            Ok(moments.iter().map(Moment::cast).collect())
-        };
-        Self::new(scene, kinds, &polynomials, &solution, residual)
-    }
-
-    fn new<C: Coefficients<B, Scalar = f64>, const B: usize>(
-        scene: &Scene<'_>,
-        kinds: Option<&[u8]>,
-        coefficients: &C,
-        solution: &Solution<B>,
-        residual: impl FnOnce() -> Result<Vec<Moment<F>>, Failure>,
-    ) -> Result<Self, Failure> {
-        let source = match (kinds, scene.diagonal()) {
-            (Some(table), _) => {
-                let pairs = PairTable::new(table, scene.cells).map_err(Failure::run)?;
-                let g = solution
-                    .source(coefficients, &pairs)
-                    .map_err(Failure::run)?;
-                NeighbourSource::Kinds(table.to_vec(), g)
-            }
-            (None, Some(diagonal)) => {
-                let pairs = OffDiagonal { diagonal };
-                let g = solution
-                    .source(coefficients, &pairs)
-                    .map_err(Failure::run)?;
-                NeighbourSource::Table(pairs, g)
-            }
-            (None, None) => NeighbourSource::ClosedForm(residual()?),
-        };
-        Ok(Self {
-            v: solution.rounded().map_err(Failure::run)?,
-            source,
-            solve: solution.solve,
-            contraction: solution.contraction,
-        })
-    }
-}
-
 /// G as the neighbour equation of these pairs has it.
 #[derive(Debug)]
 pub(crate) enum NeighbourSource<F> {
@@ -217,34 +147,59 @@ pub(crate) enum NeighbourSource<F> {
 impl<'a, F: Real> Setup<'a, F> {
     /// Solves the Galerkin system of the scene in f64 and rounds what the walks need.
     pub(crate) fn new(scene: Scene<'a>) -> Result<Self, Failure> {
-        Self::of_kinds(scene, None)
+        Self::of(scene, &scene.solve()?, None)
     }
 
-    /// As [`new`](Self::new), with these kinds of all pairs if there are some.
-    fn of_kinds(scene: Scene<'a>, kinds: Option<&[u8]>) -> Result<Self, Failure> {
+    /// Of a solved system, with these kinds of all pairs if there are some.
+    fn of(scene: Scene<'a>, solved: &Solved, kinds: Option<&[u8]>) -> Result<Self, Failure> {
         let start = Instant::now();
-        let Solved {
-            v,
-            source,
-            solve,
-            contraction,
-        } = {
-            let tables =
-                Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
-            let circle = scene.circle(&tables)?;
-            match scene.degree {
-                0 => Solved::of_constants(&scene, kinds, &circle)?,
-                degree => of_degree!(degree, B => Solved::of_degree::<B>(&scene, kinds, &circle)?),
+        let tables = Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
+        let circle = scene.circle(&tables)?;
+        let mut setup = match scene.degree {
+            0 => {
+                let solution = solved.system::<Solution<1>>()?;
+                let residual = || circle.residual_moments(solution).map_err(Failure::run);
+                Self::of_solution(scene, kinds, &circle, solution, residual)?
             }
+            degree => of_degree!(degree, B => {
+                let polynomials = Polynomials::<_, _, B>::new(&circle);
+                let solution = solved.system::<Solution<B>>()?;
+                let residual = || residual_moments(&polynomials, solution, scene.cells);
+                Self::of_solution(scene, kinds, &polynomials, solution, residual)?
+            }),
+        };
+        setup.seconds = solved.seconds + start.elapsed().as_secs_f64();
+        Ok(setup)
+    }
+
+    fn of_solution<C: Coefficients<B, Scalar = f64>, const B: usize>(
+        scene: Scene<'a>,
+        kinds: Option<&[u8]>,
+        coefficients: &C,
+        solution: &Solution<B>,
+        residual: impl FnOnce() -> Result<Vec<Moment<F>>, Failure>,
+    ) -> Result<Self, Failure> {
+        let source = match (kinds, scene.diagonal()) {
+            (Some(table), _) => {
+                let pairs = PairTable::new(table, scene.cells).map_err(Failure::run)?;
+                let g = solution.source(coefficients, &pairs);
+                NeighbourSource::Kinds(table.to_vec(), g.map_err(Failure::run)?)
+            }
+            (None, Some(diagonal)) => {
+                let pairs = OffDiagonal { diagonal };
+                let g = solution.source(coefficients, &pairs);
+                NeighbourSource::Table(pairs, g.map_err(Failure::run)?)
+            }
+            (None, None) => NeighbourSource::ClosedForm(residual()?),
         };
         Ok(Self {
             scene,
             tables: Tables::new(scene.reflectance, scene.cells).map_err(Failure::input)?,
-            v,
+            v: solution.rounded().map_err(Failure::run)?,
             source,
-            solve,
-            contraction,
-            seconds: start.elapsed().as_secs_f64(),
+            solve: solution.solve,
+            contraction: solution.contraction,
+            seconds: 0.0,
         })
     }
 
@@ -391,7 +346,34 @@ impl<F: Real> Setup<'_, F> {
     }
 }
 
+/// What the closed form of G takes: moments of what the Galerkin solution leaves over.
+fn residual_moments<F: Real, const B: usize>(
+    polynomials: &Polynomials<'_, '_, f64, Light<'_>, B>,
+    solution: &Solution<B>,
+    cells: usize,
+) -> Result<Vec<Moment<F>>, Failure> {
+    let v = solution.seen::<F>().map_err(Failure::run)?;
+    let mut moments = vec![Moment::default(); cells];
+    polynomials
+        .residual_moments(&v, &mut moments)
+        .map_err(Failure::run)?;
+    Ok(moments.iter().map(Moment::cast).collect())
+}
+
 impl<'a> Scene<'a> {
+    /// Solves its Galerkin system: a [`Solution`] of as many functions on a cell as the degree has.
+    fn solve(&self) -> Result<Solved, Failure> {
+        let tables = Tables::<f64>::new(self.reflectance, self.cells).map_err(Failure::input)?;
+        let circle = self.circle(&tables)?;
+        match self.degree {
+            0 => Solved::new(|| circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)),
+            degree => of_degree!(degree, B => {
+                let polynomials = Polynomials::<_, _, B>::new(&circle);
+                Solved::new(|| polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run))
+            }),
+        }
+    }
+
     /// (u, Φ), where it is known.
     fn exact(&self, question: &Question) -> Option<f64> {
         match self.light {
@@ -635,24 +617,25 @@ impl<'f> CircleFile<'f> {
     }
 
     /// Sets up, with the kinds of pairs one by one if they are wanted.
-    fn set_up<F: Real>(&self) -> Result<Setup<'_, F>, Failure> {
+    fn set_up<F: Real>(&self, solved: &Solved) -> Result<Setup<'_, F>, Failure> {
         let scene = self.scene()?;
         if scene.pairs != Pairs::Theory {
-            return Setup::new(scene);
+            return Setup::of(scene, solved, None);
         }
         let start = Instant::now();
-        let mut setup = Setup::of_kinds(scene, Some(&self.theory(scene)?))?;
-        setup.seconds = start.elapsed().as_secs_f64();
+        let kinds = self.theory(scene, solved)?;
+        let mut setup = Setup::of(scene, solved, Some(&kinds))?;
+        setup.seconds = solved.seconds + start.elapsed().as_secs_f64();
         Ok(setup)
     }
 
     /// The kinds of all pairs, for what is asked for.
-    fn theory(&self, scene: Scene<'_>) -> Result<Vec<u8>, Failure> {
+    fn theory(&self, scene: Scene<'_>, solved: &Solved) -> Result<Vec<u8>, Failure> {
         let (cells, degree) = (scene.cells, scene.degree);
         let nodes = theory::nodes(self.file, cells, degree + 2)?;
         let of = |diagonal| theory::table_of(&OffDiagonal { diagonal }, cells);
         let in_s = of(PairKind::Galerkin);
-        let setup = Setup::<f64>::of_kinds(scene, Some(&in_s))?;
+        let setup = Setup::<f64>::of(scene, solved, Some(&in_s))?;
         let circle = scene.circle(&setup.tables)?;
         let level = CircleLevel::new(&circle, nodes, degree).map_err(Failure::run)?;
         let estimator = plan(self.file, None).estimator;
@@ -664,7 +647,7 @@ impl<'f> CircleFile<'f> {
             };
             self.with_starts(&circle, &level, |targets| {
                 theory::choose(of(PairKind::Pointwise), |table, last| {
-                    let setup = Setup::<f64>::of_kinds(scene, Some(table))?;
+                    let setup = Setup::<f64>::of(scene, solved, Some(table))?;
                     let pairs = setup.pairs()?;
                     setup.boxed(&circle, |neighbour| {
                         let setting = Setting {
@@ -738,8 +721,13 @@ impl<'f> CircleFile<'f> {
         self.asked.iter().filter_map(of).collect()
     }
 
-    fn answer_in<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
-        let setup = self.set_up::<F>()?;
+    fn answer_in<F: Real>(
+        &self,
+        solved: &Solved,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
+        let setup = self.set_up::<F>(solved)?;
         let questions = self.questions();
         let known = setup.known(&questions)?;
         let start = Instant::now();
@@ -872,7 +860,7 @@ impl Problem for CircleFile<'_> {
     }
 
     fn diagnose(&self, request: &Request<'_>) -> Result<Diagnosis, Failure> {
-        let setup = self.set_up::<f64>()?;
+        let setup = self.set_up::<f64>(&self.solve()?)?;
         let circle = setup.scene.circle(&setup.tables)?;
         let level =
             CircleLevel::new(&circle, request.nodes, self.degree()).map_err(Failure::run)?;
@@ -917,10 +905,14 @@ impl Problem for CircleFile<'_> {
         }
     }
 
-    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+    fn solve(&self) -> Result<Solved, Failure> {
+        self.scene()?.solve()
+    }
+
+    fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         match self.file.walk.scalar.value {
-            Scalar::F32 => self.answer_in::<f32>(plan, progress),
-            Scalar::F64 => self.answer_in::<f64>(plan, progress),
+            Scalar::F32 => self.answer_in::<f32>(solved, plan, progress),
+            Scalar::F64 => self.answer_in::<f64>(solved, plan, progress),
         }
     }
 }

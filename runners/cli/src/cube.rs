@@ -23,7 +23,7 @@ use crate::failure::Failure;
 use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::formula::{self, Formula};
 use crate::problem::{
-    Answer, Asked, Cost, Known, NO_SOLVE, Problem, WalkCost, Where, asked, floors,
+    Answer, Asked, Cost, Known, NO_SOLVE, Problem, Solved, WalkCost, Where, asked, floors,
     infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
@@ -268,9 +268,23 @@ impl<const D: usize, const B: usize> Coefficients<B> for Table<D, B> {
 pub(crate) struct Setup<const D: usize, const B: usize> {
     pub(crate) table: Table<D, B>,
     pub(crate) solution: Solution<B>,
+}
+
+impl<const D: usize, const B: usize> Setup<D, B> {
     /// The spectral radius of T_h²p with all pairs in S, estimated.
-    pub(crate) radius: f64,
-    pub(crate) seconds: f64,
+    fn neighbour_second_moment(
+        &self,
+        formulas: &Formulas<f64>,
+        per_axis: usize,
+        absorption: f64,
+    ) -> Result<f64, Failure> {
+        let cube = formulas.cube::<D>(per_axis, absorption)?;
+        match &self.table {
+            table @ Table::Dense { .. } => cube.with_functions::<B>().neighbour_radius(table),
+            Table::Product(tables) => tables.neighbour_radius(absorption),
+        }
+        .map_err(|error| explained(error, &formulas.watch))
+    }
 }
 
 /// Sets up on all threads.
@@ -280,7 +294,6 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
     rule: Rule,
     absorption: f64,
 ) -> Result<Setup<D, B>, Failure> {
-    let start = Instant::now();
     let explain = |error| explained(error, &formulas.watch);
     let cube = formulas
         .cube::<D>(per_axis, absorption)?
@@ -304,17 +317,7 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
     let solution = cube
         .solve(&table, rule, TOLERANCE, SWEEPS)
         .map_err(explain)?;
-    let radius = match &table {
-        Table::Dense { .. } => cube.neighbour_radius(&table),
-        Table::Product(tables) => tables.neighbour_radius(absorption),
-    }
-    .map_err(explain)?;
-    Ok(Setup {
-        table,
-        solution,
-        radius,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    Ok(Setup { table, solution })
 }
 
 /// Fills the rows of a cell: one type for every shape.
@@ -531,14 +534,33 @@ impl<'f> CubeFile<'f> {
         &self,
         formulas: &Formulas<f64>,
     ) -> Result<Setup<D, B>, Failure> {
+        let setup = self.system(formulas)?;
+        self.refuse_infinite_neighbour(formulas, &setup)?;
+        Ok(setup)
+    }
+
+    fn system<const D: usize, const B: usize>(
+        &self,
+        formulas: &Formulas<f64>,
+    ) -> Result<Setup<D, B>, Failure> {
         if self.cube.integral.is_some() {
             self.check_integral::<D>(formulas)?;
         }
-        let setup = set_up::<D, B>(formulas, self.per_axis, self.rule()?, self.absorption())?;
+        set_up::<D, B>(formulas, self.per_axis, self.rule()?, self.absorption())
+    }
+
+    fn refuse_infinite_neighbour<const D: usize, const B: usize>(
+        &self,
+        formulas: &Formulas<f64>,
+        setup: &Setup<D, B>,
+    ) -> Result<(), Failure> {
         // With all pairs pointwise h is k, which has been looked at.
-        let asked = self.file.walk.allow_infinite_variance || self.pairs().is_none();
-        if asked || setup.radius < 1.0 {
-            return Ok(setup);
+        if self.file.walk.allow_infinite_variance || self.pairs().is_none() {
+            return Ok(());
+        }
+        let radius = setup.neighbour_second_moment(formulas, self.per_axis, self.absorption())?;
+        if radius < 1.0 {
+            return Ok(());
         }
         let message = format!(
             "the variance of the neighbour equation's walks is infinite: their operator, of the Galerkin \
@@ -547,7 +569,7 @@ impl<'f> CubeFile<'f> {
              --allow-infinite-variance: error bars then mean nothing)",
             self.per_axis,
             self.points(),
-            crate::numbers::short(setup.radius)
+            crate::numbers::short(radius)
         );
         Err(match &self.file.galerkin.cells {
             Some(cells) => self.file.refuse(cells, message).into(),
@@ -557,12 +579,14 @@ impl<'f> CubeFile<'f> {
 
     fn answer_in<F: Real, const D: usize, const B: usize>(
         &self,
+        setup: &Setup<D, B>,
         kinds: &impl Kinds<F, D, B>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
+        let start = Instant::now();
         let wide = Formulas::<f64>::new(self.cube)?;
-        let setup = self.set_up::<D, B>(&wide)?;
+        self.refuse_infinite_neighbour(&wide, setup)?;
         let formulas = Formulas::<F>::new(self.cube)?;
         let cube = formulas
             .cube::<D>(self.per_axis, self.absorption())?
@@ -577,11 +601,11 @@ impl<'f> CubeFile<'f> {
             weighted: self.weighted(&formulas, &cube, &means, &v)?,
             contraction: setup.solution.contraction,
             solve: setup.solution.solve,
-            setup_seconds: setup.seconds,
+            setup_seconds: start.elapsed().as_secs_f64(),
         };
         let mut answer = None;
-        kinds.then(&cube, &setup, &v, &mut |neighbour| {
-            answer = Some(self.walk(&known, neighbour, plan, progress)?);
+        kinds.then(&cube, setup, &v, &mut |neighbour| {
+            answer = Some(self.walk_with(&known, neighbour, plan, progress)?);
             Ok(())
         })?;
         answer.ok_or_else(|| Failure::run("no neighbour equation was made"))
@@ -589,13 +613,14 @@ impl<'f> CubeFile<'f> {
 
     fn answer_pointwise<F: Real, const D: usize>(
         &self,
+        setup: &Setup<D, 1>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let pairs = self.pointwise::<D>()?;
+        let pairs = self.pointwise::<D>(setup)?;
         let seconds = start.elapsed().as_secs_f64();
-        let mut answer = self.answer_in::<F, D, 1>(&pairs, plan, progress)?;
+        let mut answer = self.answer_in::<F, D, 1>(setup, &pairs, plan, progress)?;
         if let Pointwise::Table(table) = &pairs {
             answer.setup_seconds += seconds;
             answer.pair_counts = Some(PairCounts::of(table));
@@ -605,11 +630,11 @@ impl<'f> CubeFile<'f> {
 
     fn diagnose_in<const D: usize, const B: usize>(
         &self,
+        setup: &Setup<D, B>,
         kinds: &impl Kinds<f64, D, B>,
         request: &Request<'_>,
     ) -> Result<Diagnosis, Failure> {
         let formulas = Formulas::<f64>::new(self.cube)?;
-        let setup = self.set_up::<D, B>(&formulas)?;
         let cube = formulas
             .cube::<D>(self.per_axis, self.absorption())?
             .with_functions::<B>();
@@ -623,7 +648,7 @@ impl<'f> CubeFile<'f> {
         };
         let pairs = kinds.pairs(cube.cells())?;
         let mut diagnosis = None;
-        kinds.then(&cube, &setup, &v, &mut |neighbour| {
+        kinds.then(&cube, setup, &v, &mut |neighbour| {
             diagnosis = Some(self.examine(
                 &formulas,
                 (neighbour, pairs),
@@ -734,48 +759,62 @@ impl<'f> CubeFile<'f> {
         let d = self.cube.dimension.value;
         match self.pairs() {
             // Validation has refused these at degrees above 0.
-            None => in_dimension!(d, D => {
-                self.diagnose_in::<D, 1>(&self.pointwise::<D>()?, request)
-            }),
-            Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
-                self.diagnose_in::<D, 1>(&self.pointwise::<D>()?, request)
-            }),
+            None => in_dimension!(d, D => self.diagnose_pointwise::<D>(request)),
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => {
+                in_dimension!(d, D => self.diagnose_pointwise::<D>(request))
+            }
             Some(pairs) => in_shape!(d, self.degree(), D, B => {
-                self.diagnose_in::<D, B>(&Smooth(pairs), request)
+                self.diagnose_in::<D, B>(&self.set_up(&Formulas::new(self.cube)?)?, &Smooth(pairs), request)
             }),
         }
+    }
+
+    fn diagnose_pointwise<const D: usize>(
+        &self,
+        request: &Request<'_>,
+    ) -> Result<Diagnosis, Failure> {
+        let setup = self.set_up::<D, 1>(&Formulas::new(self.cube)?)?;
+        self.diagnose_in::<D, 1>(&setup, &self.pointwise(&setup)?, request)
     }
 
     /// With the pairs that the file asks for.
-    fn answer_with<F: Real>(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+    fn answer_with<F: Real>(
+        &self,
+        solved: &Solved,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Answer, Failure> {
         let d = self.cube.dimension.value;
-        match self.pairs() {
+        let mut answer = match self.pairs() {
             // Validation has refused these at degrees above 0.
-            None => in_dimension!(d, D => self.answer_pointwise::<F, D>(plan, progress)),
-            Some(pairs) if pairs.diagonal == PairKind::Pointwise => {
-                in_dimension!(d, D => self.answer_pointwise::<F, D>(plan, progress))
-            }
-            Some(pairs) => in_shape!(d, self.degree(), D, B => {
-                self.answer_in::<F, D, B>(&Smooth(pairs), plan, progress)
+            None => in_dimension!(d, D => {
+                self.answer_pointwise::<F, D>(solved.system()?, plan, progress)
             }),
-        }
+            Some(pairs) if pairs.diagonal == PairKind::Pointwise => in_dimension!(d, D => {
+                self.answer_pointwise::<F, D>(solved.system()?, plan, progress)
+            }),
+            Some(pairs) => in_shape!(d, self.degree(), D, B => {
+                self.answer_in::<F, D, B>(solved.system()?, &Smooth(pairs), plan, progress)
+            }),
+        }?;
+        answer.setup_seconds += solved.seconds;
+        Ok(answer)
     }
 
     /// The pairs of piecewise constants where some are pointwise.
-    fn pointwise<const D: usize>(&self) -> Result<Pointwise, Failure> {
+    fn pointwise<const D: usize>(&self, setup: &Setup<D, 1>) -> Result<Pointwise, Failure> {
         Ok(match (self.file.galerkin.pairs.value, self.pairs()) {
-            (Pairs::Theory, _) => Pointwise::Table(self.theory::<D>()?),
+            (Pairs::Theory, _) => Pointwise::Table(self.theory(setup)?),
             (_, Some(pairs)) => Pointwise::Diagonal(pairs),
             (_, None) => Pointwise::All,
         })
     }
 
     /// The kinds of all pairs, for what is asked for.
-    fn theory<const D: usize>(&self) -> Result<Vec<u8>, Failure> {
+    fn theory<const D: usize>(&self, setup: &Setup<D, 1>) -> Result<Vec<u8>, Failure> {
         let cells = self.all_cells();
         let nodes = theory::nodes(self.file, cells, 2_usize.saturating_pow(D as u32))?;
         let formulas = Formulas::<f64>::new(self.cube)?;
-        let setup = self.set_up::<D, 1>(&formulas)?;
         let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
         let v = setup.solution.rounded::<f64>().map_err(Failure::run)?;
         let means = self.weight_means(&formulas, &cube)?;
@@ -785,7 +824,7 @@ impl<'f> CubeFile<'f> {
         let mut chosen = None;
         let galerkin = PairKind::Galerkin;
         let in_s = Pointwise::Diagonal(OffDiagonal { diagonal: galerkin });
-        in_s.then(&cube, &setup, &v, &mut |galerkin| {
+        in_s.then(&cube, setup, &v, &mut |galerkin| {
             let terms = Terms {
                 cells,
                 galerkin,
@@ -799,7 +838,7 @@ impl<'f> CubeFile<'f> {
                     let kinds = Pointwise::Table(table.to_vec());
                     let pairs = Kinds::<f64, D, 1>::pairs(&kinds, cells)?;
                     let mut looked = None;
-                    kinds.then(&cube, &setup, &v, &mut |neighbour| {
+                    kinds.then(&cube, setup, &v, &mut |neighbour| {
                         let setting = Setting {
                             equation: &cube,
                             neighbour,
@@ -852,7 +891,7 @@ impl<'f> CubeFile<'f> {
     }
 
     /// Walks with this neighbour equation.
-    fn walk<F: Real, const D: usize>(
+    fn walk_with<F: Real, const D: usize>(
         &self,
         known: &Deterministics<'_, F, D>,
         neighbour: &Boxed<'_, F, D>,
@@ -940,7 +979,7 @@ impl<'f> CubeFile<'f> {
             setup_seconds: 0.0,
         };
         let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
-        self.walk(&known, none, plan, progress)
+        self.walk_with(&known, none, plan, progress)
     }
 
     /// The weights that are asked for.
@@ -1515,10 +1554,16 @@ impl Problem for CubeFile<'_> {
         }
     }
 
-    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+    fn solve(&self) -> Result<Solved, Failure> {
+        let (d, degree) = (self.cube.dimension.value, self.degree());
+        let formulas = Formulas::new(self.cube)?;
+        in_shape!(d, degree, D, B => Solved::new(|| self.system::<D, B>(&formulas)))
+    }
+
+    fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         match self.file.walk.scalar.value {
-            Scalar::F32 => self.answer_with::<f32>(plan, progress),
-            Scalar::F64 => self.answer_with::<f64>(plan, progress),
+            Scalar::F32 => self.answer_with::<f32>(solved, plan, progress),
+            Scalar::F64 => self.answer_with::<f64>(solved, plan, progress),
         }
     }
 }

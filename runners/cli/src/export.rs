@@ -253,9 +253,9 @@ pub(crate) fn room<F: Real + Number, const B: usize>(
         surfaces.push(walls.end as u32);
     }
     tables.numbers("surfaces", &surfaces);
-    tables.numbers("views", setup.matrix.views().table());
+    tables.numbers("views", setup.system.matrix.views().table());
     tables.numbers("degree", &[B as u32 - 1]);
-    dense::<F, B>(&mut tables, setup.matrix.entries());
+    dense::<F, B>(&mut tables, setup.system.matrix.entries());
     tables.numbers("v", &setup.v);
     tables.numbers("source", &setup.g);
     let kinds = match setup.choice {

@@ -1,7 +1,9 @@
 //! What the commands need of a problem, whatever its kind.
 
+use core::any::Any;
 use core::fmt::Display;
 use core::time::Duration;
+use std::time::Instant;
 
 use fredholm_core::galerkin::Solve;
 use fredholm_core::{Estimate, Real, Statistics, rounding_floor};
@@ -110,8 +112,42 @@ pub(crate) trait Problem: Sync {
     /// Walks that follow no neighbour equation, and need no set-up.
     fn plain(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
 
+    /// Solves the Galerkin system of these cells and this degree.
+    fn solve(&self) -> Result<Solved, Failure>;
+
+    /// Walks, where that is done: whatever the pairs, the absorption and the estimator are.
+    fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
+
     /// Sets up, and walks.
-    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
+    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        self.walk(&self.solve()?, plan, progress)
+    }
+}
+
+/// A solved Galerkin system: its coefficients and its solution, as its kind of problem knows them.
+#[derive(Debug)]
+pub(crate) struct Solved {
+    system: Box<dyn Any + Send + Sync>,
+    /// How long it took.
+    pub(crate) seconds: f64,
+}
+
+impl Solved {
+    /// With what this gives, and its time.
+    pub(crate) fn new<T: Any + Send + Sync>(
+        solve: impl FnOnce() -> Result<T, Failure>,
+    ) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let system = Box::new(solve()?);
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Self { system, seconds })
+    }
+
+    /// The system, which is of the type that its own problem made.
+    pub(crate) fn system<T: Any>(&self) -> Result<&T, Failure> {
+        let system = self.system.downcast_ref();
+        system.ok_or_else(|| Failure::run("a Galerkin system of another problem"))
+    }
 }
 
 /// The problem that a file describes.

@@ -1,6 +1,7 @@
 //! A room from its file to statistics: scene, set-up, targets, walks, irradiance and net flux.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{Dense, PairTable, Pairs as _, Piecewise, Rounded, Solution};
@@ -22,7 +23,7 @@ use crate::file::{
     self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
 };
 use crate::problem::{
-    Answer, Asked, Besides, Cost, Known, Problem, WalkCost, Where, asked, floors, infinite_variance,
+    Answer, Asked, Besides, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::{plan, refuse_memory};
@@ -334,11 +335,12 @@ impl<'f> RoomFile<'f> {
 
     fn answer_in<F: Real, const B: usize>(
         &self,
+        system: &Arc<System<B>>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
         let start = Instant::now();
-        let setup = self.set_up::<F, B>(self.pairs())?;
+        let setup = self.set_up_of::<F, B>(Arc::clone(system), self.pairs())?;
         let room = setup.room()?;
         let polynomials = Polynomials::new(&room);
         let dense = setup.coefficients();
@@ -346,7 +348,7 @@ impl<'f> RoomFile<'f> {
         // One type of walk for all degrees.
         let neighbour = setup.neighbour(&polynomials, &coefficients)?;
         let neighbour: &Boxed<'_, F> = &*neighbour;
-        let (tables, solution, v) = (&setup.tables, &setup.solution, &setup.v);
+        let (tables, solution, v) = (&setup.tables, &system.solution, &setup.v);
         let setup_seconds = start.elapsed().as_secs_f64();
 
         let solution_there = Solutions {
@@ -354,7 +356,7 @@ impl<'f> RoomFile<'f> {
             irradiance: &|x| polynomials.irradiance_of(x, v),
         };
         let lengths = tables.lengths();
-        let walked = self.walk(&room, lengths, neighbour, &solution_there, plan, progress)?;
+        let walked = self.walk_with(&room, lengths, neighbour, &solution_there, plan, progress)?;
         Ok(Answer {
             floors: floors(v, solution.contraction, &walked.outcome),
             pointwise: setup.pointwise(),
@@ -366,7 +368,7 @@ impl<'f> RoomFile<'f> {
     }
 
     /// Walks; floors and the set-up are left open.
-    fn walk<'a, F: Real>(
+    fn walk_with<'a, F: Real>(
         &self,
         room: &Room<'a, F>,
         lengths: &'a [f64],
@@ -456,7 +458,7 @@ impl<'f> RoomFile<'f> {
             mean: &|_| 0.0,
             irradiance: &|_| 0.0,
         };
-        self.walk(&room, tables.lengths(), none, &dark, plan, progress)
+        self.walk_with(&room, tables.lengths(), none, &dark, plan, progress)
     }
 
     fn tables_in<F: Real + Number, const B: usize>(&self) -> Result<TableBuilder, Failure> {
@@ -469,36 +471,51 @@ impl<'f> RoomFile<'f> {
         &self,
         pairs: Pairs,
     ) -> Result<SetUp<F, B>, Failure> {
-        let choice = choice(pairs);
+        self.set_up_of(Arc::new(self.system::<B>()?), pairs)
+    }
+
+    /// The coefficients of this room, and the solution.
+    fn system<const B: usize>(&self) -> Result<System<B>, Failure> {
         let (scene, mesh) = (&self.scene, &self.mesh);
         let matrix = Matrix::with_functions(scene, mesh, r_min(B - 1)).map_err(Failure::run)?;
         let solution = matrix
             .solve(scene, mesh, TOLERANCE, SWEEPS)
             .map_err(Failure::run)?;
-        let views = matrix.views();
+        Ok(System { matrix, solution })
+    }
+
+    fn set_up_of<F: Real, const B: usize>(
+        &self,
+        system: Arc<System<B>>,
+        pairs: Pairs,
+    ) -> Result<SetUp<F, B>, Failure> {
+        let choice = choice(pairs);
+        let System { matrix, solution } = &*system;
         let v = solution.rounded::<F>().map_err(Failure::run)?;
         let kinds = match pairs {
-            Pairs::Theory => Some(self.theory(&matrix, &solution)?),
+            Pairs::Theory => Some(self.theory(matrix, solution)?),
             _ => None,
         };
         let dense = matrix.coefficients();
         let g = match &kinds {
             Some(table) => {
-                let pairs = PairTable::new(table, mesh.len()).map_err(Failure::run)?;
+                let pairs = PairTable::new(table, self.mesh.len()).map_err(Failure::run)?;
                 solution.source(&dense, &pairs)
             }
-            None => solution.source(&dense, &RoomPairs { views, choice }),
+            None => {
+                let views = matrix.views();
+                solution.source(&dense, &RoomPairs { views, choice })
+            }
         };
         let g = g.map_err(Failure::run)?;
         Ok(SetUp {
-            tables: Tables::new(scene, mesh),
+            tables: Tables::new(&self.scene, &self.mesh),
             absorption: self.file.walk.absorption.value,
-            matrix,
-            solution,
             choice,
             kinds,
             v,
             g,
+            system,
         })
     }
 
@@ -841,13 +858,19 @@ struct Solutions<'s, 'a, F> {
 /// A neighbour equation of any degree.
 pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
 
+/// The coefficients of a room, and the Galerkin solution.
+#[derive(Debug)]
+pub(crate) struct System<const B: usize> {
+    pub(crate) matrix: Matrix<B>,
+    solution: Solution<B>,
+}
+
 /// What walks in a room need.
 #[derive(Debug)]
 pub(crate) struct SetUp<F, const B: usize = 1> {
     pub(crate) tables: Tables<F>,
     pub(crate) absorption: f64,
-    pub(crate) matrix: Matrix<B>,
-    solution: Solution<B>,
+    pub(crate) system: Arc<System<B>>,
     pub(crate) choice: Choice,
     /// The kinds of all pairs, where they are chosen one by one.
     kinds: Option<Vec<u8>>,
@@ -860,12 +883,12 @@ impl<F: Real, const B: usize> SetUp<F, B> {
     /// The room.
     pub(crate) fn room(&self) -> Result<Room<'_, F>, Failure> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
-        Room::new(geometry, cells, self.matrix.views(), self.absorption).map_err(Failure::input)
+        Room::new(geometry, cells, self.system.matrix.views(), self.absorption).map_err(Failure::input)
     }
 
     /// Pointwise pairs of a row, in the mean.
     fn pointwise(&self) -> f64 {
-        let (views, choice) = (self.matrix.views(), self.choice);
+        let (views, choice) = (self.system.matrix.views(), self.choice);
         let pairs = RoomPairs { views, choice };
         let cells = self.tables.cells().len();
         let count = match &self.kinds {
@@ -877,7 +900,7 @@ impl<F: Real, const B: usize> SetUp<F, B> {
 
     /// K'.
     pub(crate) fn coefficients(&self) -> Dense<'_, f64> {
-        self.matrix.coefficients()
+        self.system.matrix.coefficients()
     }
 
     /// The neighbour equation that v solves exactly.
@@ -901,7 +924,7 @@ impl<F: Real, const B: usize> SetUp<F, B> {
 
     fn by_views(&self) -> RoomPairs<'_> {
         RoomPairs {
-            views: self.matrix.views(),
+            views: self.system.matrix.views(),
             choice: self.choice,
         }
     }
@@ -1198,10 +1221,19 @@ impl Problem for RoomFile<'_> {
         })
     }
 
-    fn answer(&self, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
-        of_degree!(self.degree(), B => match self.file.walk.scalar.value {
-            Scalar::F32 => self.answer_in::<f32, B>(plan, progress),
-            Scalar::F64 => self.answer_in::<f64, B>(plan, progress),
-        })
+    fn solve(&self) -> Result<Solved, Failure> {
+        of_degree!(self.degree(), B => Solved::new(|| Ok(Arc::new(self.system::<B>()?))))
+    }
+
+    fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
+        let mut answer = of_degree!(self.degree(), B => {
+            let system = solved.system::<Arc<System<B>>>()?;
+            match self.file.walk.scalar.value {
+                Scalar::F32 => self.answer_in::<f32, B>(system, plan, progress),
+                Scalar::F64 => self.answer_in::<f64, B>(system, plan, progress),
+            }
+        })?;
+        answer.setup_seconds += solved.seconds;
+        Ok(answer)
     }
 }
