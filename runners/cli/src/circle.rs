@@ -525,7 +525,8 @@ const CELL: f64 = 0.8e-6;
 const FUNCTION: f64 = 0.7e-6;
 /// Plain walks.
 const PLAIN: WalkCost = WalkCost {
-    state: 15e-9,
+    start: 15e-9,
+    step: 15e-9,
     score: 15e-9,
     pair: 0.0,
 };
@@ -741,6 +742,7 @@ impl<'f> CircleFile<'f> {
             walk_seconds: start.elapsed().as_secs_f64(),
             // Their closed forms are a part of a score.
             pointwise: 0.0,
+            second_moment: None,
             others: Vec::new(),
             pair_counts: match &setup.source {
                 NeighbourSource::Kinds(table, _) => Some(PairCounts::of(table)),
@@ -792,8 +794,10 @@ impl Problem for CircleFile<'_> {
         let [state, score] = nanoseconds.map(|time| 1e-9 * time);
         Cost {
             setup: self.cells as f64 * (CELL + degree * FUNCTION),
+            source: 0.0,
             walk: WalkCost {
-                state,
+                start: state,
+                step: state,
                 score,
                 pair: 0.0,
             },

@@ -549,18 +549,19 @@ impl<'f> CubeFile<'f> {
         set_up::<D, B>(formulas, self.per_axis, self.rule()?, self.absorption())
     }
 
+    /// Gives the spectral radius of T_h²p, where it is looked at.
     fn refuse_infinite_neighbour<const D: usize, const B: usize>(
         &self,
         formulas: &Formulas<f64>,
         setup: &Setup<D, B>,
-    ) -> Result<(), Failure> {
+    ) -> Result<Option<f64>, Failure> {
         // With all pairs pointwise h is k, which has been looked at.
         if self.file.walk.allow_infinite_variance || self.pairs().is_none() {
-            return Ok(());
+            return Ok(None);
         }
         let radius = setup.neighbour_second_moment(formulas, self.per_axis, self.absorption())?;
         if radius < 1.0 {
-            return Ok(());
+            return Ok(Some(radius));
         }
         let message = format!(
             "the variance of the neighbour equation's walks is infinite: their operator, of the Galerkin \
@@ -586,7 +587,7 @@ impl<'f> CubeFile<'f> {
     ) -> Result<Answer, Failure> {
         let start = Instant::now();
         let wide = Formulas::<f64>::new(self.cube)?;
-        self.refuse_infinite_neighbour(&wide, setup)?;
+        let second_moment = self.refuse_infinite_neighbour(&wide, setup)?;
         let formulas = Formulas::<F>::new(self.cube)?;
         let cube = formulas
             .cube::<D>(self.per_axis, self.absorption())?
@@ -602,6 +603,7 @@ impl<'f> CubeFile<'f> {
             contraction: setup.solution.contraction,
             solve: setup.solution.solve,
             setup_seconds: start.elapsed().as_secs_f64(),
+            second_moment,
         };
         let mut answer = None;
         kinds.then(&cube, setup, &v, &mut |neighbour| {
@@ -945,6 +947,7 @@ impl<'f> CubeFile<'f> {
                 None => self.all_cells() as f64,
                 Some(pairs) => f64::from(u8::from(pairs.diagonal == PairKind::Pointwise)),
             },
+            second_moment: known.second_moment,
             others: Vec::new(),
             besides: Vec::new(),
             fluxes: Vec::new(),
@@ -977,6 +980,7 @@ impl<'f> CubeFile<'f> {
             contraction: 0.0,
             solve: NO_SOLVE,
             setup_seconds: 0.0,
+            second_moment: None,
         };
         let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
         self.walk_with(&known, none, plan, progress)
@@ -1295,6 +1299,7 @@ struct Deterministics<'a, F: 'static, const D: usize> {
     contraction: f64,
     solve: Solve<f64>,
     setup_seconds: f64,
+    second_moment: Option<f64>,
 }
 
 /// Where the walks of a target start.
@@ -1436,16 +1441,16 @@ impl Problem for CubeFile<'_> {
         let points = self.points().pow(d as u32) as f64;
         let (n, b) = (self.all_cells() as f64, self.functions() as f64);
         let values = if self.degree() == 0 { 0.0 } else { VALUE * b };
-        let setup = match &self.cube.kernel {
+        let (setup, source) = match &self.cube.kernel {
             KernelText::General(_) => {
                 let integrals = points * points * (seconds + values) + points * VALUE * b * b;
-                n * n * (integrals + 20e-9 * b * b)
+                (n * n * (integrals + 20e-9 * b * b), 3e-9 * (n * b).powi(2))
             }
             KernelText::Factors(_) => {
                 let (m, functions) = (self.per_axis as f64, (self.degree() + 1) as f64);
                 let axes = m * m * (self.points().pow(2) as f64) * (seconds + values);
                 let sweeps = n * functions.powi(d as i32) * m * functions * d as f64;
-                axes + 12e-9 * sweeps
+                (axes + 12e-9 * sweeps, 0.7e-9 * sweeps)
             }
         };
         let (d, b) = (d as f64, if self.degree() == 0 { 0.0 } else { b });
@@ -1454,15 +1459,19 @@ impl Problem for CubeFile<'_> {
             KernelText::General(_) => (10e-9, 0.3e-9 * b * b),
             KernelText::Factors(_) => (17e-9, 10e-9 * d * b + 0.35e-9 * b * b),
         };
+        let step = axis * d + seconds;
         let plain = WalkCost {
-            state: axis * d + seconds,
+            start: step,
+            step,
             score: 10e-9 + formula::seconds(&self.cube.source.value),
             pair: 0.0,
         };
         Cost {
             setup,
+            source,
             walk: WalkCost {
-                state: plain.state + contraction,
+                start: step + contraction,
+                step: step + contraction,
                 pair: 2.0 * self.integral_seconds(),
                 ..plain
             },

@@ -67,6 +67,12 @@ pub(crate) trait Problem: Sync {
     /// Refuses walks whose error bars would mean nothing.
     fn refuse_infinite_variance(&self) -> Result<(), Failure>;
 
+    /// The same where the system is solved.
+    fn refuse_infinite_variance_of(&self, solved: &Solved) -> Result<(), Failure> {
+        let _ = solved;
+        self.refuse_infinite_variance()
+    }
+
     /// The spectral radius of T_k²p, estimated: below 1 if walks have a finite variance.
     fn second_moment(&self) -> Result<f64, Failure>;
 
@@ -86,6 +92,11 @@ pub(crate) trait Problem: Sync {
 
     /// The exponent r of √Var ~ n^−r that theory has for polynomials of a degree.
     fn order(&self, degree: usize) -> f64 {
+        self.smooth_order(degree)
+    }
+
+    /// The same where nothing but the degree limits it.
+    fn smooth_order(&self, degree: usize) -> f64 {
         (degree + 1) as f64 / self.dimension().unwrap_or(1) as f64
     }
 
@@ -223,6 +234,8 @@ pub(crate) fn asked(
 pub(crate) struct Cost {
     /// Seconds of the set-up.
     pub(crate) setup: f64,
+    /// The part of it that is left where the system is solved: G.
+    pub(crate) source: f64,
     /// Of walks that both equations follow.
     pub(crate) walk: WalkCost,
     /// Of plain walks.
@@ -232,8 +245,10 @@ pub(crate) struct Cost {
 /// What walks take.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WalkCost {
-    /// Seconds of a visited state.
-    pub(crate) state: f64,
+    /// Seconds of the state where a walk starts.
+    pub(crate) start: f64,
+    /// Of every further one.
+    pub(crate) step: f64,
     /// Seconds of a score besides: once a walk, or in every state.
     pub(crate) score: f64,
     /// Seconds of a pointwise pair in a score.
@@ -247,7 +262,7 @@ impl WalkCost {
             file::Estimator::Absorption => 1.0,
             file::Estimator::Collision => states,
         };
-        states * self.state + scores * (self.score + pairs * self.pair)
+        self.start + (states - 1.0) * self.step + scores * (self.score + pairs * self.pair)
     }
 }
 
@@ -275,8 +290,10 @@ pub(crate) struct Answer {
     pub(crate) setup_seconds: f64,
     /// How long the walks took.
     pub(crate) walk_seconds: f64,
-    /// Pointwise pairs of a row, in the mean over rows.
+    /// Pointwise pairs of a row, in the mean over the space of states.
     pub(crate) pointwise: f64,
+    /// The spectral radius of T_h²p, or a bound of it, where it was looked at.
+    pub(crate) second_moment: Option<f64>,
     /// Of the walks that rooms make besides, for irradiances and net fluxes.
     pub(crate) others: Vec<Statistics>,
     /// How many pairs are what, where they were chosen one by one.
@@ -304,6 +321,7 @@ impl Answer {
             setup_seconds: 0.0,
             walk_seconds: walking.as_secs_f64(),
             pointwise: 0.0,
+            second_moment: None,
             pair_counts: None,
             others: Vec::new(),
             besides: Vec::new(),

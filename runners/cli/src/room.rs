@@ -23,7 +23,8 @@ use crate::file::{
     self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
 };
 use crate::problem::{
-    Answer, Asked, Besides, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors, infinite_variance,
+    Answer, Asked, Besides, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors,
+    infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::{plan, refuse_memory};
@@ -41,27 +42,27 @@ const PAIR: f64 = 80e-9;
 const MOMENTS: f64 = 340e-9;
 /// Seconds of a row's cells close by, of every degree.
 const CLOSE: f64 = 15e-6;
-/// Walks of degree 0 between four walls, and what a degree adds.
-const WALK: WalkCost = WalkCost {
-    state: 65e-9,
-    score: 30e-9,
-    pair: 28e-9,
-};
-const DEGREE: WalkCost = WalkCost {
-    state: 40e-9,
-    score: 20e-9,
-    pair: 13e-9,
-};
-/// The part of it that a pair takes which is pointwise by default, most of which are next to corners.
-const CORNER: f64 = 0.65;
-/// Plain walks there.
-const PLAIN: WalkCost = WalkCost {
-    state: 60e-9,
-    score: 15e-9,
-    pair: 0.0,
-};
-/// Seconds of a state for a further wall.
+/// Seconds of a coefficient in G.
+const SOURCE: f64 = 3e-9;
+/// Walks between four walls: a start, a ray, and a score without pairs.
+const START: f64 = 25e-9;
+const RAY: f64 = 80e-9;
+const SCORE: f64 = 5e-9;
+/// Seconds of a ray for a further wall.
 const WALL: f64 = 45e-9;
+/// Where pairs are in S: h on a ray, what a degree adds, and a score.
+const IN_S: f64 = 40e-9;
+const IN_S_DEGREE: f64 = 95e-9;
+const IN_S_SCORE: f64 = 25e-9;
+/// A pointwise pair in a score.
+const PAIR_OF_CONSTANTS: f64 = 18e-9;
+const PAIR_OF_POLYNOMIALS: f64 = 30e-9;
+const PAIR_DEGREE: f64 = 9e-9;
+/// How many times longer it takes next to a corner, where most are by default.
+const CORNER: f64 = 1.15;
+/// What cells close by take besides in a score where all pairs are pointwise.
+const NEAR: f64 = 400e-9;
+const NEAR_DEGREE: f64 = 100e-9;
 /// Cells enough to estimate a spectral radius.
 const COARSE: usize = 100;
 
@@ -725,23 +726,67 @@ impl<'f> RoomFile<'f> {
     }
 
     /// The estimated spectral radius of T_h²p, on few cells: more only bring h nearer to k.
-    fn neighbour_second_moment<const B: usize>(&self) -> Result<f64, Failure> {
+    fn neighbour_second_moment<const B: usize>(
+        &self,
+        solved: Option<&Solved>,
+    ) -> Result<f64, Failure> {
         // From the theory fewer are in S than by default.
         let choice = choice(self.pairs());
         if choice == Choice::Pointwise {
             // h = k.
             return Ok(0.0);
         }
+        if let Some(solved) = solved.filter(|_| self.cells <= COARSE) {
+            let system = solved.system::<Arc<System<B>>>()?;
+            return self.neighbour_second_moment_of(&self.mesh, &system.matrix, choice);
+        }
         let mesh = mesh(self.file, &self.scene, self.cells.min(COARSE))?;
         let matrix =
             Matrix::<B>::with_functions(&self.scene, &mesh, r_min(B - 1)).map_err(Failure::run)?;
-        let tables = Tables::new(&self.scene, &mesh);
+        self.neighbour_second_moment_of(&mesh, &matrix, choice)
+    }
+
+    fn neighbour_second_moment_of<const B: usize>(
+        &self,
+        mesh: &Mesh,
+        matrix: &Matrix<B>,
+        choice: Choice,
+    ) -> Result<f64, Failure> {
+        let tables = Tables::new(&self.scene, mesh);
         let (geometry, cells, views) = (tables.geometry(), tables.cells(), matrix.views());
         let absorption = self.file.walk.absorption.value;
         let room = Room::new(geometry, cells, views, absorption).map_err(Failure::input)?;
         let polynomials = Polynomials::new(&room);
         let pairs = RoomPairs { views, choice };
-        neighbour_second_moment_radius(&polynomials, &matrix, pairs).map_err(Failure::run)
+        neighbour_second_moment_radius(&polynomials, matrix, pairs).map_err(Failure::run)
+    }
+
+    /// Refuses walks whose error bars would mean nothing, with the solved system if there is one.
+    fn refuse_infinite(&self, solved: Option<&Solved>) -> Result<(), Failure> {
+        let absorption = self.file.walk.absorption.value;
+        let materials = self.surfaces.materials.iter().flatten();
+        let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
+        if !(largest * largest / (1.0 - absorption) < 1.0) {
+            let radius = self.second_moment()?;
+            if !(radius < 1.0) {
+                let what = "reflectance²/(1 − absorption)";
+                return Err(infinite_variance(self.file, what, radius));
+            }
+        }
+        let degree = self.degree();
+        if degree == 0 {
+            // h is a mean of k over cells.
+            return Ok(());
+        }
+        let radius = of_degree!(degree, B => self.neighbour_second_moment::<B>(solved))?;
+        if radius < 1.0 {
+            return Ok(());
+        }
+        let what = format!(
+            "h² of degree {degree} on {} cells (more may help)",
+            self.cells
+        );
+        Err(infinite_variance(self.file, what, radius))
     }
 
     /// Its surfaces, and its scene.
@@ -883,19 +928,29 @@ impl<F: Real, const B: usize> SetUp<F, B> {
     /// The room.
     pub(crate) fn room(&self) -> Result<Room<'_, F>, Failure> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
-        Room::new(geometry, cells, self.system.matrix.views(), self.absorption).map_err(Failure::input)
+        Room::new(geometry, cells, self.system.matrix.views(), self.absorption)
+            .map_err(Failure::input)
     }
 
-    /// Pointwise pairs of a row, in the mean.
+    /// Pointwise pairs of a row, in the mean over the walls' length: walks seldom meet the small cells in corners.
     fn pointwise(&self) -> f64 {
         let (views, choice) = (self.system.matrix.views(), self.choice);
         let pairs = RoomPairs { views, choice };
-        let cells = self.tables.cells().len();
-        let count = match &self.kinds {
-            Some(table) => PairCounts::of(table).pointwise,
-            None => (0..cells).map(|i| pairs.pointwise(i, cells).count()).sum(),
+        let cells = self.tables.cells();
+        let count = |i: usize| match &self.kinds {
+            Some(table) => {
+                let row = table.chunks_exact(cells.len()).nth(i);
+                row.map_or(0, |row| PairCounts::of(row).pointwise)
+            }
+            None => pairs.pointwise(i, cells.len()).count(),
         };
-        count as f64 / cells as f64
+        let (mut sum, mut all) = (0.0, 0.0);
+        for i in 0..cells.len() {
+            let length = cells.length(i).to_f64();
+            sum += length * count(i) as f64;
+            all += length;
+        }
+        sum / all
     }
 
     /// K'.
@@ -1101,49 +1156,45 @@ impl Problem for RoomFile<'_> {
         let degree = self.degree() as f64;
         let walls = self.scene.geometry().walls().len() as f64;
         let walls = WALL * (walls - 4.0).max(0.0);
-        let pair = match choice(self.pairs()) {
-            Choice::Default => CORNER,
-            _ => 1.0,
+        let ray = RAY + walls;
+        let plain = WalkCost {
+            start: START,
+            step: ray,
+            score: SCORE,
+            pair: 0.0,
+        };
+        let pair = match self.degree() {
+            0 => PAIR_OF_CONSTANTS,
+            _ => PAIR_OF_POLYNOMIALS + degree * PAIR_DEGREE,
+        };
+        let walk = match (choice(self.pairs()), self.degree()) {
+            (Choice::Pointwise, 0) => WalkCost { pair, ..plain },
+            (Choice::Pointwise, _) => WalkCost {
+                score: SCORE + NEAR + degree * NEAR_DEGREE,
+                pair,
+                ..plain
+            },
+            _ => WalkCost {
+                step: ray + IN_S + degree * IN_S_DEGREE,
+                score: SCORE + IN_S_SCORE,
+                pair: CORNER * pair,
+                ..plain
+            },
         };
         Cost {
             setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE,
-            walk: WalkCost {
-                state: WALK.state + walls + degree * DEGREE.state,
-                score: WALK.score + degree * DEGREE.score,
-                pair: pair * (WALK.pair + degree * DEGREE.pair),
-            },
-            plain: WalkCost {
-                state: PLAIN.state + walls,
-                ..PLAIN
-            },
+            source: SOURCE * (n * (degree + 1.0)).powi(2),
+            walk,
+            plain,
         }
     }
 
     fn refuse_infinite_variance(&self) -> Result<(), Failure> {
-        let absorption = self.file.walk.absorption.value;
-        let materials = self.surfaces.materials.iter().flatten();
-        let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
-        if !(largest * largest / (1.0 - absorption) < 1.0) {
-            let radius = self.second_moment()?;
-            if !(radius < 1.0) {
-                let what = "reflectance²/(1 − absorption)";
-                return Err(infinite_variance(self.file, what, radius));
-            }
-        }
-        let degree = self.degree();
-        if degree == 0 {
-            // h is a mean of k over cells.
-            return Ok(());
-        }
-        let radius = of_degree!(degree, B => self.neighbour_second_moment::<B>())?;
-        if radius < 1.0 {
-            return Ok(());
-        }
-        let what = format!(
-            "h² of degree {degree} on {} cells (more may help)",
-            self.cells
-        );
-        Err(infinite_variance(self.file, what, radius))
+        self.refuse_infinite(None)
+    }
+
+    fn refuse_infinite_variance_of(&self, solved: &Solved) -> Result<(), Failure> {
+        self.refuse_infinite(Some(solved))
     }
 
     fn second_moment(&self) -> Result<f64, Failure> {
@@ -1191,7 +1242,7 @@ impl Problem for RoomFile<'_> {
 
     /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
     fn order(&self, degree: usize) -> f64 {
-        let own = (degree + 1) as f64;
+        let own = self.smooth_order(degree);
         match choice(self.pairs()) {
             Choice::Default => own.min(0.5 * grading(self.file).exponent),
             _ => own,

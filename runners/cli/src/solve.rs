@@ -241,10 +241,10 @@ fn answer(
     let all = plan.walks.saturating_mul(asked.len() as u64);
     let progress = Progress::new(predicted.map_or(all, |predicted| predicted.min(all)));
     progress.say("setting up".to_owned());
-    let mut answer = if plain {
-        problem.plain(plan, &progress)?
-    } else {
-        problem.answer(plan, &progress)?
+    let mut answer = match split.and_then(|split| split.solved.as_ref()) {
+        _ if plain => problem.plain(plan, &progress)?,
+        Some(solved) => problem.walk(solved, plan, &progress)?,
+        None => problem.answer(plan, &progress)?,
     };
     progress.done();
     if plain {

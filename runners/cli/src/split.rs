@@ -15,6 +15,7 @@
 mod family;
 mod pilot;
 mod search;
+mod systems;
 
 use std::time::Instant;
 
@@ -23,7 +24,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::file::{Place, Placed, ProblemFile, word};
 use crate::numbers::short;
-use crate::problem;
+use crate::problem::{self, Solved};
 use crate::solve;
 
 use pilot::{Prediction, Setting};
@@ -35,6 +36,8 @@ pub(crate) struct Split {
     pub(crate) file: ProblemFile,
     /// Whether walks follow no neighbour equation.
     pub(crate) plain: bool,
+    /// What a pilot left of the set-up.
+    pub(crate) solved: Option<Solved>,
     pub(crate) report: SplitReport,
 }
 
@@ -100,46 +103,56 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
     while let Some(absorption) = most {
         let mut search = Search::new(file, error, absorption);
         search.run();
-        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
-        let pilot_seconds = clock.elapsed().as_secs_f64();
-        let (found, refused) = search.take_found();
-        refusal = refusal.or(refused);
-        let plain = found.iter().find(|found| found.setting.plain);
         most = search.lower();
-        // Where the best has no variance that is finite, longer walks may have one.
-        let alone = search.checks_late() && most.is_some();
-        let tried = if alone { 1 } else { found.len() };
-        for prediction in found.iter().take(tried) {
-            let setting = &prediction.setting;
-            let chosen = match accepted(file, setting) {
-                Ok(chosen) => chosen,
+        while let Some(best) = search.best() {
+            let setting = best.setting;
+            // What follows is asked of every file before it is solved.
+            let searched = clock.elapsed().as_secs_f64();
+            match accepted(file, &setting, search.systems.of(&setting)) {
+                Ok(chosen) => {
+                    let plain = search.best_plain();
+                    let solved = search.systems.take(&setting);
+                    let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
+                    return Ok(Some(Split {
+                        file: chosen,
+                        plain: setting.plain,
+                        solved,
+                        report: SplitReport {
+                            method: setting.method(),
+                            predicted_setup_seconds: best.setup,
+                            predicted_walk_seconds: best.walking,
+                            predicted_walks: best.walks,
+                            predicted_states: best.states,
+                            predicted_plain_seconds: plain.as_ref().map(Prediction::seconds),
+                            pilots: pilots + search.pilots,
+                            pilot_walks: walks + search.walks,
+                            pilot_seconds: searched - kept,
+                        },
+                    }));
+                }
                 Err(failure) => {
                     refusal.get_or_insert(failure);
-                    continue;
                 }
-            };
-            return Ok(Some(Split {
-                file: chosen,
-                plain: setting.plain,
-                report: SplitReport {
-                    method: setting.method(),
-                    predicted_setup_seconds: prediction.setup,
-                    predicted_walk_seconds: prediction.walking,
-                    predicted_walks: prediction.walks,
-                    predicted_states: prediction.states,
-                    predicted_plain_seconds: plain.map(Prediction::seconds),
-                    pilots,
-                    pilot_walks: walks,
-                    pilot_seconds,
-                },
-            }));
+            }
+            // Where the best has no variance that is finite, longer walks may have one.
+            if search.checks_late() && most.is_some() {
+                break;
+            }
+            search.forget(setting);
+            search.settle();
         }
+        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
+        refusal = refusal.or(search.take_refusal());
     }
     Err(refusal.unwrap_or_else(|| Failure::input("no setting of the file has walks")))
 }
 
-/// The file with a setting, if the problem takes it.
-fn accepted(file: &ProblemFile, setting: &Setting) -> Result<ProblemFile, Failure> {
+/// The file with a setting, if the problem takes it, whose system may be solved.
+fn accepted(
+    file: &ProblemFile,
+    setting: &Setting,
+    solved: Option<&Solved>,
+) -> Result<ProblemFile, Failure> {
     let mut chosen = setting.applied(file);
     if chosen.walk.walks.place == Place::Default {
         // Until the error is reached.
@@ -147,11 +160,13 @@ fn accepted(file: &ProblemFile, setting: &Setting) -> Result<ProblemFile, Failur
     }
     chosen.validate()?;
     let problem = problem::of_file(&chosen)?;
-    if !setting.plain {
+    if !setting.plain && solved.is_none() {
         solve::refuse_beyond_memory(&chosen, &*problem)?;
     }
-    if !chosen.walk.allow_infinite_variance {
-        problem.refuse_infinite_variance()?;
+    match solved {
+        _ if chosen.walk.allow_infinite_variance => {}
+        Some(solved) => problem.refuse_infinite_variance_of(solved)?,
+        None => problem.refuse_infinite_variance()?,
     }
     drop(problem);
     Ok(chosen)

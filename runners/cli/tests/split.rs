@@ -295,19 +295,14 @@ fn the_error_is_kept_as_often_as_it_should_be() {
             let near = runs.iter().filter(|run| run.distance <= 1.96 * asked);
             let hits = near.count();
             inside += hits;
-            let mut seconds: Vec<f64> = runs.iter().map(|run| run.seconds).collect();
-            seconds.sort_by(f64::total_cmp);
-            let (name, chosen, median) =
-                (problem.name, &runs[0].settings, seconds[seconds.len() / 2]);
+            let median = median(runs.iter().map(|run| run.seconds));
+            let (name, chosen) = (problem.name, &runs[0].settings);
             write!(
                 table,
                 "| {name} | {error} | {hits}/{seeds} | {chosen} | {median:.3} |"
             )
             .unwrap();
-            let best = sweep
-                .iter()
-                .map(|swept| (swept.seconds(asked), &swept.settings));
-            if let Some((best, by)) = best.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            if let Some((best, by)) = fastest(problem, error, &sweep) {
                 write!(table, " {best:.3} | {by} | {:.2} |", median / best).unwrap();
             }
             table.push('\n');
@@ -355,9 +350,31 @@ fn settings(report: &Value) -> String {
     )
 }
 
+fn median(seconds: impl Iterator<Item = f64>) -> f64 {
+    let mut seconds: Vec<f64> = seconds.collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds[seconds.len() / 2]
+}
+
+/// The setting of a sweep that reaches an error first, and its seconds: of those that are the fastest by few walks,
+/// which may miss rare scores, the fastest by nine runs.
+fn fastest<'s>(problem: &Problem, error: &str, sweep: &'s [Swept]) -> Option<(f64, &'s str)> {
+    let asked = error.parse().unwrap();
+    let mut sweep: Vec<&Swept> = sweep.iter().collect();
+    sweep.sort_by(|a, b| a.seconds(asked).total_cmp(&b.seconds(asked)));
+    let few = sweep.into_iter().take(8);
+    let ran = few.map(|swept| {
+        let seconds = (1..=9).map(|seed| swept.run(problem, error, seed));
+        (median(seconds), swept.settings.as_str())
+    });
+    ran.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// What one setting took.
 struct Swept {
     settings: String,
+    text: String,
+    args: Vec<String>,
     setup: f64,
     walk: f64,
     std_dev: f64,
@@ -374,6 +391,32 @@ impl Swept {
             walks
         };
         self.setup + walks * self.walk
+    }
+
+    /// Seconds until an error is reached.
+    fn run(&self, problem: &Problem, error: &str, seed: u32) -> f64 {
+        let seed = seed.to_string();
+        let until = [
+            "--target-error",
+            error,
+            "--walks",
+            "1000000000",
+            "--seed",
+            &seed,
+        ];
+        let mut args: Vec<&str> = self.args.iter().map(String::as_str).collect();
+        args.extend(until);
+        let ran = Folder::new().solve(&self.text, &args);
+        assert_eq!(
+            ran.status,
+            Some(0),
+            "{}, {}: {}",
+            problem.name,
+            self.settings,
+            ran.stderr
+        );
+        let report = ran.json();
+        number(&report, "setup_seconds") + number(&report, "walk_seconds")
     }
 }
 
@@ -407,13 +450,12 @@ fn sweep(problem: &Problem) -> Vec<Swept> {
                             pairs,
                             "--estimator",
                             estimator,
-                            "--walks",
-                            "16384",
                             "--threads",
                             "1",
                             "--json",
                         ];
-                        let ran = Folder::new().solve(&text, &args);
+                        let few = [&args[..], &["--walks", "16384"]].concat();
+                        let ran = Folder::new().solve(&text, &few);
                         // Not every problem has all of them.
                         if ran.status != Some(0) {
                             continue;
@@ -421,6 +463,8 @@ fn sweep(problem: &Problem) -> Vec<Swept> {
                         let report = ran.json();
                         swept.push(Swept {
                             settings: settings(&report),
+                            args: args.map(str::to_owned).to_vec(),
+                            text,
                             setup: number(&report, "setup_seconds"),
                             walk: number(&report, "walk_seconds") / 16_384.0,
                             std_dev: number(&target(&report)["preconditioned"], "std_dev"),

@@ -2,6 +2,15 @@
 
 use super::pilot::{Level, Pilot, Prediction, Setting};
 
+/// How √Var falls with the number of unknowns.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Order {
+    /// The exponent of theory.
+    pub(super) most: f64,
+    /// The part of it for which a choice is prepared.
+    pub(super) slow: f64,
+}
+
 /// A degree with a choice of pairs, an absorption and an estimator, and what is known of it.
 #[derive(Clone, Debug)]
 pub(super) struct Family {
@@ -11,20 +20,20 @@ pub(super) struct Family {
     /// With the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
     /// √Var ~ unknowns^−order, by theory.
-    order: f64,
+    order: Order,
     /// The same as long as there are no two pilots.
     assumed: f64,
 }
 
 impl Family {
     /// A family of which nothing is known but the order that it will have in the end.
-    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
+    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: Order) -> Self {
         Self {
             first,
             levels,
             pilots: Vec::new(),
             order,
-            assumed: order,
+            assumed: order.most,
         }
     }
 
@@ -99,20 +108,21 @@ impl Family {
         let falls = coarse.needed() / fine.needed();
         let order = 0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln();
         if order.is_finite() {
-            order.clamp(0.5 * self.order, self.order)
+            order.clamp(0.5 * self.order.most, self.order.most)
         } else {
-            self.order
+            self.order.most
         }
     }
 
-    /// Of every level, from the pilot on it or on the last before it.
+    /// Of every level from the first pilot's on, from the pilot on it or on the last before it.
     pub(super) fn predictions(&self, batch: u64) -> Vec<Prediction> {
         let order = self.observed();
         let of = |(number, level): (usize, &Level)| {
-            let before = self.pilots.iter().rev().find(|(seen, _)| *seen <= number);
-            let (_, pilot) = before.or(self.pilots.first())?;
+            let mut before = self.pilots.iter().rev();
+            let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
-            Some(pilot.predict(level, more.powf(-2.0 * order), batch))
+            let scale = more.powf(-2.0 * order);
+            Some(pilot.predict(level, [scale, scale.powf(self.order.slow)], batch))
         };
         self.levels.iter().enumerate().filter_map(of).collect()
     }

@@ -10,11 +10,6 @@ use crate::problem::{Answer, Cost, WalkCost};
 const TARGETS: usize = 8;
 /// Batches of which rounds need not be counted.
 const MANY: f64 = 1e6;
-/// How many times the variance of N walks of a target the true one may be, for which a choice is prepared, is
-/// 1 + RARE/√N: rare large scores may all be missing.
-const RARE: f64 = 45.0;
-/// The part of the order of theory that finer cells have at least.
-const SLOW: f64 = 0.75;
 
 /// Everything that may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,13 +37,24 @@ impl Setting {
         file
     }
 
-    /// Seconds of its set-up, and what its walks take.
-    pub(super) const fn costs(&self, cost: &Cost) -> (f64, WalkCost) {
+    /// Whether one solved system serves both.
+    pub(super) fn shares_system(&self, other: &Self) -> bool {
+        let of = |setting: &Self| (setting.plain, setting.cells, setting.degree);
+        of(self) == of(other)
+    }
+
+    /// Seconds of its set-up, and of what is left of it where the system is solved.
+    pub(super) const fn setup(&self, cost: &Cost) -> [f64; 2] {
         if self.plain {
-            (0.0, cost.plain)
+            [0.0; 2]
         } else {
-            (cost.setup, cost.walk)
+            [cost.setup, cost.source]
         }
+    }
+
+    /// What its walks take.
+    pub(super) const fn walk(&self, cost: &Cost) -> WalkCost {
+        if self.plain { cost.plain } else { cost.walk }
     }
 
     /// The word of the report.
@@ -129,6 +135,8 @@ pub(super) struct Pilot {
     /// Pointwise pairs of a row, in the mean.
     pub(super) pointwise: f64,
     pub(super) unknowns: f64,
+    /// c where the true variance may be 1 + c/√N times that of its N walks.
+    rare: f64,
 }
 
 impl Pilot {
@@ -138,6 +146,7 @@ impl Pilot {
         error: TargetError,
         unknowns: usize,
         answer: &Answer,
+        rare: f64,
     ) -> Self {
         // What a room needs besides stands in no target, and is all there.
         let all = || answer.outcome.statistics.iter().chain(&answer.others);
@@ -164,6 +173,17 @@ impl Pilot {
             states: states as f64 / walks as f64,
             pointwise: answer.pointwise,
             unknowns: unknowns as f64,
+            rare,
+        }
+    }
+
+    /// As if the walks of another setting had its variance.
+    pub(super) fn shortened(&self, setting: Setting, rare: f64) -> Self {
+        Self {
+            states: self.states * self.setting.absorption / setting.absorption,
+            setting,
+            rare,
+            ..self.clone()
         }
     }
 
@@ -173,29 +193,32 @@ impl Pilot {
         targets.map(|asked| asked.weight * asked.needed).sum()
     }
 
-    /// Seconds of what was done.
+    /// Seconds of its walks.
     pub(super) fn seconds(&self, cost: &Cost) -> f64 {
-        let (setup, walk) = self.costs(cost, self.pointwise);
-        setup + self.walks as f64 * walk
+        self.walks as f64 * self.walk(cost, self.pointwise)
     }
 
-    /// What its setting takes on these cells, on which the variance is so many times that of the pilot.
-    pub(super) fn predict(&self, level: &Level, scale: f64, batch: u64) -> Prediction {
+    /// What its setting takes on these cells, on which the variance is so many times that of the pilot, or so many
+    /// times if cells help less.
+    pub(super) fn predict(&self, level: &Level, [scale, slow]: [f64; 2], batch: u64) -> Prediction {
         let batch = batch as f64;
         let walks = |scale: f64| -> f64 {
             let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
             self.targets.iter().map(of).sum()
         };
-        let (setup, each) = self.costs(&level.cost, self.pairs(level.unknowns));
+        let each = self.walk(&level.cost, self.pairs(level.unknowns));
+        let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let rare = 1.0 + RARE / (of as f64).sqrt();
-        let [luckily, walks, rarely] = [scale / rare, scale, rare * scale.powf(SLOW)].map(walks);
+        let rare = 1.0 + self.rare / (of as f64).sqrt();
+        let [luckily, walks, rarely] = [scale / rare, scale, rare * slow].map(walks);
         Prediction {
             setting: Setting {
                 cells: level.cells,
                 ..self.setting
             },
             setup,
+            source,
+            each,
             walking: walks * each,
             prepared: 0.5 * (walks + rarely) * each,
             hoped: luckily * each,
@@ -218,11 +241,10 @@ impl Pilot {
         }
     }
 
-    /// Seconds of the set-up, and of a walk.
-    fn costs(&self, cost: &Cost, pairs: f64) -> (f64, f64) {
-        let (setup, walk) = self.setting.costs(cost);
-        let walk = walk.seconds(self.setting.estimator, self.states, pairs);
-        (setup, walk)
+    /// Seconds of a walk.
+    fn walk(&self, cost: &Cost, pairs: f64) -> f64 {
+        let walk = self.setting.walk(cost);
+        walk.seconds(self.setting.estimator, self.states, pairs)
     }
 }
 
@@ -239,13 +261,15 @@ pub(super) struct Level {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prediction {
     pub(super) setting: Setting,
-    /// Seconds, on one thread.
+    /// Seconds on one thread: of the set-up, of what is left of it where the system is solved, of a walk, and of all.
     pub(super) setup: f64,
+    pub(super) source: f64,
+    pub(super) each: f64,
     pub(super) walking: f64,
     /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
-    prepared: f64,
+    pub(super) prepared: f64,
     /// The same if there were rare large scores in the pilot.
-    hoped: f64,
+    pub(super) hoped: f64,
     /// Walks of a target that a pilot of this very setting had; 0 if there was none.
     pub(super) of: u64,
     pub(super) walks: f64,
@@ -256,16 +280,6 @@ impl Prediction {
     /// Of all.
     pub(super) fn seconds(&self) -> f64 {
         self.setup + self.walking
-    }
-
-    /// The least that it may be.
-    pub(super) fn hoped(&self) -> f64 {
-        self.setup + self.hoped
-    }
-
-    /// What is minimised.
-    pub(super) fn price(&self) -> f64 {
-        self.setup + self.prepared
     }
 }
 

@@ -3,8 +3,9 @@
 use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
-use super::family::Family;
+use super::family::{Family, Order};
 use super::pilot::{Level, Pilot, Prediction, Sample, Setting};
+use super::systems::Systems;
 use crate::failure::Failure;
 use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
 use crate::output::abandon;
@@ -23,30 +24,55 @@ struct Allowance {
     one: f64,
     /// The same of all pilots until then, and it.
     all: f64,
+    /// Whether its set-up counts: one that the answer may go on with is judged by what it may save.
+    setup: bool,
 }
 
-/// Of pilots that look around, of those that look at finer cells of the best, and of those that confirm it.
+/// Of pilots that look around.
 const LOOK: Allowance = Allowance {
-    walks: 512,
-    one: 0.05,
+    walks: 256,
+    one: 0.03,
     all: 0.2,
+    setup: true,
 };
+/// Of those that look at finer cells of the best.
 const CLIMB: Allowance = Allowance {
     walks: 512,
     one: 0.15,
     all: 0.35,
+    setup: false,
 };
+/// Of those that look at finer cells of others.
+const AGAIN: Allowance = Allowance {
+    setup: true,
+    ..CLIMB
+};
+/// Of those that look at the same cells with other walks.
+const VARY: Allowance = Allowance {
+    walks: 512,
+    one: 0.01,
+    all: 0.35,
+    setup: true,
+};
+/// Of those that confirm the best.
 const CONFIRM: Allowance = Allowance {
     walks: 2048,
     one: 0.15,
-    all: 0.35,
+    all: 0.5,
+    setup: true,
 };
+/// The part of the order of theory that finer cells are trusted with, where nothing but the degree limits it.
+const SLOW: f64 = 0.75;
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
+/// How rare large scores are with bounded kernels, and with others: in rooms they come of steps next to corners.
+const BOUNDED: f64 = 4.5;
+const SINGULAR: f64 = 14.0;
+/// The spectral radius of T_k²p where it is not known, and the least of 1 less it.
+const RADIUS: f64 = 0.55;
+const LEAST: f64 = 0.01;
 /// How many times slower plain walks may be for a second look at them.
 const HOPELESS: f64 = 10.0;
-/// The part of the best price that is hoped for where there is a second look at others.
-const HOPE: f64 = 0.7;
 /// The part of 1/q0 that walks are at least long.
 const SHORTER: f64 = 0.9;
 /// Levels to begin with, and how many more there are where the finest is the best.
@@ -68,9 +94,14 @@ pub(super) struct Search<'f> {
     /// The values of q0 that are tried, and that from which to start.
     absorptions: Vec<f64>,
     shortest: Option<f64>,
+    /// The spectral radius of T_k²p without absorption, where it is known.
+    second_moment: Option<f64>,
     sample: Sample,
     families: Vec<Family>,
     found: Vec<Prediction>,
+    pub(super) systems: Systems,
+    /// Settings that the problem has refused.
+    refused: Vec<Setting>,
     /// The first that a setting met: what there is to say where none is taken.
     refusal: Option<Failure>,
     /// Predicted seconds of the pilots so far.
@@ -87,6 +118,28 @@ fn open<T: Clone>(given: &Placed<T>, all: &[T]) -> Vec<T> {
     }
 }
 
+/// Whether one of these is the same but for longer walks or more cells.
+fn is_refused(refused: &[Setting], setting: &Setting) -> bool {
+    let like = |refused: &Setting| {
+        let same = Setting {
+            cells: setting.cells,
+            absorption: setting.absorption,
+            estimator: setting.estimator,
+            ..*refused
+        };
+        same == *setting
+            && setting.absorption >= refused.absorption
+            && setting.cells <= refused.cells
+    };
+    refused.iter().any(like)
+}
+
+/// Seconds of a walk that ends as it does on average, where a row has so many pointwise pairs.
+fn walk_seconds(setting: &Setting, cost: &Cost, pairs: f64) -> f64 {
+    let walk = setting.walk(cost);
+    walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs)
+}
+
 impl<'f> Search<'f> {
     /// With an absorption of at most this, where the file leaves it open.
     pub(super) fn new(file: &'f ProblemFile, error: TargetError, most: f64) -> Self {
@@ -97,9 +150,12 @@ impl<'f> Search<'f> {
             error,
             shortest: absorptions.first().copied(),
             absorptions,
+            second_moment: None,
             sample: Sample::new(file),
             families: Vec::new(),
             found: Vec::new(),
+            systems: Systems::default(),
+            refused: Vec::new(),
             refusal: None,
             spent: 0.0,
             pilots: 0,
@@ -112,14 +168,15 @@ impl<'f> Search<'f> {
         self.drop_infinite_variances();
         self.plain();
         self.families();
-        self.climb();
-        self.hope();
-        self.climb();
-        self.confirm();
-        self.vary();
-        self.climb();
+        self.shorten();
+        self.settle();
         self.vary_plain();
-        self.confirm();
+        self.settle();
+    }
+
+    /// Looks at what is best until it stays the best.
+    pub(super) fn settle(&mut self) {
+        while self.vary() || self.climb() || self.hope() || self.confirm() {}
     }
 
     /// The largest absorption below those that were looked at first, if there is one.
@@ -133,11 +190,40 @@ impl<'f> Search<'f> {
         matches!(self.file.problem, file::Problem::Cube(_))
     }
 
-    /// All predictions, the best first, and the first refusal.
-    pub(super) fn take_found(&mut self) -> (Vec<Prediction>, Option<Failure>) {
-        let mut found = core::mem::take(&mut self.found);
-        found.sort_by(|a, b| a.price().total_cmp(&b.price()));
-        (found, self.refusal.take())
+    /// Forgets a setting that the problem refuses, shorter walks, and fewer cells, on which h is farther from k.
+    pub(super) fn forget(&mut self, setting: Setting) {
+        self.refused.push(setting);
+        let refused = &self.refused;
+        self.found
+            .retain(|found| !is_refused(refused, &found.setting));
+    }
+
+    /// What there is to say where no setting is taken.
+    pub(super) fn take_refusal(&mut self) -> Option<Failure> {
+        self.refusal.take()
+    }
+
+    /// Seconds of a set-up that are still to come.
+    fn due(&self, setting: &Setting, [setup, source]: [f64; 2]) -> f64 {
+        match self.systems.of(setting) {
+            Some(_) => source,
+            None => setup,
+        }
+    }
+
+    /// The same of what is promised.
+    fn due_of(&self, found: &Prediction) -> f64 {
+        self.due(&found.setting, [found.setup, found.source])
+    }
+
+    /// What is minimised.
+    fn price(&self, found: &Prediction) -> f64 {
+        self.due_of(found) + found.prepared
+    }
+
+    /// The least that it may be.
+    fn hoped(&self, found: &Prediction) -> f64 {
+        self.due_of(found) + found.hoped
     }
 
     fn estimators(&self) -> Vec<Estimator> {
@@ -192,12 +278,25 @@ impl<'f> Search<'f> {
             return;
         };
         // k² p is K²/p, and p has the factor 1 − q0.
-        let radius = |absorption: f64| radius * (1.0 - base.absorption) / (1.0 - absorption);
+        let without = radius * (1.0 - base.absorption);
+        self.second_moment = Some(without);
         let least = self.absorptions.last().copied();
+        let finite = |absorption: f64| without / (1.0 - absorption) < 1.0;
         self.absorptions
-            .retain(|&absorption| radius(absorption) < 1.0 || Some(absorption) == least);
+            .retain(|&absorption| finite(absorption) || Some(absorption) == least);
         let mut far = self.absorptions.iter().copied();
-        self.shortest = far.find(|&absorption| radius(absorption) < FAR).or(least);
+        self.shortest = far.find(|&absorption| self.is_far(absorption)).or(least);
+    }
+
+    /// The spectral radius of T_k²p, or what it is taken for.
+    fn radius(&self, absorption: f64) -> f64 {
+        let radius = self.second_moment.map(|radius| radius / (1.0 - absorption));
+        radius.unwrap_or(RADIUS)
+    }
+
+    /// Whether the variance is far from infinite.
+    fn is_far(&self, absorption: f64) -> bool {
+        self.radius(absorption) < FAR
     }
 
     const fn batch(&self) -> u64 {
@@ -205,7 +304,7 @@ impl<'f> Search<'f> {
     }
 
     /// The best prediction so far.
-    fn best(&self) -> Option<Prediction> {
+    pub(super) fn best(&self) -> Option<Prediction> {
         self.best_of(|_| true)
     }
 
@@ -213,8 +312,13 @@ impl<'f> Search<'f> {
     fn best_of(&self, of: impl Fn(&Prediction) -> bool) -> Option<Prediction> {
         let found = self.found.iter().filter(|found| of(found));
         found
-            .min_by(|a, b| a.price().total_cmp(&b.price()))
+            .min_by(|a, b| self.price(a).total_cmp(&self.price(b)))
             .copied()
+    }
+
+    /// The same of plain walks.
+    pub(super) fn best_plain(&self) -> Option<Prediction> {
+        self.best_of(|found| found.setting.plain)
     }
 
     /// Takes the family of a setting out of its list.
@@ -231,52 +335,86 @@ impl<'f> Search<'f> {
     /// Whether a pilot of so many walks is worth its time, where a row has so many pointwise pairs: whether it is
     /// cheap, and whether one round of its setting would be faster than the best.
     fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, allowance: Allowance) -> bool {
+        if is_refused(&self.refused, setting) {
+            return false;
+        }
         let Some(best) = self.best() else {
             return true;
         };
-        let (setup, walk) = setting.costs(cost);
-        let walk = walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs);
-        let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight() * walk;
-        let seconds =
-            PILOT + setup + (allowance.walks * self.sample.targets() as u64) as f64 * walk;
-        setup + SHORTER * round <= best.price()
+        let setup = self.due(setting, setting.setup(cost));
+        let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight();
+        let round = round * walk_seconds(setting, cost, pairs);
+        let seconds = self.seconds(setting, cost, pairs, allowance);
+        setup + SHORTER * round <= self.price(&best)
             && seconds <= allowance.one * best.seconds()
             && self.spent + seconds <= allowance.all * best.seconds()
     }
 
+    /// What counts of a pilot's time.
+    fn seconds(&self, setting: &Setting, cost: &Cost, pairs: f64, allowance: Allowance) -> f64 {
+        let setup = self.due(setting, setting.setup(cost));
+        let setup = if allowance.setup { setup } else { 0.0 };
+        let walks = (allowance.walks * self.sample.targets() as u64) as f64;
+        PILOT + setup + walks * walk_seconds(setting, cost, pairs)
+    }
+
     /// Walks; `None` where the problem does not take the setting.
-    fn pilot(&mut self, setting: Setting, walks: u64) -> Option<Pilot> {
+    fn pilot(&mut self, setting: Setting, allowance: Allowance) -> Option<Pilot> {
         if interrupted() {
             abandon(130);
         }
-        let pilot = self.try_pilot(setting, walks);
-        pilot.map_err(|refusal| self.refuse(refusal)).ok()
+        let pilot = self.try_pilot(setting, allowance);
+        let refused = |refusal| {
+            self.refuse(refusal);
+            self.forget(setting);
+        };
+        pilot.map_err(refused).ok()
+    }
+
+    /// c where the true variance of a target may be 1 + c/√N times that of N walks, for which a choice is prepared:
+    /// all large scores may be missing, the more of them the nearer the variance is to infinite.
+    fn rare(&self, absorption: f64) -> f64 {
+        let bounded = match &self.file.problem {
+            file::Problem::Room(_) => false,
+            // Whose integral is given may have a singularity.
+            file::Problem::Cube(cube) => cube.integral.is_none(),
+            file::Problem::Circle(_) => true,
+        };
+        let left = (1.0 - self.radius(absorption)).max(LEAST);
+        (if bounded { BOUNDED } else { SINGULAR }) / left.powf(1.25)
     }
 
     fn refuse(&mut self, refusal: Failure) {
         self.refusal.get_or_insert(refusal);
     }
 
-    fn try_pilot(&mut self, setting: Setting, walks: u64) -> Result<Pilot, Failure> {
+    fn try_pilot(&mut self, setting: Setting, allowance: Allowance) -> Result<Pilot, Failure> {
         let file = setting.applied(&self.sample.file);
         file.validate()?;
         let problem = problem::of_file(&file)?;
         let mut plan = solve::plan(&file, None);
-        plan.walks = walks;
+        plan.walks = allowance.walks;
         plan.target_error = None;
         plan.seed ^= SEED;
         let progress = Progress::hidden();
         let answer = if setting.plain {
             problem.plain(&plan, &progress)?
         } else {
-            problem.answer(&plan, &progress)?
+            if allowance.setup {
+                self.spent += self.due(&setting, setting.setup(&problem.cost()));
+            }
+            let solved = self.systems.solve(&*problem, &setting)?;
+            problem.walk(solved, &plan, &progress)?
         };
+        let without = |radius: f64| radius * (1.0 - setting.absorption);
+        self.second_moment = self.second_moment.or(answer.second_moment.map(without));
         let pilot = Pilot::new(
             setting,
             &self.sample,
             self.error,
             problem.unknowns(),
             &answer,
+            self.rare(setting.absorption),
         );
         self.pilots += 1;
         self.walks += pilot.walks;
@@ -346,23 +484,24 @@ impl<'f> Search<'f> {
         if !self.affords(&setting, &level.cost, 0.0, allowance) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, allowance.walks) else {
+        let Some(pilot) = self.pilot(setting, allowance) else {
             return false;
         };
         self.found.retain(|found| found.setting != setting);
-        self.found.push(pilot.predict(level, 1.0, self.batch()));
+        self.found
+            .push(pilot.predict(level, [1.0; 2], self.batch()));
         true
     }
 
-    /// Cells from few to many, so many levels and as far as they may pay, and the order of √Var in unknowns;
-    /// none where the problem does not take the setting.
-    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
+    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them; none where
+    /// the problem does not take the setting.
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, Order) {
         let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, Order), Failure> {
         let mut open = setting.applied(&self.sample.file);
         open.galerkin.cells = None;
         open.validate()?;
@@ -388,7 +527,12 @@ impl<'f> Search<'f> {
                 cost,
             });
         }
-        Ok((levels, problem.order(setting.degree)))
+        let (order, smooth) = (
+            problem.order(setting.degree),
+            problem.smooth_order(setting.degree),
+        );
+        let slow = if order < smooth { 1.0 } else { SLOW };
+        Ok((levels, Order { most: order, slow }))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
@@ -402,22 +546,30 @@ impl<'f> Search<'f> {
                     pairs,
                     ..self.base()
                 };
-                let (coarsest, order) = self.levels(&first, 1);
-                let mut family = Family::new(first, coarsest, order);
+                let (levels, order) = self.levels(&first, 1 + LEVELS);
+                let mut family = Family::new(first, levels, order);
                 if self.explore(&mut family, 0, LOOK) {
-                    self.extend(&mut family);
                     self.families.push(family);
                 }
             }
         }
     }
 
-    /// More levels, if there are any; whether there were.
+    /// More levels, if there are any, for all walks; whether there were.
     fn extend(&mut self, family: &mut Family) -> bool {
         let known = family.levels.len();
-        family.levels = self.levels(&family.first, known + LEVELS).0;
-        self.note(family);
-        family.levels.len() > known
+        let levels = self.levels(&family.first, known + LEVELS).0;
+        let mut others = core::mem::take(&mut self.families);
+        let own = (family.first.degree, family.first.pairs);
+        let alike = others
+            .iter_mut()
+            .filter(|other| (other.first.degree, other.first.pairs) == own);
+        for family in alike.chain([&mut *family]) {
+            family.levels.clone_from(&levels);
+            self.note(family);
+        }
+        self.families = others;
+        levels.len() > known
     }
 
     /// A pilot on the level of this number, if that is cheap; whether it was.
@@ -429,11 +581,14 @@ impl<'f> Search<'f> {
             cells: level.cells,
             ..family.first
         };
-        let pairs = family.last().map_or(0.0, |last| last.pairs(level.unknowns));
+        let pairs = match family.last() {
+            Some(last) => last.pairs(level.unknowns),
+            None => self.pairs_seen(&setting),
+        };
         if !self.affords(&setting, &level.cost, pairs, allowance) {
             return false;
         }
-        let Some(pilot) = self.pilot(setting, allowance.walks) else {
+        let Some(pilot) = self.pilot(setting, allowance) else {
             return false;
         };
         family.add(number, pilot);
@@ -441,101 +596,188 @@ impl<'f> Search<'f> {
         true
     }
 
+    /// Pointwise pairs of a row that were seen on these cells with another degree; 0 if none were.
+    fn pairs_seen(&self, setting: &Setting) -> f64 {
+        let alike = |pilot: &&Pilot| {
+            (pilot.setting.cells, pilot.setting.pairs) == (setting.cells, setting.pairs)
+        };
+        let seen = self.families.iter().filter_map(Family::last);
+        seen.rev().find(alike).map_or(0.0, |pilot| pilot.pointwise)
+    }
+
     /// What a family promises, in place of what it has promised.
     fn note(&mut self, family: &Family) {
         self.found.retain(|found| !family.has(&found.setting));
-        self.found.extend(family.predictions(self.batch()));
+        let mut promised = family.predictions(self.batch());
+        promised.retain(|found| !is_refused(&self.refused, &found.setting));
+        self.found.extend(promised);
     }
 
-    /// Pilots on finer levels, as long as what is promised is finer than what was seen.
-    fn climb(&mut self) {
-        while let Some(best) = self.best() {
-            let Some(mut family) = self.take_family(&best.setting) else {
-                return;
+    /// A pilot on a finer level, if what is promised is finer than what was seen; whether there was one.
+    fn climb(&mut self) -> bool {
+        let Some(best) = self.best() else {
+            return false;
+        };
+        let Some(mut family) = self.take_family(&best.setting) else {
+            return false;
+        };
+        let (cells, number) = (best.setting.cells, family.number(best.setting.cells));
+        let more = family.is_last(cells) && self.extend(&mut family)
+            || family.is_beyond(cells) && {
+                let before = self.stopover(&family, &best);
+                before.is_some_and(|before| self.explore(&mut family, before, CLIMB))
+                    || self.explore(&mut family, number, CLIMB)
             };
-            let (cells, next) = (best.setting.cells, family.next_number());
-            // Half-way, where that is cheap enough.
-            let middle = next.midpoint(family.number(cells));
-            let more = family.is_last(cells) && self.extend(&mut family)
-                || family.is_beyond(cells)
-                    && (self.explore(&mut family, middle, CLIMB)
-                        || self.explore(&mut family, next, CLIMB));
-            self.families.push(family);
-            if !more {
-                return;
-            }
-        }
+        self.families.push(family);
+        more
     }
 
-    /// A second pilot of every family that may well be faster than the best: where its first happened to show
-    /// much variance, or other pairs were looked at on finer cells.
-    fn hope(&mut self) {
+    /// The level on the way to the best at which a look may save most.
+    fn stopover(&self, family: &Family, best: &Prediction) -> Option<usize> {
+        let before = |found: &Prediction| found.of == 0 && found.setting.cells < best.setting.cells;
+        let (number, _) = self.promising(family, best, before)?;
+        Some(number)
+    }
+
+    /// The level at which a look, or a closer one at another system, may save most, if it may save more than twice its
+    /// time.
+    fn promising(
+        &self,
+        family: &Family,
+        best: &Prediction,
+        of: impl Fn(&Prediction) -> bool,
+    ) -> Option<(usize, Allowance)> {
+        let look = |found: &Prediction| if found.of == 0 { AGAIN } else { CONFIRM };
+        let gain = |found: &Prediction| {
+            let walks = (look(found).walks * self.sample.targets() as u64) as f64;
+            let seconds = self.due_of(found) + PILOT + walks * found.each;
+            self.price(best) - self.hoped(found) - 2.0 * seconds
+        };
+        let own = self.found.iter().filter(|found| family.has(&found.setting));
+        let other = |found: &Prediction| !found.setting.shares_system(&best.setting);
+        let closer = |found: &Prediction| found.of < CONFIRM.walks && other(found);
+        let open = own.filter(|found| of(found) && (found.of == 0 || closer(found)));
+        let most = open.max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+        (gain(most) > 0.0).then(|| (family.number(most.setting.cells), look(most)))
+    }
+
+    /// A look at every family that may well be faster than the best, or a closer one: where its first pilot happened to
+    /// show much variance, or other pairs were looked at on finer cells. Whether there was one.
+    fn hope(&mut self) -> bool {
         let mut families = core::mem::take(&mut self.families);
+        let mut more = false;
         for family in &mut families {
-            let own = self.found.iter().filter(|found| family.has(&found.setting));
-            let unseen = own.filter(|found| found.of == 0).copied();
-            let hoped = unseen.min_by(|a, b| a.hoped().total_cmp(&b.hoped()));
-            let bound = HOPE * self.best().map_or(0.0, |best| best.price());
-            if let Some(found) = hoped.filter(|found| found.hoped() < bound) {
-                let number = family.number(found.setting.cells);
-                self.explore(family, number, CLIMB);
+            let Some(best) = self.best().filter(|best| !family.has(&best.setting)) else {
+                continue;
+            };
+            if let Some((number, allowance)) = self.promising(family, &best, |_| true) {
+                more |= self.explore(family, number, allowance);
             }
         }
         self.families = families;
+        more
     }
 
-    /// Other absorptions and the other estimator, for the best neighbour equation that was found.
-    fn vary(&mut self) {
+    /// Absorptions and estimators that the best neighbour equation has not been seen with; whether there were some.
+    fn vary(&mut self) -> bool {
         let Some(best) = self.best_of(|found| !found.setting.plain) else {
-            return;
+            return false;
         };
         let family = self.families.iter().find(|f| f.has(&best.setting));
         let Some(family) = family.cloned() else {
-            return;
+            return false;
         };
         let (Some(level), Some(last)) = (family.seen(), family.last()) else {
-            return;
+            return false;
         };
+        let mut unseen = Vec::new();
         for (absorption, estimator) in self.kinds_of_walks() {
             let setting = Setting {
                 absorption,
                 estimator,
                 ..last.setting
             };
-            if setting == last.setting || !self.affords(&setting, &level.cost, last.pointwise, LOOK)
-            {
-                continue;
+            let known = self.families.iter().any(|family| family.has(&setting));
+            if !known && self.affords(&setting, &level.cost, last.pointwise, VARY) {
+                unseen.push(setting);
             }
-            if let Some(pilot) = self.pilot(setting, LOOK.walks) {
-                let varied = family.varied(pilot);
-                self.note(&varied);
-                self.families.push(varied);
+        }
+        let seconds = unseen
+            .iter()
+            .map(|setting| self.seconds(setting, &level.cost, last.pointwise, VARY));
+        // On few cells only if finer ones take longer to set up.
+        if best.of == 0 && seconds.sum::<f64>() > self.due_of(&best) {
+            return false;
+        }
+        let pilots = unseen
+            .into_iter()
+            .map(|setting| self.try_varied(&family, setting));
+        pilots.fold(false, |more, pilot| more | pilot)
+    }
+
+    /// Shorter walks for those families that they may make the best: with the variance that longer ones have, and
+    /// less time.
+    fn shorten(&mut self) {
+        let estimator = self.base().estimator;
+        for family in self.families.clone() {
+            let shorter = self.absorptions.iter().copied();
+            let shorter: Vec<f64> = shorter.filter(|&q0| q0 > family.first.absorption).collect();
+            for absorption in shorter {
+                let Some((level, pilot)) = family.seen().zip(family.last()) else {
+                    continue;
+                };
+                let setting = Setting {
+                    absorption,
+                    estimator,
+                    ..pilot.setting
+                };
+                let rare = self.rare(absorption);
+                let promised = family
+                    .varied(pilot.shortened(setting, rare))
+                    .predictions(self.batch());
+                let seconds = promised
+                    .iter()
+                    .map(|found| self.due_of(found) + found.walking);
+                let least = seconds.min_by(f64::total_cmp);
+                let best = self.best().map(|best| self.price(&best));
+                if least < best && self.affords(&setting, &level.cost, pilot.pointwise, VARY) {
+                    self.try_varied(&family, setting);
+                }
             }
         }
     }
 
-    /// More walks of what would be chosen, until it is what they choose, too.
-    fn confirm(&mut self) {
-        while let Some(best) = self.best() {
-            if best.of >= CONFIRM.walks {
-                return;
-            }
-            if best.setting.plain {
-                let level = self.plain_level();
-                if level.is_some_and(|level| self.pilot_plain(best.setting, &level, CONFIRM)) {
-                    continue;
-                }
-                return;
-            }
-            let Some(mut family) = self.take_family(&best.setting) else {
-                return;
-            };
-            let number = family.number(best.setting.cells);
-            let more = self.explore(&mut family, number, CONFIRM);
-            self.families.push(family);
-            if !more {
-                return;
-            }
+    /// Whether there is a pilot more.
+    fn try_varied(&mut self, family: &Family, setting: Setting) -> bool {
+        let Some(pilot) = self.pilot(setting, VARY) else {
+            return false;
+        };
+        let varied = family.varied(pilot);
+        self.note(&varied);
+        self.families.push(varied);
+        true
+    }
+
+    /// More walks of what would be chosen, if much may hang on it; whether there were some.
+    fn confirm(&mut self) -> bool {
+        let Some(best) = self.best().filter(|best| best.of < CONFIRM.walks) else {
+            return false;
+        };
+        // Rare scores would take no round more.
+        let sure = best.of > 0 && best.prepared <= best.walking;
+        if sure && self.is_far(best.setting.absorption) {
+            return false;
         }
+        if best.setting.plain {
+            let level = self.plain_level();
+            return level.is_some_and(|level| self.pilot_plain(best.setting, &level, CONFIRM));
+        }
+        let Some(mut family) = self.take_family(&best.setting) else {
+            return false;
+        };
+        let number = family.number(best.setting.cells);
+        let more = self.explore(&mut family, number, CONFIRM);
+        self.families.push(family);
+        more
     }
 }

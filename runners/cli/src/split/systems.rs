@@ -1,0 +1,70 @@
+//! Solved systems that pilots have left: others walk on from them, and so does the answer.
+
+use super::pilot::Setting;
+use crate::failure::Failure;
+use crate::problem::{Problem, Solved};
+
+/// Bytes that may be kept.
+const MEMORY: usize = 1 << 30;
+
+/// The systems of all pilots, as long as there is memory for them.
+#[derive(Debug, Default)]
+pub(super) struct Systems {
+    all: Vec<System>,
+}
+
+#[derive(Debug)]
+struct System {
+    cells: usize,
+    degree: usize,
+    bytes: usize,
+    solved: Solved,
+}
+
+impl Systems {
+    /// That of a setting, if there is one.
+    pub(super) fn of(&self, setting: &Setting) -> Option<&Solved> {
+        let at = self.position(setting)?;
+        self.all.get(at).map(|system| &system.solved)
+    }
+
+    /// The same, for good.
+    pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved> {
+        let at = self.position(setting)?;
+        Some(self.all.swap_remove(at).solved)
+    }
+
+    /// Solves the system of a setting, unless that was done.
+    pub(super) fn solve(
+        &mut self,
+        problem: &dyn Problem,
+        setting: &Setting,
+    ) -> Result<&Solved, Failure> {
+        let at = match self.position(setting) {
+            Some(at) => at,
+            None => {
+                let (bytes, solved) = (problem.memory(), problem.solve()?);
+                let kept: usize = self.all.iter().map(|system| system.bytes).sum();
+                if kept.saturating_add(bytes) > MEMORY {
+                    self.all.clear();
+                }
+                self.all.push(System {
+                    cells: setting.cells,
+                    degree: setting.degree,
+                    bytes,
+                    solved,
+                });
+                self.all.len() - 1
+            }
+        };
+        let system = self.all.get(at).map(|system| &system.solved);
+        system.ok_or_else(|| Failure::run("a solved system was lost"))
+    }
+
+    fn position(&self, setting: &Setting) -> Option<usize> {
+        let own = (setting.cells, setting.degree);
+        let mut all = self.all.iter();
+        let at = all.position(|system| (system.cells, system.degree) == own);
+        at.filter(|_| !setting.plain)
+    }
+}
