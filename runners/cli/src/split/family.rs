@@ -2,14 +2,8 @@
 
 use super::pilot::{Level, Pilot, Prediction, Setting};
 
-/// How √Var falls with the number of unknowns.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Order {
-    /// The exponent of theory.
-    pub(super) most: f64,
-    /// The part of it for which a choice is prepared.
-    pub(super) slow: f64,
-}
+/// The part of the order that finer cells have at least, for which a choice is prepared.
+const SLOW: f64 = 0.75;
 
 /// A degree with a choice of pairs, an absorption and an estimator, and what is known of it.
 #[derive(Clone, Debug)]
@@ -20,20 +14,20 @@ pub(super) struct Family {
     /// With the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
     /// √Var ~ unknowns^−order, by theory.
-    order: Order,
+    order: f64,
     /// The same as long as there are no two pilots.
     assumed: f64,
 }
 
 impl Family {
     /// A family of which nothing is known but the order that it will have in the end.
-    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: Order) -> Self {
+    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
         Self {
             first,
             levels,
             pilots: Vec::new(),
             order,
-            assumed: order.most,
+            assumed: order,
         }
     }
 
@@ -108,9 +102,9 @@ impl Family {
         let falls = coarse.needed() / fine.needed();
         let order = 0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln();
         if order.is_finite() {
-            order.clamp(0.5 * self.order.most, self.order.most)
+            order.clamp(0.5 * self.order, self.order)
         } else {
-            self.order.most
+            self.order
         }
     }
 
@@ -122,7 +116,7 @@ impl Family {
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = more.powf(-2.0 * order);
-            Some(pilot.predict(level, [scale, scale.powf(self.order.slow)], batch))
+            Some(pilot.predict(level, [scale, scale.powf(SLOW)], batch))
         };
         self.levels.iter().enumerate().filter_map(of).collect()
     }

@@ -3,7 +3,7 @@
 use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
-use super::family::{Family, Order};
+use super::family::Family;
 use super::pilot::{Level, Pilot, Prediction, Sample, Setting};
 use super::systems::Systems;
 use crate::failure::Failure;
@@ -61,12 +61,10 @@ const CONFIRM: Allowance = Allowance {
     all: 0.5,
     setup: true,
 };
-/// The part of the order of theory that finer cells are trusted with, where nothing but the degree limits it.
-const SLOW: f64 = 0.75;
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
 /// How rare large scores are with bounded kernels, and with others: in rooms they come of steps next to corners.
-const BOUNDED: f64 = 4.5;
+const BOUNDED: f64 = 3.0;
 const SINGULAR: f64 = 14.0;
 /// The spectral radius of T_k²p where it is not known, and the least of 1 less it.
 const RADIUS: f64 = 0.55;
@@ -495,13 +493,13 @@ impl<'f> Search<'f> {
 
     /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them; none where
     /// the problem does not take the setting.
-    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, Order) {
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
         let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, Order), Failure> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
         let mut open = setting.applied(&self.sample.file);
         open.galerkin.cells = None;
         open.validate()?;
@@ -527,12 +525,10 @@ impl<'f> Search<'f> {
                 cost,
             });
         }
-        let (order, smooth) = (
-            problem.order(setting.degree),
-            problem.smooth_order(setting.degree),
-        );
-        let slow = if order < smooth { 1.0 } else { SLOW };
-        Ok((levels, Order { most: order, slow }))
+        // On few cells what limits the order in the end, as pairs next to corners do, is not all yet.
+        let order = problem.order(setting.degree);
+        let order = order.midpoint(problem.smooth_order(setting.degree));
+        Ok((levels, order))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
