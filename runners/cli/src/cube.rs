@@ -766,7 +766,8 @@ impl<'f> CubeFile<'f> {
                 in_dimension!(d, D => self.diagnose_pointwise::<D>(request))
             }
             Some(pairs) => in_shape!(d, self.degree(), D, B => {
-                self.diagnose_in::<D, B>(&self.set_up(&Formulas::new(self.cube)?)?, &Smooth(pairs), request)
+                let setup = self.set_up(&Formulas::new(self.cube)?)?;
+                self.diagnose_in::<D, B>(&setup, &Smooth(pairs), request)
             }),
         }
     }
