@@ -1210,6 +1210,9 @@ impl Problem for RoomFile<'_> {
 
     fn mean_on(&self, cells: usize) -> Result<Box<dyn Problem + '_>, Failure> {
         Ok(Box::new(Self {
+            file: self.file,
+            surfaces: self.surfaces.clone(),
+            scene: self.scene.clone(),
             mesh: mesh(self.file, &self.scene, cells)?,
             cells,
             asked: vec![Asked {
@@ -1217,7 +1220,6 @@ impl Problem for RoomFile<'_> {
                 place: Where::All,
             }],
             only_u: true,
-            ..self.clone()
         }))
     }
 

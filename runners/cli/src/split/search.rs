@@ -501,7 +501,10 @@ impl<'f> Search<'f> {
 
     fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
         let mut open = setting.applied(&self.sample.file);
-        open.galerkin.cells = None;
+        // A room takes any number of cells, and few of them are cut faster than its default.
+        if !matches!(open.problem, file::Problem::Room(_)) {
+            open.galerkin.cells = None;
+        }
         open.validate()?;
         let problem = problem::of_file(&open)?;
         let finer = |&cells: &usize| match problem.dimension() {
@@ -542,9 +545,10 @@ impl<'f> Search<'f> {
                     pairs,
                     ..self.base()
                 };
-                let (levels, order) = self.levels(&first, 1 + LEVELS);
-                let mut family = Family::new(first, levels, order);
+                let (coarsest, order) = self.levels(&first, 1);
+                let mut family = Family::new(first, coarsest, order);
                 if self.explore(&mut family, 0, LOOK) {
+                    self.extend(&mut family);
                     self.families.push(family);
                 }
             }
