@@ -1,6 +1,7 @@
 //! A circle from its file to statistics: set-up, targets, walks.
 
 use core::f64::consts::TAU;
+use core::fmt::Display;
 use std::time::Instant;
 
 use fredholm_circle::{
@@ -133,6 +134,13 @@ pub(crate) struct Setup<'a, F> {
     pub(crate) seconds: f64,
 }
 
+/// The tables of the coefficients, and the Galerkin solution of B functions per cell.
+#[derive(Debug)]
+struct System<const B: usize> {
+    tables: Tables<f64>,
+    solution: Solution<B>,
+}
+
 /// G as the neighbour equation of these pairs has it.
 #[derive(Debug)]
 pub(crate) enum NeighbourSource<F> {
@@ -153,17 +161,17 @@ impl<'a, F: Real> Setup<'a, F> {
     /// Of a solved system, with these kinds of all pairs if there are some.
     fn of(scene: Scene<'a>, solved: &Solved, kinds: Option<&[u8]>) -> Result<Self, Failure> {
         let start = Instant::now();
-        let tables = Tables::<f64>::new(scene.reflectance, scene.cells).map_err(Failure::input)?;
-        let circle = scene.circle(&tables)?;
         let mut setup = match scene.degree {
             0 => {
-                let solution = solved.system::<Solution<1>>()?;
+                let System { tables, solution } = solved.system::<System<1>>()?;
+                let circle = scene.circle(tables)?;
                 let residual = || circle.residual_moments(solution).map_err(Failure::run);
                 Self::of_solution(scene, kinds, &circle, solution, residual)?
             }
             degree => of_degree!(degree, B => {
+                let System { tables, solution } = solved.system::<System<B>>()?;
+                let circle = scene.circle(tables)?;
                 let polynomials = Polynomials::<_, _, B>::new(&circle);
-                let solution = solved.system::<Solution<B>>()?;
                 let residual = || residual_moments(&polynomials, solution, scene.cells);
                 Self::of_solution(scene, kinds, &polynomials, solution, residual)?
             }),
@@ -361,17 +369,23 @@ fn residual_moments<F: Real, const B: usize>(
 }
 
 impl<'a> Scene<'a> {
-    /// Solves its Galerkin system: a [`Solution`] of as many functions on a cell as the degree has.
+    /// Solves its Galerkin system: a [`System`] of as many functions on a cell as the degree has.
     fn solve(&self) -> Result<Solved, Failure> {
-        let tables = Tables::<f64>::new(self.reflectance, self.cells).map_err(Failure::input)?;
-        let circle = self.circle(&tables)?;
         match self.degree {
-            0 => Solved::new(|| circle.solve(TOLERANCE, SWEEPS).map_err(Failure::run)),
-            degree => of_degree!(degree, B => {
-                let polynomials = Polynomials::<_, _, B>::new(&circle);
-                Solved::new(|| polynomials.solve(TOLERANCE, SWEEPS).map_err(Failure::run))
-            }),
+            0 => Solved::new(|| self.system(|circle| circle.solve(TOLERANCE, SWEEPS))),
+            degree => of_degree!(degree, B => Solved::new(|| self.system(|circle| {
+                Polynomials::<_, _, B>::new(circle).solve(TOLERANCE, SWEEPS)
+            }))),
         }
+    }
+
+    fn system<E: Display, const B: usize>(
+        &self,
+        solve: impl FnOnce(&Circle<'_, f64, Light<'a>>) -> Result<Solution<B>, E>,
+    ) -> Result<System<B>, Failure> {
+        let tables = Tables::new(self.reflectance, self.cells).map_err(Failure::input)?;
+        let solution = solve(&self.circle(&tables)?).map_err(Failure::run)?;
+        Ok(System { tables, solution })
     }
 
     /// (u, Φ), where it is known.

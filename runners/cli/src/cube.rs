@@ -602,12 +602,15 @@ impl<'f> CubeFile<'f> {
             weighted: self.weighted(&formulas, &cube, &means, &v)?,
             contraction: setup.solution.contraction,
             solve: setup.solution.solve,
-            setup_seconds: start.elapsed().as_secs_f64(),
             second_moment,
         };
         let mut answer = None;
         kinds.then(&cube, setup, &v, &mut |neighbour| {
-            answer = Some(self.walk_with(&known, neighbour, plan, progress)?);
+            let walked = self.walk_with(&known, neighbour, plan, progress)?;
+            answer = Some(Answer {
+                setup_seconds: start.elapsed().as_secs_f64() - walked.walk_seconds,
+                ..walked
+            });
             Ok(())
         })?;
         answer.ok_or_else(|| Failure::run("no neighbour equation was made"))
@@ -893,7 +896,7 @@ impl<'f> CubeFile<'f> {
         ))
     }
 
-    /// Walks with this neighbour equation.
+    /// Walks with this neighbour equation; the time of the set-up is left open.
     fn walk_with<F: Real, const D: usize>(
         &self,
         known: &Deterministics<'_, F, D>,
@@ -941,7 +944,7 @@ impl<'f> CubeFile<'f> {
             floors: floors(known.v, known.contraction, &outcome),
             outcome,
             solve: known.solve,
-            setup_seconds: known.setup_seconds,
+            setup_seconds: 0.0,
             pair_counts: None,
             walk_seconds: start.elapsed().as_secs_f64(),
             pointwise: match self.pairs() {
@@ -980,7 +983,6 @@ impl<'f> CubeFile<'f> {
             weighted,
             contraction: 0.0,
             solve: NO_SOLVE,
-            setup_seconds: 0.0,
             second_moment: None,
         };
         let none: &Boxed<'_, F, D> = &NoNeighbour::<FileCube<'_, F, D>>::new();
@@ -1299,7 +1301,6 @@ struct Deterministics<'a, F: 'static, const D: usize> {
     weighted: Vec<WeightedStart<'a, F, D>>,
     contraction: f64,
     solve: Solve<f64>,
-    setup_seconds: f64,
     second_moment: Option<f64>,
 }
 

@@ -110,25 +110,10 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
             let searched = clock.elapsed().as_secs_f64();
             match accepted(file, &setting, search.systems.of(&setting)) {
                 Ok(chosen) => {
-                    let plain = search.best_plain();
-                    let solved = search.systems.take(&setting);
-                    let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
-                    return Ok(Some(Split {
-                        file: chosen,
-                        plain: setting.plain,
-                        solved,
-                        report: SplitReport {
-                            method: setting.method(),
-                            predicted_setup_seconds: best.setup,
-                            predicted_walk_seconds: best.walking,
-                            predicted_walks: best.walks,
-                            predicted_states: best.states,
-                            predicted_plain_seconds: plain.as_ref().map(Prediction::seconds),
-                            pilots: pilots + search.pilots,
-                            pilot_walks: walks + search.walks,
-                            pilot_seconds: searched - kept,
-                        },
-                    }));
+                    let mut split = split(chosen, &best, &mut search, searched);
+                    split.report.pilots += pilots;
+                    split.report.pilot_walks += walks;
+                    return Ok(Some(split));
                 }
                 Err(failure) => {
                     refusal.get_or_insert(failure);
@@ -145,6 +130,30 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
         refusal = refusal.or(search.take_refusal());
     }
     Err(refusal.unwrap_or_else(|| Failure::input("no setting of the file has walks")))
+}
+
+/// What was chosen by a search that took so many seconds, those of the system with which the answer goes on among them.
+fn split(file: ProblemFile, best: &Prediction, search: &mut Search<'_>, seconds: f64) -> Split {
+    let setting = &best.setting;
+    let plain = search.best_plain();
+    let solved = search.systems.take(setting);
+    let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
+    Split {
+        file,
+        plain: setting.plain,
+        solved,
+        report: SplitReport {
+            method: setting.method(),
+            predicted_setup_seconds: best.setup,
+            predicted_walk_seconds: best.walking,
+            predicted_walks: best.walks,
+            predicted_states: best.states,
+            predicted_plain_seconds: plain.as_ref().map(Prediction::seconds),
+            pilots: search.pilots,
+            pilot_walks: search.walks,
+            pilot_seconds: seconds - kept,
+        },
+    }
 }
 
 /// The file with a setting, if the problem takes it, whose system may be solved.

@@ -48,18 +48,12 @@ const AGAIN: Allowance = Allowance {
     ..CLIMB
 };
 /// Of those that look at the same cells with other walks.
-const VARY: Allowance = Allowance {
-    walks: 512,
-    one: 0.01,
-    all: 0.35,
-    setup: true,
-};
+const VARY: Allowance = Allowance { one: 0.01, ..AGAIN };
 /// Of those that confirm the best.
 const CONFIRM: Allowance = Allowance {
     walks: 2048,
-    one: 0.15,
     all: 0.5,
-    setup: true,
+    ..AGAIN
 };
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
@@ -709,41 +703,43 @@ impl<'f> Search<'f> {
         if best.of == 0 && seconds.sum::<f64>() > self.due_of(&best) {
             return false;
         }
-        let pilots = unseen
-            .into_iter()
-            .map(|setting| self.try_varied(&family, setting));
-        pilots.fold(false, |more, pilot| more | pilot)
+        let mut more = false;
+        for setting in unseen {
+            more |= self.try_varied(&family, setting);
+        }
+        more
     }
 
-    /// Shorter walks for those families that they may make the best: with the variance that longer ones have, and
-    /// less time.
+    /// Shorter walks for those families that they may make the best.
     fn shorten(&mut self) {
-        let estimator = self.base().estimator;
         for family in self.families.clone() {
-            let shorter = self.absorptions.iter().copied();
-            let shorter: Vec<f64> = shorter.filter(|&q0| q0 > family.first.absorption).collect();
+            let mut shorter = self.absorptions.clone();
+            shorter.retain(|&absorption| absorption > family.first.absorption);
             for absorption in shorter {
-                let Some((level, pilot)) = family.seen().zip(family.last()) else {
-                    continue;
-                };
-                let setting = Setting {
-                    absorption,
-                    estimator,
-                    ..pilot.setting
-                };
-                let rare = self.rare(absorption);
-                let promised = family
-                    .varied(pilot.shortened(setting, rare))
-                    .predictions(self.batch());
-                let seconds = promised
-                    .iter()
-                    .map(|found| self.due_of(found) + found.walking);
-                let least = seconds.min_by(f64::total_cmp);
-                let best = self.best().map(|best| self.price(&best));
-                if least < best && self.affords(&setting, &level.cost, pilot.pointwise, VARY) {
-                    self.try_varied(&family, setting);
-                }
+                self.shorten_to(&family, absorption);
             }
+        }
+    }
+
+    /// A pilot of a family with shorter walks, if they would be the best with the variance that longer ones have.
+    fn shorten_to(&mut self, family: &Family, absorption: f64) {
+        let Some((level, pilot)) = family.seen().zip(family.last()) else {
+            return;
+        };
+        let setting = Setting {
+            absorption,
+            ..pilot.setting
+        };
+        let alike = family.varied(pilot.shortened(setting, self.rare(absorption)));
+        let promised = alike.predictions(self.batch());
+        let seconds = promised
+            .iter()
+            .map(|found| self.due_of(found) + found.walking);
+        let best = self.best().map(|best| self.price(&best));
+        if seconds.min_by(f64::total_cmp) < best
+            && self.affords(&setting, &level.cost, pilot.pointwise, VARY)
+        {
+            self.try_varied(family, setting);
         }
     }
 
