@@ -115,8 +115,9 @@ impl Family {
             let mut before = self.pilots.iter().rev();
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
-            let scale = more.powf(-2.0 * order);
-            Some(pilot.predict(level, [scale, scale.powf(SLOW)], batch))
+            let scale = |order: f64| more.powf(-2.0 * order);
+            let scales = [self.order, order, SLOW * order].map(scale);
+            Some(pilot.predict(level, scales, batch))
         };
         self.levels.iter().enumerate().filter_map(of).collect()
     }

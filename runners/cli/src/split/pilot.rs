@@ -124,6 +124,15 @@ struct Asked {
     needed: f64,
 }
 
+/// How far the variance of N walks may be from the true one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    /// c where that may be 1 + c/√N times as much, for which a choice is prepared: all large scores may be missing.
+    pub(super) more: f64,
+    /// c where it may be 1 + c/√N times as little: there may be too many of them.
+    pub(super) less: f64,
+}
+
 /// What few walks found.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
@@ -135,8 +144,7 @@ pub(super) struct Pilot {
     /// Pointwise pairs of a row, in the mean.
     pub(super) pointwise: f64,
     pub(super) unknowns: f64,
-    /// c where the true variance may be 1 + c/√N times that of its N walks.
-    rare: f64,
+    doubt: Doubt,
 }
 
 impl Pilot {
@@ -146,7 +154,7 @@ impl Pilot {
         error: TargetError,
         unknowns: usize,
         answer: &Answer,
-        rare: f64,
+        doubt: Doubt,
     ) -> Self {
         // What a room needs besides stands in no target, and is all there.
         let all = || answer.outcome.statistics.iter().chain(&answer.others);
@@ -173,16 +181,16 @@ impl Pilot {
             states: states as f64 / walks as f64,
             pointwise: answer.pointwise,
             unknowns: unknowns as f64,
-            rare,
+            doubt,
         }
     }
 
     /// As if the walks of another setting had its variance.
-    pub(super) fn shortened(&self, setting: Setting, rare: f64) -> Self {
+    pub(super) fn shortened(&self, setting: Setting, doubt: Doubt) -> Self {
         Self {
             states: self.states * self.setting.absorption / setting.absorption,
             setting,
-            rare,
+            doubt,
             ..self.clone()
         }
     }
@@ -198,9 +206,14 @@ impl Pilot {
         self.walks as f64 * self.walk(cost, self.pointwise)
     }
 
-    /// What its setting takes on these cells, on which the variance is so many times that of the pilot, or so many
-    /// times if cells help less.
-    pub(super) fn predict(&self, level: &Level, [scale, slow]: [f64; 2], batch: u64) -> Prediction {
+    /// What its setting takes on these cells, on which the variance is so many times that of the pilot if cells help
+    /// most, as they are seen to, or less.
+    pub(super) fn predict(
+        &self,
+        level: &Level,
+        [fast, scale, slow]: [f64; 3],
+        batch: u64,
+    ) -> Prediction {
         let batch = batch as f64;
         let walks = |scale: f64| -> f64 {
             let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
@@ -209,8 +222,10 @@ impl Pilot {
         let each = self.walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let rare = 1.0 + self.rare / (of as f64).sqrt();
-        let [luckily, walks, rarely] = [scale / rare, scale, rare * slow].map(walks);
+        let times = |doubt: f64| 1.0 + doubt / (of as f64).sqrt();
+        let least = fast / times(self.doubt.less);
+        let most = slow * times(self.doubt.more);
+        let [luckily, walks, rarely] = [least, scale, most].map(walks);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -268,7 +283,7 @@ pub(super) struct Prediction {
     pub(super) walking: f64,
     /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
     pub(super) prepared: f64,
-    /// The same if there were rare large scores in the pilot.
+    /// The same if there were rare large scores in the pilot, and cells help as they do by theory.
     pub(super) hoped: f64,
     /// Walks of a target that a pilot of this very setting had; 0 if there was none.
     pub(super) of: u64,

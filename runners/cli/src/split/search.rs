@@ -4,7 +4,7 @@ use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
-use super::pilot::{Level, Pilot, Prediction, Sample, Setting};
+use super::pilot::{Doubt, Level, Pilot, Prediction, Sample, Setting};
 use super::systems::Systems;
 use crate::failure::Failure;
 use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
@@ -262,8 +262,7 @@ impl<'f> Search<'f> {
             return;
         }
         let base = self.plain_base();
-        let mut file = base.applied(&self.sample.file);
-        file.galerkin.cells = None;
+        let file = self.opened(&base);
         // What is wrong is said by whoever looks at it.
         let problem = problem::of_file(&file);
         let Ok(radius) = problem.and_then(|problem| problem.second_moment()) else {
@@ -363,17 +362,21 @@ impl<'f> Search<'f> {
         pilot.map_err(refused).ok()
     }
 
-    /// c where the true variance of a target may be 1 + c/√N times that of N walks, for which a choice is prepared:
-    /// all large scores may be missing, the more of them the nearer the variance is to infinite.
-    fn rare(&self, absorption: f64) -> f64 {
+    /// How far few walks may be from the true variance, the farther the nearer it is to infinite.
+    fn doubt(&self, setting: &Setting) -> Doubt {
+        let absorption = setting.absorption;
         let bounded = match &self.file.problem {
-            file::Problem::Room(_) => false,
+            // What is left of steps next to corners is rare, and of plain walks the smallest part.
+            file::Problem::Room(_) => setting.plain,
             // Whose integral is given may have a singularity.
             file::Problem::Cube(cube) => cube.integral.is_none(),
             file::Problem::Circle(_) => true,
         };
         let left = (1.0 - self.radius(absorption)).max(LEAST);
-        (if bounded { BOUNDED } else { SINGULAR }) / left.powf(1.25)
+        let more = (if bounded { BOUNDED } else { SINGULAR }) / left.powf(1.25);
+        // Close to infinite all few walks show too little.
+        let less = if self.is_far(absorption) { more } else { 0.0 };
+        Doubt { more, less }
     }
 
     fn refuse(&mut self, refusal: Failure) {
@@ -406,7 +409,7 @@ impl<'f> Search<'f> {
             self.error,
             problem.unknowns(),
             &answer,
-            self.rare(setting.absorption),
+            self.doubt(&setting),
         );
         self.pilots += 1;
         self.walks += pilot.walks;
@@ -481,7 +484,7 @@ impl<'f> Search<'f> {
         };
         self.found.retain(|found| found.setting != setting);
         self.found
-            .push(pilot.predict(level, [1.0; 2], self.batch()));
+            .push(pilot.predict(level, [1.0; 3], self.batch()));
         true
     }
 
@@ -493,12 +496,18 @@ impl<'f> Search<'f> {
         levels.unwrap_or_default()
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
-        let mut open = setting.applied(&self.sample.file);
-        // A room takes any number of cells, and few of them are cut faster than its default.
-        if !matches!(open.problem, file::Problem::Room(_)) {
-            open.galerkin.cells = None;
+    /// The file with a setting, but cells that any problem takes.
+    fn opened(&self, setting: &Setting) -> ProblemFile {
+        let mut file = setting.applied(&self.sample.file);
+        // A room takes any number of them, and few are cut faster than its default.
+        if !matches!(file.problem, file::Problem::Room(_)) {
+            file.galerkin.cells = None;
         }
+        file
+    }
+
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
+        let open = self.opened(setting);
         open.validate()?;
         let problem = problem::of_file(&open)?;
         let finer = |&cells: &usize| match problem.dimension() {
@@ -730,7 +739,7 @@ impl<'f> Search<'f> {
             absorption,
             ..pilot.setting
         };
-        let alike = family.varied(pilot.shortened(setting, self.rare(absorption)));
+        let alike = family.varied(pilot.shortened(setting, self.doubt(&setting)));
         let promised = alike.predictions(self.batch());
         let seconds = promised
             .iter()
