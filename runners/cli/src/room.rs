@@ -63,8 +63,8 @@ const CORNER: f64 = 1.15;
 /// What cells close by take besides in a score where all pairs are pointwise.
 const NEAR: f64 = 400e-9;
 const NEAR_DEGREE: f64 = 100e-9;
-/// Cells enough to estimate a spectral radius, and the fewest with which it is worth it: on 50 it is within 0.4 % of what it
-/// is on 400 in the rooms of `examples/`.
+/// Cells enough to estimate a spectral radius, and the fewest that it takes: on 50 it is within 0.4 %
+/// of what it is on 400 in the rooms of `examples/`.
 const COARSE: usize = 100;
 const COARSEST: usize = 50;
 
