@@ -21,7 +21,8 @@ use crate::export;
 use crate::failure::Failure;
 use crate::file::{self, Galerkin, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::problem::{
-    Answer, Asked, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors, infinite_variance,
+    Answer, Asked, Cost, Known, PointwisePairs, Problem, Solved, WalkCost, Where, asked, floors,
+    infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::plan;
@@ -543,6 +544,7 @@ const PLAIN: WalkCost = WalkCost {
     step: 15e-9,
     score: 15e-9,
     pair: 0.0,
+    hidden_pair: 0.0,
 };
 
 /// A circle of a file.
@@ -755,7 +757,7 @@ impl<'f> CircleFile<'f> {
             setup_seconds: setup.seconds,
             walk_seconds: start.elapsed().as_secs_f64(),
             // Their closed forms are a part of a score.
-            pointwise: 0.0,
+            pointwise: PointwisePairs::default(),
             second_moment: None,
             others: Vec::new(),
             pair_counts: match &setup.source {
@@ -813,7 +815,7 @@ impl Problem for CircleFile<'_> {
                 start: state,
                 step: state,
                 score,
-                pair: 0.0,
+                ..PLAIN
             },
             plain: PLAIN,
         }

@@ -23,8 +23,8 @@ use crate::failure::Failure;
 use crate::file::{self, KernelText, Pairs, Placed, ProblemFile, Scalar, What};
 use crate::formula::{self, Formula};
 use crate::problem::{
-    Answer, Asked, Cost, Known, NO_SOLVE, Problem, Solved, WalkCost, Where, asked, floors,
-    infinite_variance,
+    Answer, Asked, Cost, Known, NO_SOLVE, PointwisePairs, Problem, Solved, WalkCost, Where, asked,
+    floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::rates::Deterministic;
@@ -947,10 +947,7 @@ impl<'f> CubeFile<'f> {
             setup_seconds: 0.0,
             pair_counts: None,
             walk_seconds: start.elapsed().as_secs_f64(),
-            pointwise: match self.pairs() {
-                None => self.all_cells() as f64,
-                Some(pairs) => f64::from(u8::from(pairs.diagonal == PairKind::Pointwise)),
-            },
+            pointwise: self.pointwise_pairs()?,
             second_moment: known.second_moment,
             others: Vec::new(),
             besides: Vec::new(),
@@ -1467,6 +1464,7 @@ impl Problem for CubeFile<'_> {
             step,
             score: 10e-9 + formula::seconds(&self.cube.source.value),
             pair: 0.0,
+            hidden_pair: 0.0,
         };
         Cost {
             setup,
@@ -1479,6 +1477,14 @@ impl Problem for CubeFile<'_> {
             },
             plain,
         }
+    }
+
+    fn pointwise_pairs(&self) -> Result<PointwisePairs, Failure> {
+        let seen = match self.pairs() {
+            None => self.all_cells() as f64,
+            Some(pairs) => f64::from(u8::from(pairs.diagonal == PairKind::Pointwise)),
+        };
+        Ok(PointwisePairs { seen, hidden: 0.0 })
     }
 
     fn refuse_infinite_variance(&self) -> Result<(), Failure> {

@@ -1,6 +1,7 @@
 //! What the commands need of a problem, whatever its kind.
 
 use core::any::Any;
+use core::cell::OnceCell;
 use core::fmt::Display;
 use core::time::Duration;
 use std::time::Instant;
@@ -64,6 +65,16 @@ pub(crate) trait Problem: Sync {
     /// What the work will take.
     fn cost(&self) -> Cost;
 
+    /// Pointwise pairs of a row; where that takes a set-up, estimated on few cells.
+    fn pointwise_pairs(&self) -> Result<PointwisePairs, Failure> {
+        Ok(PointwisePairs::default())
+    }
+
+    /// From how many places walks start: the targets, and what the problem needs besides.
+    fn starts(&self) -> usize {
+        self.asked().len()
+    }
+
     /// Refuses walks whose error bars would mean nothing.
     fn refuse_infinite_variance(&self) -> Result<(), Failure>;
 
@@ -126,6 +137,13 @@ pub(crate) trait Problem: Sync {
     /// Solves the Galerkin system of these cells and this degree.
     fn solve(&self) -> Result<Solved, Failure>;
 
+    /// ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ f² q: times (E η²)² about the variance that
+    /// few walks miss, the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
+    fn rare_variance(&self, solved: &Solved) -> Result<f64, Failure> {
+        let _ = solved;
+        Ok(0.0)
+    }
+
     /// Walks, where that is done: whatever the pairs, the absorption and the estimator are.
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure>;
 
@@ -141,6 +159,8 @@ pub(crate) struct Solved {
     system: Box<dyn Any + Send + Sync>,
     /// How long it took.
     pub(crate) seconds: f64,
+    /// What rare variances of all absorptions have in common, once it was asked for.
+    pub(crate) rare: OnceCell<f64>,
 }
 
 impl Solved {
@@ -151,7 +171,11 @@ impl Solved {
         let start = Instant::now();
         let system = Box::new(solve()?);
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Self { system, seconds })
+        Ok(Self {
+            system,
+            seconds,
+            rare: OnceCell::new(),
+        })
     }
 
     /// The system, which is of the type that its own problem made.
@@ -251,18 +275,48 @@ pub(crate) struct WalkCost {
     pub(crate) step: f64,
     /// Seconds of a score besides: once a walk, or in every state.
     pub(crate) score: f64,
-    /// Seconds of a pointwise pair in a score.
+    /// Seconds of a pointwise pair in a score, and of one that is partly hidden.
     pub(crate) pair: f64,
+    pub(crate) hidden_pair: f64,
 }
 
 impl WalkCost {
-    /// Of a walk of so many states, where a row has so many pointwise pairs.
-    pub(crate) fn seconds(&self, estimator: file::Estimator, states: f64, pairs: f64) -> f64 {
+    /// Of a walk of so many states.
+    pub(crate) fn seconds(
+        &self,
+        estimator: file::Estimator,
+        states: f64,
+        pairs: PointwisePairs,
+    ) -> f64 {
         let scores = match estimator {
             file::Estimator::Absorption => 1.0,
             file::Estimator::Collision => states,
         };
-        self.start + (states - 1.0) * self.step + scores * (self.score + pairs * self.pair)
+        let score = self.score + pairs.seen * self.pair + pairs.hidden * self.hidden_pair;
+        self.start + (states - 1.0) * self.step + scores * score
+    }
+}
+
+/// Pointwise pairs of a row, in the mean over the space of states.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PointwisePairs {
+    /// Those that nothing hides.
+    pub(crate) seen: f64,
+    /// Those that are partly hidden, in a room.
+    pub(crate) hidden: f64,
+}
+
+impl PointwisePairs {
+    /// On so many times as many cells. What is partly hidden lies along the edges of shadows, of which a row has as
+    /// many on finer cells; as it has pairs next to a corner, which the default has pointwise.
+    pub(crate) fn on(self, choice: file::Pairs, times: f64) -> Self {
+        match choice {
+            file::Pairs::Pointwise => Self {
+                seen: times * self.seen,
+                ..self
+            },
+            _ => self,
+        }
     }
 }
 
@@ -290,8 +344,7 @@ pub(crate) struct Answer {
     pub(crate) setup_seconds: f64,
     /// How long the walks took.
     pub(crate) walk_seconds: f64,
-    /// Pointwise pairs of a row, in the mean over the space of states.
-    pub(crate) pointwise: f64,
+    pub(crate) pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, where it was looked at.
     pub(crate) second_moment: Option<f64>,
     /// Of the walks that rooms make besides, for irradiances and net fluxes.
@@ -320,7 +373,7 @@ impl Answer {
             solve: NO_SOLVE,
             setup_seconds: 0.0,
             walk_seconds: walking.as_secs_f64(),
-            pointwise: 0.0,
+            pointwise: PointwisePairs::default(),
             second_moment: None,
             pair_counts: None,
             others: Vec::new(),

@@ -4,14 +4,18 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Dense, PairTable, Pairs as _, Piecewise, Rounded, Solution};
+use fredholm_core::galerkin::{
+    self, Dense, PairKind, PairTable, Pairs as _, Piecewise, Rounded, Solution,
+};
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
+use fredholm_core::{
+    At, Estimate, Functional, Kernel, Neighbour, NoNeighbour, Real, TransitionDensity, Uniforms,
+};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
-    Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
-    Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, Views,
+    Cells, Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
+    Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, View, Views,
     neighbour_second_moment_radius, r_min, second_moment_radius,
 };
 
@@ -23,8 +27,8 @@ use crate::file::{
     self, Galerkin, Numbers, Pairs, Placed, ProblemFile, Scalar, What, unknown_surface,
 };
 use crate::problem::{
-    Answer, Asked, Besides, Cost, Known, Problem, Solved, WalkCost, Where, asked, floors,
-    infinite_variance,
+    Answer, Asked, Besides, Cost, Known, PointwisePairs, Problem, Solved, WalkCost, Where, asked,
+    floors, infinite_variance,
 };
 use crate::progress::{Progress, begin_walking};
 use crate::solve::{plan, refuse_memory};
@@ -44,25 +48,27 @@ const MOMENTS: f64 = 340e-9;
 const CLOSE: f64 = 15e-6;
 /// Seconds of a coefficient in G.
 const SOURCE: f64 = 3e-9;
-/// Walks between four walls: a start, a ray, and a score without pairs.
+/// Walks: a start, a ray for every level of the hierarchy over the walls, and a score without pairs.
 const START: f64 = 25e-9;
-const RAY: f64 = 80e-9;
+const RAY: f64 = 38e-9;
 const SCORE: f64 = 5e-9;
-/// Seconds of a ray for a further wall.
-const WALL: f64 = 45e-9;
 /// Where pairs are in S: h on a ray, what a degree adds, and a score.
-const IN_S: f64 = 40e-9;
-const IN_S_DEGREE: f64 = 95e-9;
-const IN_S_SCORE: f64 = 25e-9;
-/// A pointwise pair in a score.
-const PAIR_OF_CONSTANTS: f64 = 18e-9;
-const PAIR_OF_POLYNOMIALS: f64 = 30e-9;
-const PAIR_DEGREE: f64 = 9e-9;
-/// How many times longer it takes next to a corner, where most are by default.
-const CORNER: f64 = 1.15;
+const IN_S: f64 = 10e-9;
+const IN_S_DEGREE: f64 = 140e-9;
+const IN_S_SCORE: f64 = 100e-9;
+/// A pointwise pair in a score; one that is partly hidden, of any degree, for every level of the hierarchy.
+const PAIR_OF_CONSTANTS: f64 = 20e-9;
+const PAIR_OF_POLYNOMIALS: f64 = 36e-9;
+const PAIR_DEGREE: f64 = 10e-9;
+const HIDDEN_PAIR: f64 = 60e-9;
 /// What cells close by take besides in a score where all pairs are pointwise.
-const NEAR: f64 = 400e-9;
-const NEAR_DEGREE: f64 = 100e-9;
+const NEAR: f64 = 460e-9;
+const NEAR_DEGREE: f64 = 180e-9;
+/// Cells at each end of a wall that count as next to a corner, the pairs of them that are looked at, about, and steps
+/// that fill a square evenly (Roberts 2018).
+const NEXT_TO_CORNER: usize = 6;
+const PAIRS_OF_CORNERS: usize = 1 << 14;
+const EVENLY: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 /// Cells enough to estimate a spectral radius, and the fewest that it takes: on 50 it is within 0.4 %
 /// of what it is on 400 in the rooms of `examples/`.
 const COARSE: usize = 100;
@@ -362,7 +368,7 @@ impl<'f> RoomFile<'f> {
         let walked = self.walk_with(&room, lengths, neighbour, &solution_there, plan, progress)?;
         Ok(Answer {
             floors: floors(v, solution.contraction, &walked.outcome),
-            pointwise: setup.pointwise(),
+            pointwise: setup.pointwise()?,
             pair_counts: setup.kinds.as_deref().map(PairCounts::of),
             solve: solution.solve,
             setup_seconds,
@@ -402,7 +408,7 @@ impl<'f> RoomFile<'f> {
         // Where irradiance does not follow from u it takes walks of its own.
         let mut own = Vec::new();
         for (number, place) in places.iter().enumerate() {
-            if !self.only_u && self.through_u(place).is_none() {
+            if self.is_looked_at_apart(place) {
                 let target = match self.start(room, lengths, place)? {
                     Start::Point(at) => Target {
                         neighbour_value: Some((solutions.irradiance)(&at.0)),
@@ -520,6 +526,41 @@ impl<'f> RoomFile<'f> {
             g,
             system,
         })
+    }
+
+    /// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to corners, by one point of each: within twice of
+    /// what many points give.
+    fn rare_in<const B: usize>(&self, system: &Arc<System<B>>) -> Result<f64, Failure> {
+        let v = system.solution.rounded::<f64>().map_err(Failure::run)?;
+        let setup = SetUp {
+            tables: Tables::new(&self.scene, &self.mesh),
+            absorption: self.absorption(),
+            choice: choice(self.pairs()),
+            kinds: None,
+            // No source is asked for.
+            g: v.clone(),
+            v,
+            system: Arc::clone(system),
+        };
+        let (room, cells, pairs) = (setup.room()?, setup.tables.cells(), setup.by_views());
+        let polynomials = Polynomials::new(&room);
+        let dense = setup.coefficients();
+        let coefficients = Rounded::new(&dense);
+        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
+        let (near, weight) = pairs_of_corners(&cells);
+        let (mut places, mut sum) = ([0.0; 2], 0.0);
+        for (i, j) in near {
+            if pairs.kind(i, j) != PairKind::Galerkin {
+                continue;
+            }
+            places = [(places[0] + EVENLY[0]) % 1.0, (places[1] + EVENLY[1]) % 1.0];
+            let inside = room.inside(i, places[0]).zip(room.inside(j, places[1]));
+            let Some((x, y)) = inside else { continue };
+            let k = room.kernel(&x, &y);
+            let h = neighbour.kernel(&neighbour.locate(x), &neighbour.locate(y), k);
+            sum += cells.length(i) * cells.length(j) * (k - h).powi(2) * room.density(&x, &y);
+        }
+        Ok((1.0 - self.absorption()) * weight * sum)
     }
 
     /// The kinds of all pairs, for the means and points that are asked for.
@@ -796,6 +837,11 @@ impl<'f> RoomFile<'f> {
         (&self.surfaces, &self.scene)
     }
 
+    /// Few cells, on which estimates take milliseconds.
+    fn coarse_mesh(&self) -> Result<Mesh, Failure> {
+        mesh(self.file, &self.scene, self.cells.clamp(COARSEST, COARSE))
+    }
+
     /// What is asked for and, with temperatures, every surface: for its net flux.
     fn places(&self) -> Vec<Where> {
         let mut places: Vec<Where> = self.asked.iter().map(|asked| asked.place.clone()).collect();
@@ -851,6 +897,11 @@ impl<'f> RoomFile<'f> {
             },
             _ => None,
         }
+    }
+
+    /// Whether its irradiance takes walks of its own.
+    fn is_looked_at_apart(&self, place: &Where) -> bool {
+        !self.only_u && self.through_u(place).is_none()
     }
 
     /// How the irradiance of a place follows from u there, if it does.
@@ -934,25 +985,13 @@ impl<F: Real, const B: usize> SetUp<F, B> {
             .map_err(Failure::input)
     }
 
-    /// Pointwise pairs of a row, in the mean over the walls' length: walks seldom meet the small cells in corners.
-    fn pointwise(&self) -> f64 {
-        let (views, choice) = (self.system.matrix.views(), self.choice);
-        let pairs = RoomPairs { views, choice };
-        let cells = self.tables.cells();
-        let count = |i: usize| match &self.kinds {
-            Some(table) => {
-                let row = table.chunks_exact(cells.len()).nth(i);
-                row.map_or(0, |row| PairCounts::of(row).pointwise)
-            }
-            None => pairs.pointwise(i, cells.len()).count(),
-        };
-        let (mut sum, mut all) = (0.0, 0.0);
-        for i in 0..cells.len() {
-            let length = cells.length(i).to_f64();
-            sum += length * count(i) as f64;
-            all += length;
-        }
-        sum / all
+    /// Pointwise pairs of a row.
+    fn pointwise(&self) -> Result<PointwisePairs, Failure> {
+        let (views, cells) = (self.system.matrix.views(), self.tables.cells());
+        Ok(match self.pairs()? {
+            AnyPairs::Table(pairs) => pointwise_pairs(&cells, views, &pairs),
+            _ => pointwise_pairs(&cells, views, &self.by_views()),
+        })
     }
 
     /// K'.
@@ -1021,6 +1060,48 @@ const fn choice(pairs: Pairs) -> Choice {
         Pairs::Paper => Choice::Paper,
         Pairs::Default | Pairs::Theory => Choice::Default,
         Pairs::Pointwise => Choice::Pointwise,
+    }
+}
+
+/// Pairs of cells next to corners, and how many each stands for: of many walls some from every row.
+fn pairs_of_corners(cells: &Cells<'_, f64>) -> (Vec<(usize, usize)>, f64) {
+    let is_near = |&cell: &usize| {
+        let wall = cells.wall(cell).unwrap_or(0);
+        let wall = cells.range(wall as u32);
+        cell < wall.start + NEXT_TO_CORNER || cell + NEXT_TO_CORNER >= wall.end
+    };
+    let near: Vec<usize> = (0..cells.len()).filter(is_near).collect();
+    let stride = (near.len().pow(2) / PAIRS_OF_CORNERS).max(1);
+    let mut pairs = Vec::new();
+    for (row, &i) in near.iter().enumerate() {
+        let first = stride as f64 * (row as f64 * EVENLY[0] % 1.0);
+        let row = near.iter().skip(first as usize).step_by(stride);
+        pairs.extend(row.map(|&j| (i, j)));
+    }
+    (pairs, stride as f64)
+}
+
+/// Pointwise pairs of a row, in the mean over the walls' length: walks seldom meet the small cells in corners.
+fn pointwise_pairs<F: Real>(
+    cells: &Cells<'_, F>,
+    views: Views<'_>,
+    pairs: &impl galerkin::Pairs,
+) -> PointwisePairs {
+    let (mut seen, mut hidden, mut all) = (0.0, 0.0, 0.0);
+    for i in 0..cells.len() {
+        let length = cells.length(i).to_f64();
+        all += length;
+        for j in pairs.pointwise(i, cells.len()) {
+            let sum = match views.view(i, j) {
+                View::Partly => &mut hidden,
+                _ => &mut seen,
+            };
+            *sum += length;
+        }
+    }
+    PointwisePairs {
+        seen: seen / all,
+        hidden: hidden / all,
     }
 }
 
@@ -1156,31 +1237,34 @@ impl Problem for RoomFile<'_> {
     fn cost(&self) -> Cost {
         let n = self.mesh.len() as f64;
         let degree = self.degree() as f64;
-        let walls = self.scene.geometry().walls().len() as f64;
-        let walls = WALL * (walls - 4.0).max(0.0);
-        let ray = RAY + walls;
+        let depth = (self.scene.geometry().walls().len().max(4) as f64).log2();
+        let ray = RAY * depth;
         let plain = WalkCost {
             start: START,
             step: ray,
             score: SCORE,
             pair: 0.0,
+            hidden_pair: 0.0,
         };
         let pair = match self.degree() {
             0 => PAIR_OF_CONSTANTS,
             _ => PAIR_OF_POLYNOMIALS + degree * PAIR_DEGREE,
         };
+        let pointwise = WalkCost {
+            pair,
+            hidden_pair: HIDDEN_PAIR * depth,
+            ..plain
+        };
         let walk = match (choice(self.pairs()), self.degree()) {
-            (Choice::Pointwise, 0) => WalkCost { pair, ..plain },
+            (Choice::Pointwise, 0) => pointwise,
             (Choice::Pointwise, _) => WalkCost {
                 score: SCORE + NEAR + degree * NEAR_DEGREE,
-                pair,
-                ..plain
+                ..pointwise
             },
             _ => WalkCost {
                 step: ray + IN_S + degree * IN_S_DEGREE,
                 score: SCORE + IN_S_SCORE,
-                pair: CORNER * pair,
-                ..plain
+                ..pointwise
             },
         };
         Cost {
@@ -1189,6 +1273,22 @@ impl Problem for RoomFile<'_> {
             walk,
             plain,
         }
+    }
+
+    fn pointwise_pairs(&self) -> Result<PointwisePairs, Failure> {
+        let coarse = self.coarse_mesh()?;
+        let matrix = Matrix::new(&self.scene, &coarse, r_min(self.degree()));
+        let matrix = matrix.map_err(Failure::run)?;
+        let (views, chosen) = (matrix.views(), self.pairs());
+        let choice = choice(chosen);
+        let pairs = pointwise_pairs(&coarse.cells(), views, &RoomPairs { views, choice });
+        Ok(pairs.on(chosen, self.mesh.len() as f64 / coarse.len() as f64))
+    }
+
+    fn starts(&self) -> usize {
+        let places = self.places();
+        let apart = places.iter().filter(|place| self.is_looked_at_apart(place));
+        places.len() + apart.count()
     }
 
     fn refuse_infinite_variance(&self) -> Result<(), Failure> {
@@ -1200,7 +1300,7 @@ impl Problem for RoomFile<'_> {
     }
 
     fn second_moment(&self) -> Result<f64, Failure> {
-        let coarse = mesh(self.file, &self.scene, self.cells.clamp(COARSEST, COARSE))?;
+        let coarse = self.coarse_mesh()?;
         let matrix = Matrix::new(&self.scene, &coarse, R_MIN).map_err(Failure::run)?;
         let absorption = self.file.walk.absorption.value;
         second_moment_radius(&self.scene, &coarse, &matrix, absorption).map_err(Failure::run)
@@ -1278,6 +1378,28 @@ impl Problem for RoomFile<'_> {
 
     fn solve(&self) -> Result<Solved, Failure> {
         of_degree!(self.degree(), B => Solved::new(|| Ok(Arc::new(self.system::<B>()?))))
+    }
+
+    fn rare_variance(&self, solved: &Solved) -> Result<f64, Failure> {
+        let walls = self.scene.geometry().walls().iter();
+        let squares: f64 = walls.map(|wall| wall.length * wall.emission.powi(2)).sum();
+        if choice(self.pairs()) == Choice::Pointwise || squares == 0.0 {
+            return Ok(0.0);
+        }
+        let common = match solved.rare.get() {
+            Some(&common) => common,
+            None => {
+                let common = of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))?;
+                *solved.rare.get_or_init(|| common)
+            }
+        };
+        let absorption = self.absorption();
+        // A score is F/q where a walk is absorbed, and F in every state otherwise.
+        let scores = match self.file.walk.estimator.value {
+            file::Estimator::Absorption => squares / absorption,
+            file::Estimator::Collision => squares,
+        };
+        Ok(common / (1.0 - absorption) / scores)
     }
 
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

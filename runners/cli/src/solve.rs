@@ -396,10 +396,10 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
             (walks, report.predicted_states, seconds, "")
         }
         None => {
-            let walks = file.walk.walks.value as f64 * targets as f64;
+            let walks = file.walk.walks.value as f64 * problem.starts() as f64;
             let steps = (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
-            let cost = problem.cost();
-            let walk = cost.walk.seconds(file.walk.estimator.value, steps, 0.0);
+            let (cost, pairs) = (problem.cost(), problem.pointwise_pairs()?);
+            let walk = cost.walk.seconds(file.walk.estimator.value, steps, pairs);
             let (states, seconds) = (walks * steps, cost.setup + walks * walk);
             let most = match file.walk.target_error {
                 Some(_) => "at most ",

@@ -52,7 +52,8 @@ pub(crate) struct SplitReport {
     /// Over all targets.
     pub(crate) predicted_walks: f64,
     pub(crate) predicted_states: f64,
-    /// What plain walks alone would take; null where the file does not let them be looked at.
+    /// What plain walks alone would take; null where the file does not let them be looked at, or none of a pilot's
+    /// scored.
     pub(crate) predicted_plain_seconds: Option<f64>,
     pub(crate) pilots: usize,
     pub(crate) pilot_walks: u64,
@@ -135,7 +136,7 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
 /// What was chosen by a search that took so many seconds, those of the system with which the answer goes on among them.
 fn split(file: ProblemFile, best: &Prediction, search: &mut Search<'_>, seconds: f64) -> Split {
     let setting = &best.setting;
-    let plain = search.best_plain();
+    let plain = search.best_plain().as_ref().map(Prediction::seconds);
     let solved = search.systems.take(setting);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
     Split {
@@ -148,7 +149,7 @@ fn split(file: ProblemFile, best: &Prediction, search: &mut Search<'_>, seconds:
             predicted_walk_seconds: best.walking,
             predicted_walks: best.walks,
             predicted_states: best.states,
-            predicted_plain_seconds: plain.as_ref().map(Prediction::seconds),
+            predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
             pilots: search.pilots,
             pilot_walks: search.walks,
             pilot_seconds: seconds - kept,

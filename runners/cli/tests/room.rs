@@ -397,6 +397,10 @@ fn a_furnace_is_in_balance() {
             assert!(number(flux, "estimate").abs() <= allowed, "{surface}");
         }
     }
+    // 20,000 walks for each of three targets, for the fluxes of four surfaces, and for the irradiance of what is black, a
+    // point, a mean and a surface, of which u does not tell.
+    let check = fredholm(&["check", &folder.file("furnace.toml", &problem)]).quietly(0);
+    assert!(check.stdout.contains("walks      200000\n"), "{check:?}");
     let table = folder.solve(&problem, &[]).quietly(0).stdout;
     for word in ["irradiance", "net flux", "W per metre", "all"] {
         assert!(table.contains(word), "{table}");

@@ -1,6 +1,6 @@
 //! Settings that differ in cells alone.
 
-use super::pilot::{Level, Pilot, Prediction, Setting};
+use super::pilot::{Level, Pilot, Prediction, Scales, Setting};
 
 /// The part of the order that finer cells have at least, for which a choice is prepared.
 const SLOW: f64 = 0.75;
@@ -13,20 +13,26 @@ pub(super) struct Family {
     pub(super) levels: Vec<Level>,
     /// With the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
-    /// √Var ~ unknowns^−order, by theory.
+    /// √Var ~ unknowns^−order, by theory; the same of what few walks miss.
     order: f64,
+    rare_order: f64,
     /// The same as long as there are no two pilots.
     assumed: f64,
 }
 
 impl Family {
     /// A family of which nothing is known but the order that it will have in the end.
-    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
+    pub(super) const fn new(
+        first: Setting,
+        levels: Vec<Level>,
+        [order, rare_order]: [f64; 2],
+    ) -> Self {
         Self {
             first,
             levels,
             pilots: Vec::new(),
             order,
+            rare_order,
             assumed: order,
         }
     }
@@ -39,6 +45,7 @@ impl Family {
             levels: self.levels.clone(),
             pilots: vec![(level, pilot)],
             order: self.order,
+            rare_order: self.rare_order,
             assumed: self.observed(),
         }
     }
@@ -116,8 +123,13 @@ impl Family {
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = |order: f64| more.powf(-2.0 * order);
-            let scales = [self.order, order, SLOW * order].map(scale);
-            Some(pilot.predict(level, scales, batch))
+            let scales = Scales {
+                fast: scale(self.order),
+                observed: scale(order),
+                slow: scale(SLOW * order),
+                rare: scale(self.rare_order),
+            };
+            Some(pilot.predict(level, &scales, batch))
         };
         self.levels.iter().enumerate().filter_map(of).collect()
     }

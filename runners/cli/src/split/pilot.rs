@@ -1,13 +1,16 @@
 //! Settings, what few walks find of them, and what many will take.
 
-use fredholm_core::{Statistics, next_round};
+use fredholm_core::{ENOUGH_SCORES, Statistics, next_round};
 use fredholm_rayon::TargetError;
 
 use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
-use crate::problem::{Answer, Cost, WalkCost};
+use crate::problem::{Answer, Cost, PointwisePairs, WalkCost};
 
 /// Targets that a pilot looks at.
 const TARGETS: usize = 8;
+/// How many times as often as everywhere walks come where few walks miss something, squared: 3.5 to 5.1 times in a
+/// square room, with 100 and 400 cells of degree 4.
+const RARE: f64 = 4.0;
 /// Batches of which rounds need not be counted.
 const MANY: f64 = 1e6;
 
@@ -120,11 +123,35 @@ impl Sample {
 struct Asked {
     /// How many it stands for.
     weight: f64,
-    /// Var/E²: the walks that it takes.
+    /// Var/E²: the walks that it takes, by what was seen, and by what few walks miss.
     needed: f64,
+    rare: f64,
+    /// Walks that scored: no other tells of the variance.
+    scored: f64,
+    /// Walks until so many have scored that an error is believed.
+    believed: f64,
 }
 
-/// How far the variance of N walks may be from the true one.
+impl Asked {
+    /// Walks that it takes on cells with so many times what was seen of the variance, and what was not; not known
+    /// before one has scored.
+    fn walks(&self, [seen, rare]: [f64; 2]) -> f64 {
+        if self.scored > 0.0 {
+            (seen * self.needed)
+                .max(rare * self.rare)
+                .max(self.believed)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// How many times the true variance may be off.
+    fn times(&self, doubt: f64) -> f64 {
+        1.0 + doubt / self.scored.sqrt()
+    }
+}
+
+/// How far the variance of N walks that scored may be from the true one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
     /// c where that may be 1 + c/√N times as much, for which a choice is prepared: all large scores may be missing.
@@ -141,8 +168,7 @@ pub(super) struct Pilot {
     pub(super) walks: u64,
     /// Of a walk, in the mean.
     states: f64,
-    /// Pointwise pairs of a row, in the mean.
-    pub(super) pointwise: f64,
+    pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
     doubt: Doubt,
 }
@@ -154,6 +180,7 @@ impl Pilot {
         error: TargetError,
         unknowns: usize,
         answer: &Answer,
+        rare: f64,
         doubt: Doubt,
     ) -> Self {
         // What a room needs besides stands in no target, and is all there.
@@ -167,9 +194,16 @@ impl Pilot {
                 TargetError::Absolute(bound) => bound,
                 TargetError::Relative(bound) => bound * estimate.estimate.abs(),
             };
+            let plain = statistics.plain();
+            let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
+            let scored = statistics.scored() as f64;
+            let each = statistics.walks() as f64 / scored;
             Asked {
                 weight,
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
+                rare: RARE * rare * (square / bound).powi(2),
+                scored,
+                believed: ENOUGH_SCORES as f64 * each,
             }
         };
         let walks: u64 = all().map(Statistics::walks).sum();
@@ -195,6 +229,12 @@ impl Pilot {
         }
     }
 
+    /// The fewest walks of a target that scored.
+    pub(super) fn scored(&self) -> f64 {
+        let scored = self.targets.iter().map(|asked| asked.scored);
+        scored.fold(f64::INFINITY, f64::min)
+    }
+
     /// Walks that all targets take.
     pub(super) fn needed(&self) -> f64 {
         let targets = self.targets.iter();
@@ -206,26 +246,20 @@ impl Pilot {
         self.walks as f64 * self.walk(cost, self.pointwise)
     }
 
-    /// What its setting takes on these cells, on which the variance is so many times that of the pilot if cells help
-    /// most, as they are seen to, or less.
-    pub(super) fn predict(
-        &self,
-        level: &Level,
-        [fast, scale, slow]: [f64; 3],
-        batch: u64,
-    ) -> Prediction {
+    /// What its setting takes on these cells.
+    pub(super) fn predict(&self, level: &Level, scales: &Scales, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let walks = |scale: f64| -> f64 {
-            let of = |asked: &Asked| asked.weight * batch * batches(scale * asked.needed / batch);
+        let walks = |scale: &dyn Fn(&Asked) -> f64| -> f64 {
+            let whole = |walks: f64| batch * batches(walks / batch);
+            let of = |asked: &Asked| asked.weight * whole(asked.walks([scale(asked), scales.rare]));
             self.targets.iter().map(of).sum()
         };
         let each = self.walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let times = |doubt: f64| 1.0 + doubt / (of as f64).sqrt();
-        let least = fast / times(self.doubt.less);
-        let most = slow * times(self.doubt.more);
-        let [luckily, walks, rarely] = [least, scale, most].map(walks);
+        let luckily = walks(&|asked| scales.fast / asked.times(self.doubt.less));
+        let rarely = walks(&|asked| scales.slow * asked.times(self.doubt.more));
+        let walks = walks(&|_| scales.observed);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -242,25 +276,46 @@ impl Pilot {
             } else {
                 0
             },
+            scored: self.scored(),
             walks,
             states: walks * self.states,
         }
     }
 
     /// Pointwise pairs of a row where there are so many unknowns.
-    pub(super) fn pairs(&self, unknowns: f64) -> f64 {
-        // By default a row has as many on finer cells: those next to a corner or an edge.
-        match self.setting.pairs {
-            Pairs::Pointwise => self.pointwise * unknowns / self.unknowns,
-            _ => self.pointwise,
-        }
+    pub(super) fn pairs(&self, unknowns: f64) -> PointwisePairs {
+        let times = unknowns / self.unknowns;
+        self.pointwise.on(self.setting.pairs, times)
     }
 
     /// Seconds of a walk.
-    fn walk(&self, cost: &Cost, pairs: f64) -> f64 {
+    fn walk(&self, cost: &Cost, pairs: PointwisePairs) -> f64 {
         let walk = self.setting.walk(cost);
         walk.seconds(self.setting.estimator, self.states, pairs)
     }
+}
+
+/// How many times the variance of a pilot other cells have.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scales {
+    /// If cells help most.
+    pub(super) fast: f64,
+    /// As they are seen to help.
+    pub(super) observed: f64,
+    /// If they help less.
+    pub(super) slow: f64,
+    /// Of what few walks miss.
+    pub(super) rare: f64,
+}
+
+impl Scales {
+    /// On the same cells.
+    pub(super) const ONE: Self = Self {
+        fast: 1.0,
+        observed: 1.0,
+        slow: 1.0,
+        rare: 1.0,
+    };
 }
 
 /// Cells, with what they cost.
@@ -287,6 +342,8 @@ pub(super) struct Prediction {
     pub(super) hoped: f64,
     /// Walks of a target that a pilot of this very setting had; 0 if there was none.
     pub(super) of: u64,
+    /// The fewest of a target that scored, in whatever pilot.
+    pub(super) scored: f64,
     pub(super) walks: f64,
     pub(super) states: f64,
 }

@@ -4,12 +4,12 @@ use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
-use super::pilot::{Doubt, Level, Pilot, Prediction, Sample, Setting};
+use super::pilot::{Doubt, Level, Pilot, Prediction, Sample, Scales, Setting};
 use super::systems::Systems;
 use crate::failure::Failure;
 use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
 use crate::output::abandon;
-use crate::problem::{self, Cost};
+use crate::problem::{self, Cost, PointwisePairs};
 use crate::progress::{Progress, interrupted};
 use crate::solve;
 
@@ -49,15 +49,22 @@ const AGAIN: Allowance = Allowance {
 };
 /// Of those that look at the same cells with other walks.
 const VARY: Allowance = Allowance { one: 0.01, ..AGAIN };
-/// Of those that confirm the best.
+/// Of those that look at others closely.
 const CONFIRM: Allowance = Allowance {
     walks: 2048,
     all: 0.5,
     ..AGAIN
 };
+/// Of those that confirm the best.
+const CONFIRM_BEST: Allowance = Allowance {
+    setup: false,
+    ..CONFIRM
+};
+/// Walks that scored from which on they tell how rare scores are.
+const TOLD: f64 = 64.0;
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
-/// How rare large scores are with bounded kernels, and with others: in rooms they come of steps next to corners.
+/// How rare large scores are with bounded kernels, and with others.
 const BOUNDED: f64 = 3.0;
 const SINGULAR: f64 = 14.0;
 /// The spectral radius of T_k²p where it is not known, and the least of 1 less it.
@@ -126,8 +133,8 @@ fn is_refused(refused: &[Setting], setting: &Setting) -> bool {
     refused.iter().any(like)
 }
 
-/// Seconds of a walk that ends as it does on average, where a row has so many pointwise pairs.
-fn walk_seconds(setting: &Setting, cost: &Cost, pairs: f64) -> f64 {
+/// Seconds of a walk that ends as it does on average.
+fn walk_seconds(setting: &Setting, cost: &Cost, pairs: PointwisePairs) -> f64 {
     let walk = setting.walk(cost);
     walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs)
 }
@@ -323,9 +330,15 @@ impl<'f> Search<'f> {
         self.best().map_or(f64::INFINITY, |best| best.seconds())
     }
 
-    /// Whether a pilot of so many walks is worth its time, where a row has so many pointwise pairs: whether it is
-    /// cheap, and whether one round of its setting would be faster than the best.
-    fn affords(&self, setting: &Setting, cost: &Cost, pairs: f64, allowance: Allowance) -> bool {
+    /// Whether a pilot of so many walks is worth its time: whether it is cheap, and whether its setting is the best or
+    /// one round of it would be faster.
+    fn affords(
+        &self,
+        setting: &Setting,
+        cost: &Cost,
+        pairs: PointwisePairs,
+        allowance: Allowance,
+    ) -> bool {
         if is_refused(&self.refused, setting) {
             return false;
         }
@@ -336,13 +349,19 @@ impl<'f> Search<'f> {
         let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight();
         let round = round * walk_seconds(setting, cost, pairs);
         let seconds = self.seconds(setting, cost, pairs, allowance);
-        setup + SHORTER * round <= self.price(&best)
+        (best.setting == *setting || setup + SHORTER * round <= self.price(&best))
             && seconds <= allowance.one * best.seconds()
             && self.spent + seconds <= allowance.all * best.seconds()
     }
 
     /// What counts of a pilot's time.
-    fn seconds(&self, setting: &Setting, cost: &Cost, pairs: f64, allowance: Allowance) -> f64 {
+    fn seconds(
+        &self,
+        setting: &Setting,
+        cost: &Cost,
+        pairs: PointwisePairs,
+        allowance: Allowance,
+    ) -> f64 {
         let setup = self.due(setting, setting.setup(cost));
         let setup = if allowance.setup { setup } else { 0.0 };
         let walks = (allowance.walks * self.sample.targets() as u64) as f64;
@@ -362,18 +381,34 @@ impl<'f> Search<'f> {
         pilot.map_err(refused).ok()
     }
 
+    /// Whether large scores may be so rare that a pilot which looks around misses them all.
+    const fn has_rare_scores(&self, setting: &Setting) -> bool {
+        match &self.file.problem {
+            // Steps next to corners, of plain walks the smallest part.
+            file::Problem::Room(_) => !setting.plain,
+            file::Problem::Cube(_) => self.is_singular(),
+            file::Problem::Circle(_) => false,
+        }
+    }
+
+    /// Whether the kernel may have a singularity that no walk has shown: one whose integral is given may.
+    const fn is_singular(&self) -> bool {
+        match &self.file.problem {
+            file::Problem::Cube(cube) => cube.integral.is_some(),
+            // What few walks miss of a room is known besides: its rare variance.
+            file::Problem::Room(_) | file::Problem::Circle(_) => false,
+        }
+    }
+
     /// How far few walks may be from the true variance, the farther the nearer it is to infinite.
-    fn doubt(&self, setting: &Setting) -> Doubt {
-        let absorption = setting.absorption;
-        let bounded = match &self.file.problem {
-            // What is left of steps next to corners is rare, and of plain walks the smallest part.
-            file::Problem::Room(_) => setting.plain,
-            // Whose integral is given may have a singularity.
-            file::Problem::Cube(cube) => cube.integral.is_none(),
-            file::Problem::Circle(_) => true,
+    fn doubt(&self, absorption: f64) -> Doubt {
+        let most = if self.is_singular() {
+            SINGULAR
+        } else {
+            BOUNDED
         };
         let left = (1.0 - self.radius(absorption)).max(LEAST);
-        let more = (if bounded { BOUNDED } else { SINGULAR }) / left.powf(1.25);
+        let more = most / left.powf(1.25);
         // Close to infinite all few walks show too little.
         let less = if self.is_far(absorption) { more } else { 0.0 };
         Doubt { more, less }
@@ -392,14 +427,15 @@ impl<'f> Search<'f> {
         plan.target_error = None;
         plan.seed ^= SEED;
         let progress = Progress::hidden();
-        let answer = if setting.plain {
-            problem.plain(&plan, &progress)?
+        let (answer, rare) = if setting.plain {
+            (problem.plain(&plan, &progress)?, 0.0)
         } else {
             if allowance.setup {
                 self.spent += self.due(&setting, setting.setup(&problem.cost()));
             }
             let solved = self.systems.solve(&*problem, &setting)?;
-            problem.walk(solved, &plan, &progress)?
+            let rare = problem.rare_variance(solved)?;
+            (problem.walk(solved, &plan, &progress)?, rare)
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
         self.second_moment = self.second_moment.or(answer.second_moment.map(without));
@@ -409,7 +445,8 @@ impl<'f> Search<'f> {
             self.error,
             problem.unknowns(),
             &answer,
-            self.doubt(&setting),
+            rare,
+            self.doubt(setting.absorption),
         );
         self.pilots += 1;
         self.walks += pilot.walks;
@@ -476,21 +513,25 @@ impl<'f> Search<'f> {
             cells: level.cells,
             ..setting
         };
-        if !self.affords(&setting, &level.cost, 0.0, allowance) {
+        let none = PointwisePairs::default();
+        if !self.affords(&setting, &level.cost, none, allowance) {
             return false;
         }
         let Some(pilot) = self.pilot(setting, allowance) else {
             return false;
         };
+        if pilot.scored() == 0.0 && allowance.walks < CONFIRM.walks {
+            return self.pilot_plain(setting, level, CONFIRM);
+        }
         self.found.retain(|found| found.setting != setting);
         self.found
-            .push(pilot.predict(level, [1.0; 3], self.batch()));
+            .push(pilot.predict(level, &Scales::ONE, self.batch()));
         true
     }
 
-    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them; none where
-    /// the problem does not take the setting.
-    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
+    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them, and what few
+    /// walks miss of it; none where the problem does not take the setting.
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, [f64; 2]) {
         let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
@@ -506,7 +547,11 @@ impl<'f> Search<'f> {
         file
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
+    fn try_levels(
+        &self,
+        setting: &Setting,
+        most: usize,
+    ) -> Result<(Vec<Level>, [f64; 2]), Failure> {
         let open = self.opened(setting);
         open.validate()?;
         let problem = problem::of_file(&open)?;
@@ -532,9 +577,9 @@ impl<'f> Search<'f> {
             });
         }
         // On few cells what limits the order in the end, as pairs next to corners do, is not all yet.
-        let order = problem.order(setting.degree);
-        let order = order.midpoint(problem.smooth_order(setting.degree));
-        Ok((levels, order))
+        let rare = problem.order(setting.degree);
+        let order = rare.midpoint(problem.smooth_order(setting.degree));
+        Ok((levels, [order, rare]))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
@@ -599,13 +644,14 @@ impl<'f> Search<'f> {
         true
     }
 
-    /// Pointwise pairs of a row that were seen on these cells with another degree; 0 if none were.
-    fn pairs_seen(&self, setting: &Setting) -> f64 {
+    /// Pointwise pairs of a row that were seen on these cells with another degree; none if there was no such pilot.
+    fn pairs_seen(&self, setting: &Setting) -> PointwisePairs {
         let alike = |pilot: &&Pilot| {
             (pilot.setting.cells, pilot.setting.pairs) == (setting.cells, setting.pairs)
         };
         let seen = self.families.iter().filter_map(Family::last);
-        seen.rev().find(alike).map_or(0.0, |pilot| pilot.pointwise)
+        let like = seen.rev().find(alike);
+        like.map_or_else(PointwisePairs::default, |pilot| pilot.pointwise)
     }
 
     /// What a family promises, in place of what it has promised.
@@ -739,7 +785,7 @@ impl<'f> Search<'f> {
             absorption,
             ..pilot.setting
         };
-        let alike = family.varied(pilot.shortened(setting, self.doubt(&setting)));
+        let alike = family.varied(pilot.shortened(setting, self.doubt(absorption)));
         let promised = alike.predictions(self.batch());
         let seconds = promised
             .iter()
@@ -768,8 +814,9 @@ impl<'f> Search<'f> {
         let Some(best) = self.best().filter(|best| best.of < CONFIRM.walks) else {
             return false;
         };
-        // Rare scores would take no round more.
-        let sure = best.of > 0 && best.prepared <= best.walking;
+        // Rare scores would take no round more, as far as walks have told of them.
+        let told = best.of > 0 && best.scored >= TOLD && !self.has_rare_scores(&best.setting);
+        let sure = told && best.prepared <= best.walking;
         if sure && self.is_far(best.setting.absorption) {
             return false;
         }
@@ -781,7 +828,7 @@ impl<'f> Search<'f> {
             return false;
         };
         let number = family.number(best.setting.cells);
-        let more = self.explore(&mut family, number, CONFIRM);
+        let more = self.explore(&mut family, number, CONFIRM_BEST);
         self.families.push(family);
         more
     }
