@@ -13,26 +13,20 @@ pub(super) struct Family {
     pub(super) levels: Vec<Level>,
     /// With the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
-    /// √Var ~ unknowns^−order, by theory; the same of what few walks miss.
+    /// √Var ~ unknowns^−order, by theory.
     order: f64,
-    rare_order: f64,
     /// The same as long as there are no two pilots.
     assumed: f64,
 }
 
 impl Family {
     /// A family of which nothing is known but the order that it will have in the end.
-    pub(super) const fn new(
-        first: Setting,
-        levels: Vec<Level>,
-        [order, rare_order]: [f64; 2],
-    ) -> Self {
+    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
         Self {
             first,
             levels,
             pilots: Vec::new(),
             order,
-            rare_order,
             assumed: order,
         }
     }
@@ -45,7 +39,6 @@ impl Family {
             levels: self.levels.clone(),
             pilots: vec![(level, pilot)],
             order: self.order,
-            rare_order: self.rare_order,
             assumed: self.observed(),
         }
     }
@@ -127,7 +120,6 @@ impl Family {
                 fast: scale(self.order),
                 observed: scale(order),
                 slow: scale(SLOW * order),
-                rare: scale(self.rare_order),
             };
             Some(pilot.predict(level, &scales, batch))
         };

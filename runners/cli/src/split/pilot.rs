@@ -133,13 +133,12 @@ struct Asked {
 }
 
 impl Asked {
-    /// Walks that it takes on cells with so many times what was seen of the variance, and what was not; not known
+    /// Walks that it takes on cells with so many times the variance, if that is so many times what was seen; not known
     /// before one has scored.
-    fn walks(&self, [seen, rare]: [f64; 2]) -> f64 {
+    fn walks(&self, scale: f64, times: f64) -> f64 {
         if self.scored > 0.0 {
-            (seen * self.needed)
-                .max(rare * self.rare)
-                .max(self.believed)
+            let needed = (times * self.needed).max(self.rare);
+            (scale * needed).max(self.believed)
         } else {
             f64::INFINITY
         }
@@ -149,6 +148,26 @@ impl Asked {
     fn times(&self, doubt: f64) -> f64 {
         1.0 + doubt / self.scored.sqrt()
     }
+}
+
+/// E η² of every target and of what a room needs besides, as so many walks saw it.
+pub(super) fn squares(answer: &Answer) -> Vec<f64> {
+    let all = answer.outcome.statistics.iter().chain(&answer.others);
+    let square = |statistics: &Statistics| {
+        let plain = statistics.plain();
+        plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2)
+    };
+    all.map(square).collect()
+}
+
+/// What few walks miss of a variance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rare<'a> {
+    /// As [`Problem::rare_variance`](crate::problem::Problem::rare_variance) has it.
+    pub(super) variance: f64,
+    /// E η² of every target, as few walks see it: those steps are rare, and weights that are rare themselves hardly meet
+    /// any.
+    pub(super) squares: &'a [f64],
 }
 
 /// How far the variance of N walks that scored may be from the true one.
@@ -180,28 +199,27 @@ impl Pilot {
         error: TargetError,
         unknowns: usize,
         answer: &Answer,
-        rare: f64,
+        rare: &Rare<'_>,
         doubt: Doubt,
     ) -> Self {
         // What a room needs besides stands in no target, and is all there.
         let all = || answer.outcome.statistics.iter().chain(&answer.others);
         let weights = sample.weights.iter().copied();
-        let targets = all().zip(weights.chain(core::iter::repeat(1.0)));
-        let of = |(statistics, weight): (&Statistics, f64)| {
+        let weights = weights.chain(core::iter::repeat(1.0));
+        let targets = all().zip(weights).zip(rare.squares);
+        let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
             // Of plain walks both estimates are the same.
             let estimate = statistics.preconditioned();
             let bound = match error {
                 TargetError::Absolute(bound) => bound,
                 TargetError::Relative(bound) => bound * estimate.estimate.abs(),
             };
-            let plain = statistics.plain();
-            let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
             let scored = statistics.scored() as f64;
             let each = statistics.walks() as f64 / scored;
             Asked {
                 weight,
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
-                rare: RARE * rare * (square / bound).powi(2),
+                rare: RARE * rare.variance * (square / bound).powi(2),
                 scored,
                 believed: ENOUGH_SCORES as f64 * each,
             }
@@ -249,17 +267,17 @@ impl Pilot {
     /// What its setting takes on these cells.
     pub(super) fn predict(&self, level: &Level, scales: &Scales, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let walks = |scale: &dyn Fn(&Asked) -> f64| -> f64 {
+        let walks = |scale: f64, times: &dyn Fn(&Asked) -> f64| -> f64 {
             let whole = |walks: f64| batch * batches(walks / batch);
-            let of = |asked: &Asked| asked.weight * whole(asked.walks([scale(asked), scales.rare]));
+            let of = |asked: &Asked| asked.weight * whole(asked.walks(scale, times(asked)));
             self.targets.iter().map(of).sum()
         };
         let each = self.walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let luckily = walks(&|asked| scales.fast / asked.times(self.doubt.less));
-        let rarely = walks(&|asked| scales.slow * asked.times(self.doubt.more));
-        let walks = walks(&|_| scales.observed);
+        let luckily = walks(scales.fast, &|asked| 1.0 / asked.times(self.doubt.less));
+        let rarely = walks(scales.slow, &|asked| asked.times(self.doubt.more));
+        let walks = walks(scales.observed, &|_| 1.0);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -304,8 +322,6 @@ pub(super) struct Scales {
     pub(super) observed: f64,
     /// If they help less.
     pub(super) slow: f64,
-    /// Of what few walks miss.
-    pub(super) rare: f64,
 }
 
 impl Scales {
@@ -314,7 +330,6 @@ impl Scales {
         fast: 1.0,
         observed: 1.0,
         slow: 1.0,
-        rare: 1.0,
     };
 }
 

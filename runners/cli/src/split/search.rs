@@ -4,12 +4,12 @@ use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
-use super::pilot::{Doubt, Level, Pilot, Prediction, Sample, Scales, Setting};
+use super::pilot::{self, Doubt, Level, Pilot, Prediction, Rare, Sample, Scales, Setting};
 use super::systems::Systems;
 use crate::failure::Failure;
 use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
 use crate::output::abandon;
-use crate::problem::{self, Cost, PointwisePairs};
+use crate::problem::{self, Answer, Cost, PointwisePairs};
 use crate::progress::{Progress, interrupted};
 use crate::solve;
 
@@ -99,6 +99,8 @@ pub(super) struct Search<'f> {
     families: Vec<Family>,
     found: Vec<Prediction>,
     pub(super) systems: Systems,
+    /// E η² of walks with an absorption and an estimator.
+    squares: Vec<((f64, Estimator), Vec<f64>)>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first that a setting met: what there is to say where none is taken.
@@ -154,6 +156,7 @@ impl<'f> Search<'f> {
             families: Vec::new(),
             found: Vec::new(),
             systems: Systems::default(),
+            squares: Vec::new(),
             refused: Vec::new(),
             refusal: None,
             spent: 0.0,
@@ -427,31 +430,50 @@ impl<'f> Search<'f> {
         plan.target_error = None;
         plan.seed ^= SEED;
         let progress = Progress::hidden();
-        let (answer, rare) = if setting.plain {
+        let (answer, variance) = if setting.plain {
             (problem.plain(&plan, &progress)?, 0.0)
         } else {
             if allowance.setup {
                 self.spent += self.due(&setting, setting.setup(&problem.cost()));
             }
             let solved = self.systems.solve(&*problem, &setting)?;
-            let rare = problem.rare_variance(solved)?;
-            (problem.walk(solved, &plan, &progress)?, rare)
+            let variance = problem.rare_variance(solved)?;
+            (problem.walk(solved, &plan, &progress)?, variance)
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
         self.second_moment = self.second_moment.or(answer.second_moment.map(without));
+        let squares = self.squares(&setting, &answer);
+        let rare = Rare {
+            variance,
+            squares: &squares,
+        };
         let pilot = Pilot::new(
             setting,
             &self.sample,
             self.error,
             problem.unknowns(),
             &answer,
-            rare,
+            &rare,
             self.doubt(setting.absorption),
         );
         self.pilots += 1;
         self.walks += pilot.walks;
         self.spent += PILOT + pilot.seconds(&problem.cost());
         Ok(pilot)
+    }
+
+    /// E η² of the first pilot with these walks: it does not depend on cells.
+    fn squares(&mut self, setting: &Setting, answer: &Answer) -> Vec<f64> {
+        let walks = (setting.absorption, setting.estimator);
+        let seen = self.squares.iter().find(|(of, _)| *of == walks);
+        if let Some((_, squares)) = seen {
+            return squares.clone();
+        }
+        let squares = pilot::squares(answer);
+        if squares.iter().all(|&square| square > 0.0) {
+            self.squares.push((walks, squares.clone()));
+        }
+        squares
     }
 
     /// The level on which plain walks are looked at: cells are those of no neighbour equation.
@@ -529,9 +551,9 @@ impl<'f> Search<'f> {
         true
     }
 
-    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them, and what few
-    /// walks miss of it; none where the problem does not take the setting.
-    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, [f64; 2]) {
+    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them; none where
+    /// the problem does not take the setting.
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
         let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
@@ -547,11 +569,7 @@ impl<'f> Search<'f> {
         file
     }
 
-    fn try_levels(
-        &self,
-        setting: &Setting,
-        most: usize,
-    ) -> Result<(Vec<Level>, [f64; 2]), Failure> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
         let open = self.opened(setting);
         open.validate()?;
         let problem = problem::of_file(&open)?;
@@ -577,9 +595,9 @@ impl<'f> Search<'f> {
             });
         }
         // On few cells what limits the order in the end, as pairs next to corners do, is not all yet.
-        let rare = problem.order(setting.degree);
-        let order = rare.midpoint(problem.smooth_order(setting.degree));
-        Ok((levels, [order, rare]))
+        let order = problem.order(setting.degree);
+        let order = order.midpoint(problem.smooth_order(setting.degree));
+        Ok((levels, order))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
