@@ -137,8 +137,9 @@ pub(crate) trait Problem: Sync {
     /// Solves the Galerkin system of these cells and this degree.
     fn solve(&self) -> Result<Solved, Failure>;
 
-    /// ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ f² q: times (E η²)² about the variance that
-    /// few walks miss, the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
+    /// (1 − q0) ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ F²: the same for every absorption.
+    /// Over 1 − q0, and times q0 where walks score F/q, it is ∫∫ (k − h)² p/∫ f² q, which times (E η²)² is about the
+    /// variance that few walks miss: the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
     fn rare_variance(&self, solved: &Solved) -> Result<f64, Failure> {
         let _ = solved;
         Ok(0.0)
@@ -159,7 +160,7 @@ pub(crate) struct Solved {
     system: Box<dyn Any + Send + Sync>,
     /// How long it took.
     pub(crate) seconds: f64,
-    /// What rare variances of all absorptions have in common, once it was asked for.
+    /// Its rare variance, once it was asked for.
     pub(crate) rare: OnceCell<f64>,
 }
 

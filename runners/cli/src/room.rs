@@ -1386,20 +1386,11 @@ impl Problem for RoomFile<'_> {
         if choice(self.pairs()) == Choice::Pointwise || squares == 0.0 {
             return Ok(0.0);
         }
-        let common = match solved.rare.get() {
-            Some(&common) => common,
-            None => {
-                let common = of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))?;
-                *solved.rare.get_or_init(|| common)
-            }
-        };
-        let absorption = self.absorption();
-        // A score is F/q where a walk is absorbed, and F in every state otherwise.
-        let scores = match self.file.walk.estimator.value {
-            file::Estimator::Absorption => squares / absorption,
-            file::Estimator::Collision => squares,
-        };
-        Ok(common / (1.0 - absorption) / scores)
+        if let Some(&rare) = solved.rare.get() {
+            return Ok(rare);
+        }
+        let rare = of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))? / squares;
+        Ok(*solved.rare.get_or_init(|| rare))
     }
 
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

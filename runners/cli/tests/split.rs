@@ -378,16 +378,22 @@ fn the_error_is_kept_as_often_as_it_should_be() {
             let hits = near.count();
             inside += hits;
             let seconds = median(runs.iter().map(|run| run.seconds));
+            let all = mean(runs.iter().map(|run| run.seconds));
             let (name, chosen) = (problem.name, &runs[0].settings);
             write!(
                 table,
                 "| {name} | {error} | {hits}/{seeds} | {chosen} | {seconds:.3} |"
             )
             .unwrap();
+            let of_means = few
+                .iter()
+                .map(|(_, seconds)| all / mean(seconds.iter().copied()));
+            let of_means = of_means.fold(0.0, f64::max);
             let few = few.into_iter();
             let few = few.map(|(swept, seconds)| (median(seconds.into_iter()), &swept.settings));
             if let Some((best, by)) = few.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                write!(table, " {best:.3} | {by} | {:.2} |", seconds / best).unwrap();
+                let ratio = seconds / best;
+                write!(table, " {best:.3} | {by} | {ratio:.2} | {of_means:.2} |").unwrap();
             }
             table.push('\n');
         }
@@ -438,6 +444,11 @@ fn median(seconds: impl Iterator<Item = f64>) -> f64 {
     let mut seconds: Vec<f64> = seconds.collect();
     seconds.sort_by(f64::total_cmp);
     seconds[seconds.len() / 2]
+}
+
+fn mean(seconds: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = seconds.len() as f64;
+    seconds.sum::<f64>() / count
 }
 
 /// The settings of a sweep that are the fastest to an error by few walks, which may miss rare scores, for the seconds

@@ -13,20 +13,26 @@ pub(super) struct Family {
     pub(super) levels: Vec<Level>,
     /// With the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
-    /// √Var ~ unknowns^−order, by theory.
+    /// √Var ~ unknowns^−order, by theory; the same of what few walks miss.
     order: f64,
+    rare_order: f64,
     /// The same as long as there are no two pilots.
     assumed: f64,
 }
 
 impl Family {
     /// A family of which nothing is known but the order that it will have in the end.
-    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64) -> Self {
+    pub(super) const fn new(
+        first: Setting,
+        levels: Vec<Level>,
+        [order, rare_order]: [f64; 2],
+    ) -> Self {
         Self {
             first,
             levels,
             pilots: Vec::new(),
             order,
+            rare_order,
             assumed: order,
         }
     }
@@ -39,6 +45,7 @@ impl Family {
             levels: self.levels.clone(),
             pilots: vec![(level, pilot)],
             order: self.order,
+            rare_order: self.rare_order,
             assumed: self.observed(),
         }
     }
@@ -108,15 +115,28 @@ impl Family {
         }
     }
 
-    /// Of every level from the first pilot's on, from the pilot on it or on the last before it.
-    pub(super) fn predictions(&self, batch: u64) -> Vec<Prediction> {
+    /// Of every level from the first pilot's on, from the pilot on it or on the last before it; `rare` tells the rare
+    /// variance of systems that were solved.
+    pub(super) fn predictions(
+        &self,
+        batch: u64,
+        rare: impl Fn(&Setting) -> Option<f64>,
+    ) -> Vec<Prediction> {
         let order = self.observed();
         let of = |(number, level): (usize, &Level)| {
             let mut before = self.pilots.iter().rev();
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = |order: f64| more.powf(-2.0 * order);
+            let of = |cells: usize| {
+                rare(&Setting {
+                    cells,
+                    ..self.first
+                })
+            };
+            let seen = || of(pilot.setting.cells).unwrap_or(0.0) * scale(self.rare_order);
             let scales = Scales {
+                rare: of(level.cells).unwrap_or_else(seen),
                 fast: scale(self.order),
                 observed: scale(order),
                 slow: scale(SLOW * order),

@@ -123,8 +123,9 @@ impl Sample {
 struct Asked {
     /// How many it stands for.
     weight: f64,
-    /// Var/E²: the walks that it takes, by what was seen, and by what few walks miss.
+    /// Var/E²: the walks that it takes, by what was seen.
     needed: f64,
+    /// The same of what few walks miss, over the rare variance of cells.
     rare: f64,
     /// Walks that scored: no other tells of the variance.
     scored: f64,
@@ -133,12 +134,13 @@ struct Asked {
 }
 
 impl Asked {
-    /// Walks that it takes on cells with so many times the variance, if that is so many times what was seen; not known
+    /// Walks that it takes on cells with so many times the variance that was seen, and with this rare variance; not known
     /// before one has scored.
-    fn walks(&self, scale: f64, times: f64) -> f64 {
+    fn walks(&self, seen: f64, rare: f64) -> f64 {
         if self.scored > 0.0 {
-            let needed = (times * self.needed).max(self.rare);
-            (scale * needed).max(self.believed)
+            (seen * self.needed)
+                .max(rare * self.rare)
+                .max(self.believed)
         } else {
             f64::INFINITY
         }
@@ -150,7 +152,8 @@ impl Asked {
     }
 }
 
-/// E η² of every target and of what a room needs besides, as so many walks saw it.
+/// E η² of every target and of what a room needs besides, as few walks see it: rare steps hardly ever meet weights that
+/// are rare themselves.
 pub(super) fn squares(answer: &Answer) -> Vec<f64> {
     let all = answer.outcome.statistics.iter().chain(&answer.others);
     let square = |statistics: &Statistics| {
@@ -158,16 +161,6 @@ pub(super) fn squares(answer: &Answer) -> Vec<f64> {
         plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2)
     };
     all.map(square).collect()
-}
-
-/// What few walks miss of a variance.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rare<'a> {
-    /// As [`Problem::rare_variance`](crate::problem::Problem::rare_variance) has it.
-    pub(super) variance: f64,
-    /// E η² of every target, as few walks see it: those steps are rare, and weights that are rare themselves hardly meet
-    /// any.
-    pub(super) squares: &'a [f64],
 }
 
 /// How far the variance of N walks that scored may be from the true one.
@@ -199,14 +192,21 @@ impl Pilot {
         error: TargetError,
         unknowns: usize,
         answer: &Answer,
-        rare: &Rare<'_>,
+        squares: &[f64],
         doubt: Doubt,
     ) -> Self {
         // What a room needs besides stands in no target, and is all there.
         let all = || answer.outcome.statistics.iter().chain(&answer.others);
         let weights = sample.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
-        let targets = all().zip(weights).zip(rare.squares);
+        let targets = all().zip(weights).zip(squares);
+        let Setting { absorption, .. } = setting;
+        // A score is F/q where a walk is absorbed, and F in every state otherwise.
+        let score = match setting.estimator {
+            Estimator::Absorption => absorption,
+            Estimator::Collision => 1.0,
+        };
+        let rare = RARE * score / (1.0 - absorption);
         let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
             // Of plain walks both estimates are the same.
             let estimate = statistics.preconditioned();
@@ -219,7 +219,7 @@ impl Pilot {
             Asked {
                 weight,
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
-                rare: RARE * rare.variance * (square / bound).powi(2),
+                rare: rare * (square / bound).powi(2),
                 scored,
                 believed: ENOUGH_SCORES as f64 * each,
             }
@@ -267,17 +267,23 @@ impl Pilot {
     /// What its setting takes on these cells.
     pub(super) fn predict(&self, level: &Level, scales: &Scales, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let walks = |scale: f64, times: &dyn Fn(&Asked) -> f64| -> f64 {
+        let walks = |seen: &dyn Fn(&Asked) -> f64| -> f64 {
             let whole = |walks: f64| batch * batches(walks / batch);
-            let of = |asked: &Asked| asked.weight * whole(asked.walks(scale, times(asked)));
+            let of = |asked: &Asked| asked.weight * whole(asked.walks(seen(asked), scales.rare));
             self.targets.iter().map(of).sum()
         };
         let each = self.walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let luckily = walks(scales.fast, &|asked| 1.0 / asked.times(self.doubt.less));
-        let rarely = walks(scales.slow, &|asked| asked.times(self.doubt.more));
-        let walks = walks(scales.observed, &|_| 1.0);
+        let luckily = walks(&|asked| scales.fast / asked.times(self.doubt.less));
+        let slow = |asked: &Asked| scales.slow * asked.times(self.doubt.more);
+        let most = self
+            .targets
+            .iter()
+            .map(|asked| asked.walks(slow(asked), scales.rare));
+        let most = most.fold(0.0, f64::max);
+        let rarely = walks(&slow);
+        let walks = walks(&|_| scales.observed);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -295,6 +301,7 @@ impl Pilot {
                 0
             },
             scored: self.scored(),
+            most,
             walks,
             states: walks * self.states,
         }
@@ -313,7 +320,7 @@ impl Pilot {
     }
 }
 
-/// How many times the variance of a pilot other cells have.
+/// How many times the variance that a pilot saw other cells have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     /// If cells help most.
@@ -322,14 +329,17 @@ pub(super) struct Scales {
     pub(super) observed: f64,
     /// If they help less.
     pub(super) slow: f64,
+    /// Their own rare variance.
+    pub(super) rare: f64,
 }
 
 impl Scales {
-    /// On the same cells.
-    pub(super) const ONE: Self = Self {
+    /// Of plain walks, whatever the cells are.
+    pub(super) const PLAIN: Self = Self {
         fast: 1.0,
         observed: 1.0,
         slow: 1.0,
+        rare: 0.0,
     };
 }
 
@@ -359,6 +369,8 @@ pub(super) struct Prediction {
     pub(super) of: u64,
     /// The fewest of a target that scored, in whatever pilot.
     pub(super) scored: f64,
+    /// Walks of the target that takes most if there are rare large scores, in no whole rounds.
+    pub(super) most: f64,
     pub(super) walks: f64,
     pub(super) states: f64,
 }

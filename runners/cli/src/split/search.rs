@@ -4,7 +4,7 @@ use fredholm_core::ENOUGH_BATCHES;
 use fredholm_rayon::TargetError;
 
 use super::family::Family;
-use super::pilot::{self, Doubt, Level, Pilot, Prediction, Rare, Sample, Scales, Setting};
+use super::pilot::{self, Doubt, Level, Pilot, Prediction, Sample, Scales, Setting};
 use super::systems::Systems;
 use crate::failure::Failure;
 use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
@@ -62,6 +62,8 @@ const CONFIRM_BEST: Allowance = Allowance {
 };
 /// Walks that scored from which on they tell how rare scores are.
 const TOLD: f64 = 64.0;
+/// The part of a round which, if it is enough, is enough even if pilots missed scores that are very rare.
+const SURELY: f64 = 1.0 / 16.0;
 /// The spectral radius of T_k²p from which on a variance is close to infinite: few walks do not show it.
 const FAR: f64 = 0.85;
 /// How rare large scores are with bounded kernels, and with others.
@@ -430,30 +432,26 @@ impl<'f> Search<'f> {
         plan.target_error = None;
         plan.seed ^= SEED;
         let progress = Progress::hidden();
-        let (answer, variance) = if setting.plain {
-            (problem.plain(&plan, &progress)?, 0.0)
+        let answer = if setting.plain {
+            problem.plain(&plan, &progress)?
         } else {
             if allowance.setup {
                 self.spent += self.due(&setting, setting.setup(&problem.cost()));
             }
             let solved = self.systems.solve(&*problem, &setting)?;
-            let variance = problem.rare_variance(solved)?;
-            (problem.walk(solved, &plan, &progress)?, variance)
+            problem.rare_variance(solved)?;
+            problem.walk(solved, &plan, &progress)?
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
         self.second_moment = self.second_moment.or(answer.second_moment.map(without));
         let squares = self.squares(&setting, &answer);
-        let rare = Rare {
-            variance,
-            squares: &squares,
-        };
         let pilot = Pilot::new(
             setting,
             &self.sample,
             self.error,
             problem.unknowns(),
             &answer,
-            &rare,
+            &squares,
             self.doubt(setting.absorption),
         );
         self.pilots += 1;
@@ -547,13 +545,13 @@ impl<'f> Search<'f> {
         }
         self.found.retain(|found| found.setting != setting);
         self.found
-            .push(pilot.predict(level, &Scales::ONE, self.batch()));
+            .push(pilot.predict(level, &Scales::PLAIN, self.batch()));
         true
     }
 
-    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them; none where
-    /// the problem does not take the setting.
-    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, f64) {
+    /// Cells from few to many, so many levels and as far as they may pay, and how √Var falls with them, and what few
+    /// walks miss of it; none where the problem does not take the setting.
+    fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, [f64; 2]) {
         let levels = self.try_levels(setting, most);
         let levels = levels.map_err(|refusal| self.refuse(refusal));
         levels.unwrap_or_default()
@@ -569,7 +567,11 @@ impl<'f> Search<'f> {
         file
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, f64), Failure> {
+    fn try_levels(
+        &self,
+        setting: &Setting,
+        most: usize,
+    ) -> Result<(Vec<Level>, [f64; 2]), Failure> {
         let open = self.opened(setting);
         open.validate()?;
         let problem = problem::of_file(&open)?;
@@ -595,9 +597,9 @@ impl<'f> Search<'f> {
             });
         }
         // On few cells what limits the order in the end, as pairs next to corners do, is not all yet.
-        let order = problem.order(setting.degree);
-        let order = order.midpoint(problem.smooth_order(setting.degree));
-        Ok((levels, order))
+        let rare = problem.order(setting.degree);
+        let order = rare.midpoint(problem.smooth_order(setting.degree));
+        Ok((levels, [order, rare]))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay.
@@ -659,7 +661,21 @@ impl<'f> Search<'f> {
         };
         family.add(number, pilot);
         self.note(family);
+        self.note_others(&setting);
         true
+    }
+
+    /// What other walks promise whose system was solved for these: its rare variance is known now.
+    fn note_others(&mut self, setting: &Setting) {
+        let families = core::mem::take(&mut self.families);
+        let alike = |family: &&Family| {
+            let own = (family.first.degree, family.first.pairs);
+            own == (setting.degree, setting.pairs)
+        };
+        for family in families.iter().filter(alike) {
+            self.note(family);
+        }
+        self.families = families;
     }
 
     /// Pointwise pairs of a row that were seen on these cells with another degree; none if there was no such pilot.
@@ -675,7 +691,7 @@ impl<'f> Search<'f> {
     /// What a family promises, in place of what it has promised.
     fn note(&mut self, family: &Family) {
         self.found.retain(|found| !family.has(&found.setting));
-        let mut promised = family.predictions(self.batch());
+        let mut promised = family.predictions(self.batch(), |setting| self.systems.rare(setting));
         promised.retain(|found| !is_refused(&self.refused, &found.setting));
         self.found.extend(promised);
     }
@@ -804,7 +820,7 @@ impl<'f> Search<'f> {
             ..pilot.setting
         };
         let alike = family.varied(pilot.shortened(setting, self.doubt(absorption)));
-        let promised = alike.predictions(self.batch());
+        let promised = alike.predictions(self.batch(), |setting| self.systems.rare(setting));
         let seconds = promised
             .iter()
             .map(|found| self.due_of(found) + found.walking);
@@ -832,10 +848,15 @@ impl<'f> Search<'f> {
         let Some(best) = self.best().filter(|best| best.of < CONFIRM.walks) else {
             return false;
         };
-        // Rare scores would take no round more, as far as walks have told of them.
-        let told = best.of > 0 && best.scored >= TOLD && !self.has_rare_scores(&best.setting);
-        let sure = told && best.prepared <= best.walking;
-        if sure && self.is_far(best.setting.absorption) {
+        // Rare scores would take no round more, and by far not where they may be very rare.
+        let round = (self.batch() * ENOUGH_BATCHES) as f64;
+        let sure = if self.has_rare_scores(&best.setting) {
+            best.most <= SURELY * round
+        } else {
+            best.prepared <= best.walking
+        };
+        let told = best.of > 0 && best.scored >= TOLD;
+        if told && sure && self.is_far(best.setting.absorption) {
             return false;
         }
         if best.setting.plain {

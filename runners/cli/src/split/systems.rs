@@ -2,6 +2,7 @@
 
 use super::pilot::Setting;
 use crate::failure::Failure;
+use crate::file::Pairs;
 use crate::problem::{Problem, Solved};
 
 /// Bytes that may be kept.
@@ -26,6 +27,14 @@ impl Systems {
     pub(super) fn of(&self, setting: &Setting) -> Option<&Solved> {
         let at = self.position(setting)?;
         self.all.get(at).map(|system| &system.solved)
+    }
+
+    /// Its rare variance, if that is known.
+    pub(super) fn rare(&self, setting: &Setting) -> Option<f64> {
+        if setting.pairs == Pairs::Pointwise {
+            return Some(0.0);
+        }
+        self.of(setting)?.rare.get().copied()
     }
 
     /// The same, for good.
