@@ -1,7 +1,6 @@
 //! What the commands need of a problem, whatever its kind.
 
 use core::any::Any;
-use core::cell::OnceCell;
 use core::fmt::Display;
 use core::time::Duration;
 use std::time::Instant;
@@ -160,8 +159,6 @@ pub(crate) struct Solved {
     system: Box<dyn Any + Send + Sync>,
     /// How long it took.
     pub(crate) seconds: f64,
-    /// Its rare variance, once it was asked for.
-    pub(crate) rare: OnceCell<f64>,
 }
 
 impl Solved {
@@ -172,11 +169,7 @@ impl Solved {
         let start = Instant::now();
         let system = Box::new(solve()?);
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Self {
-            system,
-            seconds,
-            rare: OnceCell::new(),
-        })
+        Ok(Self { system, seconds })
     }
 
     /// The system, which is of the type that its own problem made.

@@ -1386,11 +1386,7 @@ impl Problem for RoomFile<'_> {
         if choice(self.pairs()) == Choice::Pointwise || squares == 0.0 {
             return Ok(0.0);
         }
-        if let Some(&rare) = solved.rare.get() {
-            return Ok(rare);
-        }
-        let rare = of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))? / squares;
-        Ok(*solved.rare.get_or_init(|| rare))
+        Ok(of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))? / squares)
     }
 
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

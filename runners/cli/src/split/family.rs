@@ -128,15 +128,15 @@ impl Family {
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = |order: f64| more.powf(-2.0 * order);
-            let of = |cells: usize| {
+            let known = |cells: usize| {
                 rare(&Setting {
                     cells,
                     ..self.first
                 })
             };
-            let seen = || of(pilot.setting.cells).unwrap_or(0.0) * scale(self.rare_order);
+            let scaled = || known(pilot.setting.cells).unwrap_or(0.0) * scale(self.rare_order);
             let scales = Scales {
-                rare: of(level.cells).unwrap_or_else(seen),
+                rare: known(level.cells).unwrap_or_else(scaled),
                 fast: scale(self.order),
                 observed: scale(order),
                 slow: scale(SLOW * order),

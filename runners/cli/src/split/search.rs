@@ -439,7 +439,6 @@ impl<'f> Search<'f> {
                 self.spent += self.due(&setting, setting.setup(&problem.cost()));
             }
             let solved = self.systems.solve(&*problem, &setting)?;
-            problem.rare_variance(solved)?;
             problem.walk(solved, &plan, &progress)?
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
