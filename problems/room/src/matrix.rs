@@ -75,6 +75,24 @@ impl<const B: usize> Matrix<B> {
     /// # Errors
     /// As there.
     pub fn with_functions(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
+        let mut matrix = Self::of_pairs(scene, mesh, r_min, |_, _| true)?;
+        matrix.contract(scene, mesh);
+        Ok(matrix)
+    }
+
+    /// The views and coefficients that [`with_functions`](Self::with_functions) has for some pairs of cells, those in
+    /// whose either order `of` is asked once: the others are [`View::Nothing`] and have none. What cells next to corners
+    /// add to a variance is known so for a part of the time. No row is made less than ρ: pairs that see each other
+    /// partly may have larger coefficients than there.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of_pairs(
+        scene: &Scene,
+        mesh: &Mesh,
+        r_min: f64,
+        of: impl Fn(usize, usize) -> bool,
+    ) -> Result<Self, RoomError> {
         if !(0.0..=1.0).contains(&r_min) {
             return Err(RoomError::Ratio);
         }
@@ -106,10 +124,9 @@ impl<const B: usize> Matrix<B> {
                     rules: &rules,
                     r_min,
                 };
-                matrix.fill(&sights, facing, [&a, &b], &blockers);
+                matrix.fill(&sights, facing, [&a, &b], &blockers, &of);
             }
         }
-        matrix.contract(scene, mesh);
         Ok(matrix)
     }
 
@@ -145,16 +162,21 @@ impl<const B: usize> Matrix<B> {
         }
     }
 
-    /// All pairs of cells of two walls.
+    /// Those pairs of cells of two walls.
     fn fill(
         &mut self,
         sights: &Sights<'_, '_, B>,
         facing: Facing,
         [a, b]: [&Side<'_>; 2],
         blockers: &[Segment<f64>],
+        of: &impl Fn(usize, usize) -> bool,
     ) {
         for (i, own) in a.cells.iter().enumerate() {
             for (j, other) in b.cells.iter().enumerate() {
+                let cells = (a.first + i, b.first + j);
+                if !of(cells.0, cells.1) {
+                    continue;
+                }
                 let (views, exchange) = match sight(facing, [a.wall, b.wall], own, other, blockers)
                 {
                     Sight::None => continue,
@@ -173,7 +195,7 @@ impl<const B: usize> Matrix<B> {
                         ([even(own, other), even(other, own)], exchange)
                     }
                 };
-                let (i, j) = (a.first + i, b.first + j);
+                let (i, j) = cells;
                 let back = core::array::from_fn(|b| exchange.map(|row| row[b]));
                 self.put(i, j, views[0], [a.wall.reflectance, own.length], &exchange);
                 self.put(j, i, views[1], [b.wall.reflectance, other.length], &back);

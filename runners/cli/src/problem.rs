@@ -138,10 +138,17 @@ pub(crate) trait Problem: Sync {
 
     /// (1 − q0) ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ F²: the same for every absorption.
     /// Over 1 − q0, and times q0 where walks score F/q, it is ∫∫ (k − h)² p/∫ f² q, which times (E η²)² is about the
-    /// variance that few walks miss: the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
-    fn rare_variance(&self, solved: &Solved) -> Result<f64, Failure> {
+    /// variance that few walks miss: the first term of (26) of Heinrich 1995 as if walks came everywhere as often. A
+    /// solved system makes it cheaper; without one it takes a small part of the set-up.
+    fn rare_variance(&self, solved: Option<&Solved>) -> Result<f64, Failure> {
         let _ = solved;
         Ok(0.0)
+    }
+
+    /// ∫ F² over ∫ 1, where there is a rare variance: over q0, where walks score F/q, E η² of walks from anywhere is at
+    /// least that.
+    fn mean_square_of_source(&self) -> f64 {
+        0.0
     }
 
     /// Walks, where that is done: whatever the pairs, the absorption and the estimator are.

@@ -1,16 +1,14 @@
 //! A room from its file to statistics: scene, set-up, targets, walks, irradiance and net flux.
 
+mod corners;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{
-    self, Dense, PairKind, PairTable, Pairs as _, Piecewise, Rounded, Solution,
-};
+use fredholm_core::galerkin::{self, Dense, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{
-    At, Estimate, Functional, Kernel, Neighbour, NoNeighbour, Real, TransitionDensity, Uniforms,
-};
+use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
@@ -64,11 +62,6 @@ const HIDDEN_PAIR: f64 = 60e-9;
 /// What cells close by take besides in a score where all pairs are pointwise.
 const NEAR: f64 = 460e-9;
 const NEAR_DEGREE: f64 = 180e-9;
-/// Cells at each end of a wall that count as next to a corner, the pairs of them that are looked at, about, and steps
-/// that fill a square evenly (Roberts 2018).
-const NEXT_TO_CORNER: usize = 6;
-const PAIRS_OF_CORNERS: usize = 1 << 14;
-const EVENLY: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 /// Cells enough to estimate a spectral radius, and the fewest that it takes: on 50 it is within 0.4 %
 /// of what it is on 400 in the rooms of `examples/`.
 const COARSE: usize = 100;
@@ -528,39 +521,10 @@ impl<'f> RoomFile<'f> {
         })
     }
 
-    /// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to corners, by one point of each: within twice of
-    /// what many points give.
-    fn rare_in<const B: usize>(&self, system: &Arc<System<B>>) -> Result<f64, Failure> {
-        let v = system.solution.rounded::<f64>().map_err(Failure::run)?;
-        let setup = SetUp {
-            tables: Tables::new(&self.scene, &self.mesh),
-            absorption: self.absorption(),
-            choice: choice(self.pairs()),
-            kinds: None,
-            // No source is asked for.
-            g: v.clone(),
-            v,
-            system: Arc::clone(system),
-        };
-        let (room, cells, pairs) = (setup.room()?, setup.tables.cells(), setup.by_views());
-        let polynomials = Polynomials::new(&room);
-        let dense = setup.coefficients();
-        let coefficients = Rounded::new(&dense);
-        let neighbour = setup.neighbour(&polynomials, &coefficients)?;
-        let (near, weight) = pairs_of_corners(&cells);
-        let (mut places, mut sum) = ([0.0; 2], 0.0);
-        for (i, j) in near {
-            if pairs.kind(i, j) != PairKind::Galerkin {
-                continue;
-            }
-            places = [(places[0] + EVENLY[0]) % 1.0, (places[1] + EVENLY[1]) % 1.0];
-            let inside = room.inside(i, places[0]).zip(room.inside(j, places[1]));
-            let Some((x, y)) = inside else { continue };
-            let k = room.kernel(&x, &y);
-            let h = neighbour.kernel(&neighbour.locate(x), &neighbour.locate(y), k);
-            sum += cells.length(i) * cells.length(j) * (k - h).powi(2) * room.density(&x, &y);
-        }
-        Ok((1.0 - self.absorption()) * weight * sum)
+    /// ∫ F².
+    fn square_of_source(&self) -> f64 {
+        let walls = self.scene.geometry().walls().iter();
+        walls.map(|wall| wall.length * wall.emission.powi(2)).sum()
     }
 
     /// The kinds of all pairs, for the means and points that are asked for.
@@ -1063,24 +1027,6 @@ const fn choice(pairs: Pairs) -> Choice {
     }
 }
 
-/// Pairs of cells next to corners, and how many each stands for: of many walls some from every row.
-fn pairs_of_corners(cells: &Cells<'_, f64>) -> (Vec<(usize, usize)>, f64) {
-    let is_near = |&cell: &usize| {
-        let wall = cells.wall(cell).unwrap_or(0);
-        let wall = cells.range(wall as u32);
-        cell < wall.start + NEXT_TO_CORNER || cell + NEXT_TO_CORNER >= wall.end
-    };
-    let near: Vec<usize> = (0..cells.len()).filter(is_near).collect();
-    let stride = (near.len().pow(2) / PAIRS_OF_CORNERS).max(1);
-    let mut pairs = Vec::new();
-    for (row, &i) in near.iter().enumerate() {
-        let first = stride as f64 * (row as f64 * EVENLY[0] % 1.0);
-        let row = near.iter().skip(first as usize).step_by(stride);
-        pairs.extend(row.map(|&j| (i, j)));
-    }
-    (pairs, stride as f64)
-}
-
 /// Pointwise pairs of a row, in the mean over the walls' length: walks seldom meet the small cells in corners.
 fn pointwise_pairs<F: Real>(
     cells: &Cells<'_, F>,
@@ -1380,13 +1326,24 @@ impl Problem for RoomFile<'_> {
         of_degree!(self.degree(), B => Solved::new(|| Ok(Arc::new(self.system::<B>()?))))
     }
 
-    fn rare_variance(&self, solved: &Solved) -> Result<f64, Failure> {
+    fn mean_square_of_source(&self) -> f64 {
         let walls = self.scene.geometry().walls().iter();
-        let squares: f64 = walls.map(|wall| wall.length * wall.emission.powi(2)).sum();
-        if choice(self.pairs()) == Choice::Pointwise || squares == 0.0 {
+        let length: f64 = walls.map(|wall| wall.length).sum();
+        self.square_of_source() / length
+    }
+
+    fn rare_variance(&self, solved: Option<&Solved>) -> Result<f64, Failure> {
+        let squares = self.square_of_source();
+        let choice = choice(self.pairs());
+        if choice == Choice::Pointwise || squares == 0.0 {
             return Ok(0.0);
         }
-        Ok(of_degree!(self.degree(), B => self.rare_in::<B>(solved.system()?))? / squares)
+        let rare = of_degree!(self.degree(), B => {
+            let system = solved.map(|solved| solved.system::<Arc<System<B>>>()).transpose()?;
+            let matrix = system.map(|system| &system.matrix);
+            corners::rare::<B>(&self.scene, &self.mesh, choice, matrix)
+        })?;
+        Ok(rare / squares)
     }
 
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {

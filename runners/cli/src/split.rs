@@ -14,6 +14,7 @@
 
 mod family;
 mod pilot;
+mod rare;
 mod search;
 mod systems;
 

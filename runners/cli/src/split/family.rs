@@ -5,6 +5,10 @@ use super::pilot::{Level, Pilot, Prediction, Scales, Setting};
 /// The part of the order that finer cells have at least, for which a choice is prepared.
 const SLOW: f64 = 0.75;
 
+/// How many times less than by the order the rare variance of other cells may be: whether the number of cells of a wall
+/// is odd makes up to eight times.
+const LUCK: f64 = 0.125;
+
 /// A degree with a choice of pairs, an absorption and an estimator, and what is known of it.
 #[derive(Clone, Debug)]
 pub(super) struct Family {
@@ -115,6 +119,29 @@ impl Family {
         }
     }
 
+    /// The rare variance on the level of this number, and the least that it may be: the same if it is known, or by the
+    /// order from the last level before it of which it is.
+    fn rare(&self, number: usize, rare: impl Fn(&Setting) -> Option<f64>) -> [f64; 2] {
+        let known = |level: &Level| {
+            let setting = Setting {
+                cells: level.cells,
+                ..self.first
+            };
+            Some((level.unknowns, rare(&setting)?))
+        };
+        let Some((last, before)) = self.levels.get(..=number).and_then(<[_]>::split_last) else {
+            return [0.0; 2];
+        };
+        if let Some((_, rare)) = known(last) {
+            return [rare; 2];
+        }
+        let known = before.iter().rev().find_map(known);
+        let scaled = known.map_or(0.0, |(unknowns, rare)| {
+            rare * (last.unknowns / unknowns).powf(-2.0 * self.rare_order)
+        });
+        [scaled, LUCK * scaled]
+    }
+
     /// Of every level from the first pilot's on, from the pilot on it or on the last before it; `rare` tells the rare
     /// variance of systems that were solved.
     pub(super) fn predictions(
@@ -128,15 +155,10 @@ impl Family {
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = |order: f64| more.powf(-2.0 * order);
-            let known = |cells: usize| {
-                rare(&Setting {
-                    cells,
-                    ..self.first
-                })
-            };
-            let scaled = || known(pilot.setting.cells).unwrap_or(0.0) * scale(self.rare_order);
+            let [rare, rare_luckily] = self.rare(number, &rare);
             let scales = Scales {
-                rare: known(level.cells).unwrap_or_else(scaled),
+                rare,
+                rare_luckily,
                 fast: scale(self.order),
                 observed: scale(order),
                 slow: scale(SLOW * order),

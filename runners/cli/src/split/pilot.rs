@@ -4,7 +4,7 @@ use fredholm_core::{ENOUGH_SCORES, Statistics, next_round};
 use fredholm_rayon::TargetError;
 
 use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
-use crate::problem::{Answer, Cost, PointwisePairs, WalkCost};
+use crate::problem::{Answer, Cost, PointwisePairs, Problem, WalkCost};
 
 /// Targets that a pilot looks at.
 const TARGETS: usize = 8;
@@ -170,6 +170,8 @@ pub(super) struct Doubt {
     pub(super) more: f64,
     /// c where it may be 1 + c/√N times as little: there may be too many of them.
     pub(super) less: f64,
+    /// The part of the rare variance that walks meet.
+    pub(super) met: f64,
 }
 
 /// What few walks found.
@@ -190,7 +192,7 @@ impl Pilot {
         setting: Setting,
         sample: &Sample,
         error: TargetError,
-        unknowns: usize,
+        problem: &dyn Problem,
         answer: &Answer,
         squares: &[f64],
         doubt: Doubt,
@@ -206,7 +208,9 @@ impl Pilot {
             Estimator::Absorption => absorption,
             Estimator::Collision => 1.0,
         };
-        let rare = RARE * score / (1.0 - absorption);
+        let rare = RARE * doubt.met * score / (1.0 - absorption);
+        // Of walks from anywhere E η² may be larger than of those from a target that little light reaches.
+        let from_anywhere = problem.mean_square_of_source() / score;
         let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
             // Of plain walks both estimates are the same.
             let estimate = statistics.preconditioned();
@@ -219,7 +223,7 @@ impl Pilot {
             Asked {
                 weight,
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
-                rare: rare * (square / bound).powi(2),
+                rare: rare * square * square.max(from_anywhere) / bound.powi(2),
                 scored,
                 believed: ENOUGH_SCORES as f64 * each,
             }
@@ -232,7 +236,7 @@ impl Pilot {
             walks,
             states: states as f64 / walks as f64,
             pointwise: answer.pointwise,
-            unknowns: unknowns as f64,
+            unknowns: problem.unknowns() as f64,
             doubt,
         }
     }
@@ -267,23 +271,27 @@ impl Pilot {
     /// What its setting takes on these cells.
     pub(super) fn predict(&self, level: &Level, scales: &Scales, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let walks = |seen: &dyn Fn(&Asked) -> f64| -> f64 {
+        let walks = |seen: &dyn Fn(&Asked) -> f64, rare: f64| -> f64 {
             let whole = |walks: f64| batch * batches(walks / batch);
-            let of = |asked: &Asked| asked.weight * whole(asked.walks(seen(asked), scales.rare));
+            let of = |asked: &Asked| asked.weight * whole(asked.walks(seen(asked), rare));
             self.targets.iter().map(of).sum()
         };
         let each = self.walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
         let of = self.walks / self.targets.len().max(1) as u64;
-        let luckily = walks(&|asked| scales.fast / asked.times(self.doubt.less));
+        let fast = |asked: &Asked| scales.fast / asked.times(self.doubt.less);
         let slow = |asked: &Asked| scales.slow * asked.times(self.doubt.more);
         let most = self
             .targets
             .iter()
             .map(|asked| asked.walks(slow(asked), scales.rare));
         let most = most.fold(0.0, f64::max);
-        let rarely = walks(&slow);
-        let walks = walks(&|_| scales.observed);
+        let prepared = |rare: f64| {
+            let walks = walks(&|_| scales.observed, rare) + walks(&slow, rare);
+            0.5 * walks * each
+        };
+        let hoped = walks(&fast, scales.rare_luckily) * each;
+        let walks = walks(&|_| scales.observed, scales.rare);
         Prediction {
             setting: Setting {
                 cells: level.cells,
@@ -293,8 +301,9 @@ impl Pilot {
             source,
             each,
             walking: walks * each,
-            prepared: 0.5 * (walks + rarely) * each,
-            hoped: luckily * each,
+            prepared: prepared(scales.rare),
+            luckily: prepared(scales.rare_luckily),
+            hoped,
             of: if level.cells == self.setting.cells {
                 of
             } else {
@@ -329,8 +338,9 @@ pub(super) struct Scales {
     pub(super) observed: f64,
     /// If they help less.
     pub(super) slow: f64,
-    /// Their own rare variance.
+    /// Their own rare variance, and the least that it may be.
     pub(super) rare: f64,
+    pub(super) rare_luckily: f64,
 }
 
 impl Scales {
@@ -340,6 +350,7 @@ impl Scales {
         observed: 1.0,
         slow: 1.0,
         rare: 0.0,
+        rare_luckily: 0.0,
     };
 }
 
@@ -363,6 +374,8 @@ pub(super) struct Prediction {
     pub(super) walking: f64,
     /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
     pub(super) prepared: f64,
+    /// The same if the rare variance that is not known is the least that it may be.
+    pub(super) luckily: f64,
     /// The same if there were rare large scores in the pilot, and cells help as they do by theory.
     pub(super) hoped: f64,
     /// Walks of a target that a pilot of this very setting had; 0 if there was none.

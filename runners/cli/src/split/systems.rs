@@ -2,7 +2,6 @@
 
 use super::pilot::Setting;
 use crate::failure::Failure;
-use crate::file::Pairs;
 use crate::problem::{Problem, Solved};
 
 /// Bytes that may be kept.
@@ -12,8 +11,6 @@ const MEMORY: usize = 1 << 30;
 #[derive(Debug, Default)]
 pub(super) struct Systems {
     all: Vec<System>,
-    /// By cells and degree, of every system that there was: kept where the system is not.
-    rare: Vec<((usize, usize), f64)>,
 }
 
 #[derive(Debug)]
@@ -31,23 +28,13 @@ impl Systems {
         self.all.get(at).map(|system| &system.solved)
     }
 
-    /// Its rare variance, if that is known; with all pairs pointwise S is empty.
-    pub(super) fn rare(&self, setting: &Setting) -> Option<f64> {
-        if setting.pairs == Pairs::Pointwise {
-            return Some(0.0);
-        }
-        let own = (setting.cells, setting.degree);
-        let known = self.rare.iter().find(|(of, _)| *of == own);
-        known.map(|&(_, rare)| rare)
-    }
-
     /// The same, for good.
     pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved> {
         let at = self.position(setting)?;
         Some(self.all.swap_remove(at).solved)
     }
 
-    /// Solves the system of a setting, and asks for its rare variance, unless that was done.
+    /// Solves the system of a setting, unless that was done.
     pub(super) fn solve(
         &mut self,
         problem: &dyn Problem,
@@ -70,14 +57,8 @@ impl Systems {
                 self.all.len() - 1
             }
         };
-        let unknown = self.rare(setting).is_none();
         let system = self.all.get(at).map(|system| &system.solved);
-        let solved = system.ok_or_else(|| Failure::run("a solved system was lost"))?;
-        if unknown {
-            let own = (setting.cells, setting.degree);
-            self.rare.push((own, problem.rare_variance(solved)?));
-        }
-        Ok(solved)
+        system.ok_or_else(|| Failure::run("a solved system was lost"))
     }
 
     fn position(&self, setting: &Setting) -> Option<usize> {
