@@ -6,8 +6,8 @@ use fredholm_core::{
     Task,
 };
 use fredholm_room::{
-    Choice, Grading, MeanOver, RoomPairs, Seen, neighbour_second_moment_radius,
-    second_moment_radius,
+    Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, View, neighbour_second_moment_radius,
+    r_min, second_moment_radius,
 };
 use fredholm_tests::check::run;
 use fredholm_tests::fit;
@@ -232,6 +232,47 @@ fn the_first_moment_is_the_form_factor() {
 /// What a point sees of a lamp whose radiosity is linear: with s along it from the foot of a
 /// perpendicular of length d, ∫ s dω = (d/2) ln((s_1² + d²)/(s_0² + d²)); and what falls on a wall,
 /// ∫ s cos cos/(2r) ds, which for parallel walls is ½ [−d²/r].
+/// Those of a third of the pairs beside those of all.
+#[test]
+fn some_pairs_have_what_they_have_among_all() {
+    const B: usize = 3;
+    let is_asked_for = |i: usize, j: usize| (i + j).is_multiple_of(3);
+    for drawing in [doorway(), furnished()] {
+        let all = Setup::<B>::of_degree::<f64>(&drawing, 80, Grading::of_degree(B - 1)).unwrap();
+        let some = Matrix::<B>::of_pairs(&all.scene, &all.mesh, r_min(B - 1), is_asked_for);
+        let (some, n) = (some.unwrap(), all.mesh.len());
+        let mut seen = [0; 2];
+        for i in 0..n {
+            for j in 0..n {
+                let view = all.matrix.views().view(i, j);
+                let block = |matrix: &Matrix<B>| {
+                    let row = |a: usize| {
+                        let from = (i * B + a) * n * B + j * B;
+                        matrix.entries()[from..from + B].to_vec()
+                    };
+                    [row(0), row(1), row(2)].concat()
+                };
+                if !is_asked_for(i, j) {
+                    assert_eq!(some.views().view(i, j), View::Nothing);
+                    assert_eq!(block(&some), [0.0; B * B]);
+                    continue;
+                }
+                assert_eq!(some.views().view(i, j), view);
+                if view == View::Partly {
+                    // Rows may have been made less there.
+                    seen[0] += 1;
+                    let pairs = block(&some).into_iter().zip(block(&all.matrix));
+                    assert!(pairs.into_iter().all(|(own, all)| own.abs() >= all.abs()));
+                } else {
+                    seen[1] += usize::from(view != View::Nothing);
+                    assert_eq!(block(&some), block(&all.matrix));
+                }
+            }
+        }
+        assert!(seen.iter().all(|&count| count > 100), "{seen:?}");
+    }
+}
+
 #[test]
 fn linear_light_has_closed_forms() {
     let setup = Setup::<2>::of_degree::<f64>(&square(), 4, Grading::default()).unwrap();

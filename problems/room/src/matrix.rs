@@ -80,10 +80,9 @@ impl<const B: usize> Matrix<B> {
         Ok(matrix)
     }
 
-    /// The views and coefficients that [`with_functions`](Self::with_functions) has for some pairs of cells, those in
-    /// whose either order `of` is asked once: the others are [`View::Nothing`] and have none. What cells next to corners
-    /// add to a variance is known so for a part of the time. No row is made less than ρ: pairs that see each other
-    /// partly may have larger coefficients than there.
+    /// What [`with_functions`](Self::with_functions) has of some pairs of cells alone, for their part of the time; of the
+    /// others nothing is seen. `of` is asked once for two cells, with that of the first wall first. Pairs that see each
+    /// other partly may have larger coefficients than there, where rows sum to at most ρ.
     ///
     /// # Errors
     /// As there.

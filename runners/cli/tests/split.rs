@@ -130,7 +130,7 @@ fn as_many_walks_are_predicted_as_are_needed() {
 /// What few walks miss is prepared for: steps next to the corners of a room, and light that few walks find.
 #[test]
 fn as_many_walks_are_predicted_where_scores_are_rare() {
-    for (problem, error) in [(4, "1e-8"), (5, "1e-2"), (5, "1e-4")] {
+    for (problem, error) in [(4, "1e-8"), (5, "1e-2"), (5, "1e-4"), (5, "3e-6")] {
         for seed in 1..=8 {
             let Problem { name, text, .. } = &PROBLEMS[problem];
             let report = solve(

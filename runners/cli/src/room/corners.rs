@@ -12,14 +12,25 @@ use crate::failure::Failure;
 /// Cells at each end of a wall that count as next to its corner.
 const NEXT_TO_CORNER: usize = 6;
 
-/// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to the same corner, by Gauss points: as
-/// many points as functions would lie where k − h nearly vanishes, and these are within a fifth of what a thousand give.
-/// It is the same for every q0, and needs the coefficients of these pairs alone.
+/// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to the same corner, of which it needs the coefficients alone:
+/// those that are known, or its own. It is the same for every q0.
 pub(super) fn rare<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
     known: Option<&Matrix<B>>,
+) -> Result<f64, Failure> {
+    // As many points as functions would lie where k − h nearly vanishes.
+    rare_by(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
+}
+
+/// The same with so many Gauss points on a cell.
+fn rare_by<const B: usize>(
+    scene: &Scene,
+    mesh: &Mesh,
+    choice: Choice,
+    known: Option<&Matrix<B>>,
+    points: usize,
 ) -> Result<f64, Failure> {
     let tables = Tables::<f64>::new(scene, mesh);
     let (geometry, cells) = (tables.geometry(), tables.cells());
@@ -43,7 +54,7 @@ pub(super) fn rare<const B: usize>(
     let none = vec![0.0; cells.len() * B];
     let neighbour = Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &none, &none)
         .map_err(Failure::run)?;
-    let rule = gauss(if B == 3 { 2 } else { 3 }).map_err(Failure::run)?;
+    let rule = gauss(points).map_err(Failure::run)?;
     let mut sum = 0.0;
     for (i, j) in corners.pairs() {
         if pairs.kind(i, j) != PairKind::Galerkin {
@@ -105,5 +116,64 @@ impl Corners {
             }
         }
         pairs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fredholm_room::{Enclosure, Grading, Material, Surface};
+
+    use super::*;
+
+    /// A square with a wall across a half of it.
+    fn scene() -> Scene {
+        let wall = |reflectance| {
+            [Material {
+                reflectance,
+                emission: 1.0,
+            }]
+        };
+        let walls = [wall(0.3), wall(0.7), wall(0.5)];
+        let points: [&[[f64; 2]]; 3] = [
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
+            &[[0.5, 0.0], [0.5, 0.6]],
+            &[[0.5, 0.6], [0.5, 0.0]],
+        ];
+        let surfaces = [0, 1, 2].map(|k| Surface {
+            points: points[k],
+            materials: &walls[k],
+        });
+        Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap()
+    }
+
+    fn check<const B: usize>() {
+        let scene = scene();
+        let grading = Grading::of_degree(B - 1);
+        for cells in [30, 75, 100] {
+            let mesh = Mesh::new::<f64>(&scene, cells, grading).unwrap();
+            let of =
+                |choice, known, points| rare_by::<B>(&scene, &mesh, choice, known, points).unwrap();
+            let few = rare::<B>(&scene, &mesh, Choice::Default, None).unwrap();
+            let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1)).unwrap();
+            assert_eq!(
+                few,
+                rare(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
+            );
+            let many = of(Choice::Default, Some(&matrix), 32);
+            assert!(
+                (0.75..1.25).contains(&(few / many)),
+                "{cells} cells, {B} functions: {few} and {many}"
+            );
+            assert_eq!(of(Choice::Pointwise, None, 3), 0.0);
+        }
+    }
+
+    #[test]
+    fn few_pairs_and_points_are_enough() {
+        check::<1>();
+        check::<2>();
+        check::<3>();
+        check::<4>();
+        check::<5>();
     }
 }
