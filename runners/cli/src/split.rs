@@ -108,6 +108,7 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
         most = search.lower();
         while let Some(best) = search.best() {
             let setting = best.setting;
+            refuse_the_dark(file, &best)?;
             // What follows is asked of every file before it is solved.
             let searched = clock.elapsed().as_secs_f64();
             match accepted(file, &setting, search.systems.of(&setting)) {
@@ -132,6 +133,19 @@ pub(crate) fn choose(file: &ProblemFile) -> Result<Option<Split>, Failure> {
         refusal = refusal.or(search.take_refusal());
     }
     Err(refusal.unwrap_or_else(|| Failure::input("no setting of the file has walks")))
+}
+
+/// Refuses walks until an error where no walk may ever score.
+fn refuse_the_dark(file: &ProblemFile, best: &Prediction) -> Result<(), Failure> {
+    let (Some(error), Place::Default) = (&file.walk.target_error, &file.walk.walks.place) else {
+        return Ok(());
+    };
+    if best.walking.is_finite() {
+        return Ok(());
+    }
+    let message = "no walk of any pilot scored, and perhaps none ever does: u may be 0 at a target, if nothing emits \
+                   or nothing of it comes there; give `walks`, after which to stop in any case";
+    Err(file.refuse(error, message).into())
 }
 
 /// What was chosen by a search that took so many seconds, those of the system with which the answer goes on among them.

@@ -292,6 +292,34 @@ fn the_file_limits_the_walks() {
     assert_eq!(number(target(&report), "walks"), 100_000.0);
 }
 
+/// Walks until an error is reached would never end.
+#[test]
+fn where_nothing_emits_the_run_ends() {
+    let circle = r#"
+problem = { kind = "circle", reflectance = [0.3, 0.7], emission = { constant = 0.0, amplitude = 0.0, frequency = 1 } }
+target = [{ name = "point", at = 0.3 }]
+"#;
+    let cube = r#"
+problem = { kind = "cube", dimension = 1, kernel = "1 / (1 + 2*x + y)", source = "0" }
+target = [{ name = "point", at = 0.3 }]
+"#;
+    let room = PROBLEMS[4].text.replace(", emission = 1", "");
+    for text in [circle, cube, &room] {
+        let error = ["--target-error", "1e-3"];
+        let ran = Folder::new().solve(text, &error);
+        assert_eq!((ran.status, ran.stdout.as_str()), (Some(2), ""), "{ran:?}");
+        for word in ["--target-error", "scored", "emits", "`walks`"] {
+            assert!(ran.stderr.contains(word), "no {word:?}: {ran:?}");
+        }
+        let limited = [&error[..], &["--walks", "70000", "--json"]].concat();
+        let report = Folder::new()
+            .solve(text, &limited)
+            .warning(3, &["not reached"])
+            .json();
+        assert_eq!(number(&target(&report)["preconditioned"], "estimate"), 0.0);
+    }
+}
+
 #[test]
 fn a_relative_error_and_many_targets_are_split_too() {
     let many = "
