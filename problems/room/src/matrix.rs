@@ -80,12 +80,30 @@ impl<const B: usize> Matrix<B> {
         Ok(matrix)
     }
 
-    /// What [`with_functions`](Self::with_functions) has of some pairs of cells alone, for their part of the time; of the
-    /// others nothing is seen. `of` is asked once for two cells, with that of the first wall first. Pairs that see each
-    /// other partly may have larger coefficients than there, where rows sum to at most ρ.
+    /// What [`with_functions`](Self::with_functions) has of some pairs of cells alone, for their part of the time: n² views,
+    /// and K' with zeros at the others, of which nothing is seen. `of` is asked once for two cells, with that of the first
+    /// wall first. Pairs that see each other partly may have larger coefficients than there, where rows sum to at most ρ.
     ///
     /// # Errors
     /// As there.
+    ///
+    /// ```
+    /// use fredholm_room::{Enclosure, Grading, Material, Matrix, Mesh, Scene, Surface};
+    ///
+    /// let surface = Surface {
+    ///     points: &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
+    ///     materials: &[Material { reflectance: 0.5, emission: 1.0 }],
+    /// };
+    /// let scene = Scene::new::<f64>(&[surface], Enclosure::Closed)?;
+    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
+    /// // Wall 0 and the wall that faces it: F = √2 − 1.
+    /// let matrix = Matrix::<1>::of_pairs(&scene, &mesh, 0.25, |i, j| (i, j) == (0, 2))?;
+    /// let facing = 0.5 * (2f64.sqrt() - 1.0);
+    /// assert!((matrix.entries()[2] - facing).abs() < 1e-12);
+    /// assert_eq!(matrix.entries()[2], matrix.entries()[2 * 4]);
+    /// assert_eq!(matrix.entries().iter().filter(|&&entry| entry != 0.0).count(), 2);
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
     pub fn of_pairs(
         scene: &Scene,
         mesh: &Mesh,

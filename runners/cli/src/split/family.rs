@@ -143,7 +143,7 @@ impl Family {
     }
 
     /// Of every level from the first pilot's on, from the pilot on it or on the last before it; `rare` tells the rare
-    /// variance of systems that were solved.
+    /// variance of a setting, if it is known.
     pub(super) fn predictions(
         &self,
         batch: u64,
