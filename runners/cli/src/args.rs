@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-
-use crate::file::{Estimator, Pairs, Scalar};
+use fredholm::{Choices, Estimator, Pairs, Scalar};
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -163,7 +163,7 @@ pub(crate) struct RatesArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) walks: Option<u64>,
     /// Which pairs of cells the neighbour equation treats how
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// Rooms: how cells shrink towards corners; 1 makes them equal
     #[arg(long, value_name = "g")]
@@ -196,10 +196,10 @@ pub(crate) struct DiagnoseArgs {
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
     /// Which pairs of cells the neighbour equation treats how
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// What a walk scores
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
     /// Nodes of the integrals; more are more accurate, and work grows with their square
     #[arg(long, value_name = "N", default_value_t = 2400, value_parser = clap::value_parser!(u16).range(10..=20_000))]
@@ -295,13 +295,13 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
     /// What a walk scores
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
     /// Which pairs of cells the neighbour equation treats how
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// Floating-point type of the walks
-    #[arg(long)]
+    #[arg(long, value_parser = choices::<Scalar>())]
     pub(crate) scalar: Option<Scalar>,
     /// Seed of the walks
     #[arg(long, value_name = "S")]
@@ -314,6 +314,15 @@ pub(crate) struct SolveArgs {
     /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// The words of an option, with what each does.
+fn choices<T: Choices + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL
+        .iter()
+        .map(|choice| PossibleValue::new(choice.word).help(choice.help));
+    // The parser lets nothing else pass.
+    PossibleValuesParser::new(values).try_map(|word| T::of_word(&word).ok_or("no such word"))
 }
 
 /// A degree of the circle.

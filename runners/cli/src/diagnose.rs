@@ -8,6 +8,7 @@ mod target;
 use std::io::Write;
 use std::time::Instant;
 
+use fredholm::Choices;
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
     Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
@@ -20,7 +21,7 @@ use serde::Serialize;
 
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure};
-use crate::file::{Pairs, Placed, ProblemFile, word};
+use crate::file::{Pairs, Placed, ProblemFile};
 use crate::numbers::short;
 use crate::output::open_all;
 use crate::problem;
@@ -198,7 +199,7 @@ impl Diagnosis {
             }
             let found = problem.diagnose(request)?;
             self.other_pairs.push(OtherPairs {
-                pairs: word(&pairs),
+                pairs: pairs.word().to_owned(),
                 preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
             });
         }
@@ -360,8 +361,8 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         cells: problem.cells(),
         unknowns: problem.unknowns(),
         degree: file.galerkin.degree.value,
-        pairs: word(&file.galerkin.pairs.value),
-        estimator: word(&file.walk.estimator.value),
+        pairs: file.galerkin.pairs.value.word().to_owned(),
+        estimator: file.walk.estimator.value.word().to_owned(),
         diagnosis: &diagnosis,
     };
     if let Some([json, map]) = output {

@@ -7,13 +7,13 @@ use std::process::ExitCode;
 use crate::file::InputError;
 
 /// Says a line on stderr. `eprintln!` would panic where nobody reads it any more.
-pub fn say(line: impl Display) {
+pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Why a command did not do its work.
 #[derive(Debug)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// Bad usage or input: status 2.
     Input(String),
     /// Something failed on the way: status 1.
@@ -24,17 +24,17 @@ pub enum Failure {
 
 impl Failure {
     /// Bad usage or input.
-    pub fn input(message: impl Display) -> Self {
+    pub(crate) fn input(message: impl Display) -> Self {
         Self::Input(message.to_string())
     }
 
     /// Something failed on the way.
-    pub fn run(message: impl Display) -> Self {
+    pub(crate) fn run(message: impl Display) -> Self {
         Self::Run(message.to_string())
     }
 
     /// Says it on stderr and gives the status.
-    pub fn report(&self) -> ExitCode {
+    pub(crate) fn report(&self) -> ExitCode {
         match self {
             Self::ClosedPipe => ExitCode::SUCCESS,
             Self::Run(_) => {
@@ -77,7 +77,7 @@ impl From<io::Error> for Failure {
 
 /// How a command that walks ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub(crate) enum Ended {
     /// Everything was done: status 0.
     Done,
     /// Not all numbers were found to agree: status 1.
@@ -90,7 +90,7 @@ pub enum Ended {
 
 impl Ended {
     /// The status.
-    pub fn status(self) -> ExitCode {
+    pub(crate) fn status(self) -> ExitCode {
         match self {
             Self::Done => ExitCode::SUCCESS,
             Self::Disagrees => ExitCode::from(1),

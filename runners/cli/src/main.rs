@@ -9,10 +9,12 @@ mod cube;
 mod diagnose;
 mod export;
 mod factors;
+mod failure;
 mod figure;
 #[cfg(test)]
 mod hostile;
 mod init;
+mod numbers;
 mod output;
 mod paper;
 mod problem;
@@ -32,8 +34,7 @@ use std::process::ExitCode;
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::{Ended, Failure};
-// What reads is in the library: it is built and tested without the walks, which are the bulk.
-use fredholm_cli::{deck, failure, file, formula, numbers};
+use fredholm_file::{self as file, deck, formula};
 
 fn main() -> ExitCode {
     let status = match run(&Cli::parse().command) {

@@ -8,6 +8,7 @@ mod by_degree;
 use std::io::Write;
 use std::time::Instant;
 
+use fredholm::Choices;
 use fredholm_core::{Estimate, Statistics};
 use fredholm_rayon::{Plan, Stop};
 use serde::Serialize;
@@ -15,7 +16,7 @@ use serde::Serialize;
 use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::figure::{Curve, Figure, Style, log_log_svg};
-use crate::file::{Placed, ProblemFile, word};
+use crate::file::{Placed, ProblemFile};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::problem::{self, Problem};
@@ -542,7 +543,7 @@ impl Rates {
             problem: whole.kind(),
             dimension: whole.dimension(),
             degree,
-            pairs: word(&galerkin.pairs.value),
+            pairs: galerkin.pairs.value.word().to_owned(),
             absorption: whole.absorption(),
             seed,
             mean,

@@ -125,10 +125,7 @@ impl Surfaces {
         path: &Placed<String>,
     ) -> Result<Self, Failure> {
         let whole = file.beside(Path::new(&path.value));
-        let deck = deck::read(&whole).map_err(|failure| match failure {
-            Failure::Input(message) => file.error(&path.place, message).into(),
-            other => other,
-        })?;
+        let deck = deck::read(&whole).map_err(|error| file.error(&path.place, error))?;
         let mut all = Self::plain(&deck);
         for surface in &room.surfaces {
             let Some(i) = all

@@ -4,12 +4,13 @@ use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics};
+use fredholm::Choices;
+use fredholm_core::{DEFAULT_GENERATOR, STEP_LIMIT, Statistics};
 use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, What, word};
+use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
@@ -119,10 +120,7 @@ pub(crate) fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
     let mut plan = Plan::new(walk.walks.value);
     plan.seed = walk.seed.value;
     plan.batch = walk.batch.value;
-    plan.estimator = match walk.estimator.value {
-        file::Estimator::Absorption => Estimator::Absorption,
-        file::Estimator::Collision => Estimator::Collision,
-    };
+    plan.estimator = walk.estimator.value;
     plan.target_error = walk.target_error.as_ref().map(|error| {
         if walk.relative.value {
             TargetError::Relative(error.value)
@@ -279,12 +277,12 @@ fn answer(
         pairs: if plain {
             "no".to_owned()
         } else {
-            word(&file.galerkin.pairs.value)
+            file.galerkin.pairs.value.word().to_owned()
         },
         pair_counts: answer.pair_counts,
         absorption: file.walk.absorption.value,
-        estimator: word(&file.walk.estimator.value),
-        scalar: word(&file.walk.scalar.value),
+        estimator: file.walk.estimator.value.word().to_owned(),
+        scalar: file.walk.scalar.value.word().to_owned(),
         generator: DEFAULT_GENERATOR,
         batch: plan.batch,
         seed: plan.seed,
@@ -375,7 +373,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
         ("cells", problem.cells_text()),
         ("degree", file.galerkin.degree.value.to_string()),
         ("unknowns", problem.unknowns().to_string()),
-        ("pairs", word(&file.galerkin.pairs.value)),
+        ("pairs", file.galerkin.pairs.value.word().to_owned()),
     ];
     match &split {
         Some(split) if split.plain => rows.push((
@@ -385,8 +383,8 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
         _ => rows.extend(neighbour),
     }
     rows.push(("absorption", file.walk.absorption.value.to_string()));
-    rows.push(("estimator", word(&file.walk.estimator.value)));
-    rows.push(("scalar", word(&file.walk.scalar.value)));
+    rows.push(("estimator", file.walk.estimator.value.word().to_owned()));
+    rows.push(("scalar", file.walk.scalar.value.word().to_owned()));
     rows.push(("targets", targets.to_string()));
     let (walks, states, seconds, most) = match &split {
         Some(split) => {

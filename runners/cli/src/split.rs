@@ -20,10 +20,11 @@ mod systems;
 
 use std::time::Instant;
 
+use fredholm::Choices;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::file::{Place, Placed, ProblemFile, word};
+use crate::file::{Place, Placed, ProblemFile};
 use crate::numbers::short;
 use crate::problem::{self, Solved};
 use crate::solve;
@@ -68,7 +69,7 @@ impl SplitReport {
         let walks = format!(
             "absorption {}, {} estimator",
             walk.absorption.value,
-            word(&walk.estimator.value)
+            walk.estimator.value.word().to_owned()
         );
         let which = if self.method == "plain" {
             format!("plain walks, {walks}: a neighbour equation does not pay at this error")
@@ -77,7 +78,7 @@ impl SplitReport {
             format!(
                 "cells {cells}, degree {}, {} pairs, {walks}; plain walks alone: about {} s",
                 galerkin.degree.value,
-                word(&galerkin.pairs.value),
+                galerkin.pairs.value.word().to_owned(),
                 plain.as_deref().unwrap_or("?")
             )
         };

@@ -1,10 +1,9 @@
 //! What people write: problem files, View2D decks, formulas.
 
-use fredholm_cli::deck::{self, Deck};
-use fredholm_cli::failure::Failure;
-use fredholm_cli::file::{self, InputError, ProblemFile};
-use fredholm_cli::formula::{self, Formula, Variables};
 use fredholm_core::Real;
+use fredholm_file::deck::{self, Deck};
+use fredholm_file::formula::{self, Formula, Variables};
+use fredholm_file::{self as file, InputError, ProblemFile};
 
 use crate::memory::Bound;
 
@@ -59,8 +58,7 @@ pub fn deck(bytes: &[u8]) {
     let read = |text: String| deck::parse_named(NAME, text);
     let text = String::from_utf8_lossy(bytes).into_owned();
     match DECK.holds(text.len(), || read(text.clone())) {
-        Err(Failure::Input(message)) => assert_placed(&message, NAME, &text),
-        Err(other) => panic!("no error of the input: {other}"),
+        Err(error) => assert_placed(&error.to_string(), NAME, &text),
         Ok(deck) => {
             let same = read(written(&deck)).expect("what was read can be read again");
             assert_eq!(same, deck, "a deck written again is the same");

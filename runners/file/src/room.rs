@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use toml::de::DeValue;
 
-use super::place::{InputError, Place, Placed};
-use super::section::{Field, Section, nearest};
-use super::{ProblemFile, What};
+use crate::place::{InputError, Place, Placed};
+use crate::section::{Field, Section, nearest};
+use crate::{ProblemFile, What};
 
 /// Light or heat in a room: `[problem]` with `kind = "room"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub enum Material {
 pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
 
 /// Reads the rest of `[problem]` for a room.
-pub(super) fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
+pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     let deck = section.optional("deck").map(|f| f.string()).transpose()?;
     let open = section.optional("open").map(|f| f.boolean()).transpose()?;
     let surfaces = section.optional("surface").map(read_surfaces).transpose()?;
@@ -128,7 +128,7 @@ fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, In
 
 impl Room {
     /// Checks `[problem]`; what surfaces ask of one another is checked where the scene is made.
-    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         if self.surfaces.is_empty() && self.deck.is_none() {
             let message = "a room needs surfaces: `[[problem.surface]]`, or a `deck`";
             return Err(file.error(&self.place, message));
@@ -205,7 +205,7 @@ impl Room {
     }
 
     /// Checks what a target asks for; which surfaces there are is known where the scene is made.
-    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
             What::On(_, t) => {
                 let inside = (0.0..=1.0).contains(&t.value);

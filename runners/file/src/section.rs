@@ -3,20 +3,20 @@
 use core::fmt::Display;
 use core::ops::Range;
 
-use clap::ValueEnum;
+use fredholm::Choices;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use super::place::{InputError, Placed, Source};
+use crate::place::{InputError, Placed, Source};
 
 /// A table of the file, which gives out its keys one by one.
-pub(super) struct Section<'s, 'i> {
+pub(crate) struct Section<'s, 'i> {
     /// The file, for errors.
-    pub(super) source: &'s Source,
+    pub(crate) source: &'s Source,
     /// Where its keys stand, as errors say it: "in `[walk]`".
     label: &'static str,
     /// The header, or the whole table where it is written in one line.
-    pub(super) span: Range<usize>,
+    pub(crate) span: Range<usize>,
     /// The keys not yet given out.
     table: DeTable<'i>,
     /// The keys asked for so far, there or not.
@@ -25,7 +25,7 @@ pub(super) struct Section<'s, 'i> {
 
 impl<'s, 'i> Section<'s, 'i> {
     /// The section of which nothing was asked yet.
-    pub(super) fn new(
+    pub(crate) fn new(
         source: &'s Source,
         label: &'static str,
         span: Range<usize>,
@@ -41,7 +41,7 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// The value of a key which may be absent.
-    pub(super) fn optional(&mut self, key: &'static str) -> Option<Field<'s, 'i>> {
+    pub(crate) fn optional(&mut self, key: &'static str) -> Option<Field<'s, 'i>> {
         self.asked.push(key);
         let (found, value) = self.table.remove_entry(key)?;
         Some(Field {
@@ -54,12 +54,12 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// The value of a key which must be there.
-    pub(super) fn required(&mut self, key: &'static str) -> Result<Field<'s, 'i>, InputError> {
+    pub(crate) fn required(&mut self, key: &'static str) -> Result<Field<'s, 'i>, InputError> {
         self.optional(key).ok_or_else(|| self.missing(key))
     }
 
     /// The table of a key, or an empty one where there is none.
-    pub(super) fn section(
+    pub(crate) fn section(
         &mut self,
         key: &'static str,
         label: &'static str,
@@ -76,7 +76,7 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// An error if a key is left which nobody asked for.
-    pub(super) fn finish(&self) -> Result<(), InputError> {
+    pub(crate) fn finish(&self) -> Result<(), InputError> {
         // The tree is sorted by key; the first in the file is meant.
         match self.table.keys().min_by_key(|key| key.span().start) {
             Some(key) => Err(self.unknown(key.get_ref(), key.span())),
@@ -85,7 +85,7 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// The error for a key which is not there.
-    pub(super) fn missing(&self, key: &str) -> InputError {
+    pub(crate) fn missing(&self, key: &str) -> InputError {
         // A mistyped key is the likelier reason, and there is a place to show.
         let typo = self
             .table
@@ -99,7 +99,7 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// The error for a key which does not exist.
-    pub(super) fn unknown(&self, key: &str, span: Range<usize>) -> InputError {
+    pub(crate) fn unknown(&self, key: &str, span: Range<usize>) -> InputError {
         let hint = match nearest(key, &self.asked) {
             Some(known) => format!("did you mean `{known}`?"),
             None => format!("known here: {}", listed(&self.asked, '`', "and")),
@@ -111,28 +111,28 @@ impl<'s, 'i> Section<'s, 'i> {
     }
 
     /// An error about the whole section.
-    pub(super) fn error(&self, message: impl Display) -> InputError {
+    pub(crate) fn error(&self, message: impl Display) -> InputError {
         self.source.error(self.span.clone(), message)
     }
 }
 
 /// A value of the file, not yet read as the type it must have.
-pub(super) struct Field<'s, 'i> {
+pub(crate) struct Field<'s, 'i> {
     /// The file, for errors.
-    pub(super) source: &'s Source,
+    pub(crate) source: &'s Source,
     /// What errors call it: its key, or `key[index]` for an element.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Where its key stands.
-    pub(super) key: Range<usize>,
+    pub(crate) key: Range<usize>,
     /// Where it stands.
-    pub(super) span: Range<usize>,
+    pub(crate) span: Range<usize>,
     /// What the parser read.
-    pub(super) value: DeValue<'i>,
+    pub(crate) value: DeValue<'i>,
 }
 
 impl<'s, 'i> Field<'s, 'i> {
     /// An element of the array here.
-    pub(super) fn element(&self, index: usize, element: &Spanned<DeValue<'i>>) -> Self {
+    pub(crate) fn element(&self, index: usize, element: &Spanned<DeValue<'i>>) -> Self {
         Self {
             source: self.source,
             name: format!("{}[{index}]", self.name),
@@ -143,7 +143,7 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The table here.
-    pub(super) fn section(self, label: &'static str) -> Result<Section<'s, 'i>, InputError> {
+    pub(crate) fn section(self, label: &'static str) -> Result<Section<'s, 'i>, InputError> {
         match self.value {
             DeValue::Table(table) => Ok(Section::new(self.source, label, self.span, table)),
             _ => Err(self.mistyped("a table")),
@@ -151,7 +151,7 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The finite number here; an integer is one.
-    pub(super) fn number(&self) -> Result<Placed<f64>, InputError> {
+    pub(crate) fn number(&self) -> Result<Placed<f64>, InputError> {
         let number = match &self.value {
             DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
             // Rounds beyond 2^53, as decimals are rounded.
@@ -166,7 +166,7 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The numbers here: an array, or a single number as an array of one.
-    pub(super) fn numbers(&self) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
+    pub(crate) fn numbers(&self) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
         let numbers = match &self.value {
             DeValue::Array(array) => array
                 .iter()
@@ -180,7 +180,7 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The integer here.
-    pub(super) fn integer<T: TryFrom<i128>>(&self) -> Result<Placed<T>, InputError> {
+    pub(crate) fn integer<T: TryFrom<i128>>(&self) -> Result<Placed<T>, InputError> {
         let integer = match &self.value {
             DeValue::Integer(integer) => integer,
             DeValue::Float(float) => {
@@ -203,17 +203,17 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The string here.
-    pub(super) fn text(&self) -> Result<&str, InputError> {
+    pub(crate) fn text(&self) -> Result<&str, InputError> {
         self.value.as_str().ok_or_else(|| self.mistyped("a string"))
     }
 
     /// The string here, to keep.
-    pub(super) fn string(&self) -> Result<Placed<String>, InputError> {
+    pub(crate) fn string(&self) -> Result<Placed<String>, InputError> {
         Ok(Placed::file(self.span.clone(), self.text()?.to_owned()))
     }
 
     /// The strings here: an array.
-    pub(super) fn strings(&self) -> Result<Placed<Vec<Placed<String>>>, InputError> {
+    pub(crate) fn strings(&self) -> Result<Placed<Vec<Placed<String>>>, InputError> {
         let DeValue::Array(array) = &self.value else {
             return Err(self.mistyped("an array of strings"));
         };
@@ -226,7 +226,7 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The boolean here.
-    pub(super) fn boolean(&self) -> Result<Placed<bool>, InputError> {
+    pub(crate) fn boolean(&self) -> Result<Placed<bool>, InputError> {
         match self.value {
             DeValue::Boolean(value) => Ok(Placed::file(self.span.clone(), value)),
             _ => Err(self.mistyped("true or false")),
@@ -234,21 +234,20 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// The choice whose word stands here.
-    pub(super) fn word<T: ValueEnum>(&self) -> Result<Placed<T>, InputError> {
-        let choices = T::value_variants();
-        let words = choices.iter().map(super::word).collect::<Vec<_>>();
+    pub(crate) fn word<T: Choices>(&self) -> Result<Placed<T>, InputError> {
+        let words = T::ALL.iter().map(|choice| choice.word.to_owned());
+        let words = words.collect::<Vec<_>>();
         let DeValue::String(text) = &self.value else {
             return Err(self.mistyped(&listed(&words, '"', "or")));
         };
-        let chosen = words.iter().position(|word| word == text);
-        match chosen.and_then(|index| choices.get(index)) {
-            Some(choice) => Ok(Placed::file(self.span.clone(), choice.clone())),
+        match T::of_word(text) {
+            Some(choice) => Ok(Placed::file(self.span.clone(), choice)),
             None => Err(self.error(unknown_word(&self.name, text, &words))),
         }
     }
 
     /// The error for a value of the wrong type.
-    pub(super) fn mistyped(&self, wanted: &str) -> InputError {
+    pub(crate) fn mistyped(&self, wanted: &str) -> InputError {
         let found = match &self.value {
             DeValue::String(_) => "a string",
             DeValue::Integer(_) => "an integer",
@@ -263,18 +262,18 @@ impl<'s, 'i> Field<'s, 'i> {
     }
 
     /// An error about this value.
-    pub(super) fn error(&self, message: impl Display) -> InputError {
+    pub(crate) fn error(&self, message: impl Display) -> InputError {
         self.source.error(self.span.clone(), message)
     }
 }
 
 /// The integer which the parser left as text, if it is not beyond all types.
-pub(super) fn parse_integer(integer: &DeInteger<'_>) -> Option<i128> {
+pub(crate) fn parse_integer(integer: &DeInteger<'_>) -> Option<i128> {
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
 /// How to write a float such as 1e5 as an integer, if it is one.
-pub(super) fn as_integer(float: &str) -> String {
+pub(crate) fn as_integer(float: &str) -> String {
     match float.parse::<f64>() {
         Ok(value) if value.fract() == 0.0 && value.abs() < 1e15 => format!(": write {value:.0}"),
         _ => String::new(),
@@ -282,7 +281,7 @@ pub(super) fn as_integer(float: &str) -> String {
 }
 
 /// What is wrong with a word that is none of `words`.
-pub(super) fn unknown_word(name: &str, found: &str, words: &[String]) -> String {
+pub(crate) fn unknown_word(name: &str, found: &str, words: &[String]) -> String {
     let hint = match nearest(found, words) {
         Some(word) => format!("; did you mean \"{word}\"?"),
         None => String::new(),
@@ -292,7 +291,7 @@ pub(super) fn unknown_word(name: &str, found: &str, words: &[String]) -> String 
 }
 
 /// The words in quotes, with commas and a last `joint`.
-pub(super) fn listed(words: &[impl Display], quote: char, joint: &str) -> String {
+pub(crate) fn listed(words: &[impl Display], quote: char, joint: &str) -> String {
     let mut list = String::new();
     for (index, word) in words.iter().enumerate() {
         if index > 0 && index + 1 == words.len() {
@@ -306,7 +305,7 @@ pub(super) fn listed(words: &[impl Display], quote: char, joint: &str) -> String
 }
 
 /// The one of `known` which `word` was most likely meant to be, if any is near.
-pub(super) fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
+pub(crate) fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
     known
         .iter()
         .filter_map(|known| Some((distance_if_near(word, known.as_ref())?, known.as_ref())))
@@ -319,7 +318,7 @@ const LONGEST_WORD: usize = 200;
 
 /// How far a word is from a known one, if it may be meant: a few wrong letters,
 /// an abbreviation or an ending too many.
-pub(super) fn distance_if_near(word: &str, known: &str) -> Option<usize> {
+pub(crate) fn distance_if_near(word: &str, known: &str) -> Option<usize> {
     // The distance takes time and memory like the product of the lengths.
     if word.len().max(known.len()) > LONGEST_WORD {
         return None;

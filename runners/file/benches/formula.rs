@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use fredholm_cli::formula::Formula;
 use fredholm_core::Real;
+use fredholm_file::formula::Formula;
 
 type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
 

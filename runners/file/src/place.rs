@@ -4,7 +4,7 @@ use core::fmt::{self, Display};
 use core::ops::Range;
 
 /// The longest part of a source line shown in an error, in characters.
-pub(super) const SHOWN: usize = 100;
+pub(crate) const SHOWN: usize = 100;
 
 /// Where a value comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,13 +39,13 @@ impl<T> Placed<T> {
     }
 
     /// A value which stands in the file.
-    pub(super) fn file(span: Range<usize>, value: T) -> Self {
+    pub(crate) fn file(span: Range<usize>, value: T) -> Self {
         let place = Place::File(span);
         Self { value, place }
     }
 
     /// A value which nobody gave.
-    pub(super) fn default(value: T) -> Self {
+    pub(crate) fn default(value: T) -> Self {
         let place = Place::Default;
         Self { value, place }
     }
@@ -55,7 +55,16 @@ impl<T> Placed<T> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     /// The whole message; may have several lines, without a last line break.
-    pub(super) rendered: String,
+    pub(crate) rendered: String,
+}
+
+impl InputError {
+    /// An error that no place shows.
+    pub fn new(message: impl Display) -> Self {
+        Self {
+            rendered: message.to_string(),
+        }
+    }
 }
 
 impl Display for InputError {
@@ -143,7 +152,7 @@ impl Source {
 
     /// Renders an error at a part of the string value that stands at `span`. Where the file spells the
     /// value differently (with escapes), the whole string is shown.
-    pub(super) fn error_within(
+    pub(crate) fn error_within(
         &self,
         span: &Range<usize>,
         value: &str,

@@ -14,6 +14,8 @@
 
 mod circle;
 mod cube;
+pub mod deck;
+pub mod formula;
 mod load;
 mod place;
 mod room;
@@ -22,8 +24,9 @@ mod validate;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use toml::de::{DeTable, DeValue};
+
+pub use fredholm::{Choices, Estimator, Pairs, Scalar};
 
 pub use circle::{Circle, Emission, common_multiple};
 pub use cube::{Cube, KernelText};
@@ -134,46 +137,6 @@ pub enum What {
     OverSurface(Placed<String>),
     /// The integral of the solution times this formula.
     Weight(Placed<String>),
-}
-
-/// The choices of `pairs`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Pairs {
-    /// As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S; room, left out
-    /// what the default has pointwise
-    Paper,
-    /// All pairs in S, but for a kernel with a kink at x = y (circle; cube with `kernel_integral`) the
-    /// diagonal pointwise; room: pairs that are partly hidden, or meet in a corner, pointwise
-    Default,
-    /// All pairs pointwise: the neighbour equation differs in its source only
-    Pointwise,
-    /// Every pair for itself in S, pointwise or left out: as the predicted variance times the time of a walk
-    /// is least. Takes longer to set up, by some thirty evaluations of every pair
-    Theory,
-}
-
-/// The choices of `estimator`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Estimator {
-    /// A walk scores where it is absorbed
-    Absorption,
-    /// A walk scores in every state
-    Collision,
-}
-
-/// The choices of `scalar`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Scalar {
-    /// Single precision
-    F32,
-    /// Double precision
-    F64,
-}
-
-/// The word of a choice, as files, flags and results have it.
-pub fn word<T: ValueEnum>(choice: &T) -> String {
-    let value = choice.to_possible_value();
-    value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 impl ProblemFile {

@@ -8,8 +8,7 @@ use core::ops::Range;
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::failure::Failure;
-use crate::file::{Source, load};
+use crate::{InputError, Source, load};
 
 /// Surfaces that a deck may have at most.
 const MAX_SURFACES: usize = 1_000_000;
@@ -37,7 +36,7 @@ pub struct DeckSurface {
 }
 
 /// Reads a deck.
-pub fn read(path: &Path) -> Result<Deck, Failure> {
+pub fn read(path: &Path) -> Result<Deck, InputError> {
     let name = path.display().to_string();
     let bytes = load(path, MAX_BYTES)?;
     // Titles and names of old decks may be in any encoding; numbers are not.
@@ -45,10 +44,10 @@ pub fn read(path: &Path) -> Result<Deck, Failure> {
 }
 
 /// Reads the deck `name` with the content `text`.
-pub fn parse_named(name: &str, text: String) -> Result<Deck, Failure> {
+pub fn parse_named(name: &str, text: String) -> Result<Deck, InputError> {
     let name = name.to_owned();
     let source = Source { name, text };
-    parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message).into())
+    parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message))
 }
 
 /// What is wrong, and the bytes where it is.

@@ -4,23 +4,22 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::place::{InputError, Source};
-use crate::failure::Failure;
+use crate::place::{InputError, Source};
 
 /// The most bytes of a problem file: what it comes to in memory is a multiple of them.
 pub const MAX_BYTES: u64 = 16 << 20;
 
 /// The bytes of the file at a path, if they are not more than `most`. What never ends, such as a device,
 /// is not read to its end.
-pub fn load(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+pub fn load(path: &Path, most: u64) -> Result<Vec<u8>, InputError> {
     let name = path.display();
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
-        .map_err(|error| Failure::input(format_args!("cannot read {name}: {error}")))?;
+        .map_err(|error| InputError::new(format_args!("cannot read {name}: {error}")))?;
     if bytes.len() as u64 > most {
         let message = format!("{name} has more than {most} bytes, the most that are read");
-        return Err(Failure::Input(message));
+        return Err(InputError::new(message));
     }
     Ok(bytes)
 }
@@ -40,7 +39,7 @@ pub fn utf8(name: &str, bytes: Vec<u8>) -> Result<String, InputError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{load, utf8};
+    use crate::{load, utf8};
 
     #[test]
     fn a_file_without_an_end_is_refused() {

@@ -2,11 +2,13 @@
 
 use core::f64::consts::TAU;
 
+use fredholm::Choices;
+
 use toml::de::DeValue;
 
-use super::place::{InputError, Placed};
-use super::section::{Field, Section};
-use super::{MAX_CELLS, ProblemFile, Scalar, What};
+use crate::place::{InputError, Placed};
+use crate::section::{Field, Section};
+use crate::{MAX_CELLS, ProblemFile, Scalar, What};
 
 /// Radiosity on the circle: `[problem]` with `kind = "circle"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +37,7 @@ pub enum Emission {
 }
 
 /// Reads the rest of `[problem]` for a circle.
-pub(super) fn read(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
     let reflectance = section.required("reflectance")?.numbers()?;
     let emission = read_emission(section.required("emission")?)?;
     section.finish()?;
@@ -74,7 +76,7 @@ fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
 
 impl Circle {
     /// Checks `[problem]`.
-    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let Self {
             reflectance,
             emission,
@@ -160,7 +162,7 @@ impl Circle {
     }
 
     /// Checks what a target asks for.
-    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
             What::At(at) => match at.value.as_slice() {
                 [angle] => file.demand(
@@ -212,7 +214,7 @@ fn emitted(file: &ProblemFile, name: &str, value: &Placed<f64>) -> Result<(), In
         format_args!(
             "`{name}` must be 0 or of a size between {smallest:e} and {largest:e}, or its \
              squares leave the range of {}: choose another unit",
-            super::word(&file.walk.scalar.value)
+            file.walk.scalar.value.word()
         ),
     )
 }

@@ -2,10 +2,10 @@
 
 use toml::de::DeValue;
 
-use super::place::{InputError, Placed};
-use super::section::{Field, Section};
-use super::{Pairs, ProblemFile, What};
 use crate::formula::{self, Variables};
+use crate::place::{InputError, Placed};
+use crate::section::{Field, Section};
+use crate::{Pairs, ProblemFile, What};
 
 /// The largest dimension: every one has walks of its own.
 const MAX_DIMENSION: usize = 6;
@@ -35,7 +35,7 @@ pub enum KernelText {
 }
 
 /// Reads the rest of `[problem]` for a cube.
-pub(super) fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
+pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
     let dimension = section.required("dimension")?.integer()?;
     let (kernel, factors) = (
         section.optional("kernel"),
@@ -92,7 +92,7 @@ impl Cube {
     }
 
     /// Checks `[problem]`.
-    pub(super) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let dimension = self.dimension.value;
         file.demand(
             &self.dimension,
@@ -170,7 +170,7 @@ impl Cube {
     }
 
     /// Checks what a target asks for.
-    pub(super) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         let dimension = self.dimension.value;
         match what {
             What::At(at) if at.value.len() != dimension => {

@@ -4,8 +4,8 @@ use core::fmt::{Debug, Display};
 use core::ops::Range;
 use std::collections::HashMap;
 
-use super::place::{InputError, Place, Placed};
-use super::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, Problem, ProblemFile, Scalar};
+use crate::place::{InputError, Place, Placed};
+use crate::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, Problem, ProblemFile, Scalar};
 
 impl ProblemFile {
     /// Checks every range, and what the values ask of one another.
@@ -44,7 +44,7 @@ impl ProblemFile {
     }
 
     /// An error about a value unless it is `good`.
-    pub(super) fn demand<T: Debug>(
+    pub(crate) fn demand<T: Debug>(
         &self,
         placed: &Placed<T>,
         good: bool,
@@ -124,7 +124,7 @@ impl ProblemFile {
     }
 
     /// Checks the number of points of a grid.
-    pub(super) fn validate_grid(&self, points: &Placed<usize>) -> Result<(), InputError> {
+    pub(crate) fn validate_grid(&self, points: &Placed<usize>) -> Result<(), InputError> {
         self.demand(
             points,
             (1..=MAX_GRID).contains(&points.value),
@@ -226,7 +226,7 @@ impl ProblemFile {
     }
 
     /// Says on which line a place is, if it is in the file.
-    pub(super) fn line(&self, place: &Place) -> String {
+    pub(crate) fn line(&self, place: &Place) -> String {
         match place {
             Place::File(span) => {
                 let line = self.source.locate(span.start).line;

@@ -1,6 +1,6 @@
 //! Good files, and every bad one.
 
-use clap::ValueEnum;
+use fredholm::Choices;
 
 use super::place::SHOWN;
 use super::section::nearest;
@@ -190,9 +190,9 @@ fn defaults() {
 fn words_of_the_file() {
     for (word, pairs) in ["paper", "default", "pointwise", "theory"]
         .iter()
-        .zip(Pairs::value_variants())
+        .zip(Pairs::ALL)
     {
-        assert_eq!(super::word(pairs), *word);
+        assert_eq!(pairs.value.word(), *word);
     }
     let text = small(PROBLEM, "pairs = 'pointwise'", "scalar = 'f64'", TARGET);
     assert_eq!(good(&text).galerkin.pairs.value, Pairs::Pointwise);
