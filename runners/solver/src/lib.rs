@@ -1,6 +1,29 @@
 //! Fredholm integral equations of the second kind, solved by random walks with an error bar.
 
+pub mod answer;
+pub mod choice;
+pub mod circle;
+pub mod cost;
+pub mod cube;
+pub mod diagnosis;
+mod error;
+mod goal;
+mod memory;
+mod model;
+pub mod numbers;
 mod options;
+mod pairs;
+pub mod room;
+mod settings;
+pub mod sweep;
 
-pub use fredholm_core::Estimator;
+pub use error::{Error, Subject};
+pub use fredholm_core::{Estimator, Tolerance};
+pub use goal::{Ask, Goal, Region, Target, goals};
+pub use memory::{bytes, refuse_beyond_memory};
+pub use model::{
+    About, Derived, Heat, Model, Partitioned, Prepared, Request, System, Then,
+};
 pub use options::{Choice, Choices, Pairs, Scalar};
+pub use pairs::PairCounts;
+pub use settings::{Discretisation, Settings, WalkOptions};

@@ -1,9 +1,8 @@
 //! What few walks miss of systems, whether they were solved or not.
 
 use super::pilot::Setting;
-use crate::failure::Failure;
-use crate::file::{self, Pairs, ProblemFile};
-use crate::problem::{Problem, Solved};
+use crate::answer::Solved;
+use crate::{Error, Pairs, Partitioned};
 
 /// Rare variances by cells and degree.
 #[derive(Debug)]
@@ -14,9 +13,9 @@ pub(super) struct RareVariances {
 }
 
 impl RareVariances {
-    pub(super) const fn new(file: &ProblemFile) -> Self {
+    pub(super) const fn new(corners: bool) -> Self {
         Self {
-            corners: matches!(file.problem, file::Problem::Room(_)),
+            corners,
             known: Vec::new(),
         }
     }
@@ -31,16 +30,19 @@ impl RareVariances {
         known.map(|&(_, rare)| rare)
     }
 
-    /// Asks the setting's problem, with its system if that is solved; not twice.
+    /// Asks the setting's cells, or its system if that is solved; not twice.
     pub(super) fn ask(
         &mut self,
-        problem: &dyn Problem,
+        cells: &dyn Partitioned<'_>,
         setting: &Setting,
-        solved: Option<&Solved>,
-    ) -> Result<(), Failure> {
+        solved: Option<&Solved<'_>>,
+    ) -> Result<(), Error> {
         if self.of(setting).is_none() {
-            let own = (setting.cells, setting.degree);
-            self.known.push((own, problem.rare_variance(solved)?));
+            let rare = match solved {
+                Some(solved) => solved.system.rare_variance(setting.pairs)?,
+                None => cells.rare_variance(setting.pairs)?,
+            };
+            self.known.push(((setting.cells, setting.degree), rare));
         }
         Ok(())
     }

@@ -1,18 +1,18 @@
 //! From cheap pilots to what they promise.
 
-use fredholm_core::ENOUGH_BATCHES;
-use fredholm_rayon::TargetError;
+use fredholm_core::{Estimator, MIN_BATCHES, Tolerance};
 
 use super::family::Family;
 use super::pilot::{self, Doubt, Level, Pilot, Prediction, Sample, Scales, Setting};
 use super::rare::RareVariances;
 use super::systems::Systems;
-use crate::failure::Failure;
-use crate::file::{self, Estimator, Pairs, Place, Placed, ProblemFile};
-use crate::output::abandon;
-use crate::problem::{self, Answer, Cost, PointwisePairs};
-use crate::progress::{Progress, interrupted};
-use crate::solve;
+use fredholm_rayon::Observer;
+
+use crate::answer::{Answer, Walks, Watch};
+use crate::cost::{Cost, PointwisePairs};
+use crate::goal::Target;
+use crate::model::{About, Request};
+use crate::{Discretisation, Error, Model, Pairs, Partitioned, Settings};
 
 /// Seconds of a pilot besides its walks and its set-up.
 const PILOT: f64 = 0.1e-3;
@@ -95,9 +95,12 @@ const ABSORPTIONS: [f64; 5] = [0.7, 0.5, 0.35, 0.2, 0.1];
 
 /// Pilots so far, and what they promise.
 #[derive(Debug)]
-pub(super) struct Search<'f> {
-    file: &'f ProblemFile,
-    error: TargetError,
+pub(super) struct Search<'m> {
+    model: &'m dyn Model,
+    about: About,
+    settings: &'m Settings,
+    tolerance: Tolerance,
+    watch: &'m dyn Watch,
     /// The values of q0 that are tried, and that from which to start.
     absorptions: Vec<f64>,
     shortest: Option<f64>,
@@ -108,26 +111,23 @@ pub(super) struct Search<'f> {
     /// Those of which no pilot was made, as it would not have paid.
     waiting: Vec<Family>,
     found: Vec<Prediction>,
-    pub(super) systems: Systems,
+    pub(super) systems: Systems<'m>,
     rare: RareVariances,
     /// E η² of walks with an absorption and an estimator.
     squares: Vec<((f64, Estimator), Vec<f64>)>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first that a setting met: what there is to say where none is taken.
-    refusal: Option<Failure>,
+    refusal: Option<Error>,
     /// Predicted seconds of the pilots so far.
     spent: f64,
     pub(super) pilots: usize,
     pub(super) walks: u64,
 }
 
-/// The values to choose from: the file's own, if it has one.
-fn open<T: Clone>(given: &Placed<T>, all: &[T]) -> Vec<T> {
-    match given.place {
-        Place::Default => all.to_vec(),
-        _ => vec![given.value.clone()],
-    }
+/// The values to choose from: the one that is given, if there is one.
+fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
+    given.map_or_else(|| all.to_vec(), |given| vec![given])
 }
 
 /// Whether one of these is the same but for longer walks or more cells.
@@ -152,30 +152,43 @@ fn walk_seconds(setting: &Setting, cost: &Cost, pairs: PointwisePairs) -> f64 {
     walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs)
 }
 
-impl<'f> Search<'f> {
+impl<'m> Search<'m> {
     /// With an absorption of at most this, where the file leaves it open.
-    pub(super) fn new(file: &'f ProblemFile, error: TargetError, most: f64) -> Self {
-        let mut absorptions = open(&file.walk.absorption, &ABSORPTIONS);
+    ///
+    /// # Errors
+    /// [`Error::TwoGoals`].
+    pub(super) fn new(
+        model: &'m dyn Model,
+        targets: &[Target],
+        settings: &'m Settings,
+        (tolerance, most): (Tolerance, f64),
+        watch: &'m dyn Watch,
+    ) -> Result<Self, Error> {
+        let mut absorptions = open(settings.absorption, &ABSORPTIONS);
         absorptions.retain(|&absorption| absorption <= most);
-        Self {
-            file,
-            error,
+        let about = model.about();
+        Ok(Self {
+            model,
+            about,
+            settings,
+            tolerance,
+            watch,
             shortest: absorptions.first().copied(),
             absorptions,
             second_moment: None,
-            sample: Sample::new(file),
+            sample: Sample::new(model, targets)?,
             families: Vec::new(),
             waiting: Vec::new(),
             found: Vec::new(),
             systems: Systems::default(),
-            rare: RareVariances::new(file),
+            rare: RareVariances::new(about.has_rare_scores),
             squares: Vec::new(),
             refused: Vec::new(),
             refusal: None,
             spent: 0.0,
             pilots: 0,
             walks: 0,
-        }
+        })
     }
 
     /// Everything.
@@ -208,7 +221,7 @@ impl<'f> Search<'f> {
     /// Whether what [`drop_infinite_variances`](Self::drop_infinite_variances) does would take longer than
     /// pilots in vain: it integrates a formula.
     pub(super) const fn checks_late(&self) -> bool {
-        matches!(self.file.problem, file::Problem::Cube(_))
+        self.about.has_slow_radius
     }
 
     /// Forgets a setting that the problem refuses, shorter walks, and fewer cells, on which h is farther from k.
@@ -220,7 +233,7 @@ impl<'f> Search<'f> {
     }
 
     /// What there is to say where no setting is taken.
-    pub(super) fn take_refusal(&mut self) -> Option<Failure> {
+    pub(super) fn take_refusal(&mut self) -> Option<Error> {
         self.refusal.take()
     }
 
@@ -249,7 +262,7 @@ impl<'f> Search<'f> {
 
     fn estimators(&self) -> Vec<Estimator> {
         let all = [Estimator::Absorption, Estimator::Collision];
-        open(&self.file.walk.estimator, &all)
+        open(self.settings.estimator, &all)
     }
 
     /// All q0 and estimators that are open.
@@ -263,14 +276,14 @@ impl<'f> Search<'f> {
 
     /// The setting from which others start: with the shortest walks.
     fn base(&self) -> Setting {
-        let (galerkin, walk) = (&self.file.galerkin, &self.file.walk);
+        let walk = self.settings.walk_options();
         Setting {
             plain: false,
             cells: 1,
-            degree: galerkin.degree.value,
-            pairs: galerkin.pairs.value,
-            absorption: self.shortest.unwrap_or(walk.absorption.value),
-            estimator: walk.estimator.value,
+            degree: self.settings.discretisation().degree,
+            pairs: walk.pairs,
+            absorption: self.shortest.unwrap_or(walk.absorption),
+            estimator: walk.estimator,
         }
     }
 
@@ -287,14 +300,13 @@ impl<'f> Search<'f> {
     /// Forgets values of q0 for which plain walks have no finite variance, as long as one is left, and starts from
     /// one for which it is far from infinite.
     fn drop_infinite_variances(&mut self) {
-        if self.file.walk.allow_infinite_variance || self.checks_late() {
+        if self.settings.allow_infinite_variance || self.checks_late() {
             return;
         }
         let base = self.plain_base();
-        let file = self.opened(&base);
         // What is wrong is said by whoever looks at it.
-        let problem = problem::of_file(&file);
-        let Ok(radius) = problem.and_then(|problem| problem.second_moment()) else {
+        let cells = self.model.partition(&self.opened(&base));
+        let Ok(radius) = cells.and_then(|cells| cells.plain_radius(base.absorption)) else {
             return;
         };
         // k² p is K²/p, and p has the factor 1 − q0.
@@ -320,7 +332,7 @@ impl<'f> Search<'f> {
     }
 
     const fn batch(&self) -> u64 {
-        self.file.walk.batch.value
+        self.settings.batch
     }
 
     /// The best prediction so far.
@@ -368,7 +380,7 @@ impl<'f> Search<'f> {
             return true;
         };
         let setup = self.due(setting, setting.setup(cost));
-        let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight();
+        let round = (self.batch() * MIN_BATCHES) as f64 * self.sample.weight();
         let round = round * walk_seconds(setting, cost, pairs);
         let seconds = self.seconds(setting, cost, pairs, allowance);
         (best.setting == *setting || setup + SHORTER * round <= self.price(&best))
@@ -392,8 +404,8 @@ impl<'f> Search<'f> {
 
     /// Walks; `None` where the problem does not take the setting.
     fn pilot(&mut self, setting: Setting, allowance: Allowance) -> Option<Pilot> {
-        if interrupted() {
-            abandon(130);
+        if self.watch.cancelled() {
+            return None;
         }
         let pilot = self.try_pilot(setting, allowance);
         let refused = |refusal| {
@@ -405,21 +417,13 @@ impl<'f> Search<'f> {
 
     /// Whether large scores may be so rare that a pilot which looks around misses them all.
     const fn has_rare_scores(&self, setting: &Setting) -> bool {
-        match &self.file.problem {
-            // Steps next to corners, of plain walks the smallest part.
-            file::Problem::Room(_) => !setting.plain,
-            file::Problem::Cube(_) => self.is_singular(),
-            file::Problem::Circle(_) => false,
-        }
+        // Steps next to corners are the smallest part of plain walks.
+        self.is_singular() || self.about.has_rare_scores && !setting.plain
     }
 
     /// Whether the kernel may have a singularity that no walk has shown: one whose integral is given may.
     const fn is_singular(&self) -> bool {
-        match &self.file.problem {
-            file::Problem::Cube(cube) => cube.integral.is_some(),
-            // What few walks miss of a room is known besides: its rare variance.
-            file::Problem::Room(_) | file::Problem::Circle(_) => false,
-        }
+        self.about.is_singular
     }
 
     /// How far few walks may be from the true variance, the farther the nearer it is to infinite.
@@ -438,44 +442,56 @@ impl<'f> Search<'f> {
         Doubt { more, less, met }
     }
 
-    fn refuse(&mut self, refusal: Failure) {
+    fn refuse(&mut self, refusal: Error) {
         self.refusal.get_or_insert(refusal);
     }
 
-    fn try_pilot(&mut self, setting: Setting, allowance: Allowance) -> Result<Pilot, Failure> {
-        let file = setting.applied(&self.sample.file);
-        file.validate()?;
-        let problem = problem::of_file(&file)?;
-        let mut plan = solve::plan(&file, None);
-        plan.walks = allowance.walks;
-        plan.target_error = None;
-        plan.seed ^= SEED;
-        let progress = Progress::hidden();
+    fn try_pilot(&mut self, setting: Setting, allowance: Allowance) -> Result<Pilot, Error> {
+        let settings = setting.applied(self.settings);
+        let cells = self.cells(&setting)?;
+        let mut walk = settings.walk_options();
+        walk.walks = allowance.walks;
+        walk.tolerance = None;
+        walk.time_limit = None;
+        walk.seed ^= SEED;
+        let walks = Walks {
+            model: self.model,
+            scalar: self.settings.scalar,
+        };
+        let request = Request {
+            goals: &self.sample.goals,
+            walk: &walk,
+            only_u: false,
+        };
+        let watch = Quiet(self.watch);
+        let cost = cells.cost(setting.pairs);
         let answer = if setting.plain {
-            problem.plain(&plan, &progress)?
+            walks.plain(&*cells, &request, &watch)?
         } else {
             if allowance.setup {
-                self.spent += self.due(&setting, setting.setup(&problem.cost()));
+                self.spent += self.due(&setting, setting.setup(&cost));
             }
-            let solved = self.systems.solve(&*problem, &setting)?;
-            self.rare.ask(&*problem, &setting, Some(solved))?;
-            problem.walk(solved, &plan, &progress)?
+            let solved = self
+                .systems
+                .solve(&*cells, &setting, &self.sample.goals)?;
+            self.rare.ask(&*cells, &setting, Some(solved))?;
+            solved.walk(&walks, &request, &watch)?
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
-        self.second_moment = self.second_moment.or(answer.second_moment.map(without));
+        self.second_moment = self.second_moment.or(answer.neighbour_radius.map(without));
         let squares = self.squares(&setting, &answer);
         let pilot = Pilot::new(
             setting,
             &self.sample,
-            self.error,
-            &*problem,
+            self.tolerance,
+            (self.model, cells.unknowns()),
             &answer,
             &squares,
             self.doubt(setting.absorption),
         );
         self.pilots += 1;
         self.walks += pilot.walks;
-        self.spent += PILOT + pilot.seconds(&problem.cost());
+        self.spent += PILOT + pilot.seconds(&cost);
         Ok(pilot)
     }
 
@@ -501,7 +517,8 @@ impl<'f> Search<'f> {
 
     /// Plain walks: the shortest, and those of every default.
     fn plain(&mut self) {
-        let (base, absorption) = (self.plain_base(), self.file.walk.absorption.value);
+        let base = self.plain_base();
+        let absorption = self.settings.walk_options().absorption;
         let default = Setting {
             absorption,
             estimator: Estimator::Collision,
@@ -576,36 +593,42 @@ impl<'f> Search<'f> {
         levels.unwrap_or_default()
     }
 
-    /// The file with a setting, but cells that any problem takes.
-    fn opened(&self, setting: &Setting) -> ProblemFile {
-        let mut file = setting.applied(&self.sample.file);
-        // A room takes any number of them, and few are cut faster than its default.
-        if !matches!(file.problem, file::Problem::Room(_)) {
-            file.galerkin.cells = None;
+    /// The cells of a setting.
+    fn cells(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        let cut = setting.applied(self.settings).discretisation();
+        self.model.check(&cut, setting.pairs)?;
+        self.model.partition(&cut)
+    }
+
+    /// A setting's discretisation, but with cells that the model takes.
+    fn opened(&self, setting: &Setting) -> Discretisation {
+        let mut cut = setting.applied(self.settings).discretisation();
+        // Few cells are cut faster than the default, if any number of them will do.
+        if !self.about.takes_any_cells {
+            cut.cells = None;
         }
-        file
+        cut
     }
 
     fn try_levels(
         &self,
         setting: &Setting,
         most: usize,
-    ) -> Result<(Vec<Level>, [f64; 2]), Failure> {
+    ) -> Result<(Vec<Level>, [f64; 2]), Error> {
         let open = self.opened(setting);
-        open.validate()?;
-        let problem = problem::of_file(&open)?;
-        let finer = |&cells: &usize| match problem.dimension() {
+        self.model.check(&open, setting.pairs)?;
+        let finer = |&cells: &usize| match self.about.dimension {
             Some(2..) => cells + cells.div_ceil(3),
             _ => 2 * cells,
         };
-        let mut known = problem.coarse();
-        known.extend(problem.levels());
+        let mut known = self.model.coarse_levels(&open);
+        known.extend(self.model.levels(&open));
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond).take(most) {
-            let level = problem.mean_on(cells)?;
-            let (cost, unknowns) = (level.cost(), level.unknowns());
-            let large = level.memory() > MEMORY || unknowns > UNKNOWNS;
+            let level = self.model.partition(&open.on(cells))?;
+            let (cost, unknowns) = (level.cost(setting.pairs), level.unknowns());
+            let large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
             if large || (levels.len() > 1 && cost.setup > self.least()) {
                 break;
             }
@@ -616,17 +639,17 @@ impl<'f> Search<'f> {
             });
         }
         // On few cells what limits the order in the end, as pairs next to corners do, is not all yet.
-        let rare = problem.order(setting.degree);
-        let order = rare.midpoint(problem.smooth_order(setting.degree));
+        let rare = self.model.order(&open, setting.pairs);
+        let order = rare.midpoint(self.model.smooth_order(setting.degree));
         Ok((levels, [order, rare]))
     }
 
     /// A pilot on the fewest cells of every degree and every choice of pairs that may pay; others wait until they may.
     fn families(&mut self) {
-        let degrees: Vec<usize> = (0..=self.file.most_degree().0).collect();
+        let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let all = [Pairs::Default, Pairs::Pointwise];
-        for degree in open(&self.file.galerkin.degree, &degrees) {
-            for pairs in open(&self.file.galerkin.pairs, &all) {
+        for degree in open(self.settings.degree, &degrees) {
+            for pairs in open(self.settings.pairs, &all) {
                 let first = Setting {
                     degree,
                     pairs,
@@ -717,9 +740,9 @@ impl<'f> Search<'f> {
             return false;
         }
         self.spent += CORNERS * setup;
-        let file = setting.applied(&self.sample.file);
-        let problem = problem::of_file(&file);
-        let asked = problem.and_then(|problem| self.rare.ask(&*problem, setting, None));
+        let cut = setting.applied(self.settings).discretisation();
+        let cells = self.model.partition(&cut);
+        let asked = cells.and_then(|cells| self.rare.ask(&*cells, setting, None));
         if let Err(refusal) = asked {
             self.refuse(refusal);
             self.forget(*setting);
@@ -930,7 +953,7 @@ impl<'f> Search<'f> {
             return false;
         };
         // Rare scores would take no round more, and by far not where they may be very rare.
-        let round = (self.batch() * ENOUGH_BATCHES) as f64;
+        let round = (self.batch() * MIN_BATCHES) as f64;
         let sure = if self.has_rare_scores(&best.setting) {
             best.most <= SURELY * round
         } else {
@@ -953,3 +976,14 @@ impl<'f> Search<'f> {
         more
     }
 }
+
+/// A watch that sees nothing of pilots, and may end them.
+struct Quiet<'a>(&'a dyn Watch);
+
+impl Observer for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+impl Watch for Quiet<'_> {}

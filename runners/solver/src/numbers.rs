@@ -1,7 +1,7 @@
 //! Numbers for people, and straight lines through points.
 
 /// Three significant digits.
-pub(crate) fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {
         format!("{x}")
@@ -14,7 +14,7 @@ pub(crate) fn short(x: f64) -> String {
 }
 
 /// A value and its standard error, with two digits of the latter: `5.997 ± 0.024`.
-pub(crate) fn with_error(value: f64, error: Option<f64>) -> String {
+pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error {
         None => "nothing scored".to_owned(),
         Some(error) if error > 0.0 && error.is_finite() => {
@@ -31,7 +31,7 @@ pub(crate) fn with_error(value: f64, error: Option<f64>) -> String {
 }
 
 /// The slope of the least-squares line through the points; `None` for fewer than two abscissas.
-pub(crate) fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+pub fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let n = points.clone().count() as f64;
     let (sx, sy) = points
         .clone()
@@ -47,7 +47,7 @@ pub(crate) fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<
 
 /// Lines whose columns are as wide as their widest entry; the first column is left-aligned, the
 /// others right-aligned.
-pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+pub fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));

@@ -1,35 +1,35 @@
 //! Solved systems that pilots have left: others walk on from them, and so does the answer.
 
 use super::pilot::Setting;
-use crate::failure::Failure;
-use crate::problem::{Problem, Solved};
+use crate::answer::Solved;
+use crate::{Error, Goal, Partitioned};
 
 /// Bytes that may be kept.
 const MEMORY: usize = 1 << 30;
 
 /// The systems of all pilots, as long as there is memory for them.
 #[derive(Debug, Default)]
-pub(super) struct Systems {
-    all: Vec<System>,
+pub(super) struct Systems<'m> {
+    all: Vec<System<'m>>,
 }
 
 #[derive(Debug)]
-struct System {
+struct System<'m> {
     cells: usize,
     degree: usize,
     bytes: usize,
-    solved: Solved,
+    solved: Solved<'m>,
 }
 
-impl Systems {
+impl<'m> Systems<'m> {
     /// That of a setting, if there is one.
-    pub(super) fn of(&self, setting: &Setting) -> Option<&Solved> {
+    pub(super) fn of(&self, setting: &Setting) -> Option<&Solved<'m>> {
         let at = self.position(setting)?;
         self.all.get(at).map(|system| &system.solved)
     }
 
     /// The same, for good.
-    pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved> {
+    pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved<'m>> {
         let at = self.position(setting)?;
         Some(self.all.swap_remove(at).solved)
     }
@@ -37,13 +37,14 @@ impl Systems {
     /// Solves the system of a setting, unless that was done.
     pub(super) fn solve(
         &mut self,
-        problem: &dyn Problem,
+        cells: &(dyn Partitioned<'m> + 'm),
         setting: &Setting,
-    ) -> Result<&Solved, Failure> {
+        goals: &[Goal],
+    ) -> Result<&Solved<'m>, Error> {
         let at = match self.position(setting) {
             Some(at) => at,
             None => {
-                let (bytes, solved) = (problem.memory(), problem.solve()?);
+                let (bytes, solved) = (cells.memory(goals, setting.pairs), Solved::new(cells)?);
                 let kept: usize = self.all.iter().map(|system| system.bytes).sum();
                 if kept.saturating_add(bytes) > MEMORY {
                     self.all.clear();
@@ -58,7 +59,7 @@ impl Systems {
             }
         };
         let system = self.all.get(at).map(|system| &system.solved);
-        system.ok_or_else(|| Failure::run("a solved system was lost"))
+        system.ok_or_else(|| Error::Internal("a solved system was lost"))
     }
 
     fn position(&self, setting: &Setting) -> Option<usize> {

@@ -1,10 +1,11 @@
 //! Settings, what few walks find of them, and what many will take.
 
-use fredholm_core::{ENOUGH_SCORES, Statistics, next_round};
-use fredholm_rayon::TargetError;
+use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance, next_stage};
 
-use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
-use crate::problem::{Answer, Cost, PointwisePairs, Problem, WalkCost};
+use crate::answer::Answer;
+use crate::cost::{Cost, PointwisePairs, WalkCost};
+use crate::goal::{Ask, Target, goals};
+use crate::{Error, Goal, Model, Pairs, Settings};
 
 /// Targets that a pilot looks at.
 const TARGETS: usize = 8;
@@ -28,16 +29,16 @@ pub(super) struct Setting {
 }
 
 impl Setting {
-    /// The file with it.
-    pub(super) fn applied(&self, file: &ProblemFile) -> ProblemFile {
-        let mut file = file.clone();
-        let (galerkin, walk) = (&mut file.galerkin, &mut file.walk);
-        galerkin.cells = Some(Placed::chosen(self.cells));
-        galerkin.degree = Placed::chosen(self.degree);
-        galerkin.pairs = Placed::chosen(self.pairs);
-        walk.absorption = Placed::chosen(self.absorption);
-        walk.estimator = Placed::chosen(self.estimator);
-        file
+    /// The settings with it, in which nothing is open.
+    pub(super) fn applied(&self, settings: &Settings) -> Settings {
+        Settings {
+            cells: Some(self.cells),
+            degree: Some(self.degree),
+            pairs: Some(self.pairs),
+            absorption: Some(self.absorption),
+            estimator: Some(self.estimator),
+            ..settings.clone()
+        }
     }
 
     /// Whether one solved system serves both.
@@ -70,44 +71,39 @@ impl Setting {
     }
 }
 
-/// A file with few of its targets, and how many each of these stands for.
+/// Few of the targets, and how many each of these stands for.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
-    pub(super) file: ProblemFile,
+    pub(super) goals: Vec<Goal>,
     weights: Vec<f64>,
 }
 
 impl Sample {
     /// At most [`TARGETS`] targets and points of grids, evenly chosen.
-    pub(super) fn new(file: &ProblemFile) -> Self {
-        let mut sample = file.clone();
-        if let file::Problem::Cube(cube) = &mut sample.problem {
-            // Its means are integrals that no pilot needs.
-            cube.solution = None;
-        }
-        let count = file.targets.len();
+    pub(super) fn new(model: &dyn Model, targets: &[Target]) -> Result<Self, Error> {
+        let count = targets.len();
         let kept = count.min(TARGETS);
-        sample.targets = (0..kept)
-            .filter_map(|i| file.targets.get(i * count / kept).cloned())
+        let mut few: Vec<Target> = (0..kept)
+            .filter_map(|i| targets.get(i * count / kept).cloned())
             .collect();
         let share = count as f64 / kept as f64;
         let mut weights = Vec::new();
-        for target in &mut sample.targets {
-            let What::Grid(points, _) = &mut target.what else {
+        for target in &mut few {
+            let Ask::Grid { points, .. } = &mut target.ask else {
                 weights.push(share);
                 continue;
             };
-            let few = points.value.min((TARGETS / kept).max(1));
-            weights.extend(vec![share * points.value as f64 / few as f64; few]);
-            points.value = few;
+            let fewer = (*points).min((TARGETS / kept).max(1));
+            weights.extend(vec![share * *points as f64 / fewer as f64; fewer]);
+            *points = fewer;
         }
-        Self {
-            file: sample,
+        Ok(Self {
+            goals: goals(model, &few)?,
             weights,
-        }
+        })
     }
 
-    /// The number of the file's targets.
+    /// The number of all targets.
     pub(super) fn weight(&self) -> f64 {
         self.weights.iter().sum()
     }
@@ -191,8 +187,8 @@ impl Pilot {
     pub(super) fn new(
         setting: Setting,
         sample: &Sample,
-        error: TargetError,
-        problem: &dyn Problem,
+        tolerance: Tolerance,
+        (model, unknowns): (&dyn Model, usize),
         answer: &Answer,
         squares: &[f64],
         doubt: Doubt,
@@ -210,13 +206,13 @@ impl Pilot {
         };
         let rare = RARE * doubt.met * score / (1.0 - absorption);
         // Of walks from anywhere E η² may be larger than of those from a target that little light reaches.
-        let from_anywhere = problem.mean_square_of_source() / score;
+        let from_anywhere = model.mean_square_of_source() / score;
         let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
             // Of plain walks both estimates are the same.
             let estimate = statistics.preconditioned();
-            let bound = match error {
-                TargetError::Absolute(bound) => bound,
-                TargetError::Relative(bound) => bound * estimate.estimate.abs(),
+            let bound = match tolerance {
+                Tolerance::Absolute(bound) => bound,
+                Tolerance::Relative(bound) => bound * estimate.estimate.abs(),
             };
             let scored = statistics.scored() as f64;
             let each = statistics.walks() as f64 / scored;
@@ -225,7 +221,7 @@ impl Pilot {
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
                 rare: rare * square * square.max(from_anywhere) / bound.powi(2),
                 scored,
-                believed: ENOUGH_SCORES as f64 * each,
+                believed: MIN_SCORED_WALKS as f64 * each,
             }
         };
         let walks: u64 = all().map(Statistics::walks).sum();
@@ -236,7 +232,7 @@ impl Pilot {
             walks,
             states: states as f64 / walks as f64,
             pointwise: answer.pointwise,
-            unknowns: problem.unknowns() as f64,
+            unknowns: unknowns as f64,
             doubt,
         }
     }
@@ -402,7 +398,7 @@ fn batches(needed: f64) -> f64 {
     }
     let mut done = 0;
     loop {
-        done += next_round(done, u64::MAX);
+        done += next_stage(done, u64::MAX);
         if done as f64 >= needed {
             return done as f64;
         }

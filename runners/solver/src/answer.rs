@@ -1,0 +1,192 @@
+//! Walks of a prepared job, and what comes of them.
+
+use std::time::Instant;
+
+use fredholm_core::galerkin::Solve;
+use fredholm_core::{Plan, Statistics, rounding_floor};
+use fredholm_rayon::{Observer, Outcome, run};
+
+use crate::cost::PointwisePairs;
+use crate::model::{Derived, Prepared, Request, Then};
+use crate::pairs::PairCounts;
+use crate::{Error, Model, Partitioned, Scalar, System, WalkOptions};
+
+/// Sees what a solution is at, and may end it.
+pub trait Watch: Observer {
+    /// Walks begin: from now on there is something to report.
+    fn walking(&self) {}
+}
+
+impl Watch for () {}
+
+/// What came of a model.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// (v, Φ) of each goal, or what is known of it; NaN for plain walks, which have no v.
+    pub galerkin: Vec<f64>,
+    /// What the walks of the goals gave, and why they ended.
+    pub outcome: Outcome,
+    /// What the walks besides gave, for irradiances and net fluxes.
+    pub others: Vec<Statistics>,
+    /// What rounding leaves of each goal.
+    pub floors: Vec<f64>,
+    /// How the iteration for v went.
+    pub solve: Solve<f64>,
+    /// Seconds of the set-up.
+    pub setup_seconds: f64,
+    /// Seconds of the walks.
+    pub walk_seconds: f64,
+    /// Pointwise pairs of a row.
+    pub pointwise: PointwisePairs,
+    /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
+    pub neighbour_radius: Option<f64>,
+    /// How many pairs are what, if they were chosen one by one.
+    pub pair_counts: Option<PairCounts>,
+    /// What follows from the statistics besides u.
+    pub derived: Derived,
+}
+
+/// A solved system, and how long it took.
+pub struct Solved<'m> {
+    /// The system.
+    pub system: Box<dyn System + 'm>,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+impl core::fmt::Debug for Solved<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Solved")
+            .field("seconds", &self.seconds)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'m> Solved<'m> {
+    /// Solves the system of these cells.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn new(cells: &(dyn Partitioned<'m> + 'm)) -> Result<Self, Error> {
+        let start = Instant::now();
+        let system = cells.solve()?;
+        Ok(Self {
+            system,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Walks that both equations follow.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn walk(
+        &self,
+        walks: &Walks<'_>,
+        request: &Request<'_>,
+        watch: &dyn Watch,
+    ) -> Result<Answer, Error> {
+        let mut answer = walks.answer(request, watch, &|then| self.system.job(request, then))?;
+        answer.setup_seconds += self.seconds;
+        Ok(answer)
+    }
+}
+
+/// What walks are of.
+#[derive(Clone, Copy)]
+pub struct Walks<'a> {
+    /// The equation.
+    pub model: &'a dyn Model,
+    /// The floating-point type of walks.
+    pub scalar: Scalar,
+}
+
+impl core::fmt::Debug for Walks<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Walks")
+            .field("scalar", &self.scalar)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Prepares walks and hands them on.
+type Prepare<'a> = dyn Fn(&mut Then<'_>) -> Result<(), Error> + 'a;
+
+impl Walks<'_> {
+    /// Walks that follow no neighbour equation.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn plain(
+        &self,
+        cells: &dyn Partitioned<'_>,
+        request: &Request<'_>,
+        watch: &dyn Watch,
+    ) -> Result<Answer, Error> {
+        let mut answer = self.answer(request, watch, &|then| cells.plain_job(request, then))?;
+        answer.galerkin.fill(f64::NAN);
+        answer.setup_seconds = 0.0;
+        Ok(answer)
+    }
+
+    fn answer(
+        &self,
+        request: &Request<'_>,
+        watch: &dyn Watch,
+        prepare: &Prepare<'_>,
+    ) -> Result<Answer, Error> {
+        let start = Instant::now();
+        let mut answer = None;
+        prepare(&mut |prepared| {
+            let setup_seconds = start.elapsed().as_secs_f64();
+            answer = Some(self.run(request, watch, prepared, setup_seconds)?);
+            Ok(())
+        })?;
+        answer.ok_or(Error::Internal("no walks were prepared"))
+    }
+
+    fn run(
+        &self,
+        request: &Request<'_>,
+        watch: &dyn Watch,
+        prepared: &Prepared<'_>,
+        setup_seconds: f64,
+    ) -> Result<Answer, Error> {
+        let walk = request.walk;
+        watch.walking();
+        let start = Instant::now();
+        let mut outcome = run(prepared.job, &plan(walk), walk.time_limit, watch)?;
+        let walk_seconds = start.elapsed().as_secs_f64();
+        let derived = self.model.derive(request.goals, &outcome.statistics);
+        let others = outcome.statistics.split_off(request.goals.len());
+        let floor = |statistics: &Statistics| {
+            let u = statistics.preconditioned().estimate;
+            let (largest, contraction) = (prepared.largest, prepared.contraction);
+            match self.scalar {
+                Scalar::F32 => rounding_floor::<f32>(largest, u, contraction),
+                Scalar::F64 => rounding_floor::<f64>(largest, u, contraction),
+            }
+        };
+        Ok(Answer {
+            galerkin: prepared.galerkin.to_vec(),
+            floors: outcome.statistics.iter().map(floor).collect(),
+            outcome,
+            others,
+            solve: prepared.solve,
+            setup_seconds,
+            walk_seconds,
+            pointwise: prepared.pointwise,
+            neighbour_radius: prepared.neighbour_radius,
+            pair_counts: prepared.pair_counts,
+            derived,
+        })
+    }
+}
+
+/// The schedule of these walks.
+pub(crate) fn plan(walk: &WalkOptions) -> Plan {
+    let mut plan = Plan::new(walk.walks);
+    plan.batch = walk.batch;
+    plan.tolerance = walk.tolerance;
+    plan
+}

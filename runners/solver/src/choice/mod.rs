@@ -1,0 +1,225 @@
+//! The best division of work between the set-up and the walks, where a tolerance is given and no cells.
+//!
+//! A finer Galerkin solution takes longer and leaves less to the walks. Of all settings which are left open, that is
+//! taken which minimises
+//!
+//! ```text
+//! set-up(n) + Σ Var(n)/E² · seconds of a walk
+//! ```
+//!
+//! over the targets. Variances and the length of walks come of pilots: some hundred walks each, on few
+//! cells; the variance on more of them follows its observed order. Seconds come of constants
+//! ([`Cost`](crate::cost::Cost)) and of what was counted, and never of a clock: the same input has the
+//! same bits on every machine.
+
+mod family;
+mod pilot;
+mod rare;
+mod search;
+mod systems;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::answer::{Solved, Watch};
+use crate::goal::Target;
+use crate::memory::refuse_beyond_memory;
+use crate::numbers::short;
+use crate::{Choices, Error, Model, Settings};
+
+use pilot::{Prediction, Setting};
+use search::Search;
+
+/// The most walks of a goal if only its error ends them.
+const ENDLESS: u64 = u64::MAX >> 1;
+
+/// Settings in which nothing is open, and how they came about.
+#[derive(Debug)]
+pub struct Chosen<'m> {
+    /// The settings.
+    pub settings: Settings,
+    /// Whether walks follow no neighbour equation.
+    pub plain: bool,
+    /// What a pilot left of the set-up.
+    pub solved: Option<Solved<'m>>,
+    /// What is said of the choice.
+    pub report: ChoiceReport,
+}
+
+/// What a report says of a choice.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChoiceReport {
+    /// "preconditioned" or "plain".
+    pub method: &'static str,
+    /// Seconds of the set-up on one thread of the machine whose constants the library knows.
+    pub predicted_setup_seconds: f64,
+    /// Seconds of all walks on one such thread.
+    pub predicted_walk_seconds: f64,
+    /// Walks of all goals.
+    pub predicted_walks: f64,
+    /// States that these walks visit.
+    pub predicted_states: f64,
+    /// Seconds that plain walks alone would take; null where they are not allowed, or none of a pilot's scored.
+    pub predicted_plain_seconds: Option<f64>,
+    /// The number of pilots.
+    pub pilots: usize,
+    /// Walks of all pilots.
+    pub pilot_walks: u64,
+    /// Measured seconds of the choice.
+    pub pilot_seconds: f64,
+}
+
+impl ChoiceReport {
+    /// The choice for people: these settings, and this text for the number of cells.
+    #[must_use]
+    pub fn text(&self, settings: &Settings, cells: &str) -> String {
+        let walk = settings.walk_options();
+        let walks = format!(
+            "absorption {}, {} estimator",
+            walk.absorption,
+            walk.estimator.word()
+        );
+        let which = if self.method == "plain" {
+            format!("plain walks, {walks}: a neighbour equation does not pay at this error")
+        } else {
+            let plain = self.predicted_plain_seconds.map(short);
+            format!(
+                "cells {cells}, degree {}, {} pairs, {walks}; plain walks alone: about {} s",
+                settings.discretisation().degree,
+                walk.pairs.word(),
+                plain.as_deref().unwrap_or("?")
+            )
+        };
+        format!(
+            "chosen by {} pilots in {} s: {which}\npredicted: {:.1e} walks in about {} s on one thread, \
+             {} s of them for the set-up\n",
+            self.pilots,
+            short(self.pilot_seconds),
+            self.predicted_walks,
+            short(self.predicted_setup_seconds + self.predicted_walk_seconds),
+            short(self.predicted_setup_seconds),
+        )
+    }
+}
+
+/// Chooses what the settings leave open, if they give a tolerance and no cells.
+///
+/// # Errors
+/// [`Error`]: nothing can be chosen. [`Error::Cancelled`].
+pub fn choose<'m>(
+    model: &'m dyn Model,
+    targets: &[Target],
+    settings: &'m Settings,
+    watch: &'m dyn Watch,
+) -> Result<Option<Chosen<'m>>, Error> {
+    let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
+        return Ok(None);
+    };
+    let clock = Instant::now();
+    let (mut pilots, mut walks) = (0, 0);
+    let mut refusal = None;
+    let mut most = Some(1.0);
+    while let Some(absorption) = most {
+        let mut search = Search::new(model, targets, settings, (tolerance, absorption), watch)?;
+        search.run();
+        most = search.lower();
+        while let Some(best) = search.best() {
+            if watch.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let setting = best.setting;
+            refuse_the_dark(settings, &best)?;
+            // What follows is asked of all settings before they are solved.
+            let searched = clock.elapsed().as_secs_f64();
+            match accepted(model, settings, &setting, search.systems.of(&setting)) {
+                Ok(chosen) => {
+                    let mut chosen = finished(chosen, &best, &mut search, searched);
+                    chosen.report.pilots += pilots;
+                    chosen.report.pilot_walks += walks;
+                    return Ok(Some(chosen));
+                }
+                Err(error) => {
+                    refusal.get_or_insert(error);
+                }
+            }
+            // Where the best has no variance that is finite, longer walks may have one.
+            if search.checks_late() && most.is_some() {
+                break;
+            }
+            search.forget(setting);
+            search.settle();
+        }
+        if watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
+        refusal = refusal.or(search.take_refusal());
+    }
+    Err(refusal.unwrap_or(Error::NoSetting))
+}
+
+/// Refuses walks until an error where no walk may ever score.
+fn refuse_the_dark(settings: &Settings, best: &Prediction) -> Result<(), Error> {
+    if settings.walks.is_some() || best.walking.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::Dark)
+    }
+}
+
+/// What was chosen by a search that took so many seconds, those of the system with which the answer goes on among them.
+fn finished<'m>(
+    settings: Settings,
+    best: &Prediction,
+    search: &mut Search<'m>,
+    seconds: f64,
+) -> Chosen<'m> {
+    let setting = &best.setting;
+    let plain = search.best_plain().as_ref().map(Prediction::seconds);
+    let solved = search.systems.take(setting);
+    let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
+    Chosen {
+        settings,
+        plain: setting.plain,
+        solved,
+        report: ChoiceReport {
+            method: setting.method(),
+            predicted_setup_seconds: best.setup,
+            predicted_walk_seconds: best.walking,
+            predicted_walks: best.walks,
+            predicted_states: best.states,
+            predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
+            pilots: search.pilots,
+            pilot_walks: search.walks,
+            pilot_seconds: seconds - kept,
+        },
+    }
+}
+
+/// The settings with what was chosen, if the model takes it and its variance is finite.
+fn accepted(
+    model: &dyn Model,
+    settings: &Settings,
+    setting: &Setting,
+    solved: Option<&Solved<'_>>,
+) -> Result<Settings, Error> {
+    let mut chosen = setting.applied(settings);
+    // Until the error is reached.
+    chosen.walks = chosen.walks.or(Some(ENDLESS));
+    let walk = chosen.walk_options();
+    let cut = chosen.discretisation();
+    model.check(&cut, walk.pairs)?;
+    let cells = model.partition(&cut)?;
+    if !setting.plain && solved.is_none() {
+        let unknowns = || format!("{} unknowns", cells.unknowns());
+        let advice = model.about().less_memory;
+        refuse_beyond_memory(unknowns, cells.memory(&[], walk.pairs), advice)?;
+    }
+    match solved {
+        _ if chosen.allow_infinite_variance => {}
+        Some(solved) => solved.system.check_variance(walk.pairs, walk.absorption)?,
+        None => cells.check_variance(walk.pairs, walk.absorption)?,
+    }
+    Ok(chosen)
+}

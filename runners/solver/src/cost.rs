@@ -1,0 +1,70 @@
+//! What work takes, by constants that were measured once: a choice by it must not depend on the machine.
+
+use fredholm_core::Estimator;
+
+use crate::Pairs;
+
+/// Seconds of a set-up and of walks on one thread.
+#[derive(Clone, Copy, Debug)]
+pub struct Cost {
+    /// Seconds of the set-up.
+    pub setup: f64,
+    /// The part of it that is left where the system is solved: G.
+    pub source: f64,
+    /// Seconds of walks that both equations follow.
+    pub walk: WalkCost,
+    /// Seconds of plain walks.
+    pub plain: WalkCost,
+}
+
+/// Seconds of the parts of a walk.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkCost {
+    /// Seconds of the state where a walk starts.
+    pub start: f64,
+    /// Seconds of every further state.
+    pub step: f64,
+    /// Seconds of a score besides: once a walk, or in every state.
+    pub score: f64,
+    /// Seconds of a pointwise pair in a score.
+    pub pair: f64,
+    /// Seconds of a pointwise pair in a score that is partly hidden.
+    pub hidden_pair: f64,
+}
+
+impl WalkCost {
+    /// Seconds of a walk of so many states.
+    #[must_use]
+    pub fn seconds(&self, estimator: Estimator, states: f64, pairs: PointwisePairs) -> f64 {
+        let scores = match estimator {
+            Estimator::Absorption => 1.0,
+            Estimator::Collision => states,
+        };
+        let score = self.score + pairs.seen * self.pair + pairs.hidden * self.hidden_pair;
+        self.start + (states - 1.0) * self.step + scores * score
+    }
+}
+
+/// Pointwise pairs of a row, in the mean over the space of states.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PointwisePairs {
+    /// Pairs that nothing hides.
+    pub seen: f64,
+    /// Pairs that are partly hidden, in a room.
+    pub hidden: f64,
+}
+
+impl PointwisePairs {
+    /// The pairs of a row on so many times as many cells. What is partly hidden lies along the edges of shadows, of
+    /// which a row has as many on finer cells; as it has pairs next to a corner, which the default has pointwise.
+    #[must_use]
+    pub fn on(self, pairs: Pairs, times: f64) -> Self {
+        match pairs {
+            Pairs::Pointwise => Self {
+                seen: times * self.seen,
+                ..self
+            },
+            _ => self,
+        }
+    }
+}
