@@ -15,6 +15,14 @@ use crate::{Error, Model, Partitioned, Scalar, System, WalkOptions};
 pub trait Watch: Observer {
     /// Walks begin: from now on there is something to report.
     fn walking(&self) {}
+
+    /// A diagnosis will go through so many more sites.
+    fn expect_sites(&self, sites: u64) {
+        let _ = sites;
+    }
+
+    /// A diagnosis has gone through a site; called from any thread.
+    fn finish_site(&self) {}
 }
 
 impl Watch for () {}
@@ -67,9 +75,9 @@ impl<'m> Solved<'m> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn new(cells: &(dyn Partitioned<'m> + 'm)) -> Result<Self, Error> {
+    pub fn new(cells: &(dyn Partitioned<'m> + 'm), absorption: f64) -> Result<Self, Error> {
         let start = Instant::now();
-        let system = cells.solve()?;
+        let system = cells.solve(absorption)?;
         Ok(Self {
             system,
             seconds: start.elapsed().as_secs_f64(),
@@ -189,4 +197,9 @@ pub(crate) fn plan(walk: &WalkOptions) -> Plan {
     plan.batch = walk.batch;
     plan.tolerance = walk.tolerance;
     plan
+}
+
+/// ‖v‖∞ of a vector in the walk's scalar.
+pub(crate) fn largest<F: fredholm_core::Real>(v: &[F]) -> f64 {
+    v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))
 }

@@ -102,6 +102,8 @@ pub enum Error {
         /// What would be right.
         message: String,
     },
+    /// The numbers of a picture cannot be estimated.
+    Picture(String),
     /// The observer cancelled before there was a result.
     Cancelled,
     /// Something that cannot be is.
@@ -153,7 +155,11 @@ impl Error {
     pub const fn is_of_input(&self) -> bool {
         !matches!(
             self,
-            Self::Galerkin(_) | Self::Variance(_) | Self::Run(_) | Self::Internal(_)
+            Self::Galerkin(_)
+                | Self::Variance(_)
+                | Self::Run(_)
+                | Self::Picture(_)
+                | Self::Internal(_)
         )
     }
 }
@@ -169,7 +175,8 @@ impl Display for Error {
             Self::Run(error) => error.fmt(f),
             Self::Scene { message, .. }
             | Self::Option { message, .. }
-            | Self::TooMuch { message } => f.write_str(message),
+            | Self::TooMuch { message }
+            | Self::Picture(message) => f.write_str(message),
             Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),
             Self::InfiniteVariance {
                 of,

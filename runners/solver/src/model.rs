@@ -201,11 +201,11 @@ pub trait Partitioned<'m>: Send + Sync {
         Ok(0.0)
     }
 
-    /// Solves the Galerkin system.
+    /// Solves the Galerkin system. It serves every absorption; which one it is computed with moves last digits at most.
     ///
     /// # Errors
     /// [`Error`].
-    fn solve(&self) -> Result<Box<dyn System + 'm>, Error>;
+    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error>;
 
     /// Prepares walks that follow no neighbour equation, and hands them on.
     ///

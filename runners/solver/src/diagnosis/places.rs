@@ -2,15 +2,29 @@
 
 use std::collections::HashMap;
 
-use fredholm_core::variance::Contribution;
+use fredholm_variance::Contribution;
 
 /// A picture of where the variance comes from.
-#[derive(Debug)]
-pub(crate) enum Picture {
+#[derive(Clone, Debug)]
+pub enum Picture {
     /// Shares of pairs of places: rows are where a step starts, the last column is the sources'.
     Table(Vec<String>, Vec<Vec<f64>>),
-    /// An SVG that the problem drew.
-    Drawn(String),
+    /// Pieces of walls by the number of the wall, their ends in fractions of it, and the share of each in the variance
+    /// over its share of all length.
+    Walls(Vec<(usize, [f64; 2], f64)>),
+}
+
+impl Picture {
+    /// The walls, with the shares of sites that are these pieces of them.
+    pub(super) fn walls(pieces: &[(usize, [f64; 2], f64)], shares: &[f64]) -> Self {
+        let all: f64 = pieces.iter().map(|(.., own)| own).sum();
+        let pieces = pieces.iter().zip(shares);
+        Self::Walls(
+            pieces
+                .map(|(&(wall, ends, own), share)| (wall, ends, share * all / own))
+                .collect(),
+        )
+    }
 }
 
 /// The share of every site in the variance, by steps from it and by the sources' difference in it.

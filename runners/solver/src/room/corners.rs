@@ -1,13 +1,13 @@
 //! What cells next to corners add to the variance, in steps that few walks see.
 
 use fredholm_core::galerkin::{PairKind, Pairs as _, Piecewise, Rounded};
-use fredholm_core::variance::gauss;
 use fredholm_core::{Kernel as _, Neighbour as _, TransitionDensity as _};
+use fredholm_variance::gauss;
 use fredholm_room::{
     Cells, Choice, Geometry, Matrix, Mesh, Polynomials, Room, RoomPairs, Scene, Tables, r_min,
 };
 
-use crate::failure::Failure;
+use crate::Error;
 
 /// Cells at each end of a wall that count as next to its corner.
 const NEXT_TO_CORNER: usize = 6;
@@ -18,8 +18,8 @@ pub(super) fn rare<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix<B>>,
-) -> Result<f64, Failure> {
+    known: Option<&Matrix>,
+) -> Result<f64, Error> {
     // As many points as functions would lie where k − h nearly vanishes.
     rare_by(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
 }
@@ -29,9 +29,9 @@ fn rare_by<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix<B>>,
+    known: Option<&Matrix>,
     points: usize,
-) -> Result<f64, Failure> {
+) -> Result<f64, Error> {
     let tables = Tables::<f64>::new(scene, mesh);
     let (geometry, cells) = (tables.geometry(), tables.cells());
     let corners = Corners::new(&geometry, &cells);
@@ -39,13 +39,12 @@ fn rare_by<const B: usize>(
     let matrix = match known {
         Some(matrix) => matrix,
         None => {
-            own = Matrix::of_pairs(scene, mesh, r_min(B - 1), |i, j| corners.share(i, j))
-                .map_err(Failure::run)?;
+            own = Matrix::of_pairs(scene, mesh, r_min(B - 1), B, &|i, j| corners.share(i, j))?;
             &own
         }
     };
     let (views, absorption) = (matrix.views(), 0.5);
-    let room = Room::new(geometry, cells, views, absorption).map_err(Failure::input)?;
+    let room = Room::new(geometry, cells, views, absorption)?;
     let polynomials = Polynomials::<f64, B>::new(&room);
     let dense = matrix.coefficients();
     let coefficients = Rounded::<_, f64>::new(&dense);
@@ -53,8 +52,8 @@ fn rare_by<const B: usize>(
     // No solution is asked for.
     let none = vec![0.0; cells.len() * B];
     let neighbour = Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &none, &none)
-        .map_err(Failure::run)?;
-    let rule = gauss(points).map_err(Failure::run)?;
+        ?;
+    let rule = gauss(points)?;
     let mut sum = 0.0;
     for (i, j) in corners.pairs() {
         if pairs.kind(i, j) != PairKind::Galerkin {
@@ -154,10 +153,10 @@ mod tests {
             let of =
                 |choice, known, points| rare_by::<B>(&scene, &mesh, choice, known, points).unwrap();
             let few = rare::<B>(&scene, &mesh, Choice::Default, None).unwrap();
-            let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1)).unwrap();
+            let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B).unwrap();
             assert_eq!(
                 few,
-                rare(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
+                rare::<B>(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
             );
             let many = of(Choice::Default, Some(&matrix), 32);
             assert!(

@@ -1,14 +1,17 @@
 //! The quantities of sections 3 and 4 of the paper, as a report has them.
 
-use fredholm_core::variance::{PairQuantities, Power, Quantities};
+use fredholm_variance::{PairQuantities, Power, Quantities};
 use serde::Serialize;
 
 use crate::numbers::{aligned, short};
 
-#[derive(Debug, Serialize)]
-pub(crate) struct PowerReport {
-    pub(super) exponent: u32,
-    pub(super) norm: f64,
+/// A power of an operator whose norm is below 1.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PowerReport {
+    /// The smallest m with ‖A^m‖ < 1.
+    pub exponent: u32,
+    /// That norm in L∞.
+    pub norm: f64,
 }
 
 impl From<Power> for PowerReport {
@@ -21,38 +24,59 @@ impl From<Power> for PowerReport {
 }
 
 /// The quantities of sections 3 and 4 of the paper, by their names.
-#[derive(Debug, Serialize)]
-pub(crate) struct QuantitiesReport {
-    alpha: f64,
-    theta: f64,
-    delta: f64,
-    epsilon: f64,
-    rho: f64,
-    sigma: f64,
-    tau: f64,
-    c_p: f64,
-    n0: Option<u32>,
-    gamma: Option<f64>,
-    beta_0: Option<f64>,
-    beta_1: Option<f64>,
-    beta: Option<f64>,
-    q0: f64,
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct QuantitiesReport {
+    /// α ≥ |k|, |h|: (12).
+    pub alpha: f64,
+    /// θ ≥ f²q, g²q: (14).
+    pub theta: f64,
+    /// δ(k,h): (20).
+    pub delta: f64,
+    /// ε(k,h): (21).
+    pub epsilon: f64,
+    /// ρ(f,g): (22).
+    pub rho: f64,
+    /// σ(k,h).
+    pub sigma: f64,
+    /// τ(f,g).
+    pub tau: f64,
+    /// c_p: (31).
+    pub c_p: f64,
+    /// n0: (13).
+    pub n0: Option<u32>,
+    /// γ: (13).
+    pub gamma: Option<f64>,
+    /// β0: Lemma 1.
+    pub beta_0: Option<f64>,
+    /// β1: Lemma 1.
+    pub beta_1: Option<f64>,
+    /// β: the norm of (I − T_k²p)⁻¹ in L1.
+    pub beta: Option<f64>,
+    /// q0: (47).
+    pub q0: f64,
     /// The bound of τ by Proposition 7.
-    proposition_7: f64,
+    pub proposition_7: f64,
     /// Of pairs of cells, for degree 0.
-    pairs: Option<PairsReport>,
+    pub pairs: Option<PairsReport>,
 }
 
 /// The extremes over the pairs in S, and the bound of σ by Proposition 6.
-#[derive(Debug, Default, Serialize)]
-pub(crate) struct PairsReport {
-    in_s: usize,
-    others: usize,
-    kappa: f64,
-    r: f64,
-    lambda: f64,
-    coefficient_error: f64,
-    proposition_6: f64,
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct PairsReport {
+    /// Pairs in S.
+    pub in_s: usize,
+    /// All other pairs.
+    pub others: usize,
+    /// The largest κ in S.
+    pub kappa: f64,
+    /// The smallest r in S.
+    pub r: f64,
+    /// The largest λ in S.
+    pub lambda: f64,
+    /// The largest error of a coefficient in S.
+    pub coefficient_error: f64,
+    /// The bound of σ by Proposition 6.
+    pub proposition_6: f64,
 }
 
 impl PairsReport {
@@ -103,7 +127,9 @@ impl QuantitiesReport {
 }
 
 impl QuantitiesReport {
-    pub(super) fn text(&self) -> String {
+    /// The quantities for people.
+    #[must_use]
+    pub fn text(&self) -> String {
         let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), short);
         let mut rows: Vec<Vec<String>> = Vec::new();
         let mut add = |name: &str, value: String, what: &str| {

@@ -1,6 +1,6 @@
 //! What is said of a target: its deviations, their bounds, where they come from, and advice.
 
-use fredholm_core::variance::{Parts, Prediction, Quantities};
+use fredholm_variance::{Parts, Prediction, Quantities};
 use serde::Serialize;
 
 use super::places::Summed;
@@ -9,58 +9,76 @@ use crate::numbers::short;
 /// Pairs of places that are shown.
 const SHOWN: usize = 8;
 
-#[derive(Debug, Serialize)]
-pub(crate) struct TargetDiagnosis {
-    pub(crate) name: String,
-    /// (u,Φ) and (v,Φ) on the level.
-    pub(crate) solution: f64,
-    pub(crate) galerkin: f64,
-    /// √Var; null where it is infinite.
-    pub(crate) plain: Option<f64>,
-    pub(crate) preconditioned: Option<f64>,
-    /// The ratio of the two.
-    pub(crate) gain: Option<f64>,
-    pub(crate) parts: Option<Shares>,
+/// What a diagnosis says of a goal: its deviations, their bounds, where they come from, and advice.
+#[derive(Clone, Debug, Serialize)]
+pub struct GoalDiagnosis {
+    /// The name of the goal.
+    pub name: String,
+    /// (u,Φ) on the level.
+    pub solution: f64,
+    /// (v,Φ) on the level.
+    pub galerkin: f64,
+    /// √Var η(k,f); null where it is infinite.
+    pub plain: Option<f64>,
+    /// √Var ζ; null where it is infinite.
+    pub preconditioned: Option<f64>,
+    /// The ratio of the two deviations.
+    pub gain: Option<f64>,
+    /// What Var ζ is made of.
+    pub parts: Option<Shares>,
     /// Bounds of √Var ζ; null where an assumption does not hold.
-    pub(crate) bounds: Option<BoundsReport>,
+    pub bounds: Option<BoundsReport>,
     /// The pairs of places that contribute most, of the first targets.
-    pub(crate) places: Vec<PlaceReport>,
+    pub places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
-    pub(crate) half_in: Option<f64>,
+    pub half_in: Option<f64>,
     /// What hides some of the pairs that contribute most, in a room.
-    pub(crate) hidden_by: Option<String>,
-    pub(crate) advice: Vec<String>,
+    pub hidden_by: Option<String>,
+    /// What may help, in words.
+    pub advice: Vec<String>,
 }
 
 /// Shares of Var ζ, in sum 1; a share may be negative. `start` is what comes of (v,Φ) not being known.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Shares {
-    pub(crate) kernel: f64,
-    pub(crate) left_out: f64,
-    pub(crate) sources: f64,
-    pub(crate) mean: f64,
-    pub(crate) start: f64,
+pub struct Shares {
+    /// The kernels differ on pairs in S.
+    pub kernel: f64,
+    /// Pairs are left out.
+    pub left_out: f64,
+    /// The sources differ.
+    pub sources: f64,
+    /// The square of the mean, which is taken off.
+    pub mean: f64,
+    /// (v,Φ) is not known.
+    pub start: f64,
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct BoundsReport {
-    theorem_3: Option<f64>,
-    corollary_4: Option<f64>,
-    theorem_5: Option<f64>,
+/// Bounds of √Var ζ; null where an assumption does not hold.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BoundsReport {
+    /// The bound of Theorem 3.
+    pub theorem_3: Option<f64>,
+    /// The bound of Corollary 4.
+    pub corollary_4: Option<f64>,
+    /// The bound of Theorem 5.
+    pub theorem_5: Option<f64>,
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct PlaceReport {
-    from: String,
-    /// null: the difference of the sources at `from`.
-    into: Option<String>,
-    share: f64,
+/// What the steps between two places add to Var ζ.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlaceReport {
+    /// Where the steps start.
+    pub from: String,
+    /// Where they lead; null: the difference of the sources at `from`.
+    pub into: Option<String>,
+    /// The share in Var ζ.
+    pub share: f64,
 }
 
-impl TargetDiagnosis {
-    pub(super) fn new<P>(
+impl GoalDiagnosis {
+    pub(crate) fn new(
         name: &str,
-        prediction: &Prediction<P>,
+        prediction: &Prediction,
         quantities: Option<&Quantities>,
     ) -> Self {
         // Rounding may leave a little below 0.
@@ -166,7 +184,7 @@ impl TargetDiagnosis {
 }
 
 /// What to do about an infinite variance.
-pub(super) fn infinite<P>(prediction: &Prediction<P>) -> Vec<String> {
+pub(super) fn infinite(prediction: &Prediction) -> Vec<String> {
     let which = match (prediction.plain, prediction.preconditioned) {
         (None, _) => "plain and preconditioned",
         (_, None) => "preconditioned",
@@ -179,7 +197,7 @@ pub(super) fn infinite<P>(prediction: &Prediction<P>) -> Vec<String> {
 }
 
 impl Shares {
-    pub(super) fn new(parts: &Parts) -> Self {
+    pub(crate) fn new(parts: &Parts) -> Self {
         let all = parts.kernel + parts.left_out + parts.sources + parts.start - parts.mean;
         let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
         Self {
@@ -192,8 +210,10 @@ impl Shares {
     }
 }
 
-impl TargetDiagnosis {
-    pub(super) fn text(&self) -> String {
+impl GoalDiagnosis {
+    /// The diagnosis of the goal for people.
+    #[must_use]
+    pub fn text(&self) -> String {
         let mut text = format!("\n{}\n", self.name);
         if let Some(shares) = self.parts {
             for (what, share) in [

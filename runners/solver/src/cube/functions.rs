@@ -1,0 +1,280 @@
+//! The functions of a cube whose dimension is chosen at run time, and who watches their values.
+
+use core::fmt::{self, Display};
+use std::sync::OnceLock;
+
+use fredholm_core::Real;
+use fredholm_cube::{CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors};
+
+use crate::Error;
+
+/// Kernel, source and what else is known of an equation on [0, 1]^d, for walks in both scalars.
+pub trait CubeFunctions: Send + Sync {
+    /// d, from 1 to 6.
+    fn dimension(&self) -> usize;
+
+    /// Whether the kernel is a product of one factor for each axis.
+    fn is_product(&self) -> bool;
+
+    /// Whether the integral of the kernel, or of its factors, is known.
+    fn has_integral(&self) -> bool;
+
+    /// Whether the solution is known.
+    fn has_solution(&self) -> bool;
+
+    /// The number of weights.
+    fn weights(&self) -> usize {
+        0
+    }
+
+    /// The text of the weight of this number.
+    fn weight_text(&self, number: usize) -> Option<&str> {
+        let _ = number;
+        None
+    }
+
+    /// Seconds of a value of the kernel, of its integral and of the source.
+    fn seconds(&self) -> [f64; 3];
+
+    /// Hands out the functions in f64.
+    fn with_f64(&self, then: &mut dyn FnMut(&dyn CubeValues<f64>));
+
+    /// Hands out the functions in f32.
+    fn with_f32(&self, then: &mut dyn FnMut(&dyn CubeValues<f32>));
+}
+
+/// The values of a cube's functions in one scalar; x and y have d coordinates.
+pub trait CubeValues<F>: Sync {
+    /// K(x, y), if it is no product.
+    fn kernel(&self, x: &[F], y: &[F]) -> F;
+
+    /// The factor of the kernel on an axis.
+    fn factor(&self, axis: usize, x: F, y: F) -> F;
+
+    /// ∫₀^y K(x, t) dt, of the kernel or of its factor on an axis.
+    fn integral(&self, axis: usize, x: F, y: F) -> F;
+
+    /// F(x).
+    fn source(&self, x: &[F]) -> F;
+
+    /// u(x), if it is known.
+    fn solution(&self, x: &[F]) -> F;
+
+    /// The weight of this number in x.
+    fn weight(&self, number: usize, x: &[F]) -> F;
+}
+
+/// A scalar of walks on a cube.
+pub(crate) trait CubeScalar: Real {
+    /// Hands out the functions in this scalar.
+    fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>));
+}
+
+impl CubeScalar for f64 {
+    fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>)) {
+        functions.with_f64(then);
+    }
+}
+
+impl CubeScalar for f32 {
+    fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>)) {
+        functions.with_f32(then);
+    }
+}
+
+/// Uses the functions in one scalar; what was not finite is the reason of the error that it caused.
+pub(super) fn with_values<F: CubeScalar, R>(
+    functions: &dyn CubeFunctions,
+    then: impl FnOnce(&Watched<'_, F>) -> Result<R, Error>,
+) -> Result<R, Error> {
+    let (mut then, mut result) = (Some(then), None);
+    F::with(functions, &mut |values| {
+        let watched = Watched {
+            values,
+            product: functions.is_product(),
+            watch: Watch::new(),
+        };
+        if let Some(then) = then.take() {
+            result = Some(then(&watched).map_err(|error| watched.explain(error)));
+        }
+    });
+    result.unwrap_or(Err(Error::Internal("functions without values")))
+}
+
+/// The first value that was not finite.
+type Watch = OnceLock<String>;
+
+/// The functions, with the first value that was not finite.
+pub(super) struct Watched<'a, F> {
+    values: &'a dyn CubeValues<F>,
+    product: bool,
+    watch: Watch,
+}
+
+impl<F> Debug for Watched<'_, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Watched")
+            .field("product", &self.product)
+            .field("watch", &self.watch)
+            .finish_non_exhaustive()
+    }
+}
+
+use core::fmt::Debug;
+
+/// A value, watched.
+#[inline]
+fn finite<F: Real>(watch: &Watch, value: F, what: impl FnOnce() -> String) -> F {
+    if !value.is_finite() {
+        watch.get_or_init(what);
+    }
+    value
+}
+
+/// "0.5" or "[0.5, 0.25]".
+fn point<F: Display>(x: &[F]) -> String {
+    let texts: Vec<String> = x.iter().map(F::to_string).collect();
+    match texts.as_slice() {
+        [one] => one.clone(),
+        _ => format!("[{}]", texts.join(", ")),
+    }
+}
+
+impl<'a, F: Real> Watched<'a, F> {
+    /// The kernel.
+    pub(super) const fn kernel(&self) -> WatchedKernel<'_, F> {
+        WatchedKernel(self)
+    }
+
+    /// One of the functions of one point.
+    pub(super) const fn function(&self, which: Which) -> WatchedFunction<'_, F> {
+        WatchedFunction {
+            functions: self,
+            which,
+        }
+    }
+
+    /// The values, not watched.
+    pub(super) const fn values(&self) -> &'a dyn CubeValues<F> {
+        self.values
+    }
+
+    /// The equation on [0, 1]^D with so many cells of an axis.
+    pub(super) fn cube<const D: usize>(
+        &self,
+        per_axis: usize,
+        absorption: f64,
+    ) -> Result<ModelCube<'_, F, D>, CubeError> {
+        Cube::new(
+            self.kernel(),
+            self.function(Which::Source),
+            per_axis,
+            absorption,
+        )
+    }
+
+    /// What was not finite, if something was.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match self.watch.get() {
+            Some(what) => Err(Error::NotFinite { what: what.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// The same error, or what was not finite if that caused it.
+    fn explain(&self, error: Error) -> Error {
+        let caused = matches!(
+            error,
+            Error::Cube(CubeError::Kernel { .. } | CubeError::Source { .. })
+                | Error::Run(fredholm_rayon::RunError::NotFinite { .. })
+                | Error::Variance(_)
+        );
+        match self.watch.get() {
+            Some(what) if caused => Error::NotFinite { what: what.clone() },
+            _ => error,
+        }
+    }
+}
+
+/// The equation of a cube's functions.
+pub(super) type ModelCube<'a, F, const D: usize, const B: usize = 1> =
+    Cube<F, D, WatchedKernel<'a, F>, WatchedFunction<'a, F>, B>;
+
+/// The kernel of a cube.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WatchedKernel<'a, F>(&'a Watched<'a, F>);
+
+impl<F: Real, const D: usize> IntegralKernel<F, D> for WatchedKernel<'_, F> {
+    #[inline]
+    fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
+        if self.0.product {
+            let factor = |a: usize| self.factor(a, x[a], y[a]);
+            return (0..D).map(factor).fold(F::one(), |k, factor| k * factor);
+        }
+        let value = self.0.values.kernel(x, y);
+        finite(&self.0.watch, value, || {
+            format!("`kernel` is {value} at x = {}, y = {}", point(x), point(y))
+        })
+    }
+}
+
+impl<F: Real> KernelFactors<F> for WatchedKernel<'_, F> {
+    #[inline]
+    fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let value = self.0.values.factor(axis, x, y);
+        finite(&self.0.watch, value, || {
+            format!("`kernel_factors[{axis}]` is {value} at x = {x}, y = {y}")
+        })
+    }
+}
+
+impl<F: Real, const D: usize> CellIntegral<F, D> for WatchedKernel<'_, F> {
+    #[inline]
+    fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F {
+        let axes = x.iter().zip(low.iter().zip(high)).enumerate();
+        axes.fold(F::one(), |product, (axis, (&x, (&low, &high)))| {
+            let at = |y: F| {
+                let value = self.0.values.integral(axis, x, y);
+                finite(&self.0.watch, value, || {
+                    format!("`kernel_integral` is {value} at x = {x}, y = {y}")
+                })
+            };
+            product * (at(high) - at(low))
+        })
+    }
+}
+
+/// A function of one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Which {
+    Source,
+    Solution,
+    Weight(usize),
+}
+
+/// A function of a cube.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WatchedFunction<'a, F> {
+    functions: &'a Watched<'a, F>,
+    which: Which,
+}
+
+impl<F: Real, const D: usize> Function<F, D> for WatchedFunction<'_, F> {
+    #[inline]
+    fn value(&self, x: &[F; D]) -> F {
+        let values = self.functions.values;
+        let value = match self.which {
+            Which::Source => values.source(x),
+            Which::Solution => values.solution(x),
+            Which::Weight(number) => values.weight(number, x),
+        };
+        finite(&self.functions.watch, value, || {
+            let name = match self.which {
+                Which::Source => "source",
+                Which::Solution => "solution",
+                Which::Weight(_) => "weight",
+            };
+            format!("`{name}` is {value} at x = {}", point(x))
+        })
+    }
+}

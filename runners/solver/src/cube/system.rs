@@ -1,0 +1,478 @@
+//! A solved cube: walks and predictions of one dimension, whatever the degree.
+
+use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Partition, Solution};
+use fredholm_core::{
+    At, Functional, Goals, Located, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
+};
+use fredholm_cube::{CubeLevel, Function, Mean};
+use fredholm_embedded::{Number, TableBuilder};
+use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
+
+use super::degree::Degree;
+use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, Which, with_values};
+use super::table::Table;
+use super::{CubePartition, export};
+use crate::diagnosis::Subject;
+use crate::model::{Prepared, Request, Then};
+use crate::pairs::{self, AnyPairs, PairCounts};
+use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
+
+/// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
+const MOST_NODES: usize = 20_000;
+
+/// Coefficients and Galerkin solution of a cube; `N` makes neighbour equations of its degree.
+#[derive(Debug)]
+pub(super) struct CubeSystem<'m, const D: usize, N> {
+    pub(super) cut: CubePartition<'m>,
+    pub(super) solved: Solved<D>,
+    pub(super) degree: core::marker::PhantomData<fn() -> N>,
+}
+
+/// The coefficients, and the Galerkin solution.
+#[derive(Debug)]
+pub(super) struct Solved<const D: usize> {
+    pub(super) table: Table<D>,
+    pub(super) solution: Solution,
+}
+
+/// A neighbour equation of any kind and degree: one type of walk for all.
+pub(super) type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+
+/// What is done with a neighbour equation.
+pub(super) type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Error> + 'a;
+
+/// What a functional scores of v at a start, from φ(x0) and v(x0).
+type Score<'a, F, const D: usize> = dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a;
+
+/// A weighted mean with a neighbour equation of any degree.
+pub(super) struct WeightedStart<'a, F, const D: usize> {
+    pub(super) weight: WatchedFunction<'a, F>,
+    pub(super) of_means: f64,
+    pub(super) neighbour_value: Box<Score<'a, F, D>>,
+}
+
+/// The pairs of a neighbour equation.
+#[derive(Clone, Debug)]
+pub(super) enum Kinds {
+    /// All in S, or the diagonal of another kind.
+    Diagonal(fredholm_core::galerkin::OffDiagonal),
+    /// All pointwise.
+    AllPointwise,
+    /// Each by itself.
+    Table(Vec<u8>),
+}
+
+impl Kinds {
+    /// The same for an analysis.
+    fn any(&self, cells: usize) -> Result<AnyPairs<'_>, Error> {
+        use fredholm_core::galerkin::{OffDiagonal, PairTable};
+        Ok(match self {
+            // None is left out.
+            Self::AllPointwise => AnyPairs::Diagonal(OffDiagonal {
+                diagonal: PairKind::Pointwise,
+            }),
+            Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
+            Self::Table(table) => AnyPairs::Table(PairTable::new(table, cells)?),
+        })
+    }
+}
+
+/// The numbers of the weights that are asked for.
+fn weights(request: &Request<'_>) -> impl Iterator<Item = usize> {
+    request.goals.iter().filter_map(|goal| match goal.region {
+        Region::Weight(number) => Some(number),
+        _ => None,
+    })
+}
+
+impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
+    /// The spectral radius of T_h²p if it is looked at, which must be below 1.
+    fn check_neighbour(&self, pairs: Pairs, absorption: f64) -> Result<Option<f64>, Error> {
+        // With all pairs pointwise h is k, which has been looked at.
+        if self.cut.off_diagonal(pairs).is_none() {
+            return Ok(None);
+        }
+        let radius = match &self.solved.table {
+            table @ Table::Dense { .. } => with_values::<f64, _>(self.cut.functions(), |values| {
+                N::neighbour_radius(&self.cut, values, table, absorption)
+            })?,
+            Table::Product(tables) => tables.neighbour_radius(absorption)?,
+        };
+        if radius < 1.0 {
+            return Ok(Some(radius));
+        }
+        Err(Error::InfiniteNeighbour {
+            cells: self.cut.per_axis,
+            points: self.cut.points(),
+            radius,
+        })
+    }
+
+    /// The kinds of pairs that are asked for.
+    fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
+        Ok(match request.walk.pairs {
+            Pairs::Theory => Kinds::Table(self.theory(request)?),
+            pairs => match self.cut.off_diagonal(pairs) {
+                Some(pairs) => Kinds::Diagonal(pairs),
+                None => Kinds::AllPointwise,
+            },
+        })
+    }
+
+    /// The kinds of all pairs, for what is asked for.
+    fn theory(&self, request: &Request<'_>) -> Result<Vec<u8>, Error> {
+        let cells = self.cut.all_cells();
+        let nodes = pairs::nodes(cells, 2_usize.saturating_pow(D as u32))?;
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            let absorption = request.walk.absorption;
+            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
+            let v = self.solved.solution.rounded::<f64>()?;
+            let means = self.weight_means::<f64>(request)?;
+            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let level = CubeLevel::new(&cube, nodes, 0)?;
+            let terms = Terms {
+                cells,
+                possible: &|_, _| level.possible(true),
+            };
+            let default = fredholm_core::galerkin::OffDiagonal {
+                diagonal: PairKind::Pointwise,
+            };
+            let in_s = Kinds::Diagonal(fredholm_core::galerkin::OffDiagonal {
+                diagonal: PairKind::Galerkin,
+            });
+            let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
+                N::with_neighbour(&self.cut, values, absorption, &self.solved, kinds, &v, then)
+            };
+            let mut chosen = None;
+            with(&in_s, &mut |galerkin| {
+                with_starts(request, galerkin, &weighted, &mut |starts| {
+                    let table = pairs::table_of(&default, cells);
+                    let found = pairs::choose(table, |table, last| {
+                        let kinds = Kinds::Table(table.to_vec());
+                        let mut evaluated = None;
+                        with(&kinds, &mut |neighbour| {
+                            let setting = Setting {
+                                equation: &cube,
+                                neighbour,
+                                pairs: kinds.any(cells)?,
+                                level: &level,
+                                galerkin: Some(galerkin),
+                            };
+                            let model = setting.with_starts(starts)?;
+                            let (estimator, goals) = (request.walk.estimator, starts.len());
+                            evaluated =
+                                Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                            Ok(())
+                        })?;
+                        evaluated.ok_or(Error::Internal("no pairs were looked at"))
+                    })?;
+                    chosen = Some(found);
+                    Ok(())
+                })
+            })?;
+            chosen.ok_or(Error::Internal("no pairs were chosen"))
+        })
+    }
+
+    /// Numbers near the means over the cells of every weight times the functions there.
+    fn weight_means<F: Real>(&self, request: &Request<'_>) -> Result<Vec<(usize, Vec<F>)>, Error> {
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            weights(request)
+                .map(|number| {
+                    let means = N::weight_means(&self.cut, values, number)?;
+                    Ok((number, fredholm_core::galerkin::rounded(&means)?))
+                })
+                .collect()
+        })
+    }
+
+    fn job_in<F: CubeScalar>(
+        &self,
+        request: &Request<'_>,
+        then: &mut Then<'_>,
+    ) -> Result<(), Error> {
+        let (walk, solution) = (request.walk, &self.solved.solution);
+        let neighbour_radius = if walk.allow_infinite_variance {
+            None
+        } else {
+            self.check_neighbour(walk.pairs, walk.absorption)?
+        };
+        let kinds = self.kinds(request)?;
+        let means = self.weight_means::<F>(request)?;
+        let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
+        with_values::<F, _>(self.cut.functions(), |values| {
+            let v = solution.rounded::<F>()?;
+            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let cube = values.cube::<D>(self.cut.per_axis, walk.absorption)?;
+            let mean = N::mean(&v);
+            let (cut, solved) = (&self.cut, &self.solved);
+            N::with_neighbour(cut, values, walk.absorption, solved, &kinds, &v, &mut |neighbour| {
+                with_job(&cube, neighbour, request, &weighted, mean, &mut |job, galerkin| {
+                    then(&Prepared {
+                        job,
+                        galerkin,
+                        largest: crate::answer::largest(&v),
+                        contraction: solution.contraction,
+                        solve: solution.solve,
+                        pointwise,
+                        neighbour_radius,
+                        pair_counts: match &kinds {
+                            Kinds::Table(table) => Some(PairCounts::of(table)),
+                            _ => None,
+                        },
+                    })
+                })
+            })
+        })
+    }
+
+    fn examine_in(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let cells = self.cut.all_cells();
+        let points = (self.cut.degree + 2).saturating_pow(D as u32);
+        let least = cells.saturating_mul(points);
+        if least > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "a diagnosis on {cells} cells takes integrals in {least} points, and more than {MOST_NODES} take \
+                     too long: use fewer cells (`--cells`), which shows the same at a coarser level"
+                ),
+            });
+        }
+        let kinds = self.kinds(request)?;
+        let means = self.weight_means::<f64>(request)?;
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            let absorption = request.walk.absorption;
+            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
+            let v = self.solved.solution.rounded::<f64>()?;
+            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let level = CubeLevel::new(&cube, nodes, self.cut.degree)?;
+            let table = &self.solved.table;
+            // Of piecewise constants alone: there the first function of a cell is all of it.
+            let is_dense = matches!(table, Table::Dense { functions: 1, .. });
+            let coefficients = is_dense.then_some(MeanCoefficients {
+                cells,
+                mean: &|i, j| table.mean(i, j),
+            });
+            let (cut, solved) = (&self.cut, &self.solved);
+            N::with_neighbour(cut, values, absorption, solved, &kinds, &v, &mut |neighbour| {
+                with_starts(request, neighbour, &weighted, &mut |starts| {
+                    let setting = Setting {
+                        equation: &cube,
+                        neighbour,
+                        pairs: kinds.any(cells)?,
+                        level: &level,
+                        galerkin: None,
+                    };
+                    then(&Subject {
+                        model: &setting.with_starts(starts)?,
+                        coefficients,
+                        hides: None,
+                        pieces: None,
+                        goals: request.goals,
+                        place: &|site| place_of(&level, site),
+                    })?;
+                    values.check()
+                })
+            })
+        })
+    }
+
+    fn tables_in<F: Real + Number>(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+    ) -> Result<TableBuilder, Error> {
+        self.check_neighbour(pairs, absorption)?;
+        let v = self.solved.solution.rounded::<F>()?;
+        let off_diagonal = self.cut.off_diagonal(pairs);
+        let (solution, table) = (&self.solved.solution, &self.solved.table);
+        let g = match off_diagonal {
+            Some(pairs) => solution.source(table, &pairs)?,
+            None => solution.source(table, &fredholm_core::galerkin::AllPointwise)?,
+        };
+        Ok(export::cube(
+            [D, self.cut.per_axis, self.cut.degree],
+            absorption,
+            table,
+            off_diagonal,
+            [&v, &g],
+        ))
+    }
+}
+
+/// The place of a site for people: the part of every axis.
+fn place_of<const D: usize>(level: &impl Level<Point = [f64; D]>, site: usize) -> String {
+    let mut places = Vec::new();
+    level.nodes(site, |x, _| {
+        if places.is_empty() {
+            places = x.map(|x| quarter(x, D)).to_vec();
+        }
+    });
+    places.join(" × ")
+}
+
+/// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
+fn quarter(x: f64, dimension: usize) -> String {
+    let parts = match dimension {
+        1 => 8.0,
+        2 => 4.0,
+        _ => 2.0,
+    };
+    let part = (x * parts).floor().min(parts - 1.0);
+    format!("[{}, {}]", part / parts, (part + 1.0) / parts)
+}
+
+impl<const D: usize, N: Degree<D>> System for CubeSystem<'_, D, N> {
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+        self.cut.check_variance(pairs, absorption)
+    }
+
+    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        match self.cut.scalar {
+            Scalar::F32 => self.job_in::<f32>(request, then),
+            Scalar::F64 => self.job_in::<f64>(request, then),
+        }
+    }
+
+    fn examine(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.examine_in(request, nodes, then)
+    }
+
+    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
+        match self.cut.scalar {
+            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
+            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
+        }
+    }
+}
+
+/// Prepares the walks of all goals; hands on their job, and (v, Φ) of each.
+pub(super) fn with_job<F: Real, const D: usize>(
+    cube: &ModelCube<'_, F, D>,
+    neighbour: &Boxed<'_, F, D>,
+    request: &Request<'_>,
+    weighted: &[WeightedStart<'_, F, D>],
+    mean: f64,
+    then: &mut dyn FnMut(&dyn fredholm_core::Job, &[f64]) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut weighted = weighted.iter();
+    let (mut goals, mut values) = (Vec::new(), Vec::new());
+    for goal in request.goals {
+        let (functional, galerkin) = match &goal.region {
+            Region::Point(x) => {
+                let x = coordinates(x);
+                let value = neighbour.value(&neighbour.locate(x)).to_f64();
+                (Start::Point(At(x)), value)
+            }
+            Region::Weight(_) => {
+                let weighted = weighted.next();
+                let weighted = weighted.ok_or(Error::Internal("a weight has no means"))?;
+                (Start::Weighted(weighted), weighted.of_means)
+            }
+            _ => (Start::Mean, mean),
+        };
+        values.push(galerkin);
+        goals.push(fredholm_core::Goal {
+            neighbour_value: match &functional {
+                Start::Weighted(_) => None,
+                _ => Some(galerkin),
+            },
+            functional,
+        });
+    }
+    let options = CoreOptions {
+        seed: request.walk.seed,
+        estimator: request.walk.estimator,
+        ..CoreOptions::default()
+    };
+    then(&Goals::new(cube, neighbour, &goals, options), &values)
+}
+
+/// Where the walks of a goal start.
+enum Start<'a, F, const D: usize> {
+    Point(At<[F; D]>),
+    Mean,
+    Weighted(&'a WeightedStart<'a, F, D>),
+}
+
+impl<'k, F: Real, const D: usize> Functional<ModelCube<'k, F, D>> for Start<'_, F, D> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
+        match self {
+            Self::Point(At(x)) => (*x, F::one()),
+            Self::Mean => Functional::<ModelCube<'k, F, D>>::start(&Mean, uniforms),
+            Self::Weighted(weighted) => {
+                let (x, _) = Functional::<ModelCube<'k, F, D>>::start(&Mean, uniforms);
+                (x, weighted.weight.value(&x))
+            }
+        }
+    }
+
+    fn neighbour_value(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        match self {
+            Self::Weighted(weighted) => (weighted.neighbour_value)(x0, phi, v),
+            // These are known.
+            Self::Point(_) | Self::Mean => (phi * v).to_f64(),
+        }
+    }
+}
+
+/// A point as an array.
+pub(super) fn coordinates<F: Real, const D: usize>(x: &[f64]) -> [F; D] {
+    core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)))
+}
+
+/// With where the walks of all goals start, as an analysis sees it.
+fn with_starts<const D: usize>(
+    request: &Request<'_>,
+    neighbour: &Boxed<'_, f64, D>,
+    weighted: &[WeightedStart<'_, f64, D>],
+    then: &mut dyn FnMut(&[Begin<'_, [f64; D]>]) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mean = |_: &[f64; D]| Density::uniform(1.0);
+    let densities: Vec<_> = weighted
+        .iter()
+        .map(|weighted| {
+            move |x: &[f64; D]| {
+                let phi = weighted.weight.value(x);
+                let x = neighbour.locate(*x);
+                let value = (weighted.neighbour_value)(&x, phi, neighbour.value(&x));
+                Density {
+                    functional: phi,
+                    square: phi * phi,
+                    initial: 1.0,
+                    fluctuation: value - weighted.of_means,
+                }
+            }
+        })
+        .collect();
+    let mut densities = densities.iter();
+    let mut starts: Vec<Begin<'_, [f64; D]>> = Vec::new();
+    for goal in request.goals {
+        starts.push(match &goal.region {
+            Region::Point(x) => Begin::At(coordinates(x)),
+            Region::Weight(_) => match densities.next() {
+                Some(density) => Begin::Density(density),
+                None => return Err(Error::Internal("a weight has no means")),
+            },
+            _ => Begin::Density(&mean),
+        });
+    }
+    then(&starts)
+}
+
+impl<F: Real> Watched<'_, F> {
+    /// The weight of this number.
+    pub(super) fn weight(&self, number: usize) -> WatchedFunction<'_, F> {
+        self.function(Which::Weight(number))
+    }
+}

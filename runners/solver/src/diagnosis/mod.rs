@@ -1,0 +1,299 @@
+//! The variance before the walks, and what limits it.
+
+mod places;
+mod quantities;
+mod target;
+
+use std::time::Instant;
+
+use fredholm_core::Estimator;
+use fredholm_rayon::fill_rows;
+use fredholm_variance::{
+    Analysis, Contribution, MeanCoefficients, PairQuantities, Pass, Prediction, Quantities, Site,
+    VarianceModel, pair_quantities,
+};
+use serde::Serialize;
+
+pub use places::Picture;
+pub use quantities::{PairsReport, PowerReport, QuantitiesReport};
+pub use target::{BoundsReport, GoalDiagnosis, PlaceReport, Shares};
+
+use crate::answer::{Solved, Watch};
+use crate::model::Request;
+use crate::numbers::short;
+use crate::{
+    Choices, Error, Goal, Model, Pairs, Settings, WalkOptions, memory::refuse_beyond_memory,
+};
+use places::{Summed, shares_of_sites};
+
+/// Bytes of a pair of sites: moments, contributions, and a list of these.
+const PAIR: usize = 48 + 8 + 40;
+/// So many goals are looked at in detail: the points of a grid are many, and much alike.
+pub const DETAILED: usize = 3;
+/// Unknowns up to which pairs are chosen one by one for a comparison: on more it takes many seconds.
+const COMPARED: usize = 300;
+/// So many pairs of sites are asked for what is between them.
+const MOST_PAIRS: usize = 200;
+
+/// A prediction of variances, with what is asked of it.
+pub struct Subject<'a> {
+    /// The equation, its neighbour and the sites, by numbers.
+    pub model: &'a dyn VarianceModel,
+    /// K' of piecewise constants, for the quantities of section 4.
+    pub coefficients: Option<MeanCoefficients<'a>>,
+    /// The goals, in the order of the model's starts.
+    pub goals: &'a [Goal],
+    /// What the place of a site is called: contributions are summed over the sites of a place.
+    pub place: &'a dyn Fn(usize) -> String,
+    /// What hides a site from another in part, if something can.
+    pub hides: Option<&'a dyn Fn(usize, usize) -> Option<String>>,
+    /// The wall of every site, where on it in fractions of it, and its length: for a picture.
+    pub pieces: Option<&'a [(usize, [f64; 2], f64)]>,
+}
+
+impl core::fmt::Debug for Subject<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Subject")
+            .field("sites", &self.model.sites())
+            .field("goals", &self.goals)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What a diagnosis found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// The number of sites.
+    pub sites: usize,
+    /// The number of nodes.
+    pub nodes: usize,
+    /// Measured seconds.
+    pub seconds: f64,
+    /// ‖T_k²p^m‖ < 1: null if the variance of plain walks is infinite.
+    pub kernel_power: Option<PowerReport>,
+    /// ‖T_h²p^m‖ < 1: null if the variance of preconditioned walks is infinite.
+    pub neighbour_power: Option<PowerReport>,
+    /// The quantities of the paper, of the absorption estimator.
+    pub quantities: Option<QuantitiesReport>,
+    /// What is said of each goal.
+    pub targets: Vec<GoalDiagnosis>,
+    /// √Var ζ of every goal with other pairs.
+    pub other_pairs: Vec<OtherPairs>,
+    /// A picture of the first goal.
+    #[serde(skip)]
+    pub picture: Picture,
+}
+
+/// What other pairs would do.
+#[derive(Clone, Debug, Serialize)]
+pub struct OtherPairs {
+    /// Their word.
+    pub pairs: &'static str,
+    /// √Var ζ of every goal; null where it is infinite.
+    pub preconditioned: Vec<Option<f64>>,
+}
+
+/// Predicts the variance of every goal with integrals in about so many points, says what limits it, and compares other
+/// pairs. Settings in which variances are infinite are not refused.
+///
+/// # Errors
+/// [`Error`].
+pub fn diagnose(
+    model: &dyn Model,
+    goals: &[Goal],
+    settings: &Settings,
+    nodes: usize,
+    watch: &dyn Watch,
+) -> Result<Diagnosis, Error> {
+    let (cut, walk) = (settings.discretisation(), settings.walk_options());
+    let cells = model.partition(&cut)?;
+    let solved = Solved::new(&*cells, walk.absorption)?;
+    let look = |pairs: Pairs, is_brief: bool| {
+        let inquiry = Inquiry {
+            estimator: walk.estimator,
+            is_brief,
+            watch,
+        };
+        let request = Request {
+            goals,
+            walk: &WalkOptions { pairs, ..walk },
+            only_u: true,
+        };
+        let mut diagnosis = None;
+        solved.system.examine(&request, nodes, &mut |subject| {
+            diagnosis = Some(inquiry.examine(subject)?);
+            Ok(())
+        })?;
+        diagnosis.ok_or(Error::Internal("nothing was examined"))
+    };
+    let mut diagnosis = look(walk.pairs, false)?;
+    for &choice in Pairs::ALL {
+        let pairs = choice.value;
+        // Not every model has all of them.
+        if pairs == walk.pairs || model.check(&cut, pairs).is_err() {
+            continue;
+        }
+        // There is nothing to choose by where variances are infinite.
+        let finite = diagnosis.kernel_power.is_some() && diagnosis.neighbour_power.is_some();
+        if pairs == Pairs::Theory && (!finite || cells.unknowns() > COMPARED) {
+            continue;
+        }
+        let found = look(pairs, true)?;
+        diagnosis.other_pairs.push(OtherPairs {
+            pairs: choice.word,
+            preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
+        });
+    }
+    diagnosis.advise_pairs();
+    Ok(diagnosis)
+}
+
+impl Diagnosis {
+    /// Advises other pairs where they help.
+    fn advise_pairs(&mut self) {
+        for (number, target) in self.targets.iter_mut().enumerate().take(DETAILED) {
+            for other in &self.other_pairs {
+                let sd = other.preconditioned.get(number).copied().flatten();
+                if let (Some(sd), Some(own)) = (sd, target.preconditioned)
+                    && own > 1.2 * sd
+                {
+                    target.advice.push(format!(
+                        "`pairs = \"{}\"` makes √Var {} times smaller on the same cells{}",
+                        other.pairs,
+                        short(own / sd),
+                        match other.pairs {
+                            "pointwise" => {
+                                "; a walk takes longer, as G is an integral over all cells wherever it is scored"
+                            }
+                            "theory" => "; its choice reckons with the time of a walk",
+                            _ => "",
+                        }
+                    ));
+                }
+            }
+        }
+    }
+}
+
+/// How to look.
+struct Inquiry<'a> {
+    /// What walks score.
+    estimator: Estimator,
+    /// Whether deviations are all that is wanted.
+    is_brief: bool,
+    watch: &'a dyn Watch,
+}
+
+impl Inquiry<'_> {
+    /// Takes all integrals, and says what they come to.
+    fn examine(&self, subject: &Subject<'_>) -> Result<Diagnosis, Error> {
+        let clock = Instant::now();
+        // Not every level has as many sites as nodes were asked for.
+        refuse_pairs(subject.model.sites())?;
+        let run = |sites: &mut [Site], pass: &Pass<'_, Site>| {
+            self.watch.expect_sites(sites.len() as u64);
+            in_parallel(sites, &|i, site| {
+                pass(i, site);
+                self.watch.finish_site();
+            });
+        };
+        let analysis = Analysis::new(subject.model, self.estimator, &run)?;
+        let quantities = match self.estimator {
+            Estimator::Absorption if !self.is_brief => Some(analysis.quantities()?),
+            _ => None,
+        };
+        let mut pairs = None;
+        if let (Some(coefficients), Some(of)) = (subject.coefficients, &quantities) {
+            let mut report = PairsReport::default();
+            let mut each = |pair: PairQuantities| report.add(&pair, of.alpha);
+            pair_quantities(subject.model, coefficients, &mut each)?;
+            pairs = Some(report);
+        }
+        let mut targets = Vec::new();
+        let mut picture = None;
+        for (number, goal) in subject.goals.iter().enumerate() {
+            let prediction = analysis.predict(number)?;
+            let mut target = GoalDiagnosis::new(&goal.name, &prediction, quantities.as_ref());
+            if !self.is_brief && targets.len() < DETAILED {
+                let drawn = subject.detail(&analysis, &prediction, &mut target)?;
+                picture = picture.or(drawn);
+            }
+            targets.push(target);
+        }
+        Ok(Diagnosis {
+            sites: analysis.sites.len(),
+            nodes: analysis.sites.iter().map(|site| site.nodes.len()).sum(),
+            seconds: clock.elapsed().as_secs_f64(),
+            kernel_power: analysis.kernel_power.map(PowerReport::from),
+            neighbour_power: analysis.neighbour_power.map(PowerReport::from),
+            quantities: quantities.map(|of: Quantities| QuantitiesReport::new(&of, pairs)),
+            targets,
+            other_pairs: Vec::new(),
+            picture: picture.unwrap_or(Picture::Table(Vec::new(), Vec::new())),
+        })
+    }
+}
+
+impl Subject<'_> {
+    /// What stands between the pairs that contribute most, where something does between a tenth of them.
+    fn hider(&self, contributions: &[Contribution]) -> Option<String> {
+        let hides = self.hides?;
+        let mut all = 0.0;
+        let mut shares: Vec<(String, f64)> = Vec::new();
+        for contribution in contributions.iter().take(MOST_PAIRS) {
+            let Some(into) = contribution.into else {
+                continue;
+            };
+            all += contribution.variance;
+            let Some(name) = hides(contribution.from, into) else {
+                continue;
+            };
+            match shares.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, share)) => *share += contribution.variance,
+                None => shares.push((name, contribution.variance)),
+            }
+        }
+        let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most.1 > 0.1 * all).then_some(most.0)
+    }
+
+    /// Says where the variance of a goal comes from, if that is finite, and what a picture of it shows.
+    fn detail(
+        &self,
+        analysis: &Analysis<'_>,
+        prediction: &Prediction,
+        target: &mut GoalDiagnosis,
+    ) -> Result<Option<Picture>, Error> {
+        let Some(attribution) = prediction.attribute(analysis)? else {
+            return Ok(None);
+        };
+        let (contributions, sites) = (&attribution.contributions, analysis.sites.len());
+        let summed = Summed::new(contributions, sites, self.place);
+        let picture = match self.pieces {
+            Some(pieces) => Picture::walls(pieces, &shares_of_sites(contributions, sites)),
+            None => summed.table(),
+        };
+        let hidden_by = self.hider(contributions);
+        target.detail(&attribution.parts, summed, hidden_by);
+        Ok(Some(picture))
+    }
+}
+
+/// Refuses more pairs of sites than there is room for.
+fn refuse_pairs(sites: usize) -> Result<(), Error> {
+    let needed = sites.saturating_mul(sites).saturating_mul(PAIR);
+    let advice = ": use fewer `--nodes`, or fewer cells (`--cells`)";
+    refuse_beyond_memory(|| format!("{sites} sites"), needed, advice)
+}
+
+/// Does something to all of them on the threads of the pool.
+pub(crate) fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
+    let each = |i: usize, one: &mut [T]| {
+        one.iter_mut().for_each(|one| pass(i, one));
+        Ok::<(), core::convert::Infallible>(())
+    };
+    match fill_rows(all, 1, each) {
+        Ok(()) => {}
+        Err(never) => match never {},
+    }
+}

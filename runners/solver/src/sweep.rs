@@ -1,0 +1,164 @@
+//! How fast the error falls with cells: what the `rates` of a model are made of.
+
+use std::time::Instant;
+
+use fredholm_core::{Statistics, StopReason};
+use serde::Serialize;
+
+use crate::answer::{Solved, Walks, Watch};
+use crate::model::Request;
+use crate::{Discretisation, Error, Goal, Model, Partitioned, Scalar, WalkOptions};
+
+/// A deterministic solution.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Deterministic {
+    /// The number of nodes.
+    pub nodes: usize,
+    /// Kernel evaluations.
+    pub evaluations: f64,
+    /// The mean that it gives.
+    pub mean: f64,
+    /// Its error; null where that is not known well enough.
+    pub error: Option<f64>,
+}
+
+/// Walks on one level of cells, for the mean of u.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// Cells as they are counted in [`Discretisation::cells`].
+    pub cells: usize,
+    /// Unknowns in all.
+    pub unknowns: usize,
+    /// What the walks gave.
+    pub statistics: Statistics,
+    /// The mean of u, if it is known.
+    pub exact: Option<f64>,
+    /// The mean of v.
+    pub galerkin: f64,
+    /// What rounding leaves.
+    pub rounding_floor: f64,
+    /// Kernel evaluations of the set-up.
+    pub evaluations: f64,
+    /// Measured seconds, if they are wanted.
+    pub clock: Option<Clock>,
+}
+
+/// Seconds of a set-up and of walks.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    /// Seconds of the set-up.
+    pub setup: f64,
+    /// Seconds of a walk that both equations follow.
+    pub walk: f64,
+    /// Seconds of a plain walk.
+    pub plain: f64,
+}
+
+/// How levels are measured.
+#[derive(Clone, Copy)]
+pub struct Sweep<'a> {
+    /// The equation.
+    pub model: &'a dyn Model,
+    /// How space is cut, but for the number of cells.
+    pub discretisation: Discretisation,
+    /// How walks are made, but for their number.
+    pub walk: WalkOptions,
+    /// The most plain walks that are timed; `None` if the clock is not wanted.
+    pub timed: Option<u64>,
+}
+
+impl core::fmt::Debug for Sweep<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Sweep")
+            .field("discretisation", &self.discretisation)
+            .field("walk", &self.walk)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Sweep<'a> {
+    /// Cuts the space into so many cells.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn cut(&self, cells: usize) -> Result<Box<dyn Partitioned<'a> + 'a>, Error> {
+        self.model.partition(&self.discretisation.on(cells))
+    }
+
+    /// Makes so many walks on so many cells. `None`: the watch cancelled them.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn level(
+        &self,
+        cells: usize,
+        walks: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Level>, Error> {
+        let goals = [Goal {
+            name: "mean".to_owned(),
+            region: self.model.whole(),
+        }];
+        let walk = WalkOptions {
+            walks,
+            tolerance: None,
+            time_limit: None,
+            ..self.walk
+        };
+        let request = Request {
+            goals: &goals,
+            walk: &walk,
+            only_u: true,
+        };
+        let maker = Walks {
+            model: self.model,
+            scalar: self.scalar(),
+        };
+        let start = Instant::now();
+        let cut = self.cut(cells)?;
+        let cutting = start.elapsed().as_secs_f64();
+        let exact = self.model.exact(&goals[0].region)?;
+        let answer = Solved::new(&*cut, walk.absorption)?.walk(&maker, &request, watch)?;
+        if answer.outcome.stop == StopReason::Cancelled {
+            return Ok(None);
+        }
+        let (Some(&statistics), Some(&galerkin), Some(&rounding_floor)) = (
+            answer.outcome.statistics.first(),
+            answer.galerkin.first(),
+            answer.floors.first(),
+        ) else {
+            return Err(Error::Internal("a level has no result"));
+        };
+        let mut clock = None;
+        if let Some(most) = self.timed {
+            let walk = WalkOptions {
+                walks: walks.min(most),
+                ..walk
+            };
+            let request = Request {
+                walk: &walk,
+                ..request
+            };
+            let plain = maker.plain(&*cut, &request, &())?;
+            clock = Some(Clock {
+                setup: cutting + answer.setup_seconds,
+                walk: answer.walk_seconds / statistics.walks() as f64,
+                plain: plain.walk_seconds / walk.walks as f64,
+            });
+        }
+        Ok(Some(Level {
+            cells: cut.cells(),
+            unknowns: cut.unknowns(),
+            statistics,
+            exact,
+            galerkin,
+            rounding_floor,
+            evaluations: cut.evaluations(answer.solve.sweeps),
+            clock,
+        }))
+    }
+
+    const fn scalar(&self) -> Scalar {
+        self.discretisation.scalar
+    }
+}
