@@ -9,7 +9,6 @@ mod cube;
 mod diagnose;
 mod export;
 mod factors;
-mod figure;
 #[cfg(test)]
 mod hostile;
 mod init;
