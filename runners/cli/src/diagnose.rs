@@ -15,6 +15,7 @@ use fredholm_core::variance::{
     Start, VarianceError,
 };
 use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
+use fredholm_plot::ShareTable;
 use fredholm_rayon::fill_rows;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -230,8 +231,13 @@ impl Diagnosis {
     fn svg(&self) -> Result<String, Failure> {
         match &self.picture {
             Picture::Table(names, shares) => {
-                crate::figure::shares_svg("share of the variance, by steps", names, shares)
-                    .map_err(Failure::run)
+                let title = "share of the variance, by steps";
+                let table = ShareTable {
+                    title,
+                    names,
+                    shares,
+                };
+                table.svg().map_err(Failure::run)
             }
             Picture::Drawn(svg) => Ok(svg.clone()),
         }

@@ -10,7 +10,6 @@ mod diagnose;
 mod export;
 mod factors;
 mod failure;
-mod figure;
 #[cfg(test)]
 mod hostile;
 mod init;

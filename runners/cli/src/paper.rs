@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use fredholm_circle::Harmonic;
 use fredholm_core::{Draws, Stream, Uniforms};
+use fredholm_plot::{Curve, LogLogPlot, Style};
 use fredholm_rayon::{Plan, Stop};
 use serde::Serialize;
 
 use crate::args::PaperArgs;
 use crate::circle::{Light, Question, Scene, Setup};
 use crate::failure::{Ended, Failure, say};
-use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
@@ -368,8 +368,8 @@ impl Table {
         let [csv, json_file, error, deviation] = outputs;
         csv.finish(&self.csv()?)?;
         json_file.finish(json)?;
-        error.finish(&log_log_svg(&self.error_figure()).map_err(Failure::run)?)?;
-        deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
+        error.finish(&self.error_figure().svg().map_err(Failure::run)?)?;
+        deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.
@@ -385,7 +385,7 @@ impl Table {
     }
 
     /// Errors against N.
-    fn error_figure(&self) -> Figure {
+    fn error_figure(&self) -> LogLogPlot {
         let mut curves = Vec::new();
         let last = self.last_rows();
         let points = |n: usize, y: &dyn Fn(&Row) -> f64| {
@@ -425,7 +425,7 @@ impl Table {
                 end,
             ));
         }
-        Figure {
+        LogLogPlot {
             title: "Error against the number of walks".to_owned(),
             x_label: "walks N for each point".to_owned(),
             y_label: "mean absolute error of u over ten points".to_owned(),
@@ -434,7 +434,7 @@ impl Table {
     }
 
     /// √Var against n.
-    fn deviation_figure(&self) -> Figure {
+    fn deviation_figure(&self) -> LogLogPlot {
         let last = self.last_rows();
         let points = |y: &dyn Fn(&Row) -> f64| {
             last.iter()
@@ -471,7 +471,7 @@ impl Table {
             let name = format!("slope −{}", self.degree + 1);
             curves.push(Curve::power_law(&name, slope, from, end.n as f64));
         }
-        Figure {
+        LogLogPlot {
             title: "Standard deviation against cells".to_owned(),
             x_label: "cells n".to_owned(),
             y_label: "√Var, mean over ten points".to_owned(),

@@ -10,12 +10,12 @@ use std::time::Instant;
 
 use fredholm::Choices;
 use fredholm_core::{Estimate, Statistics};
+use fredholm_plot::{Curve, LogLogPlot, Style};
 use fredholm_rayon::{Plan, Stop};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::{Placed, ProblemFile};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
@@ -237,8 +237,8 @@ impl Report {
         let bytes = writer.into_inner().map_err(Failure::run)?;
         csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
         json_file.finish(json)?;
-        work_file.finish(&log_log_svg(&work).map_err(Failure::run)?)?;
-        deviation_file.finish(&log_log_svg(&deviation).map_err(Failure::run)?)
+        work_file.finish(&work.svg().map_err(Failure::run)?)?;
+        deviation_file.finish(&deviation.svg().map_err(Failure::run)?)
     }
 }
 
@@ -653,7 +653,7 @@ impl Rates {
     }
 
     /// Errors against work.
-    fn work_figure(&self) -> Figure {
+    fn work_figure(&self) -> LogLogPlot {
         let of = |y: &dyn Fn(&Row) -> Option<f64>| {
             let rows = self.rows.iter();
             rows.filter_map(|row| Some((row.work()[1], y(row)?)))
@@ -685,7 +685,7 @@ impl Rates {
             let name = format!("slope {exponent:.2}").replace('-', "−");
             curves.push(Curve::power_law(&name, exponent, from, last.work()[1]));
         }
-        Figure {
+        LogLogPlot {
             title: format!("Error of the mean against work ({})", self.what()),
             x_label: match self.unit() {
                 "seconds" => "seconds, set-up included",
@@ -698,7 +698,7 @@ impl Rates {
     }
 
     /// √Var against n.
-    fn deviation_figure(&self) -> Figure {
+    fn deviation_figure(&self) -> LogLogPlot {
         let of = |y: &dyn Fn(&Row) -> f64| {
             let rows = self.rows.iter();
             rows.map(|row| (row.unknowns as f64, y(row)))
@@ -732,7 +732,7 @@ impl Rates {
                 last.unknowns as f64,
             ));
         }
-        Figure {
+        LogLogPlot {
             title: format!("Standard deviation against cells ({})", self.what()),
             x_label: "cells n".to_owned(),
             y_label: "√Var of the mean".to_owned(),

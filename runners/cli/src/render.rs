@@ -1,17 +1,14 @@
 //! `fredholm render`: a picture of a room with its light.
 
 mod field;
-mod picture;
 mod profile;
-mod raster;
-mod scale;
-mod strips;
 
 use std::io::Write;
 use std::path::Path;
 
 use fredholm_core::Real;
-use fredholm_room::{Enclosure, Scene};
+use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall};
+use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
@@ -24,15 +21,11 @@ use crate::progress::Progress;
 use crate::room::{RoomFile, of_degree};
 use crate::solve;
 use crate::threads::with_threads;
-use field::{Cut, Field, Grid, Piece, Spot, Wanted};
-use picture::{Panel, Picture};
-use scale::Scale;
+use field::{Cut, Field, Spot, Wanted};
 
 /// Walks for a pixel, and for a point of a profile, where nothing else is asked.
 const PIXEL_WALKS: u64 = 4;
 const PROFILE_WALKS: u64 = 1000;
-/// The length of a piece of wall in pixels.
-const PIECE: f64 = 3.0;
 
 /// The formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,18 +155,16 @@ fn picture<F: Real>(
         Enclosure::Closed => 2,
         Enclosure::Open => across / 12 + 2,
     };
-    let grid = Grid::new(scene, across, around);
-    let geometry = scene.geometry();
-    let strips = strips::strips(geometry.walls(), thickness, |at| grid.place(at));
-    let pieces = pieces(&strips, thickness);
+    let canvas = Canvas::new(&walls(scene), across, around, thickness).map_err(Failure::run)?;
+    let pieces = canvas.pieces();
     let walks = args.walks.unwrap_or(PIXEL_WALKS);
-    let weights: u64 = pieces.iter().map(|piece| piece.weight).sum();
-    let pixels = grid.width * grid.height;
+    let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
+    let pixels = canvas.width() * canvas.height();
     let progress = Progress::new(walks.saturating_mul(pixels as u64 + weights));
     let plan = solve::plan(file, None);
     let wanted = Wanted {
         scene,
-        grid: Some(grid),
+        canvas: Some(&canvas),
         pieces: &pieces,
         walks,
         seed: plan.seed,
@@ -189,8 +180,8 @@ fn picture<F: Real>(
     let (field, plain) = fields?;
     let seen = || field.air.iter().map(|spot| spot.value);
     let summary = Summary {
-        width: grid.width,
-        height: grid.height,
+        width: canvas.width(),
+        height: canvas.height(),
         inside: seen().filter(|value| !value.is_nan()).count(),
         cells: room.cells_in_all(),
         least: seen().fold(f64::INFINITY, f64::min),
@@ -200,17 +191,17 @@ fn picture<F: Real>(
     };
     let text = summary.text(args.common.json)?;
     if format == Format::Csv {
-        return Ok((csv(&grid, &field.air)?, text));
+        return Ok((csv(&canvas, &field.air)?, text));
     }
-    let walls = || field.walls.iter().map(|spot| spot.value);
-    let scale = Scale::new(seen(), walls(), args.log);
-    let picture = Picture {
-        grid,
+    let shown = Shown::of(&field);
+    let of_walls = shown.walls.iter().copied();
+    let scale = Scale::new(seen(), of_walls, args.log);
+    let picture = RoomPicture {
+        canvas: &canvas,
         pieces: &pieces,
-        strips: &strips,
         scale,
         legend: if surfaces.heat { "W/m²" } else { "u" },
-        heat: surfaces.heat,
+        stefan_boltzmann: surfaces.heat.then_some(STEFAN_BOLTZMANN),
         captions: captions(&field, &scale, surfaces.heat),
     };
     let heading = |name: &str, field: &Field| {
@@ -221,35 +212,61 @@ fn picture<F: Real>(
         )
     };
     let mut panels = Vec::new();
-    if let Some(plain) = &plain {
-        panels.push(Panel {
-            heading: Some(heading("plain", plain)),
-            field: plain,
-        });
+    let beside = plain.as_ref().map(|plain| (Shown::of(plain), plain));
+    if let Some((shown, plain)) = &beside {
+        panels.push(shown.panel(Some(heading("plain", plain))));
     }
-    panels.push(Panel {
-        heading: plain.as_ref().map(|_| heading("preconditioned", &field)),
-        field: &field,
-    });
-    let (images, scene) = picture.draw(&panels);
+    panels.push(shown.panel(beside.as_ref().map(|_| heading("preconditioned", &field))));
     let content = match format {
-        Format::Svg => raster::svg(&images, scene)?.into_bytes(),
-        _ => raster::png(&images, scene)?,
+        Format::Svg => picture.svg(&panels).map_err(Failure::run)?.into_bytes(),
+        _ => picture.png(&panels).map_err(Failure::run)?,
     };
     Ok((content, text))
+}
+
+/// What a picture shows of a field.
+struct Shown {
+    air: Vec<f64>,
+    walls: Vec<f64>,
+}
+
+impl Shown {
+    fn of(field: &Field) -> Self {
+        let values = |spots: &[Spot]| spots.iter().map(|spot| spot.value).collect();
+        Self {
+            air: values(&field.air),
+            walls: values(&field.walls),
+        }
+    }
+
+    fn panel(&self, heading: Option<String>) -> Panel<'_> {
+        Panel {
+            heading,
+            air: &self.air,
+            walls: &self.walls,
+        }
+    }
+}
+
+/// The walls as they are drawn.
+fn walls(scene: &Scene) -> Vec<Wall> {
+    let of = |wall: &fredholm_room::Wall<f64>| Wall {
+        vertices: wall.vertices,
+        ends: wall.ends,
+    };
+    scene.geometry().walls().iter().map(of).collect()
 }
 
 /// A room whose walls have the colour of a density: pieces by wall, place in fractions of it, and value.
 pub(crate) fn shares(scene: &Scene, values: &[(usize, [f64; 2], f64)]) -> Result<String, Failure> {
     const ACROSS: usize = 700;
-    let grid = Grid::new(scene, ACROSS, 2);
-    let walls = scene.geometry();
-    let strips = strips::strips(walls.walls(), ACROSS as f64 / 50.0, |at| grid.place(at));
+    let thickness = ACROSS as f64 / 50.0;
+    let canvas = Canvas::new(&walls(scene), ACROSS, 2, thickness).map_err(Failure::run)?;
     let of = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
         wall,
         from,
         to,
-        weight: 1,
+        pixels: 1,
     };
     let pieces: Vec<Piece> = values.iter().map(of).collect();
     // A few short cells in corners would leave all others in the dark.
@@ -258,14 +275,14 @@ pub(crate) fn shares(scene: &Scene, values: &[(usize, [f64; 2], f64)]) -> Result
     let most = sorted.get(sorted.len() * 199 / 200).copied().unwrap_or(1.0);
     let density = || values.iter().map(|&(.., value)| value.min(most));
     let scale = Scale::new(density(), density(), true);
-    let field = Field::of_walls(density(), grid.width * grid.height);
-    let picture = Picture {
-        grid,
+    let air = vec![f64::NAN; canvas.width() * canvas.height()];
+    let walls: Vec<f64> = density().collect();
+    let picture = RoomPicture {
+        canvas: &canvas,
         pieces: &pieces,
-        strips: &strips,
         scale,
         legend: "density",
-        heat: false,
+        stefan_boltzmann: None,
         captions: vec![
             "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
              start there and by the difference of the sources, over its share of all walls (1: the mean)."
@@ -274,27 +291,10 @@ pub(crate) fn shares(scene: &Scene, values: &[(usize, [f64; 2], f64)]) -> Result
     };
     let panel = Panel {
         heading: None,
-        field: &field,
+        air: &air,
+        walls: &walls,
     };
-    let (images, scene) = picture.draw(&[panel]);
-    raster::svg(&images, scene)
-}
-
-/// The walls in pieces of some pixels; each has the walks of the pixels that it covers.
-fn pieces(strips: &[strips::Strip], thickness: f64) -> Vec<Piece> {
-    let of = |(wall, strip): (usize, &strips::Strip)| {
-        let count = (strip.length() / PIECE).ceil().max(1.0) as u32;
-        let weight = (thickness * strip.length() / f64::from(count))
-            .round()
-            .max(1.0) as u64;
-        (0..count).map(move |k| Piece {
-            wall,
-            from: f64::from(k) / f64::from(count),
-            to: f64::from(k + 1) / f64::from(count),
-            weight,
-        })
-    };
-    strips.iter().enumerate().flat_map(of).collect()
+    picture.svg(&[panel]).map_err(Failure::run)
 }
 
 /// What the colours mean.
@@ -321,7 +321,7 @@ fn captions(field: &Field, scale: &Scale, heat: bool) -> Vec<String> {
 }
 
 /// What every pixel of the room sees.
-fn csv(grid: &Grid, air: &[Spot]) -> Result<Vec<u8>, Failure> {
+fn csv(canvas: &Canvas, air: &[Spot]) -> Result<Vec<u8>, Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer
         .write_record(["x", "y", "seen", "std_error"])
@@ -330,7 +330,7 @@ fn csv(grid: &Grid, air: &[Spot]) -> Result<Vec<u8>, Failure> {
         if spot.value.is_nan() {
             continue;
         }
-        let [x, y] = grid.middle(number % grid.width, number / grid.width);
+        let [x, y] = canvas.middle(number);
         writer
             .write_record([x, y, spot.value, spot.error].map(number_or_nothing))
             .map_err(Failure::run)?;

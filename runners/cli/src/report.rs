@@ -1,10 +1,10 @@
 //! The answer of `solve`, as a table, as JSON and as CSV.
 
 use fredholm_core::{Estimate, Statistics};
+use fredholm_plot::{Axis, BandPlot, Curve, Style};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::figure::{Axis, Band, Curve, Style, band_svg};
 use crate::numbers::{aligned, short, with_error};
 use crate::split::SplitReport;
 use crate::theory::PairCounts;
@@ -388,7 +388,7 @@ impl Report {
                 style,
             });
         }
-        let band = Band {
+        let band = BandPlot {
             title: format!("{name}: the solution with its 95 % error band"),
             axis: match self.problem {
                 "circle" => Axis::Angle,
@@ -406,7 +406,7 @@ impl Report {
                 .collect(),
             curves,
         };
-        band_svg(&band).map_err(Failure::run)
+        band.svg().map_err(Failure::run)
     }
 }
 

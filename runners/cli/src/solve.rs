@@ -71,9 +71,7 @@ pub(crate) fn refuse_beyond_memory(
 
 /// "2.0 GB of memory, and 1.0 GB are free", where it is so.
 pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    let available = system.available_memory();
+    let available = available_memory();
     (available > 0 && needed as u64 >= available).then(|| {
         format!(
             "{} of memory, and {} are free",
@@ -81,6 +79,24 @@ pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
             bytes(available)
         )
     })
+}
+
+/// Bytes of memory that are free now; 0 if the system does not say.
+#[cfg(target_os = "linux")]
+fn available_memory() -> u64 {
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let mut lines = text.lines();
+    let available = lines.find_map(|line| line.strip_prefix("MemAvailable:"));
+    let kibibytes = available.and_then(|text| text.trim().strip_suffix(" kB")?.parse().ok());
+    kibibytes.map_or(0, |count: u64| count.saturating_mul(1024))
+}
+
+/// Bytes of memory that are free now; 0 if the system does not say.
+#[cfg(not(target_os = "linux"))]
+fn available_memory() -> u64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    system.available_memory()
 }
 
 /// The same of so many cells that need so many bytes.

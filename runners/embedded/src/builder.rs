@@ -15,6 +15,8 @@ use crate::table::{Table, padded};
 /// let mut builder = TableBuilder::new("circle");
 /// builder.numbers("v", &[1.5_f32, 2.5]);
 /// builder.numbers("absorb", &[0.2_f64]);
+/// # #[cfg(feature = "zerocopy")]
+/// # {
 /// # let words = |bytes: Vec<u8>| -> Vec<u64> {
 /// #     bytes.chunks(8).map(|c| u64::from_le_bytes(c.try_into().unwrap())).collect()
 /// # };
@@ -25,6 +27,7 @@ use crate::table::{Table, padded};
 /// assert_eq!(table.slice::<f32>("v")?, [1.5, 2.5]);
 /// assert_eq!(table.one::<f64>("absorb")?, 0.2);
 /// assert!(builder.to_source().contains("pub(crate) static V: [f32; 2] = [1.5, 2.5];"));
+/// # }
 /// # Ok::<(), fredholm_embedded::TableError>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -16,4 +16,5 @@ pub use builder::{Number, TableBuilder};
 pub use driver::{Driver, Plan, PlanError, Progress, Stop};
 pub use state::{State, StateError};
 pub use table::{Aligned, Table, TableError};
+#[cfg(feature = "zerocopy")]
 pub use zerocopy;

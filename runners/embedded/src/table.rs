@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+#[cfg(feature = "zerocopy")]
 use zerocopy::{FromBytes, Immutable};
 
 use crate::checksum::Checksum;
@@ -126,6 +127,7 @@ impl core::error::Error for TableError {}
 struct Section<'a> {
     name: [u8; Table::NAME],
     element: usize,
+    #[cfg_attr(not(feature = "zerocopy"), expect(dead_code))]
     bytes: &'a [u8],
 }
 
@@ -215,6 +217,26 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// Whether there is an array of this name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        let wanted = padded(name);
+        self.sections().any(|section| section.name == wanted)
+    }
+
+    fn sections(&self) -> Sections<'a> {
+        let rest = self.bytes.get(Self::HEAD..).unwrap_or(&[]);
+        let directory = usize::from(self.sections) * Self::ENTRY;
+        let (directory, data) = rest.split_at_checked(directory).unwrap_or((&[], rest));
+        Sections {
+            directory: directory.as_chunks().0,
+            data,
+        }
+    }
+}
+
+#[cfg(feature = "zerocopy")]
+impl<'a> Table<'a> {
     /// The array of this name, in place. `T` is the type that the crate's documentation names for
     /// it: f32, f64, u32, or a problem's own record.
     ///
@@ -246,23 +268,6 @@ impl<'a> Table<'a> {
         match self.slice(name)? {
             [one] => Ok(*one),
             _ => Err(TableError::NotOne { name }),
-        }
-    }
-
-    /// Whether there is an array of this name.
-    #[must_use]
-    pub fn has(&self, name: &str) -> bool {
-        let wanted = padded(name);
-        self.sections().any(|section| section.name == wanted)
-    }
-
-    fn sections(&self) -> Sections<'a> {
-        let rest = self.bytes.get(Self::HEAD..).unwrap_or(&[]);
-        let directory = usize::from(self.sections) * Self::ENTRY;
-        let (directory, data) = rest.split_at_checked(directory).unwrap_or((&[], rest));
-        Sections {
-            directory: directory.as_chunks().0,
-            data,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Sweeps of several degrees side by side, by the clock: which degree pays.
 
+use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
 use super::{Rates, Row, exponent};
-use crate::figure::{Curve, Figure, Style};
 use crate::numbers::{aligned, short};
 
 /// The seconds of which the least errors are told.
@@ -167,7 +167,7 @@ impl ByDegree {
         exponent: f64,
         plain: impl Fn(&Row) -> f64,
         at: impl Fn(&Row) -> (f64, f64),
-    ) -> Figure {
+    ) -> LogLogPlot {
         let rows = || self.sweeps.iter().flat_map(|sweep| &sweep.rows);
         let ends = rows().map(|row| at(row).0);
         let (low, high) = ends.fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
@@ -186,7 +186,7 @@ impl ByDegree {
         curves.extend(self.curves(at));
         let [title, x_label, y_label] = titles;
         let what = self.sweeps.last().map_or(String::new(), Rates::what);
-        Figure {
+        LogLogPlot {
             title: format!("{title} ({what})"),
             x_label: x_label.to_owned(),
             y_label: y_label.to_owned(),
@@ -195,7 +195,7 @@ impl ByDegree {
     }
 
     /// Errors against time, none below what rounding leaves.
-    pub(super) fn work_figure(&self) -> Figure {
+    pub(super) fn work_figure(&self) -> LogLogPlot {
         self.figure(
             [
                 "Error of the mean against time, by degree",
@@ -209,7 +209,7 @@ impl ByDegree {
     }
 
     /// √Var against the number of unknowns.
-    pub(super) fn deviation_figure(&self) -> Figure {
+    pub(super) fn deviation_figure(&self) -> LogLogPlot {
         self.figure(
             [
                 "Standard deviation against unknowns, by degree",

@@ -7,6 +7,7 @@ use fredholm_core::{
     At, Batch, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, NoNeighbour, Real,
     STEP_LIMIT, Sampler, Source, Statistics, Stream, Task,
 };
+use fredholm_plot::{Canvas, Piece};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_room::{Enclosure, Point, Polynomials, Room, Scene, Seen};
 
@@ -29,83 +30,12 @@ const BLANK: Spot = Spot {
     error: f64::NAN,
 };
 
-/// Pixels over a room: the first is on the upper left.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
-    /// The lowest coordinates.
-    low: [f64; 2],
-    /// The width of a pixel.
-    pub(crate) pixel: f64,
-    /// In pixels.
-    pub(crate) width: usize,
-    /// In pixels.
-    pub(crate) height: usize,
-}
-
-impl Grid {
-    /// Over a scene that is `across` pixels wide, and so many more on every side.
-    pub(crate) fn new(scene: &Scene, across: usize, around: usize) -> Self {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        for end in scene.geometry().walls().iter().flat_map(|wall| wall.ends) {
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(end[axis]);
-                high[axis] = high[axis].max(end[axis]);
-            }
-        }
-        // A room that is higher than wide: the longer side counts.
-        let size = [high[0] - low[0], high[1] - low[1]];
-        let pixel = size[0].max(size[1]) / across as f64;
-        let count = |size: f64| (size / pixel).ceil() as usize + 2 * around;
-        Self {
-            low: low.map(|low| low - around as f64 * pixel),
-            pixel,
-            width: count(size[0]),
-            height: count(size[1]),
-        }
-    }
-
-    /// The middle of a pixel.
-    pub(crate) fn middle(&self, column: usize, row: usize) -> [f64; 2] {
-        [
-            self.low[0] + (column as f64 + 0.5) * self.pixel,
-            self.low[1] + ((self.height - row) as f64 - 0.5) * self.pixel,
-        ]
-    }
-
-    /// A point in pixels from the upper left corner.
-    pub(crate) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [
-            (x - self.low[0]) / self.pixel,
-            self.height as f64 - (y - self.low[1]) / self.pixel,
-        ]
-    }
-}
-
-/// A piece of a wall.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
-    /// The number of the wall.
-    pub(crate) wall: usize,
-    /// Where it is, in fractions of the wall.
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-    /// Its walks, as a multiple of those of a pixel.
-    pub(crate) weight: u64,
-}
-
-impl Piece {
-    fn middle(&self) -> f64 {
-        0.5 * (self.from + self.to)
-    }
-}
-
 /// What is to be estimated, and how.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted<'a> {
     pub(crate) scene: &'a Scene,
     /// `None`: walls only.
-    pub(crate) grid: Option<Grid>,
+    pub(crate) canvas: Option<&'a Canvas>,
     pub(crate) pieces: &'a [Piece],
     pub(crate) walks: u64,
     pub(crate) seed: u64,
@@ -127,20 +57,6 @@ pub(crate) struct Field {
 }
 
 impl Field {
-    /// Known numbers on walls, and nothing in so many pixels between them.
-    pub(crate) fn of_walls(values: impl Iterator<Item = f64>, pixels: usize) -> Self {
-        let spot = |value| Spot {
-            value,
-            error: f64::NAN,
-        };
-        Self {
-            air: vec![BLANK; pixels],
-            walls: values.map(spot).collect(),
-            walks: 0,
-            seconds: 0.0,
-        }
-    }
-
     /// The root mean square of the pixels' standard errors.
     pub(crate) fn noise(&self) -> Option<f64> {
         root_mean_square(self.air.iter().map(|spot| spot.error))
@@ -255,12 +171,14 @@ where
         walks: u64,
         value: impl Fn(&Seen<'_, 'r, F>, usize) -> Option<f64> + Sync,
     ) -> Result<Field, Cut> {
-        let (grid, pieces) = (self.wanted.grid, self.wanted.pieces);
-        let (width, height) = grid.map_or((0, 0), |grid| (grid.width, grid.height));
+        let (canvas, pieces) = (self.wanted.canvas, self.wanted.pieces);
+        let (width, height) = canvas.map_or((0, 0), |canvas| (canvas.width(), canvas.height()));
         let mut air = vec![BLANK; width * height];
         let pixel = |number: usize| {
-            let Some(grid) = grid else { return Ok(BLANK) };
-            let position = grid.middle(number % width, number / width).map(F::from_f64);
+            let Some(canvas) = canvas else {
+                return Ok(BLANK);
+            };
+            let position = canvas.middle(number).map(F::from_f64);
             let seen = Seen {
                 room: self.room,
                 position,
@@ -280,7 +198,7 @@ where
             let at = At(point.map_err(Failure::run)?);
             let value = self.neighbour.value(&self.neighbour.locate(at.0)).to_f64();
             let stream = width * height + number;
-            self.walk(&at, value, stream, walks * piece.weight)
+            self.walk(&at, value, stream, walks * piece.pixels)
         };
         self.fill(&mut walls, 16, wall)?;
         Ok(Field {

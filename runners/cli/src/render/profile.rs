@@ -1,12 +1,12 @@
 //! Radiosity along all surfaces, with its error band.
 
 use fredholm_core::Real;
+use fredholm_plot::{Piece, ProfilePlot};
 
-use super::field::{self, Cut, Piece, Wanted, root_mean_square};
-use super::{Format, PROFILE_WALKS, number_or_nothing, raster};
+use super::field::{self, Cut, Wanted, root_mean_square};
+use super::{Format, PROFILE_WALKS, number_or_nothing};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::figure::{Along, along_scene};
 use crate::file::ProblemFile;
 use crate::numbers::short;
 use crate::problem::Problem;
@@ -34,7 +34,7 @@ pub(crate) fn content<F: Real>(
             wall,
             from: f64::from(k) / f64::from(count),
             to: f64::from(k + 1) / f64::from(count),
-            weight: 1,
+            pixels: 1,
         })
     };
     let lengths = walls.iter().map(|wall| wall.length).enumerate();
@@ -44,7 +44,7 @@ pub(crate) fn content<F: Real>(
     let plan = solve::plan(file, None);
     let wanted = Wanted {
         scene,
-        grid: None,
+        canvas: None,
         pieces: &pieces,
         walks,
         seed: plan.seed,
@@ -57,7 +57,7 @@ pub(crate) fn content<F: Real>(
     progress.done();
     let (field, _) = fields?;
 
-    let mut along = Along {
+    let mut along = ProfilePlot {
         title: "radiosity along the surfaces".to_owned(),
         label: if surfaces.heat { "u in W/m²" } else { "u" }.to_owned(),
         pieces: vec![Vec::new(); walls.len()],
@@ -112,8 +112,8 @@ pub(crate) fn content<F: Real>(
     };
     let content = match format {
         Format::Csv => table.into_inner().map_err(Failure::run)?,
-        Format::Svg => raster::svg(&[], along_scene(&along).map_err(Failure::run)?)?.into_bytes(),
-        Format::Png => raster::png(&[], along_scene(&along).map_err(Failure::run)?)?,
+        Format::Svg => along.svg().map_err(Failure::run)?.into_bytes(),
+        Format::Png => along.png().map_err(Failure::run)?,
     };
     Ok((content, text))
 }

@@ -1,13 +1,11 @@
 //! Scenes of primitives as PNG and SVG.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use kuva::backend::raster::RasterBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
-use crate::failure::Failure;
+use crate::{Error, base64};
 
 /// Samples of a pixel along either axis: what draws polygons does not smooth their edges.
 const SAMPLES: usize = 4;
@@ -25,20 +23,18 @@ pub(crate) struct Image {
 }
 
 /// A PNG file of the images with the scene over them, in pixels of the scene's unit.
-pub(crate) fn png(images: &[Image], mut scene: Scene) -> Result<Vec<u8>, Failure> {
+pub(crate) fn png(images: &[Image], mut scene: Scene) -> Result<Vec<u8>, Error> {
     let over = core::mem::take(&mut scene.elements);
     scene.elements = images.iter().map(squares).collect();
     scene.elements.extend(over);
     let backend = RasterBackend::new().with_scale(SAMPLES as f32);
-    let fine = backend.render_scene(&scene).map_err(Failure::run)?;
+    let fine = backend.render_scene(&scene).map_err(Error::backend)?;
     let mut reader = Decoder::new(std::io::Cursor::new(fine))
         .read_info()
-        .map_err(Failure::run)?;
-    let size = reader
-        .output_buffer_size()
-        .ok_or_else(|| Failure::run("the picture is too large"))?;
+        .map_err(Error::backend)?;
+    let size = reader.output_buffer_size().ok_or(Error::TooLarge)?;
     let mut samples = vec![0; size];
-    let info = reader.next_frame(&mut samples).map_err(Failure::run)?;
+    let info = reader.next_frame(&mut samples).map_err(Error::backend)?;
     let (width, height) = (
         info.width as usize / SAMPLES,
         info.height as usize / SAMPLES,
@@ -63,12 +59,12 @@ pub(crate) fn png(images: &[Image], mut scene: Scene) -> Result<Vec<u8>, Failure
 }
 
 /// An SVG file of the same.
-pub(crate) fn svg(images: &[Image], mut scene: Scene) -> Result<String, Failure> {
+pub(crate) fn svg(images: &[Image], mut scene: Scene) -> Result<String, Error> {
     scene.background_color = None;
     scene.font_family = Some("DejaVu Sans, Verdana, Arial, sans-serif".to_owned());
     let text = SvgBackend::new().with_pretty(true).render_scene(&scene);
     let Some((head, rest)) = text.split_once('>') else {
-        return Err(Failure::run("an SVG has no first tag"));
+        return Err(Error::backend("an SVG has no first tag"));
     };
     let mut out = format!("{head}>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n");
     for image in images {
@@ -85,19 +81,14 @@ pub(crate) fn svg(images: &[Image], mut scene: Scene) -> Result<String, Failure>
             image.y,
             image.width,
             image.height,
-            STANDARD.encode(png)
+            base64::encode(&png)
         ));
     }
     out.push_str(rest.trim_start());
     Ok(out)
 }
 
-fn encode(
-    width: usize,
-    height: usize,
-    color: ColorType,
-    pixels: &[u8],
-) -> Result<Vec<u8>, Failure> {
+fn encode(width: usize, height: usize, color: ColorType, pixels: &[u8]) -> Result<Vec<u8>, Error> {
     let mut out = Vec::new();
     let [w, h] = [width, height].map(|size| u32::try_from(size).unwrap_or(u32::MAX));
     let mut encoder = Encoder::new(&mut out, w, h);
@@ -107,7 +98,7 @@ fn encode(
     encoder
         .write_header()
         .and_then(|mut writer| writer.write_image_data(pixels))
-        .map_err(Failure::run)?;
+        .map_err(Error::backend)?;
     Ok(out)
 }
 

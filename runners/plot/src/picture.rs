@@ -1,53 +1,72 @@
 //! The picture of a room: light between walls, walls, legend.
 
-use fredholm_room::STEFAN_BOLTZMANN;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
-use super::field::{Field, Grid, Piece};
-use super::raster::Image;
-use super::scale::{Scale, ticks};
-use super::strips::Strip;
+use crate::raster::{self, Image};
+use crate::scale::{Scale, ticks};
+use crate::{Canvas, Error, Piece};
 
-/// A field and what stands above it.
-#[derive(Debug)]
-pub(crate) struct Panel<'a> {
-    pub(crate) heading: Option<String>,
-    pub(crate) field: &'a Field,
+/// The light of a room, and the heading above it.
+#[derive(Clone, Debug)]
+pub struct Panel<'a> {
+    /// The heading, if any.
+    pub heading: Option<String>,
+    /// The value of every pixel, row by row; NaN where there is no room.
+    pub air: &'a [f64],
+    /// The value of every piece of wall.
+    pub walls: &'a [f64],
 }
 
-/// What all panels have in common.
-#[derive(Debug)]
-pub(crate) struct Picture<'a> {
-    pub(crate) grid: Grid,
-    pub(crate) pieces: &'a [Piece],
-    /// Of every wall.
-    pub(crate) strips: &'a [Strip],
-    pub(crate) scale: Scale,
-    /// What the colours are.
-    pub(crate) legend: &'static str,
-    /// Radiosities are W/m².
-    pub(crate) heat: bool,
+/// A picture of a room, with a legend and captions.
+#[derive(Clone, Debug)]
+pub struct RoomPicture<'a> {
+    /// The pixels and the walls.
+    pub canvas: &'a Canvas,
+    /// The pieces of the walls, wall by wall.
+    pub pieces: &'a [Piece],
+    /// The colours of the values.
+    pub scale: Scale,
+    /// What the values are, above the scale.
+    pub legend: &'a str,
+    /// σ, if the values are radiosities of heat: beside the scale stands the temperature T of a black
+    /// body with σT⁴ = u.
+    pub stefan_boltzmann: Option<f64>,
     /// What stands below.
-    pub(crate) captions: Vec<String>,
+    pub captions: Vec<String>,
 }
 
 /// The width of a character over the size of its font, on the safe side.
 const CHARACTER: f64 = 0.62;
 
-impl Picture<'_> {
+impl RoomPicture<'_> {
+    /// The text of an SVG file of the panels, side by side.
+    pub fn svg(&self, panels: &[Panel<'_>]) -> Result<String, Error> {
+        let (images, scene) = self.draw(panels)?;
+        raster::svg(&images, scene)
+    }
+
+    /// A PNG file of the panels, side by side.
+    pub fn png(&self, panels: &[Panel<'_>]) -> Result<Vec<u8>, Error> {
+        let (images, scene) = self.draw(panels)?;
+        raster::png(&images, scene)
+    }
+
     /// The size of the text.
     fn size(&self) -> f64 {
-        (self.grid.width.max(self.grid.height) as f64 / 52.0).clamp(11.0, 32.0)
+        (self.canvas.width().max(self.canvas.height()) as f64 / 52.0).clamp(11.0, 32.0)
     }
 
     /// The images and what is drawn over them.
-    pub(crate) fn draw(&self, panels: &[Panel<'_>]) -> (Vec<Image>, Scene) {
+    fn draw(&self, panels: &[Panel<'_>]) -> Result<(Vec<Image>, Scene), Error> {
+        for panel in panels {
+            self.check(panel)?;
+        }
         let size = self.size();
         let gap = size.round() as usize;
         let headed = panels.iter().any(|panel| panel.heading.is_some());
         let top = gap + if headed { 2 * gap } else { 0 };
-        let Grid { width, height, .. } = self.grid;
+        let (width, height) = (self.canvas.width(), self.canvas.height());
         let mut left = gap;
         let (mut images, mut elements) = (Vec::new(), Vec::new());
         for panel in panels {
@@ -56,9 +75,9 @@ impl Picture<'_> {
                 y: top,
                 width,
                 height,
-                pixels: self.pixels(panel.field),
+                pixels: self.pixels(panel.air),
             });
-            self.walls(panel.field, [left as f64, top as f64], &mut elements);
+            self.walls(panel.walls, [left as f64, top as f64], &mut elements);
             if let Some(heading) = &panel.heading {
                 let at = [(left + width / 2) as f64, top as f64 - 0.7 * size];
                 elements.push(text(heading, at, size, TextAnchor::Middle));
@@ -77,25 +96,41 @@ impl Picture<'_> {
         }
         let mut scene = Scene::new(page.ceil(), (bottom + 0.2 * size).ceil());
         scene.elements = elements;
-        (images, scene)
+        Ok((images, scene))
     }
 
-    fn pixels(&self, field: &Field) -> Vec<Option<[u8; 3]>> {
+    /// Refuses a panel of another size.
+    fn check(&self, panel: &Panel<'_>) -> Result<(), Error> {
+        let pixels = self.canvas.width() * self.canvas.height();
+        for (slice, expected, found) in [
+            ("air", pixels, panel.air.len()),
+            ("walls", self.pieces.len(), panel.walls.len()),
+        ] {
+            if expected != found {
+                return Err(Error::WrongLength {
+                    slice,
+                    expected,
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn pixels(&self, air: &[f64]) -> Vec<Option<[u8; 3]>> {
         let colour = |value: f64| (!value.is_nan()).then(|| self.scale.colour(value));
-        field.air.iter().map(|spot| colour(spot.value)).collect()
+        air.iter().map(|&value| colour(value)).collect()
     }
 
     /// Pieces of one colour as one, each a little into the next, so that no seam shows.
-    fn walls(&self, field: &Field, [x, y]: [f64; 2], out: &mut Vec<Primitive>) {
-        let coloured =
-            |(piece, spot): (&Piece, &super::field::Spot)| (*piece, self.scale.colour(spot.value));
-        let pieces: Vec<(Piece, [u8; 3])> =
-            self.pieces.iter().zip(&field.walls).map(coloured).collect();
+    fn walls(&self, values: &[f64], [x, y]: [f64; 2], out: &mut Vec<Primitive>) {
+        let coloured = |(piece, &value): (&Piece, &f64)| (*piece, self.scale.colour(value));
+        let pieces: Vec<(Piece, [u8; 3])> = self.pieces.iter().zip(values).map(coloured).collect();
         for run in pieces.chunk_by(|(a, first), (b, second)| a.wall == b.wall && first == second) {
             let (Some((first, colour)), Some((last, _))) = (run.first(), run.last()) else {
                 continue;
             };
-            let Some(strip) = self.strips.get(first.wall) else {
+            let Some(strip) = self.canvas.strips().get(first.wall) else {
                 continue;
             };
             let to = (last.to + 0.7 / strip.length()).min(1.0);
@@ -104,7 +139,7 @@ impl Picture<'_> {
             out.push(polygon(&corners, Color::Rgb(r, g, b)));
         }
         // Where a wall is, between its two sides or before what is outside.
-        for strip in self.strips {
+        for strip in self.canvas.strips() {
             let [a, b, ..] = strip.corners(0.0, 1.0);
             out.push(Primitive::Line {
                 x1: a[0] + x,
@@ -123,7 +158,7 @@ impl Picture<'_> {
         let size = self.size();
         let small = 0.85 * size;
         let (top, bar) = (top + 2.2 * size, 1.2 * size);
-        let height = (self.grid.height as f64 - 2.2 * size).max(6.0 * size);
+        let height = (self.canvas.height() as f64 - 2.2 * size).max(6.0 * size);
         let values = self.scale.ticks();
         let decimals = |step: f64| (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let step = match values.as_slice() {
@@ -141,15 +176,15 @@ impl Picture<'_> {
         };
         let mut marks: Vec<(f64, String)> = values.iter().map(|&v| (v, label(v))).collect();
         let mut x = left;
-        if self.heat {
+        if let Some(sigma) = self.stefan_boltzmann {
             // σT⁴ = u: what a black body at T would send out.
-            let kelvin = |u: f64| (u / STEFAN_BOLTZMANN).powf(0.25);
+            let kelvin = |u: f64| (u / sigma).powf(0.25);
             let (low, high) = (kelvin(self.scale.at(0.0)), kelvin(self.scale.high()));
             let mut last = f64::INFINITY;
             let (mut widest, mut own) = (2, Vec::new());
             // The upper half: the fourth power crowds what is below it.
             for t in ticks(low.max(0.5 * high), high, false) {
-                let part = self.scale.part(STEFAN_BOLTZMANN * t.powi(4));
+                let part = self.scale.part(sigma * t.powi(4));
                 let y = top + (1.0 - part) * height;
                 if last - y > 1.1 * small {
                     let label = format!("{t}");
@@ -267,4 +302,62 @@ fn wrap(text: &str, characters: usize) -> Vec<String> {
         }
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Panel, RoomPicture, wrap};
+    use crate::{Canvas, Error, Scale, Wall};
+
+    #[test]
+    fn a_picture_has_its_words_and_refuses_panels_of_another_size() {
+        let ends = [[0.0, 0.0], [4.0, 0.0]];
+        let floor = Wall {
+            vertices: [0, 1],
+            ends,
+        };
+        let canvas = Canvas::new(&[floor], 60, 4, 3.0).unwrap();
+        let pieces = canvas.pieces();
+        let air = vec![2.0; canvas.width() * canvas.height()];
+        let walls = vec![1.0; pieces.len()];
+        let picture = RoomPicture {
+            canvas: &canvas,
+            pieces: &pieces,
+            scale: Scale::new(air.iter().copied(), walls.iter().copied(), false),
+            legend: "W/m²",
+            stefan_boltzmann: Some(5.670_374_419e-8),
+            captions: vec!["below <it>".to_owned()],
+        };
+        let panel = |air, walls| {
+            let heading = Some("above it".to_owned());
+            [Panel {
+                heading,
+                air,
+                walls,
+            }]
+        };
+        let svg = picture.svg(&panel(&air, &walls)).unwrap();
+        for word in ["above it", "below &lt;it&gt;", "W/m²", ">K<", "image/png"] {
+            assert!(svg.contains(word), "{word} in {svg}");
+        }
+        let png = picture.png(&panel(&air, &walls)).unwrap();
+        assert!(png.starts_with(b"\x89PNG"));
+        let wrong = |slice, expected| {
+            Err(Error::WrongLength {
+                slice,
+                expected,
+                found: expected - 1,
+            })
+        };
+        let short = picture.svg(&panel(&air[1..], &walls));
+        assert_eq!(short, wrong("air", air.len()));
+        let short = picture.svg(&panel(&air, &walls[1..]));
+        assert_eq!(short, wrong("walls", walls.len()));
+    }
+
+    #[test]
+    fn lines_break_between_words() {
+        assert_eq!(wrap("one two three", 7), ["one two", "three"]);
+        assert_eq!(wrap("overlong a", 3), ["overlong", "a"]);
+    }
 }

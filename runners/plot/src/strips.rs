@@ -1,6 +1,6 @@
 //! Walls as strips on their active side, mitred where they meet.
 
-use fredholm_room::Wall;
+use crate::Wall;
 
 type Vector = [f64; 2];
 
@@ -19,7 +19,7 @@ pub(crate) struct Strip {
 
 /// The strips of walls that are drawn by `place`.
 pub(crate) fn strips(
-    walls: &[Wall<f64>],
+    walls: &[Wall],
     thickness: f64,
     place: impl Fn(Vector) -> Vector,
 ) -> Vec<Strip> {

@@ -2,9 +2,9 @@
 
 use colorous::INFERNO;
 
-/// How numbers become colours.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Scale {
+/// A scale from numbers to colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
     low: f64,
     high: f64,
     log: bool,
@@ -14,10 +14,10 @@ pub(crate) struct Scale {
 const DECADES: i32 = 4;
 
 impl Scale {
-    /// From 0 to the largest of what is seen; a lamp may be brighter, and would leave the rest in the
-    /// dark. On a logarithmic scale from the smallest of all numbers but for a thousandth of them,
-    /// which may be dots of noise. NaN does not count.
-    pub(crate) fn new(
+    /// A scale from 0 to the largest of the `seen` numbers: a lamp on the `walls` may be brighter, and
+    /// would leave the rest in the dark. A logarithmic scale begins at the smallest of all numbers but
+    /// for a thousandth of them, which may be dots of noise. NaN does not count.
+    pub fn new(
         seen: impl Iterator<Item = f64> + Clone,
         walls: impl Iterator<Item = f64>,
         log: bool,
@@ -40,7 +40,7 @@ impl Scale {
     }
 
     /// The largest number that has a colour of its own.
-    pub(crate) const fn high(&self) -> f64 {
+    pub const fn high(&self) -> f64 {
         self.high
     }
 

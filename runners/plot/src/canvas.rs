@@ -1,0 +1,182 @@
+//! Where things are: pixels over a room, and its walls in pieces.
+
+use crate::Error;
+use crate::strips::{Strip, strips};
+
+/// The length of a piece of wall in pixels.
+const PIECE: f64 = 3.0;
+
+/// A wall: its active side, which has the colours, is to the left on the way from its first end to
+/// its second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wall {
+    /// The numbers of the vertices at its ends: walls with a number in common meet there.
+    pub vertices: [u32; 2],
+    /// The coordinates of its ends.
+    pub ends: [[f64; 2]; 2],
+}
+
+/// A piece of a wall, which has one colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// The number of the wall.
+    pub wall: usize,
+    /// Where it begins, as a fraction of the wall's length.
+    pub from: f64,
+    /// Where it ends, as a fraction of the wall's length.
+    pub to: f64,
+    /// The number of pixels that it covers, at least 1.
+    pub pixels: u64,
+}
+
+impl Piece {
+    /// Its middle, as a fraction of the wall's length.
+    pub const fn middle(&self) -> f64 {
+        0.5 * (self.from + self.to)
+    }
+}
+
+/// Pixels over a room, the first on the upper left, and its walls as strips of some thickness.
+#[derive(Clone, Debug)]
+pub struct Canvas {
+    /// The lowest coordinates.
+    low: [f64; 2],
+    /// The width of a pixel.
+    pixel: f64,
+    width: usize,
+    height: usize,
+    thickness: f64,
+    strips: Vec<Strip>,
+}
+
+impl Canvas {
+    /// A canvas over a room whose longer side is `across` pixels, with `margin` more on every side;
+    /// walls are drawn `thickness` pixels thick.
+    pub fn new(
+        walls: &[Wall],
+        across: usize,
+        margin: usize,
+        thickness: f64,
+    ) -> Result<Self, Error> {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for end in walls.iter().flat_map(|wall| wall.ends) {
+            for axis in [0, 1] {
+                low[axis] = low[axis].min(end[axis]);
+                high[axis] = high[axis].max(end[axis]);
+            }
+        }
+        // A room that is higher than wide: the longer side counts.
+        let size = [high[0] - low[0], high[1] - low[1]];
+        let pixel = size[0].max(size[1]) / across as f64;
+        if !(pixel > 0.0 && pixel.is_finite()) {
+            return Err(Error::NothingToDraw);
+        }
+        let count = |size: f64| (size / pixel).ceil() as usize + 2 * margin;
+        let mut canvas = Self {
+            low: low.map(|low| low - margin as f64 * pixel),
+            pixel,
+            width: count(size[0]),
+            height: count(size[1]),
+            thickness,
+            strips: Vec::new(),
+        };
+        canvas.strips = strips(walls, thickness, |at| canvas.place(at));
+        Ok(canvas)
+    }
+
+    /// The number of pixels in a row.
+    pub const fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The number of rows.
+    pub const fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The coordinates of the middle of a pixel; pixels are numbered row by row.
+    pub fn middle(&self, number: usize) -> [f64; 2] {
+        let (column, row) = (number % self.width, number / self.width);
+        [
+            self.low[0] + (column as f64 + 0.5) * self.pixel,
+            self.low[1] + ((self.height - row) as f64 - 0.5) * self.pixel,
+        ]
+    }
+
+    /// The walls in pieces of some pixels, wall by wall.
+    pub fn pieces(&self) -> Vec<Piece> {
+        let of = |(wall, strip): (usize, &Strip)| {
+            let length = strip.length();
+            let count = (length / PIECE).ceil().max(1.0) as u32;
+            let covered = self.thickness * length / f64::from(count);
+            let pixels = covered.round().max(1.0) as u64;
+            (0..count).map(move |k| Piece {
+                wall,
+                from: f64::from(k) / f64::from(count),
+                to: f64::from(k + 1) / f64::from(count),
+                pixels,
+            })
+        };
+        self.strips.iter().enumerate().flat_map(of).collect()
+    }
+
+    pub(crate) fn strips(&self) -> &[Strip] {
+        &self.strips
+    }
+
+    /// A point in pixels from the upper left corner.
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            (x - self.low[0]) / self.pixel,
+            self.height as f64 - (y - self.low[1]) / self.pixel,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Canvas, Wall};
+    use crate::Error;
+
+    fn walls(corners: [[f64; 2]; 3]) -> [Wall; 3] {
+        [0, 1, 2].map(|i| {
+            let j = (i + 1) % 3;
+            Wall {
+                vertices: [i as u32, j as u32],
+                ends: [corners[i], corners[j]],
+            }
+        })
+    }
+
+    #[test]
+    fn pixels_begin_on_the_upper_left() {
+        let walls = walls([[1.0, 1.0], [9.0, 1.0], [1.0, 5.0]]);
+        let canvas = Canvas::new(&walls, 8, 1, 3.0).unwrap();
+        assert_eq!([canvas.width(), canvas.height()], [10, 6]);
+        assert_eq!(canvas.middle(0), [0.5, 5.5]);
+        assert_eq!(canvas.middle(59), [9.5, 0.5]);
+    }
+
+    #[test]
+    fn pieces_make_up_their_walls() {
+        let walls = walls([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]);
+        let pieces = Canvas::new(&walls, 40, 2, 3.0).unwrap().pieces();
+        let of = |wall| pieces.iter().filter(move |piece| piece.wall == wall);
+        // 40, 50 and 30 pixels.
+        assert_eq!([0, 1, 2].map(|wall| of(wall).count()), [14, 17, 10]);
+        for wall in 0..3 {
+            assert_eq!(of(wall).next().map(|piece| piece.from), Some(0.0));
+            assert_eq!(of(wall).next_back().map(|piece| piece.to), Some(1.0));
+            assert!(of(wall).all(|piece| piece.pixels == 9));
+        }
+    }
+
+    #[test]
+    fn a_room_without_extent_has_no_canvas() {
+        let nothing = Error::NothingToDraw;
+        assert_eq!(Canvas::new(&[], 100, 2, 3.0).err(), Some(nothing.clone()));
+        let point = walls([[1.0, 2.0]; 3]);
+        assert_eq!(Canvas::new(&point, 100, 2, 3.0).err(), Some(nothing));
+    }
+}

@@ -1,0 +1,20 @@
+#![doc = include_str!("../README.md")]
+
+mod base64;
+mod canvas;
+mod curves;
+mod error;
+mod picture;
+mod profile;
+mod raster;
+mod scale;
+mod shares;
+mod strips;
+
+pub use canvas::{Canvas, Piece, Wall};
+pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style};
+pub use error::Error;
+pub use picture::{Panel, RoomPicture};
+pub use profile::ProfilePlot;
+pub use scale::Scale;
+pub use shares::ShareTable;
