@@ -13,7 +13,7 @@ use fredholm_core::variance::{
     Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
 };
-use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
+use fredholm_core::{Equation, Estimator, Neighbour, NeighbourOf};
 use fredholm_rayon::fill_rows;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -63,8 +63,8 @@ impl Request<'_> {
         subject: &Subject<'_, E, N, S, L, C>,
     ) -> Result<Diagnosis, Failure>
     where
-        E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-        N: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
+        E: Equation<Scalar = f64, Point = L::Point> + Sync,
+        N: NeighbourOf<E> + Sync + ?Sized,
         S: galerkin::Pairs + Sync,
         L: Level + Sync,
         L::Point: Send + Sync,

@@ -26,6 +26,7 @@ mod split;
 mod theory;
 mod threads;
 mod verify;
+mod walks;
 
 use std::process::ExitCode;
 

@@ -5,8 +5,7 @@ use std::io::Write;
 use std::time::Instant;
 
 use fredholm_circle::Harmonic;
-use fredholm_core::{Draws, Stream, Uniforms};
-use fredholm_rayon::{Plan, Stop};
+use fredholm_core::{Draws, StopReason, Stream, Uniforms};
 use serde::Serialize;
 
 use crate::args::PaperArgs;
@@ -18,6 +17,7 @@ use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
+use crate::walks::Plan;
 
 /// C = 5, D = 1, ℓ = 5.
 const LIGHT: Harmonic = Harmonic {
@@ -191,7 +191,7 @@ pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
             let mut plan = Plan::new(walks);
             plan.seed = args.seed;
             let outcome = setup.run(&questions, &known, &plan, &progress)?;
-            if outcome.stop != Stop::Done {
+            if outcome.stop != StopReason::Done {
                 break 'all;
             }
             let mean =

@@ -8,8 +8,7 @@ mod by_degree;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm_core::{Estimate, Statistics};
-use fredholm_rayon::{Plan, Stop};
+use fredholm_core::{Estimate, Statistics, StopReason};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
@@ -22,6 +21,7 @@ use crate::problem::{self, Problem};
 use crate::progress::Progress;
 use crate::solve;
 use crate::threads::with_threads;
+use crate::walks::Plan;
 use by_degree::ByDegree;
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
@@ -350,7 +350,7 @@ impl Sweep<'_> {
             let cutting = start.elapsed().as_secs_f64();
             progress.say(format!("{} unknowns", level.unknowns()));
             let answer = level.answer(&plan, &progress)?;
-            if answer.outcome.stop == Stop::Cancelled {
+            if answer.outcome.stop == StopReason::Cancelled {
                 ended = Ended::Interrupted;
                 break;
             }

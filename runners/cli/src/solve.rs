@@ -4,8 +4,8 @@ use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics};
-use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
+use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics, StopReason, Tolerance};
+use fredholm_rayon::Outcome;
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
@@ -19,6 +19,7 @@ use crate::report::{
 };
 use crate::split::{self, Split};
 use crate::threads::with_threads;
+use crate::walks::Plan;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -125,9 +126,9 @@ pub(crate) fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
     };
     plan.target_error = walk.target_error.as_ref().map(|error| {
         if walk.relative.value {
-            TargetError::Relative(error.value)
+            Tolerance::Relative(error.value)
         } else {
-            TargetError::Absolute(error.value)
+            Tolerance::Absolute(error.value)
         }
     });
     plan.time_limit = time_limit;
@@ -306,11 +307,13 @@ fn answer(
 
 fn ending(outcome: &Outcome, plan: &Plan) -> (&'static str, Ended) {
     match outcome.stop {
-        Stop::Done => ("done", Ended::Done),
-        Stop::ErrorNotReached => ("error_not_reached", Ended::ErrorNotReached),
-        Stop::TimeLimit if plan.target_error.is_some() => ("time_limit", Ended::ErrorNotReached),
-        Stop::TimeLimit => ("time_limit", Ended::Done),
-        Stop::Cancelled => ("cancelled", Ended::Interrupted),
+        StopReason::Done => ("done", Ended::Done),
+        StopReason::ToleranceNotReached => ("error_not_reached", Ended::ErrorNotReached),
+        StopReason::TimeLimit if plan.target_error.is_some() => {
+            ("time_limit", Ended::ErrorNotReached)
+        }
+        StopReason::TimeLimit => ("time_limit", Ended::Done),
+        StopReason::Cancelled => ("cancelled", Ended::Interrupted),
     }
 }
 

@@ -1,7 +1,6 @@
 //! Settings, what few walks find of them, and what many will take.
 
-use fredholm_core::{ENOUGH_SCORES, Statistics, next_round};
-use fredholm_rayon::TargetError;
+use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance, next_stage};
 
 use crate::file::{self, Estimator, Pairs, Placed, ProblemFile, What};
 use crate::problem::{Answer, Cost, PointwisePairs, Problem, WalkCost};
@@ -191,7 +190,7 @@ impl Pilot {
     pub(super) fn new(
         setting: Setting,
         sample: &Sample,
-        error: TargetError,
+        error: Tolerance,
         problem: &dyn Problem,
         answer: &Answer,
         squares: &[f64],
@@ -215,8 +214,8 @@ impl Pilot {
             // Of plain walks both estimates are the same.
             let estimate = statistics.preconditioned();
             let bound = match error {
-                TargetError::Absolute(bound) => bound,
-                TargetError::Relative(bound) => bound * estimate.estimate.abs(),
+                Tolerance::Absolute(bound) => bound,
+                Tolerance::Relative(bound) => bound * estimate.estimate.abs(),
             };
             let scored = statistics.scored() as f64;
             let each = statistics.walks() as f64 / scored;
@@ -225,7 +224,7 @@ impl Pilot {
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
                 rare: rare * square * square.max(from_anywhere) / bound.powi(2),
                 scored,
-                believed: ENOUGH_SCORES as f64 * each,
+                believed: MIN_SCORED_WALKS as f64 * each,
             }
         };
         let walks: u64 = all().map(Statistics::walks).sum();
@@ -402,7 +401,7 @@ fn batches(needed: f64) -> f64 {
     }
     let mut done = 0;
     loop {
-        done += next_round(done, u64::MAX);
+        done += next_stage(done, u64::MAX);
         if done as f64 >= needed {
             return done as f64;
         }

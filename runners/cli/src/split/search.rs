@@ -1,7 +1,6 @@
 //! From cheap pilots to what they promise.
 
-use fredholm_core::ENOUGH_BATCHES;
-use fredholm_rayon::TargetError;
+use fredholm_core::{MIN_BATCHES, Tolerance};
 
 use super::family::Family;
 use super::pilot::{self, Doubt, Level, Pilot, Prediction, Sample, Scales, Setting};
@@ -97,7 +96,7 @@ const ABSORPTIONS: [f64; 5] = [0.7, 0.5, 0.35, 0.2, 0.1];
 #[derive(Debug)]
 pub(super) struct Search<'f> {
     file: &'f ProblemFile,
-    error: TargetError,
+    error: Tolerance,
     /// The values of q0 that are tried, and that from which to start.
     absorptions: Vec<f64>,
     shortest: Option<f64>,
@@ -154,7 +153,7 @@ fn walk_seconds(setting: &Setting, cost: &Cost, pairs: PointwisePairs) -> f64 {
 
 impl<'f> Search<'f> {
     /// With an absorption of at most this, where the file leaves it open.
-    pub(super) fn new(file: &'f ProblemFile, error: TargetError, most: f64) -> Self {
+    pub(super) fn new(file: &'f ProblemFile, error: Tolerance, most: f64) -> Self {
         let mut absorptions = open(&file.walk.absorption, &ABSORPTIONS);
         absorptions.retain(|&absorption| absorption <= most);
         Self {
@@ -368,7 +367,7 @@ impl<'f> Search<'f> {
             return true;
         };
         let setup = self.due(setting, setting.setup(cost));
-        let round = (self.batch() * ENOUGH_BATCHES) as f64 * self.sample.weight();
+        let round = (self.batch() * MIN_BATCHES) as f64 * self.sample.weight();
         let round = round * walk_seconds(setting, cost, pairs);
         let seconds = self.seconds(setting, cost, pairs, allowance);
         (best.setting == *setting || setup + SHORTER * round <= self.price(&best))
@@ -930,7 +929,7 @@ impl<'f> Search<'f> {
             return false;
         };
         // Rare scores would take no round more, and by far not where they may be very rare.
-        let round = (self.batch() * ENOUGH_BATCHES) as f64;
+        let round = (self.batch() * MIN_BATCHES) as f64;
         let sure = if self.has_rare_scores(&best.setting) {
             best.most <= SURELY * round
         } else {
