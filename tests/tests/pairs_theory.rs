@@ -9,7 +9,7 @@ use fredholm_core::variance::{
     Chosen, Density, Level, Pass, Possible, Row, Setting, Start, Terms, VarianceError, Worth,
     serially,
 };
-use fredholm_core::{Equation, Estimator, Neighbour, NeighbourOf};
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_cube::{CubeLevel, model};
 use fredholm_room::{Choice, Grading, Room, RoomLevel, RoomPairs, Tables};
 use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};

@@ -8,8 +8,8 @@ use fredholm_core::variance::{
     Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Start, serially,
 };
 use fredholm_core::{
-    At, Equation, Estimator, Functional, Goal, Goals, Kernel, Located, Neighbour, NeighbourOf,
-    Plan, StateSpace, WalkOptions,
+    At, Equation, Estimator, Functional, Goal, Goals, Located, Neighbour, NeighbourOf, Plan,
+    StateSpace, WalkOptions,
 };
 use fredholm_cube::{Cube, CubeLevel, Mean, Rule, Weighted, model};
 use fredholm_rayon::{fill_rows, run};

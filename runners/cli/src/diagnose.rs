@@ -13,7 +13,7 @@ use fredholm_core::variance::{
     Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
 };
-use fredholm_core::{Equation, Estimator, Neighbour, NeighbourOf};
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_rayon::fill_rows;
 use indicatif::ProgressBar;
 use serde::Serialize;

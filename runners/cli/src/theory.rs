@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Pairs};
 use fredholm_core::variance::{Chosen, Level, Setting, Terms, VarianceError, Worth};
-use fredholm_core::{Equation, Estimator, Neighbour, NeighbourOf};
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_room::RoomPairs;
 use serde::Serialize;
 

@@ -14,8 +14,7 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Moment, PolynomialResidual, Polynomials, Residual};
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, Neighbour, NeighbourOf, Plan, Real, STEP_LIMIT, Statistics, Stream,
-    Task,
+    At, Equation, Estimator, NeighbourOf, Plan, Real, STEP_LIMIT, Statistics, Stream, Task,
 };
 use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
