@@ -308,23 +308,28 @@ where
 fn every_runner_stops_every_goal_after_the_same_walk() {
     use StopReason::{Done, ToleranceNotReached};
     let plans = [
-        (40_001, 100, None, Done),
-        (60_001, 50, Some(Tolerance::Absolute(3e-3)), Done),
-        (60_001, 50, Some(Tolerance::Relative(6e-4)), Done),
+        (40_001, None, Done, [40_001; 2]),
+        (60_001, Some(Tolerance::Absolute(3e-3)), Done, [2400, 5600]),
+        (60_001, Some(Tolerance::Relative(6e-4)), Done, [2400, 5600]),
         // The mean needs more walks, the point does not.
         (
-            4000,
-            50,
+            4001,
             Some(Tolerance::Absolute(3e-3)),
             ToleranceNotReached,
+            [2400, 4001],
         ),
         // Too few batches for an error bar.
-        (700, 50, Some(Tolerance::Absolute(1.0)), ToleranceNotReached),
+        (
+            701,
+            Some(Tolerance::Absolute(1.0)),
+            ToleranceNotReached,
+            [701; 2],
+        ),
     ];
-    for (walks, batch, tolerance, expected) in plans {
+    for (walks, tolerance, expected, ends) in plans {
         let plan = Plan {
             walks,
-            batch,
+            batch: 50,
             tolerance,
         };
         with_job::<f64, _>(WalkOptions::default(), |job| {
