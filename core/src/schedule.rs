@@ -214,13 +214,11 @@ impl Schedule {
     /// [`PlanError`].
     pub fn new(plan: Plan) -> Result<Self, PlanError> {
         plan.validate()?;
-        let mut first = Self {
+        Ok(Self {
             plan,
             next: 0,
-            end: 0,
-        };
-        first.begin_stage();
-        Ok(first)
+            end: next_stage(0, plan.batches()),
+        })
     }
 
     /// The schedule of a run in a stage of which these batches are left ([`stage`](Self::stage)).

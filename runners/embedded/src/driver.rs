@@ -52,12 +52,15 @@ where
     /// [`PlanError`].
     pub fn new(task: Task<'a, E, N, T, G>, plan: Plan) -> Result<Self, PlanError> {
         let schedule = Schedule::new(plan)?;
-        let position = Position {
-            merged: Statistics::default(),
-            batch: first_batch(&schedule),
-            schedule,
-        };
-        Ok(Self { task, position })
+        // In place: a position of its own would be on the stack twice.
+        Ok(Self {
+            task,
+            position: Position {
+                merged: Statistics::default(),
+                batch: Batch::new(0, plan.batch, plan.walks),
+                schedule,
+            },
+        })
     }
 
     /// Goes on from a position that fits the task.
@@ -135,7 +138,8 @@ where
         let position = &mut self.position;
         position.merged.merge(position.batch.statistics());
         position.schedule.end_batch();
-        position.batch = first_batch(&position.schedule);
+        let (plan, stage) = (position.schedule.plan(), position.schedule.stage());
+        position.batch = Batch::new(stage.start, plan.batch, plan.walks);
     }
 
     /// Begins another stage if one has ended and the goal goes on.
@@ -144,10 +148,4 @@ where
             self.position.schedule.begin_stage();
         }
     }
-}
-
-/// The first batch that the stage has left.
-fn first_batch(schedule: &Schedule) -> Batch {
-    let plan = schedule.plan();
-    Batch::new(schedule.stage().start, plan.batch, plan.walks)
 }
