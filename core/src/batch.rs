@@ -5,11 +5,11 @@ use core::fmt;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Draws, Ending, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source, Statistics,
-    Stream, Walk, walk,
+    Draws, Ending, Equation, Estimator, Functional, NeighbourOf, Real, Statistics, Stream, Walk,
+    walk,
 };
 
-/// Everything that a walk of one target depends on. A batch's statistics follow from a task and
+/// Everything that a walk of one goal depends on. A batch's statistics follow from a task and
 /// from walk numbers, and from nothing else.
 #[derive(Debug)]
 pub struct Task<'a, E, N: ?Sized, T, G> {
@@ -51,8 +51,8 @@ impl core::error::Error for NotFinite {}
 
 impl<E, N, T, G> Task<'_, E, N, T, G>
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -135,8 +135,8 @@ impl Batch {
         at_most: u64,
     ) -> Result<(), NotFinite>
     where
-        E: Sampler + Kernel + Source,
-        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+        E: Equation,
+        N: NeighbourOf<E> + ?Sized,
         T: Functional<E>,
         G: Rng + SeedableRng,
     {

@@ -47,17 +47,17 @@ pub type DefaultGenerator = rand_pcg::Pcg64Mcg;
 /// The name of [`DefaultGenerator`] in outputs.
 pub const DEFAULT_GENERATOR: &str = "pcg64mcg";
 
-/// The draws of one target: from the seed of the run and the number of the target follows the
+/// The draws of one goal: from the seed of the run and the number of the goal follows the
 /// generator of every walk.
 ///
-/// Draws belong to the walk. Walk w of target t draws from a generator that is seeded with a hash
-/// of (seed, t, w), and from no other, so that
+/// Draws belong to the walk. Walk w of goal g draws from a generator that is seeded with a hash
+/// of (seed, g, w), and from no other, so that
 ///
 /// - any walk can be replayed alone,
 /// - batches may have any size and be run in any order or place without changing a bit.
 ///
 /// The hash is the SplitMix64 sequence (Steele, Lea, Flood 2014) started at a mix of the three.
-/// Two walks of one target never start from the same first word, as the mix is a bijection of the
+/// Two walks of one goal never start from the same first word, as the mix is a bijection of the
 /// walk's number.
 ///
 /// ```
@@ -96,13 +96,13 @@ const fn mix(mut z: u64) -> u64 {
 }
 
 impl<G> Stream<G> {
-    /// The draws of target number `target` in a run with this `seed`.
+    /// The draws of goal number `goal` in a run with this `seed`.
     #[must_use]
-    pub const fn new(seed: u64, target: u64) -> Self {
-        let key = mix(mix(seed.wrapping_add(GOLDEN)) ^ target.wrapping_mul(GOLDEN));
+    pub const fn new(seed: u64, goal: u64) -> Self {
+        let key = mix(mix(seed.wrapping_add(GOLDEN)) ^ goal.wrapping_mul(GOLDEN));
         Self {
             key,
-            salt: mix(key ^ seed) ^ mix(target),
+            salt: mix(key ^ seed) ^ mix(goal),
             generator: PhantomData,
         }
     }
@@ -135,8 +135,8 @@ mod tests {
     /// Results are a promise: a change of these words changes every published number.
     #[test]
     fn first_words_of_a_walk_never_change() {
-        let words = |seed, target, walk| {
-            let mut g = Stream::<DefaultGenerator>::new(seed, target).generator(walk);
+        let words = |seed, goal, walk| {
+            let mut g = Stream::<DefaultGenerator>::new(seed, goal).generator(walk);
             [g.next_u64(), g.next_u64()]
         };
         assert_eq!(words(1, 0, 0), WORDS[0]);
@@ -153,13 +153,13 @@ mod tests {
         [0x9dfa_7c18_3678_c7a5, 0x8673_b8b0_e5c1_c548],
     ];
 
-    /// Neighbouring walks, targets and seeds must be as good as independent: the products of
+    /// Neighbouring walks, goals and seeds must be as good as independent: the products of
     /// their centred first draws have mean 0 and variance 1/144.
     #[test]
     fn neighbouring_streams_are_uncorrelated() {
-        let draw = |seed, target, walk| -> f64 {
+        let draw = |seed, goal, walk| -> f64 {
             let uniform: f64 =
-                Draws(Stream::<DefaultGenerator>::new(seed, target).generator(walk)).uniform();
+                Draws(Stream::<DefaultGenerator>::new(seed, goal).generator(walk)).uniform();
             uniform - 0.5
         };
         let n = 200_000_u32;

@@ -71,6 +71,12 @@ pub trait Source: StateSpace {
     fn source(&self, x: &Self::Point) -> Self::Scalar;
 }
 
+/// An equation that walks can follow: its chain, its kernel and its right-hand side. Every type that
+/// has these three is one.
+pub trait Equation: Sampler + Kernel + Source {}
+
+impl<E: Sampler + Kernel + Source + ?Sized> Equation for E {}
+
 /// A functional Φ = φ p0 of the solution on the space of `E`, (2) of Heinrich 1995: where walks
 /// start and with which weight. The estimate is of (u, Φ).
 #[diagnostic::on_unimplemented(

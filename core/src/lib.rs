@@ -10,9 +10,10 @@ mod batch;
 mod draws;
 mod equation;
 pub mod galerkin;
+mod job;
 mod neighbour;
 mod real;
-mod rounds;
+mod schedule;
 mod statistics;
 #[cfg(feature = "alloc")]
 pub mod variance;
@@ -20,10 +21,15 @@ mod walk;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
 pub use draws::{DEFAULT_GENERATOR, DefaultGenerator, Draws, Stream, Uniforms};
-pub use equation::{At, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity};
-pub use neighbour::{Located, Neighbour, NoNeighbour};
+pub use equation::{
+    At, Equation, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity,
+};
+pub use job::{Goal, Goals, Job, WalkOptions};
+pub use neighbour::{Located, Neighbour, NeighbourOf, NoNeighbour};
 pub use real::Real;
-pub use rounds::{ENOUGH_BATCHES, ENOUGH_SCORES, TargetError, next_round};
+pub use schedule::{
+    MIN_BATCHES, MIN_SCORED_WALKS, Plan, PlanError, Schedule, StopReason, Tolerance, next_stage,
+};
 pub use statistics::{Endings, Estimate, Statistics, rounding_floor};
 pub use walk::{Ending, Estimator, Walk, walk};
 

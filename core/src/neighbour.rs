@@ -40,6 +40,20 @@ pub trait Neighbour: StateSpace {
     fn value(&self, x: &Located<Self::Point>) -> Self::Scalar;
 }
 
+/// A neighbour equation on the space of `E`. Every [`Neighbour`] with its scalar and its points is
+/// one.
+pub trait NeighbourOf<E: StateSpace + ?Sized>:
+    Neighbour<Scalar = E::Scalar, Point = E::Point>
+{
+}
+
+impl<E, N> NeighbourOf<E> for N
+where
+    E: StateSpace + ?Sized,
+    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+{
+}
+
 /// The neighbour equation 0 = 0. With it the preconditioned estimate is the plain one: for whoever
 /// wants plain Monte Carlo only.
 #[derive(Clone, Copy, Debug, Default)]

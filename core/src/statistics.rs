@@ -28,7 +28,7 @@ pub struct Estimate {
     pub std_dev: Option<f64>,
 }
 
-/// Statistics of the triples (η(k,f), η(h,g) − (v,Φ), ζ) over some walks of one target.
+/// Statistics of the triples (η(k,f), η(h,g) − (v,Φ), ζ) over some walks of one goal.
 ///
 /// Always f64: an f32 sum of 4·10⁷ scores is wrong in its first digit. Welford's update within a
 /// batch, Chan's between. Var ζ is accumulated from ζ itself: as a difference of the others'

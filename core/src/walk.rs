@@ -2,7 +2,7 @@
 
 use num_traits::{one, zero};
 
-use crate::{Kernel, Located, Neighbour, Real, Sampler, Source, Uniforms};
+use crate::{Equation, Located, NeighbourOf, Real, Uniforms};
 
 /// What a walk scores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,7 +21,7 @@ pub enum Estimator {
 pub enum Ending {
     /// Absorbed, with probability q(x_m).
     Absorbed,
-    /// Left the space: [`Sampler::step`] returned `None`.
+    /// Left the space: [`Sampler::step`](crate::Sampler::step) returned `None`.
     Left,
     /// Cut off at the step limit: what it would have scored is missing, a possible bias.
     StepLimit,
@@ -56,8 +56,8 @@ pub fn walk<E, N, U>(
     uniforms: &mut U,
 ) -> Walk<E::Scalar>
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     U: Uniforms<E::Scalar>,
 {
     let mut x = x0;

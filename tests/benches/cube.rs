@@ -5,11 +5,11 @@ use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::galerkin::{Coefficients, Dense, OffDiagonal, PairKind, Partition, Piecewise};
-use fredholm_core::{Draws, Estimator, Neighbour, Real, Stream, Uniforms};
+use fredholm_core::{Draws, Goal, Goals, Neighbour, Plan, Real, Stream, Uniforms, WalkOptions};
 use fredholm_cube::{
     Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table, functions,
 };
-use fredholm_rayon::{Plan, Target, fill_rows, run};
+use fredholm_rayon::{fill_rows, run};
 
 const PER_AXIS: usize = 10;
 const CELLS: usize = 1000;
@@ -96,13 +96,12 @@ fn engine<C: Coefficients<Scalar = f64> + Sync>(
     (v, g): &(Vec<f64>, Vec<f64>),
 ) -> (f64, u64) {
     let neighbour = Piecewise::new(cube, coefficients, ALL, v, g).unwrap();
-    let targets = [Target {
+    let goals = [Goal {
         functional: Mean,
         neighbour_value: Some(Mean::of(v)),
     }];
-    let mut plan: Plan = Plan::new(WALKS);
-    plan.estimator = Estimator::Absorption;
-    let outcome = run(cube, &neighbour, &targets, &plan, &()).unwrap();
+    let job = Goals::new(cube, &neighbour, &goals, WalkOptions::default());
+    let outcome = run(&job, &Plan::new(WALKS), None, &()).unwrap();
     let statistics = &outcome.statistics[0];
     (statistics.preconditioned().estimate, statistics.states())
 }
@@ -193,13 +192,13 @@ fn degrees(c: &mut Criterion) {
         let dense = Dense::new(&entries, solution.v.len()).unwrap();
         let by_table = Piecewise::new(&cube, &dense, ALL, &solution.v, &g).unwrap();
         let by_axes = Piecewise::new(&cube, &tables, ALL, &solution.v, &g).unwrap();
-        let targets = [Target {
+        let goals = [Goal {
             functional: Mean,
             neighbour_value: Some(Mean::of_blocks::<f64, B>(&solution.v)),
         }];
-        let plan: Plan = Plan::new(10_000);
         let states = |neighbour: &(dyn Neighbour<Scalar = f64, Point = [f64; D]> + Sync)| {
-            let outcome = run(&cube, neighbour, &targets, &plan, &()).unwrap();
+            let job = Goals::new(&cube, neighbour, &goals, WalkOptions::default());
+            let outcome = run(&job, &Plan::new(10_000), None, &()).unwrap();
             outcome.statistics[0].states()
         };
         let mut group = c.benchmark_group(format!("cube, d = {D}, a state by degree"));

@@ -8,7 +8,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use fredholm_circle::{Harmonic, MeanOver};
 use fredholm_core::galerkin::PairIntegral;
 use fredholm_core::{
-    Batch, Estimator, Functional, Kernel, Located, Neighbour, STEP_LIMIT, Sampler, Source, Task,
+    Batch, Equation, Estimator, Functional, Located, Neighbour, NeighbourOf, STEP_LIMIT, Task,
 };
 use fredholm_cube::{Mean, model};
 use fredholm_room::{Choice, Grading, View};
@@ -19,8 +19,8 @@ use fredholm_tests::room::{Setup, furnished};
 /// A state of a walk.
 fn states<E, N, T>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, of: (&E, &N, &T, f64))
 where
-    E: Sampler<Scalar = f64> + Kernel + Source,
-    N: Neighbour<Scalar = f64, Point = E::Point>,
+    E: Equation<Scalar = f64>,
+    N: NeighbourOf<E>,
     T: Functional<E>,
 {
     let (equation, neighbour, functional, value) = of;

@@ -5,11 +5,13 @@ pub mod cases;
 #[path = "../../runners/embedded/firmware/src/line.rs"]
 pub mod line;
 
-use cases::{Beside, Case, Equation, Runner, Start, drive};
+use cases::{Case, Runner, Start, drive};
 use fredholm_core::rand_core::Rng;
-use fredholm_core::{DefaultGenerator, Statistics, Stream, Task};
-use fredholm_embedded::{Driver, Plan, State};
-use fredholm_rayon::Target;
+use fredholm_core::{
+    DefaultGenerator, Equation, Goal, Goals, NeighbourOf, Plan, Statistics, Stream, Task,
+    WalkOptions,
+};
+use fredholm_embedded::{Driver, State};
 
 /// Which runner walks.
 #[derive(Clone, Copy, Debug)]
@@ -42,18 +44,18 @@ struct Workstation {
 }
 
 impl Runner for Workstation {
-    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
+    fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         &mut self,
         name: &str,
         case: Case<'_, E, N, T>,
-        target: u64,
+        goal: u64,
         plan: Plan,
     ) {
         let estimator = case.estimator;
         let statistics = match self.with {
             With::Embedded(walks) => drive(case, plan, walks, || ()).expect("a run ends"),
             With::Resets(seed) => with_resets(seed, case, plan),
-            With::Rayon(threads) => on_threads(threads, &case, target, plan),
+            With::Rayon(threads) => on_threads(threads, &case, goal, plan),
         };
         line::line::<E::Scalar>(&mut self.lines, name, estimator, &statistics)
             .expect("writing to a string does not fail");
@@ -61,7 +63,7 @@ impl Runner for Workstation {
 }
 
 /// At each reset the bytes of the state survive, and nothing else.
-fn with_resets<E: Equation, N: Beside<E>, T: Start<E>>(
+fn with_resets<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     seed: u64,
     case: Case<'_, E, N, T>,
     plan: Plan,
@@ -82,26 +84,26 @@ fn with_resets<E: Equation, N: Beside<E>, T: Start<E>>(
     driver.statistics()
 }
 
-fn on_threads<E: Equation, N: Beside<E>, T: Start<E>>(
+fn on_threads<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     threads: usize,
     case: &Case<'_, E, N, T>,
-    target: u64,
+    goal: u64,
     plan: Plan,
 ) -> Statistics {
-    let mut same: fredholm_rayon::Plan = fredholm_rayon::Plan::new(plan.walks);
-    same.seed = cases::SEED;
-    same.batch = plan.batch;
-    same.estimator = case.estimator;
-    same.step_limit = case.step_limit;
-    same.target_error = plan.target_error;
-    // Its targets are numbered from 0: the last one is the case's.
-    let one = Target {
+    // Goals are numbered from 0: the last one is the case's.
+    let one = Goal {
         functional: *case.functional,
         neighbour_value: case.neighbour_value,
     };
-    let targets = vec![one; target as usize + 1];
+    let goals = vec![one; goal as usize + 1];
+    let options = WalkOptions {
+        seed: cases::SEED,
+        estimator: case.estimator,
+        step_limit: case.step_limit,
+    };
+    let job = Goals::new(case.equation, case.neighbour, &goals, options);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().unwrap();
-    let run = || fredholm_rayon::run(case.equation, case.neighbour, &targets, &same, &());
-    pool.install(run).unwrap().statistics[target as usize]
+    let run = || fredholm_rayon::run(&job, &plan, None, &());
+    pool.install(run).unwrap().statistics[goal as usize]
 }

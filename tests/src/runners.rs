@@ -5,11 +5,10 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source, StateSpace,
-    Statistics, Stream, Task, Uniforms,
+    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Kernel, NeighbourOf, Plan,
+    Real, Sampler, Source, StateSpace, Statistics, Stream, Task, Uniforms, WalkOptions,
 };
-use fredholm_embedded::{Driver, Plan, State};
-use fredholm_rayon::Target;
+use fredholm_embedded::{Driver, State};
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -25,7 +24,7 @@ pub const RUNNERS: usize = 1 + THREADS.len() + 1;
 
 /// Walks that every runner runs …
 const WALKS: u64 = 600;
-/// … in 27 batches, the last of which is not whole: rounds of 16 and of 11.
+/// … in 27 batches, the last of which is not whole: stages of 16 and of 11.
 const BATCH: u64 = 23;
 
 /// A generator of the matrix: the default one, and two more that users of `rand` would take, of other families
@@ -73,7 +72,7 @@ impl<F> Uniforms<F> for AnyUniforms<'_, F> {
     }
 }
 
-impl<E: Sampler + Kernel + Source> Walkable for E {
+impl<E: Equation> Walkable for E {
     fn absorption(&self, x: &E::Point) -> E::Scalar {
         Sampler::absorption(self, x)
     }
@@ -143,7 +142,7 @@ impl<E, N: ?Sized, T> Clone for Case<'_, E, N, T> {
 impl<E, N: ?Sized, T> Copy for Case<'_, E, N, T> {}
 
 impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
-    /// Target 0 of a run with this seed.
+    /// Goal 0 of a run with this seed.
     #[must_use]
     pub const fn task<G>(&self, seed: u64) -> Task<'a, E, N, T, G> {
         Task {
@@ -165,8 +164,8 @@ impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
 /// If a walk scores a value that is not finite.
 pub fn runners<E, N, T, G>(case: Case<'_, E, N, T>, seed: u64) -> (Outcome, Statistics)
 where
-    E: Sampler + Kernel + Source + Sync,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync + ?Sized,
+    E: Equation + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
     T: Functional<E> + Clone + Sync,
     G: Generator,
 {
@@ -204,23 +203,31 @@ fn pools() -> &'static [ThreadPool; 3] {
     })
 }
 
+fn plan() -> Plan {
+    Plan {
+        batch: BATCH,
+        ..Plan::new(WALKS)
+    }
+}
+
 fn on_threads<E, N, T, G>(pool: &ThreadPool, case: Case<'_, E, N, T>, seed: u64) -> Statistics
 where
-    E: Sampler + Kernel + Source + Sync,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync + ?Sized,
+    E: Equation + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
     T: Functional<E> + Clone + Sync,
     G: Generator,
 {
-    let mut plan = fredholm_rayon::Plan::<G>::new(WALKS);
-    plan.seed = seed;
-    plan.batch = BATCH;
-    plan.estimator = case.estimator;
-    plan.step_limit = case.step_limit;
-    let targets = [Target {
+    let goals = [Goal {
         functional: case.functional.clone(),
         neighbour_value: Some(case.neighbour_value),
     }];
-    let run = || fredholm_rayon::run(case.equation, case.neighbour, &targets, &plan, &());
+    let options = WalkOptions {
+        seed,
+        estimator: case.estimator,
+        step_limit: case.step_limit,
+    };
+    let job = Goals::new(case.equation, case.neighbour, &goals, options).with_generator::<G>();
+    let run = || fredholm_rayon::run(&job, &plan(), None, &());
     // Not from a worker of another pool: it would begin a further problem while it waits for this one, and
     // another within that.
     let outcome = thread::scope(|scope| scope.spawn(|| pool.install(run)).join());
@@ -232,14 +239,12 @@ where
 /// as the first walks are no longer what they were.
 fn in_pieces<E, N, T, G>(case: Case<'_, E, N, T>, seed: u64) -> Option<Statistics>
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Generator,
 {
-    let mut plan = Plan::new(WALKS);
-    plan.batch = BATCH;
-    let mut driver = Driver::new(case.task::<G>(seed), plan).expect("a plan with walks");
+    let mut driver = Driver::new(case.task::<G>(seed), plan()).expect("a plan with walks");
     loop {
         let progress = driver.poll(47).expect("finite scores");
         if progress.stop.is_some() {
@@ -247,7 +252,7 @@ where
         }
         if progress.walks == 329 {
             let state = State::from_bytes(&driver.save().to_bytes()).expect("whole bytes");
-            driver = Driver::restore(case.task(seed), plan, &state).ok()?;
+            driver = Driver::restore(case.task(seed), plan(), &state).ok()?;
         }
     }
 }

@@ -5,7 +5,7 @@ use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Estimate, Estimator, Functional, Kernel, Neighbour, STEP_LIMIT, Sampler, Source,
+    At, Batch, Equation, Estimate, Estimator, Functional, Neighbour, NeighbourOf, STEP_LIMIT,
     Statistics, Stream, Task,
 };
 use fredholm_cube::{Function, Mean, model};
@@ -140,8 +140,8 @@ fn the_band_is_that_of_the_binomial() {
 /// Skewness and kurtosis of both scores, of four million walks, or 2¹⁴.
 fn moments<E, N, T>(task: &Task<'_, E, N, T, fredholm_core::DefaultGenerator>) -> [[f64; 2]; 2]
 where
-    E: Sampler<Scalar = f64> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = E::Point> + Sync,
+    E: Equation<Scalar = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     let groups = if long() { 256 } else { 1 };
@@ -194,8 +194,8 @@ struct Case<'a, E, N, T> {
 
 impl<E, N, T> Case<'_, E, N, T>
 where
-    E: Sampler<Scalar = f64> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = E::Point> + Sync,
+    E: Equation<Scalar = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     fn rows(&self, seeds: u64, walks: &[u64]) -> Vec<Row> {

@@ -5,14 +5,12 @@ use core::cell::Cell;
 use fredholm_circle::{Cells, Circle, CircleError, Harmonic};
 use fredholm_core::galerkin::OffDiagonal;
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Neighbour, NoNeighbour, Real, STEP_LIMIT, Sampler, Statistics,
-    Stream, TargetError, Task,
+    At, DefaultGenerator, Estimator, Goal, Goals, Neighbour, NoNeighbour, Plan, PlanError, Real,
+    STEP_LIMIT, Sampler, Statistics, StopReason, Stream, Task, Tolerance, WalkOptions,
 };
 use fredholm_embedded::{
-    Driver, Plan, PlanError, State, StateError, Stop, Table, TableBuilder, TableError,
-    zerocopy::IntoBytes,
+    Driver, State, StateError, Table, TableBuilder, TableError, zerocopy::IntoBytes,
 };
-use fredholm_rayon::Target;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 use fredholm_tests::device::{With, lines};
 use proptest::prelude::*;
@@ -49,13 +47,16 @@ fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
 fn another_generator_has_the_same_bits_from_either_runner() {
     scene::<f64, _>(|circle, neighbour, start| {
         let default = task(circle, neighbour, start, Estimator::Absorption);
-        let mut plan: fredholm_rayon::Plan<ChaCha8Rng> = fredholm_rayon::Plan::new(1000);
-        plan.seed = 5;
-        let target = Target {
+        let goals = [Goal {
             functional: *start,
             neighbour_value: default.neighbour_value,
+        }];
+        let options = WalkOptions {
+            seed: 5,
+            ..WalkOptions::default()
         };
-        let outcome = fredholm_rayon::run(circle, neighbour, &[target], &plan, &()).unwrap();
+        let job = Goals::new(circle, neighbour, &goals, options).with_generator::<ChaCha8Rng>();
+        let outcome = fredholm_rayon::run(&job, &Plan::new(1000), None, &()).unwrap();
         let mut chacha = Driver::new(
             Task {
                 equation: circle,
@@ -93,11 +94,11 @@ fn task<'a, F: Real>(
     }
 }
 
-fn plan(target_error: Option<TargetError>) -> Plan {
+fn plan(tolerance: Option<Tolerance>) -> Plan {
     Plan {
         walks: 5000,
         batch: 100,
-        target_error,
+        tolerance,
     }
 }
 
@@ -116,7 +117,7 @@ fn interrupted<F: Real>(
     plan: Plan,
     cuts: &[u64],
     through: impl Fn(State) -> State,
-) -> (Statistics, Option<Stop>) {
+) -> (Statistics, Option<StopReason>) {
     scene::<F, _>(|circle, neighbour, start| {
         let fresh = || task(circle, neighbour, start, estimator);
         let mut driver = Driver::new(fresh(), plan).unwrap();
@@ -147,15 +148,15 @@ fn through_json(state: State) -> State {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
-    /// Up to five resets at any walks, at ends of batches and rounds too, and behind the end.
+    /// Up to five resets at any walks, at ends of batches and stages too, and behind the end.
     #[test]
     fn a_run_saved_and_restored_anywhere_ends_with_the_same_bits(
         cuts in prop::collection::vec(prop_oneof![0_u64..1700, (0_u64..17).prop_map(|k| 100 * k)], 1..6),
         collision in any::<bool>(),
         error in prop_oneof![
             Just(None),
-            Just(Some(TargetError::Absolute(5e-3))),
-            Just(Some(TargetError::Relative(1e-9))),
+            Just(Some(Tolerance::Absolute(5e-3))),
+            Just(Some(Tolerance::Relative(1e-9))),
         ],
     ) {
         let estimator = if collision { Estimator::Collision } else { Estimator::Absorption };
@@ -172,13 +173,13 @@ proptest! {
 fn a_run_ends_as_the_plan_says() {
     let run = |plan| interrupted::<f64>(Estimator::Collision, plan, &[], through_bytes);
     let (all, stop) = run(plan(None));
-    assert_eq!((all.walks(), stop), (5000, Some(Stop::Done)));
-    // The standard deviation of a walk is 0.24: 2200 walks, and the round that ends at 3200.
-    let (some, stop) = run(plan(Some(TargetError::Absolute(5e-3))));
-    assert_eq!(stop, Some(Stop::Done));
+    assert_eq!((all.walks(), stop), (5000, Some(StopReason::Done)));
+    // The standard deviation of a walk is 0.24: 2200 walks, and the stage that ends at 3200.
+    let (some, stop) = run(plan(Some(Tolerance::Absolute(5e-3))));
+    assert_eq!(stop, Some(StopReason::Done));
     assert!(some.walks() == 3200 && some.preconditioned().std_error.unwrap() <= 5e-3);
-    let (none, stop) = run(plan(Some(TargetError::Absolute(1e-9))));
-    assert_eq!((none, stop), (all, Some(Stop::ErrorNotReached)));
+    let (none, stop) = run(plan(Some(Tolerance::Absolute(1e-9))));
+    assert_eq!((none, stop), (all, Some(StopReason::ToleranceNotReached)));
 }
 
 #[test]
@@ -193,7 +194,7 @@ fn polls_are_bounded_and_tell_where_the_run_stands() {
             walks = (walks + 70).min(5000);
             assert_eq!(progress.walks, walks);
             assert_eq!(progress.estimate, driver.statistics().preconditioned());
-            assert_eq!(progress.stop, (walks == 5000).then_some(Stop::Done));
+            assert_eq!(progress.stop, (walks == 5000).then_some(StopReason::Done));
             if progress.stop.is_some() {
                 break;
             }
@@ -219,8 +220,8 @@ fn impossible_plans_are_refused() {
         assert_eq!(refused(plan), PlanError::NoWalks);
         for bound in [0.0, -1.0, f64::NAN] {
             let mut plan = Plan::new(10);
-            plan.target_error = Some(TargetError::Relative(bound));
-            assert_eq!(refused(plan), PlanError::TargetError);
+            plan.tolerance = Some(Tolerance::Relative(bound));
+            assert_eq!(refused(plan), PlanError::Tolerance);
         }
     });
 }
@@ -279,7 +280,7 @@ fn a_state_of_something_else_is_refused() {
         for change in [
             |plan: &mut Plan| plan.walks += 1,
             |plan: &mut Plan| plan.batch += 1,
-            |plan: &mut Plan| plan.target_error = Some(TargetError::Absolute(1.0)),
+            |plan: &mut Plan| plan.tolerance = Some(Tolerance::Absolute(1.0)),
         ] {
             let mut other = plan(None);
             change(&mut other);
@@ -327,10 +328,14 @@ fn a_state_of_something_else_is_refused() {
 #[test]
 fn a_contradictory_state_is_refused() {
     let state = serde_json::to_value(some_state()).unwrap();
+    // A stage has ended, nothing is begun, and there is no reason to stop.
+    let mut ended = state.clone();
+    ended["stage_end"] = 2.into();
+    ended["batch"] = serde_json::to_value(Statistics::default()).unwrap();
     let edits: [(&str, Option<&str>, u64); 8] = [
-        ("round_end", None, 1),
-        ("round_end", None, 2),
-        ("round_end", None, 51),
+        ("stage_end", None, 1),
+        ("stage_end", None, 2),
+        ("stage_end", None, 51),
         ("merged", Some("walks"), 250),
         ("merged", Some("left"), 300),
         ("batch", Some("walks"), 100),
@@ -338,6 +343,10 @@ fn a_contradictory_state_is_refused() {
         ("merged", Some("walks"), u64::MAX),
     ];
     scene::<f64, _>(|circle, neighbour, start| {
+        let ended: State = serde_json::from_value(ended).unwrap();
+        let task = || task(circle, neighbour, start, Estimator::Absorption);
+        let refused = Driver::restore(task(), plan(None), &ended).err();
+        assert_eq!(refused, Some(StateError::Contradiction));
         for (field, inner, value) in edits {
             let mut edited = state.clone();
             match inner {
@@ -345,8 +354,7 @@ fn a_contradictory_state_is_refused() {
                 None => edited[field] = value.into(),
             }
             let edited: State = serde_json::from_value(edited).unwrap();
-            let task = task(circle, neighbour, start, Estimator::Absorption);
-            let refused = Driver::restore(task, plan(None), &edited).err();
+            let refused = Driver::restore(task(), plan(None), &edited).err();
             assert_eq!(
                 refused,
                 Some(StateError::Contradiction),

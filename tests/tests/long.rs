@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DEFAULT_GENERATOR, DefaultGenerator, Functional, Kernel, Located, Neighbour, Real, Sampler,
-    Source, StateSpace, Statistics, Stream, Uniforms,
+    DEFAULT_GENERATOR, DefaultGenerator, Functional, Goal, Goals, Kernel, Located, Neighbour, Plan,
+    Real, Sampler, Source, StateSpace, Statistics, Stream, Uniforms, WalkOptions,
 };
-use fredholm_rayon::{Plan, Target, run};
+use fredholm_rayon::run;
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 use rayon::prelude::*;
 
@@ -147,13 +147,17 @@ fn found(statistics: &Statistics) -> [f64; 6] {
 fn statistics_are_exact<F: Real>(walks: u64, sums: &Sums) {
     let start = Instant::now();
     let equation = Exact(F::one());
-    let mut plan: Plan = Plan::new(walks);
-    plan.seed = 9;
-    let targets = [Target {
+    let plan = Plan::new(walks);
+    let goals = [Goal {
         functional: Anywhere,
         neighbour_value: Some(f64::from(OFFSET)),
     }];
-    let outcome = run(&equation, &equation, &targets, &plan, &()).unwrap();
+    let options = WalkOptions {
+        seed: 9,
+        ..WalkOptions::default()
+    };
+    let job = Goals::new(&equation, &equation, &goals, options);
+    let outcome = run(&job, &plan, None, &()).unwrap();
     let statistics = &outcome.statistics[0];
     assert_eq!(statistics.walks(), walks);
     assert_eq!(statistics.states(), walks);

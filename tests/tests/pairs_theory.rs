@@ -9,7 +9,7 @@ use fredholm_core::variance::{
     Chosen, Density, Level, Pass, Possible, Row, Setting, Start, Terms, VarianceError, Worth,
     serially,
 };
-use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_cube::{CubeLevel, model};
 use fredholm_room::{Choice, Grading, Room, RoomLevel, RoomPairs, Tables};
 use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};
@@ -50,11 +50,11 @@ fn look<E, N, L, H>(
     terms: &Terms<'_, H>,
 ) -> Looked
 where
-    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = L::Point> + Sync,
+    E: Equation<Scalar = f64, Point = L::Point> + Sync,
+    N: NeighbourOf<E> + Sync,
     L: Level + Sync,
     L::Point: Send + Sync,
-    H: Neighbour<Scalar = f64, Point = L::Point> + Sync,
+    H: NeighbourOf<E> + Sync,
 {
     let analysis = setting.analyse(estimator, serially).unwrap();
     let predictions = [setting.predict(&analysis, start).unwrap()];

@@ -4,14 +4,20 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 
 use fredholm_circle::{Circle, Harmonic, MeanOver};
-use fredholm_core::{At, Estimator, Functional, Neighbour, Real, Statistics, Uniforms};
-use fredholm_rayon::{
-    ENOUGH_BATCHES, Observer, Outcome, Plan, RunError, Stop, Target, TargetError, run,
+use fredholm_core::galerkin::OffDiagonal;
+use fredholm_core::rand_core::{Rng, SeedableRng};
+use fredholm_core::{
+    At, Batch, Equation, Estimator, Functional, Goal, Goals, Job, MIN_BATCHES, Neighbour,
+    NeighbourOf, NotFinite, Plan, PlanError, Real, Schedule, Statistics, StopReason, Task,
+    Tolerance, Uniforms, WalkOptions,
 };
+use fredholm_embedded::Driver;
+use fredholm_rayon::{Observer, Outcome, RunError, run};
 use fredholm_tests::check::means;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 
 type OnScene<'a, F> = Circle<'a, F, Harmonic>;
+type Lights<'a, F> = OnCircle<'a, F, Harmonic, OffDiagonal>;
 
 /// A point or a mean, as one type.
 enum Start<'a, 'b, F: Real> {
@@ -28,89 +34,110 @@ impl<'b, F: Real> Functional<OnScene<'b, F>> for Start<'_, 'b, F> {
     }
 }
 
-/// Runs the plan for a point and a mean on so many threads.
-fn on_threads<F: Real>(threads: usize, plan: &Plan, observer: &impl Observer) -> Outcome {
+/// What is run: a plan, what walks have in common, and a time limit.
+#[derive(Clone, Copy)]
+struct Asked {
+    plan: Plan,
+    walks: WalkOptions,
+    time_limit: Option<Duration>,
+}
+
+impl Asked {
+    fn new(walks: u64, batch: u64) -> Self {
+        Self {
+            plan: Plan {
+                batch,
+                ..Plan::new(walks)
+            },
+            walks: WalkOptions::default(),
+            time_limit: None,
+        }
+    }
+}
+
+/// Calls back with the job of a point and a mean.
+fn with_job<F: Real, R>(
+    options: WalkOptions,
+    then: impl FnOnce(&Goals<'_, OnScene<'_, F>, Lights<'_, F>, Start<'_, '_, F>>) -> R,
+) -> R {
     with_piecewise::<F, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, v| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().unwrap();
-        pool.install(|| outcome(circle, neighbour, v, plan, observer).unwrap())
+        let x0 = circle.point(0.3);
+        let mean = MeanOver::new(circle, 1.0, 4.0).unwrap();
+        let goals = [
+            Goal {
+                neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
+                functional: Start::Point(At(x0)),
+            },
+            Goal {
+                neighbour_value: Some(mean.of(v)),
+                functional: Start::Mean(mean),
+            },
+        ];
+        then(&Goals::new(circle, neighbour, &goals, options))
     })
 }
 
-fn outcome<'a, F: Real>(
-    circle: &OnScene<'a, F>,
-    neighbour: &OnCircle<'_, F, Harmonic, fredholm_core::galerkin::OffDiagonal>,
-    v: &[F],
-    plan: &Plan,
-    observer: &impl Observer,
-) -> Result<Outcome, RunError> {
-    let x0 = circle.point(0.3);
-    let mean = MeanOver::new(circle, 1.0, 4.0).unwrap();
-    let targets = [
-        Target {
-            neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
-            functional: Start::Point(At(x0)),
-        },
-        Target {
-            neighbour_value: Some(mean.of(v)),
-            functional: Start::Mean(mean),
-        },
-    ];
-    run(circle, neighbour, &targets, plan, observer)
+/// Runs a point and a mean on so many threads.
+fn on_threads<F: Real>(threads: usize, asked: &Asked, observer: &dyn Observer) -> Outcome {
+    with_job::<F, _>(asked.walks, |job| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let run = || run(job, &asked.plan, asked.time_limit, observer);
+        pool.build().unwrap().install(run).unwrap()
+    })
 }
 
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
-    fn check<F: Real>(estimator: Estimator, target_error: Option<TargetError>) {
-        let mut plan = Plan::new(100_001);
-        plan.batch = 1000;
-        plan.estimator = estimator;
-        plan.target_error = target_error;
-        let one = on_threads::<F>(1, &plan, &());
+    fn check<F: Real>(estimator: Estimator, tolerance: Option<Tolerance>) {
+        let mut asked = Asked::new(100_001, 1000);
+        asked.walks.estimator = estimator;
+        asked.plan.tolerance = tolerance;
+        let one = on_threads::<F>(1, &asked, &());
         for threads in [1, 2, 3, 7] {
-            let other = on_threads::<F>(threads, &plan, &());
+            let other = on_threads::<F>(threads, &asked, &());
             assert_eq!(one.statistics, other.statistics, "{threads} threads");
             assert_eq!(one.stop, other.stop);
         }
     }
     for estimator in [Estimator::Absorption, Estimator::Collision] {
-        for error in [
+        for tolerance in [
             None,
-            Some(TargetError::Absolute(8e-4)),
-            Some(TargetError::Relative(1e-9)),
+            Some(Tolerance::Absolute(8e-4)),
+            Some(Tolerance::Relative(1e-9)),
         ] {
-            check::<f64>(estimator, error);
-            check::<f32>(estimator, error);
+            check::<f64>(estimator, tolerance);
+            check::<f32>(estimator, tolerance);
         }
     }
 }
 
 #[test]
-fn a_target_error_is_reached_for_every_target_or_said_not_to_be() {
-    let mut plan = Plan::new(1_000_000);
-    plan.batch = 1000;
-    plan.target_error = Some(TargetError::Absolute(8e-4));
-    let reached = on_threads::<f64>(2, &plan, &());
-    assert_eq!(reached.stop, Stop::Done);
+fn a_tolerance_is_reached_for_every_goal_or_said_not_to_be() {
+    let mut asked = Asked::new(1_000_000, 1000);
+    asked.plan.tolerance = Some(Tolerance::Absolute(8e-4));
+    let reached = on_threads::<f64>(2, &asked, &());
+    assert_eq!(reached.stop, StopReason::Done);
     for statistics in &reached.statistics {
         assert!(statistics.preconditioned().std_error.unwrap() <= 8e-4);
-        assert!((ENOUGH_BATCHES * 1000..1_000_000).contains(&statistics.walks()));
+        assert!((MIN_BATCHES * 1000..1_000_000).contains(&statistics.walks()));
     }
     // The mean varies more than the point, so it needs more walks.
     assert!(reached.statistics[0].walks() < reached.statistics[1].walks());
 
-    plan.walks = 20_000;
-    plan.target_error = Some(TargetError::Absolute(1e-5));
-    let missed = on_threads::<f64>(2, &plan, &());
-    assert_eq!(missed.stop, Stop::ErrorNotReached);
+    asked.plan.walks = 20_000;
+    asked.plan.tolerance = Some(Tolerance::Absolute(1e-5));
+    let missed = on_threads::<f64>(2, &asked, &());
+    assert_eq!(missed.stop, StopReason::ToleranceNotReached);
     assert!(missed.statistics.iter().all(|s| s.walks() == 20_000));
 
     // Even where the error bar is small enough at once, a few batches are not believed.
-    plan.walks = 15_000;
-    plan.target_error = Some(TargetError::Absolute(1.0));
-    assert_eq!(on_threads::<f64>(2, &plan, &()).stop, Stop::ErrorNotReached);
-    plan.walks = 16_000;
-    assert_eq!(on_threads::<f64>(2, &plan, &()).stop, Stop::Done);
+    asked.plan.walks = 15_000;
+    asked.plan.tolerance = Some(Tolerance::Absolute(1.0));
+    let stop = on_threads::<f64>(2, &asked, &()).stop;
+    assert_eq!(stop, StopReason::ToleranceNotReached);
+    asked.plan.walks = 16_000;
+    let stop = on_threads::<f64>(2, &asked, &()).stop;
+    assert_eq!(stop, StopReason::Done);
 }
 
 /// Cancels after so many walks, and counts.
@@ -135,27 +162,25 @@ impl Observer for CancelAfter {
 #[test]
 fn a_cancelled_run_keeps_the_walks_from_the_front() {
     for (batch, threads) in [(1000, 3), (50_000_000, 2), (100_000, 1)] {
-        let mut plan = Plan::new(50_000_000);
-        plan.batch = batch;
+        let asked = Asked::new(50_000_000, batch);
         let observer = CancelAfter {
             limit: 200_000,
             walked: AtomicU64::new(0),
             merged: AtomicU64::new(0),
         };
-        let cut = on_threads::<f64>(threads, &plan, &observer);
-        assert_eq!(cut.stop, Stop::Cancelled);
+        let cut = on_threads::<f64>(threads, &asked, &observer);
+        assert_eq!(cut.stop, StopReason::Cancelled);
         assert!(observer.merged.load(Ordering::Relaxed) > 0);
         let walks: u64 = cut.statistics.iter().map(Statistics::walks).sum();
         let walked = observer.walked.load(Ordering::Relaxed);
         assert!(walks > 0 && walks <= walked, "{walks} of {walked}");
         // Only what was begun behind a gap is lost: less than a batch of each thread.
         assert!(walks + 200_000.min(batch) * threads as u64 >= walked);
-        for (target, statistics) in cut.statistics.iter().enumerate() {
+        for (goal, statistics) in cut.statistics.iter().enumerate() {
             if statistics.walks() > 0 {
-                let mut again = Plan::new(statistics.walks());
-                again.batch = batch;
+                let again = Asked::new(statistics.walks(), batch);
                 let whole = on_threads::<f64>(2, &again, &());
-                assert_eq!(&whole.statistics[target], statistics);
+                assert_eq!(&whole.statistics[goal], statistics);
             }
         }
     }
@@ -164,11 +189,10 @@ fn a_cancelled_run_keeps_the_walks_from_the_front() {
 #[test]
 fn a_time_limit_ends_a_run_of_any_batch_size() {
     for batch in [4096, 1_000_000_000] {
-        let mut plan = Plan::new(1_000_000_000_000);
-        plan.batch = batch;
-        plan.time_limit = Some(Duration::from_millis(50));
-        let cut = on_threads::<f64>(2, &plan, &());
-        assert_eq!(cut.stop, Stop::TimeLimit);
+        let mut asked = Asked::new(1_000_000_000_000, batch);
+        asked.time_limit = Some(Duration::from_millis(50));
+        let cut = on_threads::<f64>(2, &asked, &());
+        assert_eq!(cut.stop, StopReason::TimeLimit);
         assert!(cut.statistics.iter().any(|s| s.walks() > 0));
     }
 }
@@ -177,16 +201,16 @@ fn a_time_limit_ends_a_run_of_any_batch_size() {
 fn a_time_limit_ends_a_run_of_long_walks() {
     let tables = fredholm_circle::Tables::<f64>::new(&RHO, 10).unwrap();
     let circle = Circle::new(tables.cells(), LIGHT, 1e-12).unwrap();
-    let targets = [Target {
+    let goals = [Goal {
         functional: At(circle.point(0.3)),
         neighbour_value: Some(0.0),
     }];
-    let mut plan: Plan = Plan::new(1_000_000);
-    plan.time_limit = Some(Duration::from_millis(50));
+    let limit = Some(Duration::from_millis(50));
     let start = std::time::Instant::now();
     let none = fredholm_core::NoNeighbour::<OnScene<'_, f64>>::new();
-    let cut = run(&circle, &none, &targets, &plan, &()).unwrap();
-    assert_eq!(cut.stop, Stop::TimeLimit);
+    let job = Goals::new(&circle, &none, &goals, WalkOptions::default());
+    let cut = run(&job, &Plan::new(1_000_000), limit, &()).unwrap();
+    assert_eq!(cut.stop, StopReason::TimeLimit);
     // A walk of a million states takes some 10 ms; a batch of them would take a minute.
     assert!(start.elapsed() < Duration::from_secs(10));
     assert!(cut.statistics[0].walks() > 0);
@@ -201,14 +225,15 @@ fn a_time_limit_ends_a_run_of_long_walks() {
 fn another_generator_gives_other_bits_and_the_same_mean() {
     with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, _| {
         let x0 = circle.point(0.3);
-        let targets = [Target {
+        let goals = [Goal {
             neighbour_value: Some(neighbour.value(&neighbour.locate(x0))),
             functional: At(x0),
         }];
-        let default: Plan = Plan::new(100_000);
-        let chacha: Plan<rand::rngs::ChaCha8Rng> = Plan::new(100_000);
-        let default = run(circle, neighbour, &targets, &default, &()).unwrap();
-        let chacha = run(circle, neighbour, &targets, &chacha, &()).unwrap();
+        let plan = Plan::new(100_000);
+        let default = Goals::new(circle, neighbour, &goals, WalkOptions::default());
+        let chacha = default.with_generator::<rand::rngs::ChaCha8Rng>();
+        let default = run(&default, &plan, None, &()).unwrap();
+        let chacha = run(&chacha, &plan, None, &()).unwrap();
         assert_ne!(default.statistics, chacha.statistics);
         for outcome in [default, chacha] {
             means(&outcome.statistics[0], Some(LIGHT.solution(0.3)), 1e-13)
@@ -220,25 +245,119 @@ fn another_generator_gives_other_bits_and_the_same_mean() {
 
 #[test]
 fn impossible_plans_are_refused() {
-    with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, v| {
-        let refused = |plan: &Plan| outcome(circle, neighbour, v, plan, &()).unwrap_err();
-        assert_eq!(refused(&Plan::new(0)), RunError::NoWalks);
+    let refused = |plan| {
+        with_job::<f64, _>(WalkOptions::default(), |job| run(job, &plan, None, &())).unwrap_err()
+    };
+    let no_walks = RunError::Plan(PlanError::NoWalks);
+    assert_eq!(refused(Plan::new(0)), no_walks);
+    assert_eq!(refused(Asked::new(10, 0).plan), no_walks);
+    for bound in [0.0, -1.0, f64::NAN] {
         let mut plan = Plan::new(10);
-        plan.batch = 0;
-        assert_eq!(refused(&plan), RunError::NoWalks);
-        for error in [0.0, -1.0, f64::NAN] {
-            let mut plan = Plan::new(10);
-            plan.target_error = Some(TargetError::Absolute(error));
-            assert_eq!(refused(&plan), RunError::TargetError);
+        plan.tolerance = Some(Tolerance::Absolute(bound));
+        assert_eq!(refused(plan), RunError::Plan(PlanError::Tolerance));
+    }
+    with_job::<f64, _>(WalkOptions::default(), |job| {
+        let mut none = *job;
+        none.goals = &[];
+        let error = run(&none, &Plan::new(1), None, &()).unwrap_err();
+        assert_eq!(error, RunError::NoGoal);
+    });
+}
+
+/// One batch after the other, each in pieces: the schedule and nothing else.
+fn one_by_one(job: &dyn Job, plan: Plan) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
+    let mut schedule = Schedule::new(plan).unwrap();
+    let mut statistics = vec![Statistics::default(); job.goals()];
+    let mut stops = vec![None; job.goals()];
+    while stops.contains(&None) {
+        for index in schedule.stage() {
+            for goal in (0..job.goals()).filter(|&goal| stops[goal].is_none()) {
+                let mut batch = Batch::new(index, plan.batch, plan.walks);
+                while !batch.is_done() {
+                    job.run(goal, &mut batch, 37)?;
+                }
+                statistics[goal].merge(batch.statistics());
+            }
         }
-        let none: [Target<At<_>>; 0] = [];
-        let error = run(
-            circle,
-            neighbour,
-            &none,
-            &Plan::<fredholm_core::DefaultGenerator>::new(1),
-            &(),
-        );
-        assert_eq!(error.unwrap_err(), RunError::NoTarget);
+        schedule.end_stage();
+        for (stop, merged) in stops.iter_mut().zip(&statistics) {
+            *stop = stop.or_else(|| schedule.stop(merged));
+        }
+        schedule.begin_stage();
+    }
+    Ok((statistics, stops.into_iter().flatten().max().unwrap()))
+}
+
+/// The same goal by the runner for devices, 77 walks at a time.
+fn alone<E, N, T, G>(task: Task<'_, E, N, T, G>, plan: Plan) -> (Statistics, StopReason)
+where
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
+    G: Rng + SeedableRng,
+{
+    let mut driver = Driver::new(task, plan).unwrap();
+    loop {
+        if let Some(stop) = driver.poll(77).unwrap().stop {
+            return (driver.statistics(), stop);
+        }
+    }
+}
+
+#[test]
+fn every_runner_stops_every_goal_after_the_same_walk() {
+    use StopReason::{Done, ToleranceNotReached};
+    let plans = [
+        (40_001, None, Done, [40_001; 2]),
+        (60_001, Some(Tolerance::Absolute(3e-3)), Done, [2400, 5600]),
+        (60_001, Some(Tolerance::Relative(6e-4)), Done, [2400, 5600]),
+        // The mean needs more walks, the point does not.
+        (
+            4001,
+            Some(Tolerance::Absolute(3e-3)),
+            ToleranceNotReached,
+            [2400, 4001],
+        ),
+        // Too few batches for an error bar.
+        (
+            701,
+            Some(Tolerance::Absolute(1.0)),
+            ToleranceNotReached,
+            [701; 2],
+        ),
+    ];
+    for (walks, tolerance, expected, ends) in plans {
+        let plan = Plan {
+            walks,
+            batch: 50,
+            tolerance,
+        };
+        with_job::<f64, _>(WalkOptions::default(), |job| {
+            let (statistics, stop) = one_by_one(job, plan).unwrap();
+            let walks: Vec<_> = statistics.iter().map(Statistics::walks).collect();
+            assert_eq!((stop, &walks[..]), (expected, &ends[..]), "{plan:?}");
+            for threads in [1, 3] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let pool = pool.build().unwrap();
+                let outcome = pool.install(|| run(job, &plan, None, &())).unwrap();
+                assert_eq!((&outcome.statistics, outcome.stop), (&statistics, stop));
+            }
+            let alone = [0, 1].map(|goal| alone(job.task(goal).unwrap(), plan));
+            assert_eq!(alone.map(|(statistics, _)| statistics), statistics[..]);
+            assert_eq!(alone.map(|(_, stop)| stop).into_iter().max(), Some(stop));
+        });
+    }
+}
+
+/// A goal that does not exist has no walks, and asking for it is no panic.
+#[test]
+fn a_goal_out_of_range_runs_nothing() {
+    with_job::<f64, _>(WalkOptions::default(), |job| {
+        let mut batch = Batch::new(0, 10, 10);
+        assert_eq!(Job::run(job, 2, &mut batch, 10), Ok(()));
+        assert_eq!(batch, Batch::new(0, 10, 10));
+        assert!(job.task(2).is_none());
+        assert_eq!(Job::run(job, 1, &mut batch, 10), Ok(()));
+        assert!(batch.is_done());
     });
 }

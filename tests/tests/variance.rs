@@ -8,10 +8,11 @@ use fredholm_core::variance::{
     Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Start, serially,
 };
 use fredholm_core::{
-    At, Estimator, Functional, Kernel, Located, Neighbour, Sampler, Source, StateSpace,
+    At, Equation, Estimator, Functional, Goal, Goals, Located, Neighbour, NeighbourOf, Plan,
+    StateSpace, WalkOptions,
 };
 use fredholm_cube::{Cube, CubeLevel, Mean, Rule, Weighted, model};
-use fredholm_rayon::{Plan, Target, fill_rows, run};
+use fredholm_rayon::{fill_rows, run};
 use fredholm_room::{Choice, Grading, RoomLevel};
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, RHO, with_piecewise, with_polynomials};
 use fredholm_tests::cube::{ALL, with_degree};
@@ -49,21 +50,24 @@ fn measured<E, N, T>(
     rare: bool,
 ) -> [[f64; 3]; 2]
 where
-    E: Sampler<Scalar = f64> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = E::Point> + Sync,
+    E: Equation<Scalar = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync + Copy,
 {
     let mut all = [[0.0; 2]; 2];
     let each = walks(rare) / GROUPS;
     for seed in 0..GROUPS {
-        let mut plan: Plan = Plan::new(each);
-        plan.estimator = estimator;
-        plan.seed = seed;
-        let target = Target {
+        let goals = [Goal {
             functional,
             neighbour_value: Some(value),
+        }];
+        let options = WalkOptions {
+            seed,
+            estimator,
+            ..WalkOptions::default()
         };
-        let outcome = run(equation, neighbour, &[target], &plan, &()).unwrap();
+        let job = Goals::new(equation, neighbour, &goals, options);
+        let outcome = run(&job, &Plan::new(each), None, &()).unwrap();
         let statistics = &outcome.statistics[0];
         for (sums, of) in all
             .iter_mut()
@@ -99,8 +103,8 @@ fn compare<E, N, S, L, T>(
     functional: T,
     value: f64,
 ) where
-    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = L::Point> + Sync,
+    E: Equation<Scalar = f64, Point = L::Point> + Sync,
+    N: NeighbourOf<E> + Sync,
     S: Pairs + Sync,
     L: Level + Sync,
     L::Point: Send + Sync,
@@ -609,13 +613,16 @@ fn weights_have_a_variance_of_their_own() {
             let prediction = setting
                 .predict(&analysis, Start::Density(&density))
                 .unwrap();
-            let targets = [Target {
+            let goals = [Goal {
                 functional: weighted,
                 neighbour_value: None,
             }];
-            let mut plan: Plan = Plan::new(1 << 18);
-            plan.estimator = estimator;
-            let outcome = run(cube, neighbour, &targets, &plan, &()).unwrap();
+            let options = WalkOptions {
+                estimator,
+                ..WalkOptions::default()
+            };
+            let job = Goals::new(cube, neighbour, &goals, options);
+            let outcome = run(&job, &Plan::new(1 << 18), None, &()).unwrap();
             let sd = outcome.statistics[0].preconditioned().std_dev.unwrap();
             let predicted = prediction.preconditioned.unwrap().sqrt();
             assert!((predicted / sd - 1.0).abs() < 0.02, "{predicted} {sd}");

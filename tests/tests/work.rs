@@ -12,7 +12,7 @@ use fredholm_core::galerkin::{
     AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, TransitionMoments,
 };
 use fredholm_core::{
-    Batch, Draws, Estimator, Kernel, Neighbour, NoNeighbour, STEP_LIMIT, Sampler, Source, Stream,
+    Batch, Draws, Equation, Estimator, Neighbour, NeighbourOf, NoNeighbour, STEP_LIMIT, Stream,
     Task, Uniforms,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
@@ -41,8 +41,8 @@ fn lines<E, N>(
     neighbour: &N,
     points: &[E::Point],
 ) where
-    E: Sampler<Scalar = f64> + Kernel + Source,
-    N: Neighbour<Scalar = f64, Point = E::Point>,
+    E: Equation<Scalar = f64>,
+    N: NeighbourOf<E>,
 {
     let neighbour = CountedNeighbour::new(neighbour, counts);
     let values = points
@@ -75,7 +75,7 @@ fn lines<E, N>(
     }
 }
 
-fn plain<P: Sampler<Scalar = f64> + Kernel + Source>(
+fn plain<P: Equation<Scalar = f64>>(
     table: &mut String,
     scene: &str,
     problem: &P,
@@ -96,7 +96,7 @@ fn preconditioned<P, C, S, const B: usize>(
     [v, g]: [&[f64]; 2],
     points: &[P::Point],
 ) where
-    P: Sampler<Scalar = f64> + Kernel + Source + TransitionMoments<B> + PairIntegral<B>,
+    P: Equation<Scalar = f64> + TransitionMoments<B> + PairIntegral<B>,
     C: Coefficients<B, Scalar = f64>,
     S: Pairs + Copy,
 {
@@ -116,7 +116,7 @@ fn without_pointwise<P, C, S, const B: usize>(
     [v, g]: [&[f64]; 2],
     points: &[P::Point],
 ) where
-    P: Sampler<Scalar = f64> + Kernel + Source + TransitionMoments<B>,
+    P: Equation<Scalar = f64> + TransitionMoments<B>,
     C: Coefficients<B, Scalar = f64>,
     S: Pairs + Copy,
 {

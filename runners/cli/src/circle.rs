@@ -12,9 +12,9 @@ use fredholm_core::galerkin::{
     Basis, Coefficients, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
 };
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
+use fredholm_core::{At, Functional, Goal, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
+use fredholm_rayon::{Observer, Outcome, RunError};
 
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
@@ -27,6 +27,7 @@ use crate::problem::{
 use crate::progress::{Progress, begin_walking};
 use crate::solve::plan;
 use crate::theory::{self, AnyPairs, PairCounts};
+use crate::walks::{Plan, run};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -479,7 +480,7 @@ where
                 Start::Mean(MeanOver::new(circle, from, to).map_err(Failure::input)?)
             }
         };
-        targets.push(Target {
+        targets.push(Goal {
             functional,
             neighbour_value: Some(known.galerkin),
         });

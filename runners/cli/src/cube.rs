@@ -9,13 +9,15 @@ use fredholm_core::galerkin::{
     Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
+use fredholm_core::{
+    At, Functional, Goal, Located, Neighbour, NoNeighbour, Real, Source, Uniforms,
+};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, CubeLevel, Function, IntegralKernel, KernelFactors, Mean,
     Product, ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
 };
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
+use fredholm_rayon::{RunError, fill_rows};
 
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
@@ -30,6 +32,7 @@ use crate::progress::{Progress, begin_walking};
 use crate::rates::Deterministic;
 use crate::solve::plan;
 use crate::theory::{self, AnyPairs, PairCounts};
+use crate::walks::{Plan, run};
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -927,7 +930,7 @@ impl<'f> CubeFile<'f> {
                 exact: exact::<D>(known.wide, &asked.place)?,
                 galerkin,
             });
-            starts.push(Target {
+            starts.push(Goal {
                 neighbour_value: match &functional {
                     Start::Weighted(_) => None,
                     _ => Some(galerkin),

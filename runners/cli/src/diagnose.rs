@@ -8,21 +8,19 @@ mod target;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm::Choices;
 use fredholm_core::galerkin::{self, Coefficients};
 use fredholm_core::variance::{
     Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
 };
-use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
-use fredholm_plot::ShareTable;
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_rayon::fill_rows;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure};
-use crate::file::{Pairs, Placed, ProblemFile};
+use crate::file::{Pairs, Placed, ProblemFile, word};
 use crate::numbers::short;
 use crate::output::open_all;
 use crate::problem;
@@ -65,8 +63,8 @@ impl Request<'_> {
         subject: &Subject<'_, E, N, S, L, C>,
     ) -> Result<Diagnosis, Failure>
     where
-        E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-        N: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
+        E: Equation<Scalar = f64, Point = L::Point> + Sync,
+        N: NeighbourOf<E> + Sync + ?Sized,
         S: galerkin::Pairs + Sync,
         L: Level + Sync,
         L::Point: Send + Sync,
@@ -200,7 +198,7 @@ impl Diagnosis {
             }
             let found = problem.diagnose(request)?;
             self.other_pairs.push(OtherPairs {
-                pairs: pairs.word().to_owned(),
+                pairs: word(&pairs),
                 preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
             });
         }
@@ -231,13 +229,8 @@ impl Diagnosis {
     fn svg(&self) -> Result<String, Failure> {
         match &self.picture {
             Picture::Table(names, shares) => {
-                let title = "share of the variance, by steps";
-                let table = ShareTable {
-                    title,
-                    names,
-                    shares,
-                };
-                table.svg().map_err(Failure::run)
+                crate::figure::shares_svg("share of the variance, by steps", names, shares)
+                    .map_err(Failure::run)
             }
             Picture::Drawn(svg) => Ok(svg.clone()),
         }
@@ -367,8 +360,8 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         cells: problem.cells(),
         unknowns: problem.unknowns(),
         degree: file.galerkin.degree.value,
-        pairs: file.galerkin.pairs.value.word().to_owned(),
-        estimator: file.walk.estimator.value.word().to_owned(),
+        pairs: word(&file.galerkin.pairs.value),
+        estimator: word(&file.walk.estimator.value),
         diagnosis: &diagnosis,
     };
     if let Some([json, map]) = output {

@@ -27,6 +27,7 @@ mod split;
 mod theory;
 mod threads;
 mod verify;
+mod walks;
 
 use std::process::ExitCode;
 

@@ -5,19 +5,19 @@ use std::io::Write;
 use std::time::Instant;
 
 use fredholm_circle::Harmonic;
-use fredholm_core::{Draws, Stream, Uniforms};
-use fredholm_plot::{Curve, LogLogPlot, Style};
-use fredholm_rayon::{Plan, Stop};
+use fredholm_core::{Draws, StopReason, Stream, Uniforms};
 use serde::Serialize;
 
 use crate::args::PaperArgs;
 use crate::circle::{Light, Question, Scene, Setup};
 use crate::failure::{Ended, Failure, say};
+use crate::figure::{Curve, Figure, Style, log_log_svg};
 use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
+use crate::walks::Plan;
 
 /// C = 5, D = 1, ℓ = 5.
 const LIGHT: Harmonic = Harmonic {
@@ -191,7 +191,7 @@ pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
             let mut plan = Plan::new(walks);
             plan.seed = args.seed;
             let outcome = setup.run(&questions, &known, &plan, &progress)?;
-            if outcome.stop != Stop::Done {
+            if outcome.stop != StopReason::Done {
                 break 'all;
             }
             let mean =
@@ -368,8 +368,8 @@ impl Table {
         let [csv, json_file, error, deviation] = outputs;
         csv.finish(&self.csv()?)?;
         json_file.finish(json)?;
-        error.finish(&self.error_figure().svg().map_err(Failure::run)?)?;
-        deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)
+        error.finish(&log_log_svg(&self.error_figure()).map_err(Failure::run)?)?;
+        deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.
@@ -385,7 +385,7 @@ impl Table {
     }
 
     /// Errors against N.
-    fn error_figure(&self) -> LogLogPlot {
+    fn error_figure(&self) -> Figure {
         let mut curves = Vec::new();
         let last = self.last_rows();
         let points = |n: usize, y: &dyn Fn(&Row) -> f64| {
@@ -425,7 +425,7 @@ impl Table {
                 end,
             ));
         }
-        LogLogPlot {
+        Figure {
             title: "Error against the number of walks".to_owned(),
             x_label: "walks N for each point".to_owned(),
             y_label: "mean absolute error of u over ten points".to_owned(),
@@ -434,7 +434,7 @@ impl Table {
     }
 
     /// √Var against n.
-    fn deviation_figure(&self) -> LogLogPlot {
+    fn deviation_figure(&self) -> Figure {
         let last = self.last_rows();
         let points = |y: &dyn Fn(&Row) -> f64| {
             last.iter()
@@ -471,7 +471,7 @@ impl Table {
             let name = format!("slope −{}", self.degree + 1);
             curves.push(Curve::power_law(&name, slope, from, end.n as f64));
         }
-        LogLogPlot {
+        Figure {
             title: "Standard deviation against cells".to_owned(),
             x_label: "cells n".to_owned(),
             y_label: "√Var, mean over ten points".to_owned(),

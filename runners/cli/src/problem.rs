@@ -8,7 +8,7 @@ use std::time::Instant;
 use fredholm_core::galerkin::Solve;
 use fredholm_core::{Estimate, Real, Statistics, rounding_floor};
 use fredholm_embedded::TableBuilder;
-use fredholm_rayon::{Outcome, Plan};
+use fredholm_rayon::Outcome;
 
 use crate::circle::CircleFile;
 use crate::cube::CubeFile;
@@ -19,6 +19,7 @@ use crate::progress::Progress;
 use crate::rates::Deterministic;
 use crate::room::RoomFile;
 use crate::theory::PairCounts;
+use crate::walks::Plan;
 
 /// A problem of a file, ready to be set up.
 pub(crate) trait Problem: Sync {

@@ -8,21 +8,20 @@ mod by_degree;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm::Choices;
-use fredholm_core::{Estimate, Statistics};
-use fredholm_plot::{Curve, LogLogPlot, Style};
-use fredholm_rayon::{Plan, Stop};
+use fredholm_core::{Estimate, Statistics, StopReason};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{Placed, ProblemFile};
+use crate::figure::{Curve, Figure, Style, log_log_svg};
+use crate::file::{Placed, ProblemFile, word};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::problem::{self, Problem};
 use crate::progress::Progress;
 use crate::solve;
 use crate::threads::with_threads;
+use crate::walks::Plan;
 use by_degree::ByDegree;
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
@@ -237,8 +236,8 @@ impl Report {
         let bytes = writer.into_inner().map_err(Failure::run)?;
         csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
         json_file.finish(json)?;
-        work_file.finish(&work.svg().map_err(Failure::run)?)?;
-        deviation_file.finish(&deviation.svg().map_err(Failure::run)?)
+        work_file.finish(&log_log_svg(&work).map_err(Failure::run)?)?;
+        deviation_file.finish(&log_log_svg(&deviation).map_err(Failure::run)?)
     }
 }
 
@@ -351,7 +350,7 @@ impl Sweep<'_> {
             let cutting = start.elapsed().as_secs_f64();
             progress.say(format!("{} unknowns", level.unknowns()));
             let answer = level.answer(&plan, &progress)?;
-            if answer.outcome.stop == Stop::Cancelled {
+            if answer.outcome.stop == StopReason::Cancelled {
                 ended = Ended::Interrupted;
                 break;
             }
@@ -543,7 +542,7 @@ impl Rates {
             problem: whole.kind(),
             dimension: whole.dimension(),
             degree,
-            pairs: galerkin.pairs.value.word().to_owned(),
+            pairs: word(&galerkin.pairs.value),
             absorption: whole.absorption(),
             seed,
             mean,
@@ -653,7 +652,7 @@ impl Rates {
     }
 
     /// Errors against work.
-    fn work_figure(&self) -> LogLogPlot {
+    fn work_figure(&self) -> Figure {
         let of = |y: &dyn Fn(&Row) -> Option<f64>| {
             let rows = self.rows.iter();
             rows.filter_map(|row| Some((row.work()[1], y(row)?)))
@@ -685,7 +684,7 @@ impl Rates {
             let name = format!("slope {exponent:.2}").replace('-', "−");
             curves.push(Curve::power_law(&name, exponent, from, last.work()[1]));
         }
-        LogLogPlot {
+        Figure {
             title: format!("Error of the mean against work ({})", self.what()),
             x_label: match self.unit() {
                 "seconds" => "seconds, set-up included",
@@ -698,7 +697,7 @@ impl Rates {
     }
 
     /// √Var against n.
-    fn deviation_figure(&self) -> LogLogPlot {
+    fn deviation_figure(&self) -> Figure {
         let of = |y: &dyn Fn(&Row) -> f64| {
             let rows = self.rows.iter();
             rows.map(|row| (row.unknowns as f64, y(row)))
@@ -732,7 +731,7 @@ impl Rates {
                 last.unknowns as f64,
             ));
         }
-        LogLogPlot {
+        Figure {
             title: format!("Standard deviation against cells ({})", self.what()),
             x_label: "cells n".to_owned(),
             y_label: "√Var of the mean".to_owned(),

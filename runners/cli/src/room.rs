@@ -8,9 +8,8 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{self, Dense, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
+use fredholm_core::{At, Estimate, Functional, Goal, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Cells, Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
     Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, View, Views,
@@ -31,6 +30,7 @@ use crate::problem::{
 use crate::progress::{Progress, begin_walking};
 use crate::solve::{plan, refuse_memory};
 use crate::theory::{self, AnyPairs, PairCounts};
+use crate::walks::{Plan, run};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -390,7 +390,7 @@ impl<'f> RoomFile<'f> {
                 exact: None,
                 galerkin,
             });
-            starts.push(Target {
+            starts.push(Goal {
                 functional: start,
                 neighbour_value: Some(galerkin),
             });
@@ -400,15 +400,15 @@ impl<'f> RoomFile<'f> {
         for (number, place) in places.iter().enumerate() {
             if self.is_looked_at_apart(place) {
                 let target = match self.start(room, lengths, place)? {
-                    Start::Point(at) => Target {
+                    Start::Point(at) => Goal {
                         neighbour_value: Some((solutions.irradiance)(&at.0)),
                         functional: Start::Light(Irradiance { room, of: at }),
                     },
-                    Start::Mean(mean) => Target {
+                    Start::Mean(mean) => Goal {
                         neighbour_value: None,
                         functional: Start::LightMean(Irradiance { room, of: mean }),
                     },
-                    other => Target {
+                    other => Goal {
                         functional: other,
                         neighbour_value: None,
                     },

@@ -4,13 +4,12 @@ use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm::Choices;
-use fredholm_core::{DEFAULT_GENERATOR, STEP_LIMIT, Statistics};
-use fredholm_rayon::{Outcome, Plan, Stop, TargetError};
+use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics, StopReason, Tolerance};
+use fredholm_rayon::Outcome;
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, What};
+use crate::file::{self, Placed, ProblemFile, What, word};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::problem::{self, Asked, Known, Problem, Where};
@@ -20,6 +19,7 @@ use crate::report::{
 };
 use crate::split::{self, Split};
 use crate::threads::with_threads;
+use crate::walks::Plan;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -71,7 +71,9 @@ pub(crate) fn refuse_beyond_memory(
 
 /// "2.0 GB of memory, and 1.0 GB are free", where it is so.
 pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
-    let available = available_memory();
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let available = system.available_memory();
     (available > 0 && needed as u64 >= available).then(|| {
         format!(
             "{} of memory, and {} are free",
@@ -79,24 +81,6 @@ pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
             bytes(available)
         )
     })
-}
-
-/// Bytes of memory that are free now; 0 if the system does not say.
-#[cfg(target_os = "linux")]
-fn available_memory() -> u64 {
-    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let mut lines = text.lines();
-    let available = lines.find_map(|line| line.strip_prefix("MemAvailable:"));
-    let kibibytes = available.and_then(|text| text.trim().strip_suffix(" kB")?.parse().ok());
-    kibibytes.map_or(0, |count: u64| count.saturating_mul(1024))
-}
-
-/// Bytes of memory that are free now; 0 if the system does not say.
-#[cfg(not(target_os = "linux"))]
-fn available_memory() -> u64 {
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    system.available_memory()
 }
 
 /// The same of so many cells that need so many bytes.
@@ -136,12 +120,15 @@ pub(crate) fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
     let mut plan = Plan::new(walk.walks.value);
     plan.seed = walk.seed.value;
     plan.batch = walk.batch.value;
-    plan.estimator = walk.estimator.value;
+    plan.estimator = match walk.estimator.value {
+        file::Estimator::Absorption => Estimator::Absorption,
+        file::Estimator::Collision => Estimator::Collision,
+    };
     plan.target_error = walk.target_error.as_ref().map(|error| {
         if walk.relative.value {
-            TargetError::Relative(error.value)
+            Tolerance::Relative(error.value)
         } else {
-            TargetError::Absolute(error.value)
+            Tolerance::Absolute(error.value)
         }
     });
     plan.time_limit = time_limit;
@@ -293,12 +280,12 @@ fn answer(
         pairs: if plain {
             "no".to_owned()
         } else {
-            file.galerkin.pairs.value.word().to_owned()
+            word(&file.galerkin.pairs.value)
         },
         pair_counts: answer.pair_counts,
         absorption: file.walk.absorption.value,
-        estimator: file.walk.estimator.value.word().to_owned(),
-        scalar: file.walk.scalar.value.word().to_owned(),
+        estimator: word(&file.walk.estimator.value),
+        scalar: word(&file.walk.scalar.value),
         generator: DEFAULT_GENERATOR,
         batch: plan.batch,
         seed: plan.seed,
@@ -320,11 +307,13 @@ fn answer(
 
 fn ending(outcome: &Outcome, plan: &Plan) -> (&'static str, Ended) {
     match outcome.stop {
-        Stop::Done => ("done", Ended::Done),
-        Stop::ErrorNotReached => ("error_not_reached", Ended::ErrorNotReached),
-        Stop::TimeLimit if plan.target_error.is_some() => ("time_limit", Ended::ErrorNotReached),
-        Stop::TimeLimit => ("time_limit", Ended::Done),
-        Stop::Cancelled => ("cancelled", Ended::Interrupted),
+        StopReason::Done => ("done", Ended::Done),
+        StopReason::ToleranceNotReached => ("error_not_reached", Ended::ErrorNotReached),
+        StopReason::TimeLimit if plan.target_error.is_some() => {
+            ("time_limit", Ended::ErrorNotReached)
+        }
+        StopReason::TimeLimit => ("time_limit", Ended::Done),
+        StopReason::Cancelled => ("cancelled", Ended::Interrupted),
     }
 }
 
@@ -389,7 +378,7 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
         ("cells", problem.cells_text()),
         ("degree", file.galerkin.degree.value.to_string()),
         ("unknowns", problem.unknowns().to_string()),
-        ("pairs", file.galerkin.pairs.value.word().to_owned()),
+        ("pairs", word(&file.galerkin.pairs.value)),
     ];
     match &split {
         Some(split) if split.plain => rows.push((
@@ -399,8 +388,8 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
         _ => rows.extend(neighbour),
     }
     rows.push(("absorption", file.walk.absorption.value.to_string()));
-    rows.push(("estimator", file.walk.estimator.value.word().to_owned()));
-    rows.push(("scalar", file.walk.scalar.value.word().to_owned()));
+    rows.push(("estimator", word(&file.walk.estimator.value)));
+    rows.push(("scalar", word(&file.walk.scalar.value)));
     rows.push(("targets", targets.to_string()));
     let (walks, states, seconds, most) = match &split {
         Some(split) => {

@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Pairs};
 use fredholm_core::variance::{Chosen, Level, Setting, Terms, VarianceError, Worth};
-use fredholm_core::{Estimator, Kernel, Neighbour, Sampler, Source};
+use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_room::RoomPairs;
 use serde::Serialize;
 
@@ -54,11 +54,11 @@ pub(crate) fn look<E, N, L, H>(
     last: bool,
 ) -> Result<Looked, Failure>
 where
-    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
+    E: Equation<Scalar = f64, Point = L::Point> + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
     L: Level + Sync,
     L::Point: Send + Sync,
-    H: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
+    H: NeighbourOf<E> + Sync + ?Sized,
 {
     let looked = || -> Result<Looked, VarianceError> {
         let analysis = setting.analyse(estimator, in_parallel)?;

@@ -10,8 +10,7 @@ mod published;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm_core::{Estimate, Statistics};
-use fredholm_rayon::Stop;
+use fredholm_core::{Estimate, Statistics, StopReason};
 use serde::Serialize;
 
 use crate::args::{Common, PaperArgs};
@@ -219,7 +218,7 @@ impl Walks {
         progress.say(self.name.clone());
         let answer = problem.answer(&plan, &progress)?;
         progress.done();
-        if answer.outcome.stop != Stop::Done {
+        if answer.outcome.stop != StopReason::Done {
             return Ok(Vec::new());
         }
         // Rooms put targets of their own before the file's where there are temperatures; these have none.

@@ -14,11 +14,11 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Moment, PolynomialResidual, Polynomials, Residual};
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Estimator, Kernel, Neighbour, Real, STEP_LIMIT, Sampler, Source, Statistics, Stream, Task,
+    At, Equation, Estimator, NeighbourOf, Plan, Real, STEP_LIMIT, Statistics, Stream, Task,
 };
 use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
-use fredholm_embedded::{Driver, Plan, Table};
+use fredholm_embedded::{Driver, Table};
 use fredholm_room::Polynomials as RoomPolynomials;
 use room_table::RoomTable;
 
@@ -202,8 +202,8 @@ fn room_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8])
 
 fn walk<E, N>(equation: &E, neighbour: &N, start: E::Point) -> Statistics
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point>,
+    E: Equation,
+    N: NeighbourOf<E>,
 {
     let task = Task {
         equation,

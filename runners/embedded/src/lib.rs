@@ -13,7 +13,7 @@ mod table;
 
 #[cfg(feature = "alloc")]
 pub use builder::{Number, TableBuilder};
-pub use driver::{Driver, Plan, PlanError, Progress, Stop};
+pub use driver::{Driver, Progress};
 pub use state::{State, StateError};
 pub use table::{Aligned, Table, TableError};
 #[cfg(feature = "zerocopy")]

@@ -4,12 +4,12 @@ use core::fmt;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Ending, Estimator, Functional, Kernel, Neighbour, Real, Sampler, Source, Statistics,
-    TargetError, Task,
+    Batch, Ending, Equation, Estimator, Functional, NeighbourOf, Plan, PlanError, Real, Schedule,
+    Statistics, Task, Tolerance,
 };
 
 use crate::checksum::Checksum;
-use crate::driver::{Driver, Plan, PlanError, Position};
+use crate::driver::{Driver, Position};
 
 /// Walks whose scores tell equations apart.
 const WITNESSES: u64 = 4;
@@ -19,13 +19,13 @@ const WITNESSES: u64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
-    /// Walks, batch size, target error, estimator and step limit, hashed.
+    /// Walks, batch size, tolerance, estimator and step limit, hashed.
     plan: u32,
-    /// The first draws: seed, target number and generator.
+    /// The first draws: seed, goal number and generator.
     draws: u32,
     /// Scalar, (v, Φ), and the scores of the first walks: equation, neighbour equation and start.
     equation: u32,
-    round_end: u64,
+    stage_end: u64,
     merged: Statistics,
     batch: Statistics,
 }
@@ -47,9 +47,9 @@ pub enum StateError {
     },
     /// The checksum is wrong: a byte was lost or changed.
     Checksum,
-    /// It was saved with other walks, batch size, target error, estimator or step limit.
+    /// It was saved with other walks, batch size, tolerance, estimator or step limit.
     OtherPlan,
-    /// It was saved with another seed, target number or generator.
+    /// It was saved with another seed, goal number or generator.
     OtherDraws,
     /// It was saved with another equation, neighbour equation, start, (v, Φ) or scalar.
     OtherEquation,
@@ -73,11 +73,11 @@ impl fmt::Display for StateError {
             }
             Self::Checksum => f.write_str("the saved state is damaged: its checksum is wrong"),
             Self::OtherPlan => f.write_str(
-                "the state was saved with other walks, batch size, target error, estimator or step \
+                "the state was saved with other walks, batch size, tolerance, estimator or step \
                  limit: restore it with those, or begin anew",
             ),
             Self::OtherDraws => f.write_str(
-                "the state was saved with another seed, target number or generator: restore it with \
+                "the state was saved with another seed, goal number or generator: restore it with \
                  those, or begin anew",
             ),
             Self::OtherEquation => f.write_str(
@@ -111,7 +111,7 @@ impl State {
         let begin = [m0, m1, m2, m3, v0, v1, b0, b1];
         let words = words.as_flattened().iter().copied();
         let fields = begin.into_iter().chain(words);
-        let fields = fields.chain(self.round_end.to_le_bytes());
+        let fields = fields.chain(self.stage_end.to_le_bytes());
         for (to, from) in head.iter_mut().zip(fields) {
             *to = from;
         }
@@ -161,7 +161,7 @@ impl State {
             plan,
             draws,
             equation,
-            round_end: u64::from(high) << 32 | u64::from(low),
+            stage_end: u64::from(high) << 32 | u64::from(low),
             merged: statistics(merged)?,
             batch: statistics(batch)?,
         })
@@ -175,17 +175,17 @@ impl State {
         let index = plan.batches_of(merged.walks());
         let whole = index.saturating_mul(plan.batch).min(plan.walks);
         let batch = Batch::resume(index, plan.batch, plan.walks, part)?;
-        let ended = index == self.round_end;
+        let schedule = Schedule::resume(*plan, index..self.stage_end)?;
+        let ended = schedule.stage().is_empty();
         let fits = merged.walks() == whole
-            && (index..=plan.batches()).contains(&self.round_end)
-            && !(ended && part.walks() > 0)
+            // What has ended has a reason, and nothing behind its end.
+            && (!ended || part.walks() == 0 && schedule.stop(&merged).is_some())
             // A batch that is done has been merged.
             && (ended || !batch.is_done());
         fits.then_some(Position {
             merged,
-            index,
             batch,
-            round_end: self.round_end,
+            schedule,
         })
     }
 }
@@ -204,8 +204,8 @@ fn checksum(
 
 impl<'a, E, N, T, G> Driver<'a, E, N, T, G>
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -215,10 +215,10 @@ where
     pub fn save(&self) -> State {
         let position = self.position();
         State {
-            plan: plan_of(self.plan(), self.task()),
+            plan: plan_of(position.schedule.plan(), self.task()),
             draws: draws_of(self.task()),
             equation: equation_of(self.task()),
-            round_end: position.round_end,
+            stage_end: position.schedule.stage().end,
             merged: position.merged,
             batch: *position.batch.statistics(),
         }
@@ -245,15 +245,15 @@ where
             return Err(StateError::OtherEquation);
         }
         let position = state.position(&plan).ok_or(StateError::Contradiction)?;
-        Ok(Self::at(task, plan, position))
+        Ok(Self::at(task, position))
     }
 }
 
 fn plan_of<E, N: ?Sized, T, G>(plan: &Plan, task: &Task<'_, E, N, T, G>) -> u32 {
-    let (kind, bound) = match plan.target_error {
+    let (kind, bound) = match plan.tolerance {
         None => (0, 0.0),
-        Some(TargetError::Absolute(bound)) => (1, bound),
-        Some(TargetError::Relative(bound)) => (2, bound),
+        Some(Tolerance::Absolute(bound)) => (1, bound),
+        Some(Tolerance::Relative(bound)) => (2, bound),
     };
     let estimator = match task.estimator {
         Estimator::Absorption => 0,
@@ -279,8 +279,8 @@ fn draws_of<E, N: ?Sized, T, G: Rng + SeedableRng>(task: &Task<'_, E, N, T, G>) 
 
 fn equation_of<E, N, T, G>(task: &Task<'_, E, N, T, G>) -> u32
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {

@@ -1,16 +1,12 @@
-//! Rounds of batches on all threads, merged in batch order.
+//! Stages of batches on all threads, merged in batch order.
 
 use core::fmt;
+use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::time::Duration;
 use std::time::Instant;
 
-use fredholm_core::rand_core::{Rng, SeedableRng};
-use fredholm_core::{
-    Batch, Functional, Kernel, Neighbour, NotFinite, Sampler, Source, Statistics, Stream, Task,
-    next_round,
-};
-
-use crate::{Plan, Target};
+use fredholm_core::{Batch, Job, NotFinite, Plan, PlanError, Schedule, Statistics, StopReason};
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
 /// not look.
@@ -19,7 +15,7 @@ pub trait Observer: Sync {
     fn walked(&self, walks: u64) {
         let _ = walks;
     }
-    /// A round is merged: the statistics of every target so far.
+    /// A stage is merged: the statistics of every goal so far.
     fn merged(&self, statistics: &[Statistics]) {
         let _ = statistics;
     }
@@ -31,41 +27,26 @@ pub trait Observer: Sync {
 
 impl Observer for () {}
 
-/// Why a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// All walks were run or, with a target error, every target reached it.
-    Done,
-    /// All walks were run, and a target did not reach its error.
-    ErrorNotReached,
-    /// The time limit came first.
-    TimeLimit,
-    /// The observer cancelled.
-    Cancelled,
-}
-
 /// What came of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Of every target, over its walks 0, 1, 2, … without a gap.
+    /// Of every goal, over its walks 0, 1, 2, … without a gap.
     pub statistics: Vec<Statistics>,
     /// Why it ended.
-    pub stop: Stop,
+    pub stop: StopReason,
 }
 
 /// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RunError {
-    /// The plan has no walks, or batches of no walks.
-    NoWalks,
-    /// There is no target.
-    NoTarget,
-    /// The target error is not a positive number.
-    TargetError,
+    /// The plan is impossible.
+    Plan(PlanError),
+    /// There is no goal.
+    NoGoal,
     /// A walk scored an infinity or NaN. `Task::replay` runs it again alone.
     NotFinite {
-        /// The number of the target, from 0.
-        target: usize,
+        /// The number of the goal, from 0.
+        goal: usize,
         /// The number of the batch, from 0.
         batch: u64,
         /// The number of the walk, from 0.
@@ -76,16 +57,11 @@ pub enum RunError {
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoWalks => write!(f, "at least one walk and one walk a batch are needed"),
-            Self::NoTarget => write!(f, "at least one target is needed"),
-            Self::TargetError => write!(f, "the target error must be a positive number"),
-            Self::NotFinite {
-                target,
-                batch,
-                walk,
-            } => write!(
+            Self::Plan(error) => error.fmt(f),
+            Self::NoGoal => write!(f, "at least one goal is needed"),
+            Self::NotFinite { goal, batch, walk } => write!(
                 f,
-                "walk {walk} (batch {batch}) of target {target} scored a value that is not finite"
+                "walk {walk} (batch {batch}) of goal {goal} scored a value that is not finite"
             ),
         }
     }
@@ -93,107 +69,76 @@ impl fmt::Display for RunError {
 
 impl core::error::Error for RunError {}
 
+impl From<PlanError> for RunError {
+    fn from(error: PlanError) -> Self {
+        Self::Plan(error)
+    }
+}
+
 /// States between two looks at the clock and the observer: some milliseconds, however long walks are.
 const SLICE: u64 = 1 << 17;
 
-/// Runs the plan for every target on the threads of the current rayon pool.
+/// Runs the plan for every goal of the job on the threads of the current rayon pool.
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
-/// number of threads. With a target error, a target stops after the first round in which its
-/// standard error is small enough; a round's length follows from what has been done ([`next_round`]) and from
-/// nothing else. A time limit or a cancellation keeps what is complete from the front: of every
-/// target the walks 0, 1, 2, … up to some number, which is in its statistics.
+/// number of threads. With a tolerance, a goal stops after the first stage in which its standard
+/// error is small enough, as the [`Schedule`] of every runner says. A time limit or a cancellation
+/// keeps what is complete from the front: of every goal the walks 0, 1, 2, … up to some number,
+/// which is in its statistics.
 ///
 /// # Errors
 /// [`RunError`].
-pub fn run<E, N, T, G, O>(
-    equation: &E,
-    neighbour: &N,
-    targets: &[Target<T>],
-    plan: &Plan<G>,
-    observer: &O,
-) -> Result<Outcome, RunError>
-where
-    E: Sampler + Kernel + Source + Sync,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync + ?Sized,
-    T: Functional<E> + Sync,
-    G: Rng + SeedableRng,
-    O: Observer + ?Sized,
-{
-    validate(targets, plan)?;
-    let tasks: Vec<_> = (0..)
-        .zip(targets)
-        .map(|(number, target)| Task {
-            equation,
-            neighbour,
-            functional: &target.functional,
-            neighbour_value: target.neighbour_value,
-            estimator: plan.estimator,
-            stream: Stream::<G>::new(plan.seed, number),
-            step_limit: plan.step_limit,
-        })
-        .collect();
+pub fn run(
+    job: &dyn Job,
+    plan: &Plan,
+    time_limit: Option<Duration>,
+    observer: &dyn Observer,
+) -> Result<Outcome, RunError> {
+    let mut schedule = Schedule::new(*plan)?;
+    if job.goals() == 0 {
+        return Err(RunError::NoGoal);
+    }
     let clock = Clock {
         // A limit beyond the clock's range is none.
-        deadline: plan
-            .time_limit
-            .and_then(|limit| Instant::now().checked_add(limit)),
+        deadline: time_limit.and_then(|limit| Instant::now().checked_add(limit)),
         late: AtomicBool::new(false),
         observer,
     };
-    let mut statistics = vec![Statistics::default(); tasks.len()];
-    let mut active: Vec<usize> = (0..tasks.len()).collect();
-    let mut done = 0;
-    while !active.is_empty() && done < plan.batches() {
-        let round = Round {
+    let mut statistics = vec![Statistics::default(); job.goals()];
+    let mut active: Vec<usize> = (0..job.goals()).collect();
+    let mut stop = StopReason::Done;
+    while !active.is_empty() {
+        let stage = Stage {
             active: &active,
-            first: done,
-            batches: next_round(done, plan.batches()),
+            batches: schedule.stage(),
         };
-        let cut = round.run(&tasks, plan, &clock, &mut statistics)?;
+        let cut = stage.run(job, plan, &clock, &mut statistics)?;
         observer.merged(&statistics);
         if cut {
-            let stop = if clock.late.load(Ordering::Relaxed) {
-                Stop::TimeLimit
-            } else {
-                Stop::Cancelled
-            };
-            return Ok(Outcome { statistics, stop });
+            stop = clock.reason();
+            break;
         }
-        done += round.batches;
-        if let Some(error) = plan.target_error {
-            active.retain(|&target| !error.reached(&statistics[target], done));
-        }
+        schedule.end_stage();
+        active.retain(|&goal| match schedule.stop(&statistics[goal]) {
+            None => true,
+            Some(reason) => {
+                stop = stop.max(reason);
+                false
+            }
+        });
+        schedule.begin_stage();
     }
-    let stop = if plan.target_error.is_some() && !active.is_empty() {
-        Stop::ErrorNotReached
-    } else {
-        Stop::Done
-    };
     Ok(Outcome { statistics, stop })
 }
 
-fn validate<T, G>(targets: &[Target<T>], plan: &Plan<G>) -> Result<(), RunError> {
-    if plan.walks == 0 || plan.batch == 0 {
-        return Err(RunError::NoWalks);
-    }
-    if targets.is_empty() {
-        return Err(RunError::NoTarget);
-    }
-    match plan.target_error {
-        Some(error) if !(error.bound() > 0.0) => Err(RunError::TargetError),
-        _ => Ok(()),
-    }
-}
-
 /// Whether to go on.
-struct Clock<'a, O: ?Sized> {
+struct Clock<'a> {
     deadline: Option<Instant>,
     late: AtomicBool,
-    observer: &'a O,
+    observer: &'a dyn Observer,
 }
 
-impl<O: Observer + ?Sized> Clock<'_, O> {
+impl Clock<'_> {
     fn stopped(&self) -> bool {
         if self
             .deadline
@@ -203,106 +148,107 @@ impl<O: Observer + ?Sized> Clock<'_, O> {
         }
         self.late.load(Ordering::Relaxed) || self.observer.cancelled()
     }
+
+    /// Why it stopped.
+    fn reason(&self) -> StopReason {
+        if self.late.load(Ordering::Relaxed) {
+            StopReason::TimeLimit
+        } else {
+            StopReason::Cancelled
+        }
+    }
 }
 
-/// The next batches of every active target.
-struct Round<'a> {
+/// The next batches of every active goal.
+struct Stage<'a> {
     active: &'a [usize],
-    first: u64,
-    batches: u64,
+    batches: Range<u64>,
 }
 
-impl Round<'_> {
-    /// The target and the batch of a job: the next batch of every target, then the one after.
-    fn job(&self, job: u64) -> (usize, u64) {
-        let targets = self.active.len() as u64;
-        let target = self.active[(job % targets) as usize];
-        (target, self.first + job / targets)
+/// What came of a piece of work: its number, its batch, and whether a walk was not finite.
+type Finished = (u64, Batch, Result<(), NotFinite>);
+
+impl Stage<'_> {
+    /// The number of pieces of work: one batch of one goal each.
+    fn pieces(&self) -> u64 {
+        (self.batches.end - self.batches.start) * self.active.len() as u64
     }
 
-    /// Runs the round and merges it into `statistics`. Returns whether it was cut short.
-    fn run<E, N, T, G, O>(
+    /// The goal and the batch of a piece: the next batch of every goal, then the one after.
+    fn piece(&self, number: u64) -> (usize, u64) {
+        let goals = self.active.len() as u64;
+        let goal = self.active[(number % goals) as usize];
+        (goal, self.batches.start + number / goals)
+    }
+
+    /// Runs the stage and merges it into `statistics`. Returns whether it was cut short.
+    fn run(
         &self,
-        tasks: &[Task<'_, E, N, T, G>],
-        plan: &Plan<G>,
-        clock: &Clock<'_, O>,
+        job: &dyn Job,
+        plan: &Plan,
+        clock: &Clock<'_>,
         statistics: &mut [Statistics],
-    ) -> Result<bool, RunError>
-    where
-        E: Sampler + Kernel + Source + Sync,
-        N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync + ?Sized,
-        T: Functional<E> + Sync,
-        G: Rng + SeedableRng,
-        O: Observer + ?Sized,
-    {
-        let jobs = self.batches * self.active.len() as u64;
+    ) -> Result<bool, RunError> {
         let next = AtomicU64::new(0);
-        // Jobs are taken in order: when the clock stops, those taken are a gapless beginning.
+        // Pieces are taken in order: when the clock stops, those taken are a gapless beginning.
         let work = |_: rayon::BroadcastContext<'_>| {
             let mut finished = Vec::new();
             while !clock.stopped() {
-                let job = next.fetch_add(1, Ordering::Relaxed);
-                if job >= jobs {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= self.pieces() {
                     break;
                 }
-                let (target, index) = self.job(job);
+                let (goal, index) = self.piece(number);
                 let mut batch = Batch::new(index, plan.batch, plan.walks);
-                let result = run_batch(&mut batch, &tasks[target], clock);
-                finished.push((job, batch, result));
+                let result = run_batch(job, goal, &mut batch, clock);
+                finished.push((number, batch, result));
             }
             finished
         };
-        let mut finished: Vec<_> = rayon::broadcast(work).into_iter().flatten().collect();
-        finished.sort_unstable_by_key(|&(job, ..)| job);
-        self.merge(&finished, jobs, statistics)
+        let mut finished: Vec<Finished> = rayon::broadcast(work).into_iter().flatten().collect();
+        finished.sort_unstable_by_key(|&(number, ..)| number);
+        self.merge(&finished, statistics)
     }
 
     fn merge(
         &self,
-        finished: &[(u64, Batch, Result<(), NotFinite>)],
-        jobs: u64,
+        finished: &[Finished],
         statistics: &mut [Statistics],
     ) -> Result<bool, RunError> {
         let mut open = vec![true; statistics.len()];
         let mut complete = 0;
-        for (job, batch, result) in finished {
-            let (target, index) = self.job(*job);
+        for (number, batch, result) in finished {
+            let (goal, index) = self.piece(*number);
             if let Err(NotFinite { walk }) = *result {
                 return Err(RunError::NotFinite {
-                    target,
+                    goal,
                     batch: index,
                     walk,
                 });
             }
             // Behind a batch that was cut short the walks have a gap.
-            if open[target] {
-                statistics[target].merge(batch.statistics());
+            if open[goal] {
+                statistics[goal].merge(batch.statistics());
             }
-            open[target] &= batch.is_done();
+            open[goal] &= batch.is_done();
             complete += u64::from(batch.is_done());
         }
-        Ok(complete < jobs)
+        Ok(complete < self.pieces())
     }
 }
 
-fn run_batch<E, N, T, G, O>(
+fn run_batch(
+    job: &dyn Job,
+    goal: usize,
     batch: &mut Batch,
-    task: &Task<'_, E, N, T, G>,
-    clock: &Clock<'_, O>,
-) -> Result<(), NotFinite>
-where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-    O: Observer + ?Sized,
-{
+    clock: &Clock<'_>,
+) -> Result<(), NotFinite> {
     loop {
         let before = batch.statistics().walks();
         // The first walk tells how long walks are, and those so far tell it better and better.
         let states = batch.statistics().states().max(1);
         let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
-        batch.run(task, (walks as u64).clamp(1, SLICE))?;
+        job.run(goal, batch, (walks as u64).clamp(1, SLICE))?;
         clock.observer.walked(batch.statistics().walks() - before);
         if batch.is_done() || clock.stopped() {
             return Ok(());

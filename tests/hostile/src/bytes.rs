@@ -2,11 +2,11 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, STEP_LIMIT, Sampler, Source, StateSpace,
-    Stream, TargetError, Task, Uniforms,
+    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, Plan, STEP_LIMIT, Sampler, Source,
+    StateSpace, Stream, Task, Tolerance, Uniforms,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
-use fredholm_embedded::{Driver, Plan, State, StateError, Table, TableBuilder, TableError};
+use fredholm_embedded::{Driver, State, StateError, Table, TableBuilder, TableError};
 
 use crate::memory::Bound;
 
@@ -276,7 +276,7 @@ pub fn state_with_checksum(bytes: &[u8]) {
         }
     };
     let plan = Plan {
-        target_error: [None, Some(TargetError::Relative(1e-3))][usize::from(first & 1)],
+        tolerance: [None, Some(Tolerance::Relative(1e-3))][usize::from(first & 1)],
         ..PLANS[usize::from(first >> 1) % PLANS.len()]
     };
     let mut fresh = Driver::new(task(), plan).expect("a plan that is possible");
@@ -307,7 +307,7 @@ pub fn state_with_checksum(bytes: &[u8]) {
     assert_eq!(driver.save().to_bytes(), mended, "saved as restored");
     let before = driver.statistics().walks();
     assert!(before <= plan.walks, "{before} walks of {}", plan.walks);
-    if before <= 1000 && plan.target_error.is_none() {
+    if before <= 1000 && plan.tolerance.is_none() {
         // The walks that are done are the first ones, in the same batches.
         let mut same = Driver::new(task(), plan).expect("a plan that is possible");
         same.poll(before).expect("walks of the toy are finite");
@@ -325,16 +325,16 @@ const PLANS: [Plan; 3] = [
     Plan {
         walks: 1000,
         batch: 10,
-        target_error: None,
+        tolerance: None,
     },
     Plan {
         walks: u64::MAX,
         batch: 4096,
-        target_error: None,
+        tolerance: None,
     },
     Plan {
         walks: u64::MAX,
         batch: u64::MAX,
-        target_error: None,
+        tolerance: None,
     },
 ];

@@ -2,8 +2,8 @@
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Ending, Estimate, Functional, Kernel, Neighbour, Real, Sampler, Source, StateSpace,
-    Statistics, Task, Uniforms,
+    Batch, Ending, Equation, Estimate, Functional, NeighbourOf, Real, StateSpace, Statistics, Task,
+    Uniforms,
 };
 
 use super::{ROUNDING_OF_STATISTICS, STANDARD_ERRORS, UNITS};
@@ -32,8 +32,8 @@ const BATCH: u64 = 4096;
 /// If a walk scores a value that is not finite.
 pub fn run<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64) -> Statistics
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -46,8 +46,8 @@ where
 /// If a walk scores a value that is not finite.
 pub fn run_in_batches<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64, size: u64) -> Statistics
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -67,8 +67,8 @@ where
 /// What is wrong with which walk.
 pub fn walk_all<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64) -> Result<Statistics, Outcome>
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -152,8 +152,8 @@ pub fn statistics<E, N, T, G>(
     run: impl FnOnce(&Task<'_, E, N, T, G>, u64) -> Statistics,
 ) -> Outcome
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
@@ -247,8 +247,8 @@ pub struct Trace {
 /// If the task has no (v, Φ).
 pub fn trace<E, N, T, G>(name: String, task: &Task<'_, E, N, T, G>, walks: u64, floor: f64) -> Trace
 where
-    E: Sampler + Kernel + Source,
-    N: Neighbour<Scalar = E::Scalar, Point = E::Point> + ?Sized,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {

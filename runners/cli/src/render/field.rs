@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::Rounded;
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, NoNeighbour, Real,
-    STEP_LIMIT, Sampler, Source, Statistics, Stream, Task,
+    At, Batch, DefaultGenerator, Equation, Estimator, Functional, Neighbour, NoNeighbour, Real,
+    STEP_LIMIT, Statistics, Stream, Task,
 };
 use fredholm_plot::{Canvas, Piece};
 use fredholm_rayon::{Observer, fill_rows};
@@ -227,7 +227,7 @@ where
     fn walk<T>(&self, functional: &T, value: f64, number: usize, walks: u64) -> Result<Spot, Cut>
     where
         T: Functional<Room<'r, F>>,
-        Room<'r, F>: Sampler<Scalar = F, Point = Point<F>> + Kernel + Source,
+        Room<'r, F>: Equation<Scalar = F, Point = Point<F>>,
     {
         if self.wanted.progress.cancelled() {
             return Err(Cut::Interrupted);

@@ -13,14 +13,14 @@ use fredholm_core::galerkin::{
     gauss_seidel, neighbour_source,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Functional, Kernel, Neighbour, Real, STEP_LIMIT, Sampler,
-    Source, StateSpace, Statistics, Stream, TargetError, Task,
+    At, DefaultGenerator, Equation, Estimator, Functional, Neighbour, NeighbourOf, Plan, Real,
+    STEP_LIMIT, StateSpace, Statistics, Stream, Task, Tolerance,
 };
 use fredholm_cube::{
     Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product, functions,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
-use fredholm_embedded::{Aligned, Driver, Plan, Table};
+use fredholm_embedded::{Aligned, Driver, Table};
 use fredholm_room::Room;
 use room_table::RoomTable;
 
@@ -65,18 +65,10 @@ static ROOM_CUBIC_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room
 /// The seed of all cases.
 pub const SEED: u64 = 7;
 
-/// The draws of target number `target`.
-pub fn stream(target: u64) -> Stream<DefaultGenerator> {
-    Stream::new(SEED, target)
+/// The draws of goal number `goal`.
+pub fn stream(goal: u64) -> Stream<DefaultGenerator> {
+    Stream::new(SEED, goal)
 }
-
-/// The equation of a case.
-pub trait Equation: Sampler + Kernel + Source + Sync {}
-impl<E: Sampler + Kernel + Source + Sync> Equation for E {}
-
-/// Its neighbour equation.
-pub trait Beside<E: StateSpace>: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync {}
-impl<E: StateSpace, N: Neighbour<Scalar = E::Scalar, Point = E::Point> + Sync> Beside<E> for N {}
 
 /// Where its walks start.
 pub trait Start<E: StateSpace>: Functional<E> + Copy + Sync {}
@@ -87,19 +79,19 @@ pub type Case<'a, E, N, T> = Task<'a, E, N, T, DefaultGenerator>;
 
 /// Who runs a case.
 pub trait Runner {
-    /// Runs the case, whose stream is that of target `target`.
-    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
+    /// Runs the case, whose stream is that of goal `goal`.
+    fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         &mut self,
         name: &str,
         case: Case<'_, E, N, T>,
-        target: u64,
+        goal: u64,
         plan: Plan,
     );
 }
 
 /// Runs a case to its end by [`Driver`], so many walks at a time, and calls `after` after each poll.
 /// `None`: the plan was refused, or a walk was not finite.
-pub fn drive<E: Equation, N: Beside<E>, T: Start<E>>(
+pub fn drive<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     case: Case<'_, E, N, T>,
     plan: Plan,
     walks: u64,
@@ -120,14 +112,14 @@ fn plan() -> Plan {
     Plan {
         walks: 4000,
         batch: 128,
-        target_error: None,
+        tolerance: None,
     }
 }
 
-/// As [`plan`], but stops after a whole round at the error.
-fn until(error: TargetError) -> Plan {
+/// As [`plan`], but stops after a whole stage at the tolerance.
+fn until(tolerance: Tolerance) -> Plan {
     Plan {
-        target_error: Some(error),
+        tolerance: Some(tolerance),
         ..plan()
     }
 }
@@ -146,11 +138,11 @@ pub fn all(runner: &mut impl Runner) -> Option<()> {
     rooms_of_degree(runner)
 }
 
-fn both<E: Equation, N: Beside<E>, T: Start<E>>(
+fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     runner: &mut impl Runner,
     name: &str,
     (equation, neighbour): (&E, &N),
-    (functional, neighbour_value, target): (&T, Option<f64>, u64),
+    (functional, neighbour_value, goal): (&T, Option<f64>, u64),
     plan: Plan,
 ) {
     for estimator in [Estimator::Absorption, Estimator::Collision] {
@@ -160,10 +152,10 @@ fn both<E: Equation, N: Beside<E>, T: Start<E>>(
             functional,
             neighbour_value,
             estimator,
-            stream: stream(target),
+            stream: stream(goal),
             step_limit: STEP_LIMIT,
         };
-        runner.run(name, case, target, plan);
+        runner.run(name, case, goal, plan);
     }
 }
 
@@ -225,7 +217,7 @@ fn own_solve<F: Real>(
     let x0 = circle.point(0.3);
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let start = (&At(x0), Some(v0), 0);
-    let plan = until(TargetError::Absolute(6e-3));
+    let plan = until(Tolerance::Absolute(6e-3));
     both(runner, name, (&circle, &neighbour), start, plan);
     Some(())
 }
@@ -473,7 +465,7 @@ where
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let all = (&cube, &neighbour);
     both(runner, name, all, (&At(x0), Some(v0), 3), plan());
-    let relative = until(TargetError::Relative(2e-3));
+    let relative = until(Tolerance::Relative(2e-3));
     let mean = (&Mean, Some(Mean::of_blocks::<F, B>(v)), 4);
     both(runner, name, all, mean, relative);
     Some(())
@@ -543,7 +535,7 @@ fn polynomial_room<F: Real, const B: usize>(
 
 /// u on the floor, in the shade of a block where there is one, until an error is reached, and the
 /// mean over the left side of the baffle.
-fn room_starts<'a, F: Real, C, N: Beside<Room<'a, F>>>(
+fn room_starts<'a, F: Real, C, N: NeighbourOf<Room<'a, F>> + Sync>(
     name: &str,
     table: &RoomTable<'a, F, C>,
     all: (&Room<'a, F>, &N),
@@ -554,7 +546,7 @@ fn room_starts<'a, F: Real, C, N: Beside<Room<'a, F>>>(
     let (room, neighbour) = all;
     let x0 = table.point(room, FLOOR, 0.3)?;
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
-    let absolute = until(TargetError::Absolute(1.3e-3));
+    let absolute = until(Tolerance::Absolute(1.3e-3));
     both(runner, name, all, (&At(x0), Some(v0), 5), absolute);
     let mean = table.mean_over(room, BAFFLE)?;
     let start = (&mean, Some(mean.of(table.v)), 6);

@@ -13,14 +13,13 @@ mod paint;
 
 use core::panic::PanicInfo;
 
-use cases::{Beside, Case, Equation, Runner, Start, drive};
+use cases::{Case, Runner, Start, drive};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
-use fredholm_core::Statistics;
-use fredholm_embedded::Plan;
+use fredholm_core::{Equation, NeighbourOf, Plan, Statistics};
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -62,7 +61,7 @@ struct Device {
 }
 
 impl Runner for Device {
-    fn run<E: Equation, N: Beside<E>, T: Start<E>>(
+    fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         &mut self,
         name: &str,
         case: Case<'_, E, N, T>,
@@ -95,7 +94,7 @@ impl Runner for Device {
 
 /// Out of line, so that its stack is below what is painted.
 #[inline(never)]
-fn run<E: Equation, N: Beside<E>, T: Start<E>>(
+fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     case: Case<'_, E, N, T>,
     plan: Plan,
     count: impl FnMut(),

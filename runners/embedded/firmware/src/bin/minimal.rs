@@ -9,8 +9,8 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use fredholm_circle::{Cells, Circle, Harmonic};
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-use fredholm_core::{At, Estimator, Neighbour, Real, STEP_LIMIT, Stream, TargetError, Task};
-use fredholm_embedded::{Aligned, Driver, Plan, Table};
+use fredholm_core::{At, Estimator, Neighbour, Plan, Real, STEP_LIMIT, Stream, Task, Tolerance};
+use fredholm_embedded::{Aligned, Driver, Table};
 
 /// Written by `fredholm export circle_f32.toml -o circle_f32.bin`.
 static TABLE: &Aligned<[u8]> = &Aligned(*include_bytes!("../../tables/circle_f32.bin"));
@@ -68,7 +68,7 @@ fn solve() -> Option<()> {
     };
     let mut plan = Plan::new(100_000);
     plan.batch = 256;
-    plan.target_error = Some(TargetError::Absolute(5e-3));
+    plan.tolerance = Some(Tolerance::Absolute(5e-3));
     let mut driver = Driver::new(task, plan).ok()?;
     loop {
         // Some milliseconds of work; the main loop does the rest of its duties in between.

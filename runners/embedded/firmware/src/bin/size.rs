@@ -12,8 +12,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::entry;
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-use fredholm_core::{At, Estimator, Neighbour, Real, STEP_LIMIT, Stream, TargetError, Task};
-use fredholm_embedded::{Aligned, Driver, Plan, Table};
+use fredholm_core::{At, Estimator, Neighbour, Plan, Real, STEP_LIMIT, Stream, Task, Tolerance};
+use fredholm_embedded::{Aligned, Driver, Table};
 
 unsafe extern "C" {
     /// Nowhere defined.
@@ -79,7 +79,7 @@ fn solve() -> Option<()> {
         step_limit: STEP_LIMIT,
     };
     let mut plan = Plan::new(1_000_000);
-    plan.target_error = Some(TargetError::Absolute(1e-3));
+    plan.tolerance = Some(Tolerance::Absolute(1e-3));
     let Ok(mut driver) = Driver::new(task(), plan) else {
         return None;
     };

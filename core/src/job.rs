@@ -1,0 +1,159 @@
+//! Jobs: the seam between runners and problems. Whoever runs a job knows no type of the problem.
+
+use core::marker::PhantomData;
+
+use rand_core::{Rng, SeedableRng};
+
+use crate::{
+    Batch, DefaultGenerator, Equation, Estimator, Functional, NeighbourOf, NotFinite, STEP_LIMIT,
+    Stream, Task,
+};
+
+/// Everything that a walk of a run depends on: equation, neighbour equation, goals, estimator, seed,
+/// step limit and generator.
+///
+/// The statistics of a batch follow from the job, the goal's number and the batch, and from nothing
+/// else, so that a runner may run batches in any order and place. The trait is object safe.
+pub trait Job: Sync {
+    /// The number of goals. They are numbered from 0.
+    fn goals(&self) -> usize;
+
+    /// Runs at most `at_most` further walks of a batch of goal number `goal`. Where there is no such
+    /// goal, nothing is run.
+    ///
+    /// # Errors
+    /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the batch's statistics; the
+    /// batch stands before it.
+    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite>;
+}
+
+/// What a run estimates: a functional of the solution and, if it is known, (v, Φ).
+#[derive(Clone, Copy, Debug)]
+pub struct Goal<T> {
+    /// Where walks start, and what is estimated.
+    pub functional: T,
+    /// (v, Φ), exact; `None`: walk by walk (see [`Task::neighbour_value`]).
+    pub neighbour_value: Option<f64>,
+}
+
+/// What walks of all goals have in common, besides the equations.
+///
+/// ```
+/// use fredholm_core::{Estimator, WalkOptions};
+///
+/// let options = WalkOptions { seed: 7, ..WalkOptions::default() };
+/// assert_eq!(options.estimator, Estimator::Absorption);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WalkOptions {
+    /// The seed of all draws.
+    pub seed: u64,
+    /// What a walk scores.
+    pub estimator: Estimator,
+    /// Most states of a walk; a walk that is cut off there is counted.
+    pub step_limit: u32,
+}
+
+impl Default for WalkOptions {
+    /// Seed 1, the absorption estimator, [`STEP_LIMIT`].
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            estimator: Estimator::Absorption,
+            step_limit: STEP_LIMIT,
+        }
+    }
+}
+
+/// The job of one equation with one neighbour equation: goals of one type of functional.
+///
+/// The number of a goal is also the number of its [`Stream`] of draws.
+#[derive(Debug)]
+pub struct Goals<'a, E, N: ?Sized, T, G = DefaultGenerator> {
+    /// The equation and its chain.
+    pub equation: &'a E,
+    /// The neighbour equation.
+    pub neighbour: &'a N,
+    /// What is estimated.
+    pub goals: &'a [Goal<T>],
+    /// Seed, estimator and step limit.
+    pub options: WalkOptions,
+    generator: PhantomData<fn() -> G>,
+}
+
+// By hand: a derive would ask equation and generator to be `Clone` and `Copy`.
+impl<E, N: ?Sized, T, G> Clone for Goals<'_, E, N, T, G> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<E, N: ?Sized, T, G> Copy for Goals<'_, E, N, T, G> {}
+
+impl<'a, E, N: ?Sized, T> Goals<'a, E, N, T> {
+    /// The job of these goals, with draws of the [`DefaultGenerator`].
+    #[must_use]
+    pub const fn new(
+        equation: &'a E,
+        neighbour: &'a N,
+        goals: &'a [Goal<T>],
+        options: WalkOptions,
+    ) -> Self {
+        Self {
+            equation,
+            neighbour,
+            goals,
+            options,
+            generator: PhantomData,
+        }
+    }
+}
+
+impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
+    /// The same job with draws of another generator, which is part of what bits depend on.
+    #[must_use]
+    pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, H> {
+        Goals {
+            equation: self.equation,
+            neighbour: self.neighbour,
+            goals: self.goals,
+            options: self.options,
+            generator: PhantomData,
+        }
+    }
+
+    /// What the walks of one goal depend on, for instance to replay one. `None`: there is no such
+    /// goal.
+    #[must_use]
+    pub fn task(&self, goal: usize) -> Option<Task<'a, E, N, T, G>> {
+        let Goal {
+            functional,
+            neighbour_value,
+        } = self.goals.get(goal)?;
+        Some(Task {
+            equation: self.equation,
+            neighbour: self.neighbour,
+            functional,
+            neighbour_value: *neighbour_value,
+            estimator: self.options.estimator,
+            stream: Stream::new(self.options.seed, goal as u64),
+            step_limit: self.options.step_limit,
+        })
+    }
+}
+
+impl<E, N, T, G> Job for Goals<'_, E, N, T, G>
+where
+    E: Equation + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
+    T: Functional<E> + Sync,
+    G: Rng + SeedableRng,
+{
+    fn goals(&self) -> usize {
+        self.goals.len()
+    }
+
+    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite> {
+        self.task(goal)
+            .map_or(Ok(()), |task| batch.run(&task, at_most))
+    }
+}

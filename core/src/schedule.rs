@@ -1,0 +1,278 @@
+//! The schedule of a run: which batches are run next, and after which of them a goal stops. All
+//! runners follow it, so that they stop after the same walk.
+
+use core::fmt;
+use core::ops::Range;
+
+use crate::{Estimate, Statistics};
+
+/// The standard error at which a goal is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// In the units of the estimate.
+    Absolute(f64),
+    /// As a part of the estimate's magnitude.
+    Relative(f64),
+}
+
+/// The fewest batches whose error bar is believed.
+pub const MIN_BATCHES: u64 = 16;
+/// The fewest walks that scored whose error bar is believed: a standard deviation from a few scores
+/// of a rare event is often far too small.
+pub const MIN_SCORED_WALKS: u64 = 1000;
+
+/// The most batches of a goal in one stage: stages stay short enough to be watched.
+const LONGEST_STAGE: u64 = 4096;
+
+impl Tolerance {
+    /// The number, absolute or relative. It must be positive.
+    #[must_use]
+    pub const fn bound(&self) -> f64 {
+        match *self {
+            Self::Absolute(bound) | Self::Relative(bound) => bound,
+        }
+    }
+
+    /// Whether `statistics` of `batches` batches reach this error, and may be believed.
+    #[must_use]
+    pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
+        let Estimate {
+            estimate,
+            std_error,
+            ..
+        } = statistics.preconditioned();
+        let bound = match *self {
+            Self::Absolute(bound) => bound,
+            Self::Relative(bound) => bound * estimate.abs(),
+        };
+        batches >= MIN_BATCHES
+            && statistics.scored() >= MIN_SCORED_WALKS
+            && std_error.is_some_and(|error| error <= bound)
+    }
+}
+
+/// The number of batches in the stage that begins after `done` of `all` batches: an eighth of what
+/// has been done, 16 to 4096. A stage's length depends on nothing else, so that where a run stops
+/// does not depend on who runs it.
+///
+/// ```
+/// use fredholm_core::next_stage;
+///
+/// assert_eq!(next_stage(0, 1000), 16);
+/// assert_eq!(next_stage(160, 1000), 20);
+/// assert_eq!(next_stage(990, 1000), 10);
+/// ```
+#[must_use]
+pub fn next_stage(done: u64, all: u64) -> u64 {
+    (done / 8)
+        .clamp(MIN_BATCHES, LONGEST_STAGE)
+        .min(all.saturating_sub(done))
+}
+
+/// How much every goal of a run gets, and when it stops. What else a result depends on is in the
+/// [`Job`](crate::Job).
+///
+/// ```
+/// use fredholm_core::{Plan, Tolerance};
+///
+/// let mut plan = Plan::new(1_000_000);
+/// plan.tolerance = Some(Tolerance::Relative(1e-4));
+/// assert_eq!(plan.batch, 4096);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Walks for each goal; with a tolerance the most.
+    pub walks: u64,
+    /// Walks of a batch. It is part of what bits depend on.
+    pub batch: u64,
+    /// Stop a goal when the standard error of its preconditioned estimate is this small. Looked at
+    /// after whole stages of batches only.
+    pub tolerance: Option<Tolerance>,
+}
+
+impl Plan {
+    /// `walks` walks for each goal, in batches of 4096.
+    #[must_use]
+    pub const fn new(walks: u64) -> Self {
+        Self {
+            walks,
+            batch: 4096,
+            tolerance: None,
+        }
+    }
+
+    /// Whether it can be run.
+    ///
+    /// # Errors
+    /// [`PlanError`].
+    pub fn validate(&self) -> Result<(), PlanError> {
+        if self.walks == 0 || self.batch == 0 {
+            return Err(PlanError::NoWalks);
+        }
+        match self.tolerance {
+            Some(tolerance) if !(tolerance.bound() > 0.0) => Err(PlanError::Tolerance),
+            _ => Ok(()),
+        }
+    }
+
+    /// The number of batches for each goal.
+    #[must_use]
+    pub fn batches(&self) -> u64 {
+        self.batches_of(self.walks)
+    }
+
+    /// The number of batches that so many walks are, the last one not always whole.
+    #[must_use]
+    pub fn batches_of(&self, walks: u64) -> u64 {
+        // The compiler does not know that a batch has a walk, and would link a panic.
+        let whole = walks.checked_div(self.batch).unwrap_or(0);
+        whole + u64::from(whole * self.batch < walks)
+    }
+}
+
+/// Why a plan cannot be run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanError {
+    /// The plan has no walks, or batches of no walks.
+    NoWalks,
+    /// The tolerance is not a positive number.
+    Tolerance,
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoWalks => "at least one walk and one walk a batch are needed",
+            Self::Tolerance => "the tolerance must be a positive number",
+        })
+    }
+}
+
+impl core::error::Error for PlanError {}
+
+/// Why a run ended, or one goal of it: from the best reason to the worst. A run of several goals
+/// ended for the greatest of their reasons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StopReason {
+    /// All walks were run or, with a tolerance, every goal reached it.
+    Done,
+    /// All walks were run, and a goal did not reach its tolerance.
+    ToleranceNotReached,
+    /// The time limit came first. Only a runner with a clock says so.
+    TimeLimit,
+    /// Somebody cancelled. Only a runner that can be cancelled says so.
+    Cancelled,
+}
+
+/// The stages of a run, and where it stands in them.
+///
+/// All goals that have not stopped are in the same stage. A runner runs the batches of the stage for
+/// each of them, in any order and place, merges them in their order, and asks for each goal whether
+/// it stops. As plain numbers it may be saved, or be followed by many machines at once.
+///
+/// ```
+/// use fredholm_core::{Batch, Job, NotFinite, Plan, PlanError, Schedule, Statistics, StopReason};
+///
+/// /// What every runner does, one batch after the other.
+/// fn run_alone(job: &dyn Job, plan: Plan) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
+///     let mut schedule = Schedule::new(plan).expect("a plan with walks");
+///     let mut statistics = vec![Statistics::default(); job.goals()];
+///     let mut active: Vec<usize> = (0..job.goals()).collect();
+///     let mut reason = StopReason::Done;
+///     while !active.is_empty() {
+///         for &goal in &active {
+///             for index in schedule.stage() {
+///                 let mut batch = Batch::new(index, plan.batch, plan.walks);
+///                 job.run(goal, &mut batch, u64::MAX)?;
+///                 statistics[goal].merge(batch.statistics());
+///             }
+///         }
+///         schedule.end_stage();
+///         active.retain(|&goal| {
+///             let stop = schedule.stop(&statistics[goal]);
+///             reason = reason.max(stop.unwrap_or(StopReason::Done));
+///             stop.is_none()
+///         });
+///         schedule.begin_stage();
+///     }
+///     Ok((statistics, reason))
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    plan: Plan,
+    /// The batches of each goal before this one are merged.
+    next: u64,
+    /// The stage ends before this batch.
+    end: u64,
+}
+
+impl Schedule {
+    /// The schedule of a run that has not begun: its first stage.
+    ///
+    /// # Errors
+    /// [`PlanError`].
+    pub fn new(plan: Plan) -> Result<Self, PlanError> {
+        plan.validate()?;
+        Ok(Self {
+            plan,
+            next: 0,
+            end: next_stage(0, plan.batches()),
+        })
+    }
+
+    /// The schedule of a run in a stage of which these batches are left ([`stage`](Self::stage)).
+    /// `None`: the plan is impossible, or has not so many batches.
+    #[must_use]
+    pub fn resume(plan: Plan, Range { start, end }: Range<u64>) -> Option<Self> {
+        let fits = plan.validate().is_ok() && start <= end && end <= plan.batches();
+        fits.then_some(Self {
+            plan,
+            next: start,
+            end,
+        })
+    }
+
+    /// What is run.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The numbers of the batches that the stage has left, for every goal that has not stopped.
+    #[must_use]
+    pub const fn stage(&self) -> Range<u64> {
+        self.next..self.end
+    }
+
+    /// The first batch that is left has been merged.
+    pub fn end_batch(&mut self) {
+        self.next = self.end.min(self.next.saturating_add(1));
+    }
+
+    /// All batches that were left have been merged.
+    pub const fn end_stage(&mut self) {
+        self.next = self.end;
+    }
+
+    /// Why a goal stops whose batches so far are merged in `merged`. `None`: it goes on, with what
+    /// is left of the stage or with another one.
+    #[must_use]
+    pub fn stop(&self, merged: &Statistics) -> Option<StopReason> {
+        if self.next < self.end {
+            return None;
+        }
+        match self.plan.tolerance {
+            Some(tolerance) if tolerance.reached(merged, self.next) => Some(StopReason::Done),
+            _ if self.next < self.plan.batches() => None,
+            Some(_) => Some(StopReason::ToleranceNotReached),
+            None => Some(StopReason::Done),
+        }
+    }
+
+    /// Begins the stage after this one, for the goals that go on. After the last walks it is empty.
+    pub fn begin_stage(&mut self) {
+        self.next = self.end;
+        self.end += next_stage(self.next, self.plan.batches());
+    }
+}
