@@ -14,8 +14,6 @@ mod neighbour;
 mod real;
 mod rounds;
 mod statistics;
-#[cfg(feature = "alloc")]
-pub mod variance;
 mod walk;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
