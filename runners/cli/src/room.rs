@@ -6,8 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{self, Dense, PairTable, Piecewise, Rounded, Solution};
-use fredholm_core::variance::{self, Density, Level, Setting, Terms};
+use fredholm_core::galerkin::{self, Coefficients, Dense, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::{Plan, Target, run};
@@ -16,6 +15,7 @@ use fredholm_room::{
     Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, View, Views,
     neighbour_second_moment_radius, r_min, second_moment_radius,
 };
+use fredholm_variance::{self as variance, Density, Level, MeanCoefficients, Setting, Terms};
 
 use crate::deck::{self, Deck};
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
@@ -556,11 +556,11 @@ impl<'f> RoomFile<'f> {
         let galerkin: &Boxed<'_, f64> = &galerkin.map_err(Failure::run)?;
         let terms = Terms {
             cells,
-            galerkin,
             possible: &|i, j| level.possible(i, j),
         };
         let estimator = plan(self.file, None).estimator;
         self.with_starts(&room, |targets| {
+            let starts = Begin::starts(targets);
             theory::choose(theory::table_of(&default, cells), |table, last| {
                 let pairs = PairTable::new(table, cells).map_err(Failure::run)?;
                 let g = solution.source::<f64, _, _>(&dense, &pairs);
@@ -573,8 +573,10 @@ impl<'f> RoomFile<'f> {
                     neighbour,
                     pairs: AnyPairs::Table(pairs),
                     level: &level,
+                    galerkin: Some(galerkin),
                 };
-                theory::look(&setting, estimator, targets, &terms, last)
+                let model = setting.with_starts(&starts).map_err(Failure::run)?;
+                theory::look(&model, estimator, starts.len(), &terms, last)
             })
         })
     }
@@ -611,18 +613,27 @@ impl<'f> RoomFile<'f> {
                 .map_or_else(|| format!("wall {wall}"), str::to_owned)
         };
         let draw = |shares: &[f64]| self.draw_shares(&level, shares);
+        let coefficients = coefficients.filter(|_| self.mesh.len() <= level.sites());
+        let mean = |i, j| coefficients.map_or(f64::NAN, |of| Coefficients::<1>::mean(of, i, j));
         self.with_starts(room, |targets| {
+            let starts = Begin::starts(targets);
+            let setting = Setting {
+                equation: room,
+                neighbour,
+                pairs,
+                level: &level,
+                galerkin: None,
+            };
+            let model = setting.with_starts(&starts).map_err(Failure::run)?;
             request.examine(&Subject {
+                model: &model,
                 draw: Some(&draw),
                 hides: Some(&|from, into| self.hides(&level, from, into)),
-                setting: Setting {
-                    equation: room,
-                    neighbour,
-                    pairs,
-                    level: &level,
-                },
-                coefficients: coefficients.filter(|_| self.mesh.len() <= level.sites()),
-                targets,
+                coefficients: coefficients.map(|_| MeanCoefficients {
+                    cells: self.mesh.len(),
+                    mean: &mean,
+                }),
+                targets: &Begin::names(targets),
                 place: &place,
             })
         })

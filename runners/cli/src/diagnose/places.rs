@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use fredholm_core::variance::Contribution;
+use fredholm_variance::Contribution;
 
 /// A picture of where the variance comes from.
 #[derive(Debug)]

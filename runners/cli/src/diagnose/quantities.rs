@@ -1,6 +1,6 @@
 //! The quantities of sections 3 and 4 of the paper, as a report has them.
 
-use fredholm_core::variance::{PairQuantities, Power, Quantities};
+use fredholm_variance::{PairQuantities, Power, Quantities};
 use serde::Serialize;
 
 use crate::numbers::{aligned, short};

@@ -1,6 +1,6 @@
 //! What is said of a target: its deviations, their bounds, where they come from, and advice.
 
-use fredholm_core::variance::{Parts, Prediction, Quantities};
+use fredholm_variance::{Parts, Prediction, Quantities};
 use serde::Serialize;
 
 use super::places::Summed;
@@ -58,9 +58,9 @@ pub(crate) struct PlaceReport {
 }
 
 impl TargetDiagnosis {
-    pub(super) fn new<P>(
+    pub(super) fn new(
         name: &str,
-        prediction: &Prediction<P>,
+        prediction: &Prediction,
         quantities: Option<&Quantities>,
     ) -> Self {
         // Rounding may leave a little below 0.
@@ -166,7 +166,7 @@ impl TargetDiagnosis {
 }
 
 /// What to do about an infinite variance.
-pub(super) fn infinite<P>(prediction: &Prediction<P>) -> Vec<String> {
+pub(super) fn infinite(prediction: &Prediction) -> Vec<String> {
     let which = match (prediction.plain, prediction.preconditioned) {
         (None, _) => "plain and preconditioned",
         (_, None) => "preconditioned",

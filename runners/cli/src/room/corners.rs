@@ -1,11 +1,11 @@
 //! What cells next to corners add to the variance, in steps that few walks see.
 
 use fredholm_core::galerkin::{PairKind, Pairs as _, Piecewise, Rounded};
-use fredholm_core::variance::gauss;
 use fredholm_core::{Kernel as _, Neighbour as _, TransitionDensity as _};
 use fredholm_room::{
     Cells, Choice, Geometry, Matrix, Mesh, Polynomials, Room, RoomPairs, Scene, Tables, r_min,
 };
+use fredholm_variance::gauss;
 
 use crate::failure::Failure;
 
