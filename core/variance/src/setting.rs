@@ -68,7 +68,6 @@ where
             });
         }
         for start in starts {
-            // One for each, so that start and point have the same order.
             if let Start::At(x) = start {
                 points.push((self.neighbour.locate(*x), 1.0));
             }
