@@ -103,7 +103,7 @@ impl Worth {
 /// A choice.
 #[derive(Clone, Debug)]
 pub struct Chosen {
-    /// The kinds of all pairs, for [`PairTable::new`](crate::galerkin::PairTable::new).
+    /// The kinds of all pairs, for [`PairTable::new`](fredholm_core::galerkin::PairTable::new).
     pub table: Vec<u8>,
     /// Var ζ over what it was, in the mean over the functionals: predicted, of first order.
     pub variance: f64,
