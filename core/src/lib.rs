@@ -15,8 +15,6 @@ mod neighbour;
 mod real;
 mod schedule;
 mod statistics;
-#[cfg(feature = "alloc")]
-pub mod variance;
 mod walk;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};

@@ -4,12 +4,8 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::CircleLevel;
+use fredholm_core::Estimator;
 use fredholm_core::galerkin::{PairIntegral, PairKind, PairTable, Pairs, Partition, Piecewise};
-use fredholm_core::variance::{
-    Chosen, Density, Level, Pass, Possible, Row, Setting, Start, Terms, VarianceError, Worth,
-    serially,
-};
-use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_cube::{CubeLevel, model};
 use fredholm_room::{Choice, Grading, Room, RoomLevel, RoomPairs, Tables};
 use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};
@@ -17,6 +13,10 @@ use fredholm_tests::cube::{ALL, with_pointwise, with_smooth};
 use fredholm_tests::description::PointOf;
 use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, square};
 use fredholm_tests::{Description, Offers, examine};
+use fredholm_variance::{
+    Analysis, Chosen, Density, Pass, Possible, Row, Setting, Start, Terms, VarianceError,
+    VarianceModel, Worth, serially,
+};
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 const KINDS: [PairKind; 3] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::None];
@@ -43,26 +43,13 @@ fn only(row: usize, pairs: PairTable<'_>, [i, j]: [usize; 2], of: Possible) -> P
     }
 }
 
-fn look<E, N, L, H>(
-    setting: &Setting<'_, E, N, PairTable<'_>, L>,
-    estimator: Estimator,
-    start: Start<'_, L::Point>,
-    terms: &Terms<'_, H>,
-) -> Looked
-where
-    E: Equation<Scalar = f64, Point = L::Point> + Sync,
-    N: NeighbourOf<E> + Sync,
-    L: Level + Sync,
-    L::Point: Send + Sync,
-    H: NeighbourOf<E> + Sync,
-{
-    let analysis = setting.analyse(estimator, serially).unwrap();
-    let predictions = [setting.predict(&analysis, start).unwrap()];
+/// From the first start of a model.
+fn look(model: &dyn VarianceModel, estimator: Estimator, terms: &Terms<'_>) -> Looked {
+    let analysis = Analysis::new(model, estimator, &serially).unwrap();
+    let predictions = [analysis.predict(0).unwrap()];
     Looked {
-        worth: setting.worth(&analysis, &predictions, terms).unwrap(),
-        chosen: setting
-            .choose(&analysis, &predictions, terms, serially)
-            .unwrap(),
+        worth: analysis.worth(&predictions, terms).unwrap(),
+        chosen: analysis.choose(&predictions, terms, &serially).unwrap(),
     }
 }
 
@@ -145,7 +132,6 @@ fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
                             let possible = |i, j| only(row, pairs, [i, j], level.possible());
                             let terms = Terms {
                                 cells,
-                                galerkin,
                                 possible: &possible,
                             };
                             let density = |_: &_| Density::uniform(TAU);
@@ -158,8 +144,10 @@ fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
                                 neighbour,
                                 pairs,
                                 level: &level,
+                                galerkin: Some(galerkin),
                             };
-                            look(&setting, estimator, start, &terms)
+                            let starts = [start];
+                            look(&setting.with_starts(&starts).unwrap(), estimator, &terms)
                         },
                     )
                 },
@@ -201,7 +189,6 @@ fn on_cube(cells: usize, price: f64) -> Case<'static> {
                         let possible = |i, j| only(row, pairs, [i, j], priced);
                         let terms = Terms {
                             cells,
-                            galerkin,
                             possible: &possible,
                         };
                         let density = |_: &_| Density::uniform(1.0);
@@ -210,8 +197,10 @@ fn on_cube(cells: usize, price: f64) -> Case<'static> {
                             neighbour,
                             pairs,
                             level: &level,
+                            galerkin: Some(galerkin),
                         };
-                        look(&setting, estimator, Start::Density(&density), &terms)
+                        let starts = [Start::Density(&density)];
+                        look(&setting.with_starts(&starts).unwrap(), estimator, &terms)
                     },
                 )
             })
@@ -254,7 +243,6 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
             setup.with::<f64, _>(Choice::Default, |_, galerkin, _, lengths| {
                 let terms = Terms {
                     cells,
-                    galerkin,
                     possible: &possible,
                 };
                 let length = lengths.last().copied().unwrap();
@@ -264,8 +252,10 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
                     neighbour: &neighbour,
                     pairs,
                     level: &level,
+                    galerkin: Some(galerkin),
                 };
-                look(&setting, estimator, Start::Density(&density), &terms)
+                let starts = [Start::Density(&density)];
+                look(&setting.with_starts(&starts).unwrap(), estimator, &terms)
             })
         }),
     }
@@ -519,38 +509,49 @@ fn threads_do_not_matter() {
                 neighbour,
                 pairs,
                 level: &level,
+                galerkin: Some(neighbour),
             };
             let possible = |_, _| level.possible();
             let terms = Terms {
                 cells,
-                galerkin: neighbour,
                 possible: &possible,
             };
-            let analysis = setting.analyse(Estimator::Absorption, serially).unwrap();
-            let start = Start::At(circle.point(1.0));
-            let predictions = [setting.predict(&analysis, start).unwrap()];
-            let one = setting
-                .choose(&analysis, &predictions, &terms, serially)
-                .unwrap();
-            let other = setting
-                .choose(&analysis, &predictions, &terms, order)
-                .unwrap();
+            let starts = [Start::At(circle.point(1.0))];
+            let model = setting.with_starts(&starts).unwrap();
+            let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
+            let predictions = [analysis.predict(0).unwrap()];
+            let one = analysis.choose(&predictions, &terms, &serially).unwrap();
+            let other = analysis.choose(&predictions, &terms, &order).unwrap();
             assert_eq!(one.table, other.table);
             assert_eq!(one.variance.to_bits(), other.variance.to_bits());
             // A level whose sites are many cells cannot tell pairs apart.
             let coarse = CircleLevel::new(circle, 20, 0).unwrap();
-            let setting = Setting {
-                equation: circle,
-                neighbour,
-                pairs,
+            let of_coarse = Setting {
                 level: &coarse,
+                ..setting
             };
-            let analysis = setting.analyse(Estimator::Absorption, serially).unwrap();
-            let predictions = [setting.predict(&analysis, start).unwrap()];
-            let refused = setting.choose(&analysis, &predictions, &terms, serially);
-            assert_eq!(refused.err(), Some(VarianceError::Coarse { cell: 0 }));
+            assert_eq!(
+                refusal(&of_coarse.with_starts(&starts).unwrap(), &terms),
+                VarianceError::Coarse { cell: 0 }
+            );
+            // Nor is there a choice where h of pairs in S is not known.
+            let without = Setting {
+                galerkin: None,
+                ..setting
+            };
+            assert_eq!(
+                refusal(&without.with_starts(&starts).unwrap(), &terms),
+                VarianceError::NoGalerkin
+            );
         },
     );
+}
+
+/// Why there is no choice.
+fn refusal(model: &dyn VarianceModel, terms: &Terms<'_>) -> VarianceError {
+    let analysis = Analysis::new(model, Estimator::Absorption, &serially).unwrap();
+    let predictions = [analysis.predict(0).unwrap()];
+    analysis.choose(&predictions, terms, &serially).unwrap_err()
 }
 
 fn counts(table: &[u8]) -> [usize; 3] {

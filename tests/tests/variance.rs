@@ -4,9 +4,6 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{CircleLevel, MeanOver};
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
-use fredholm_core::variance::{
-    Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Start, serially,
-};
 use fredholm_core::{
     At, Equation, Estimator, Functional, Goal, Goals, Located, Neighbour, NeighbourOf, Plan,
     StateSpace, WalkOptions,
@@ -17,6 +14,10 @@ use fredholm_room::{Choice, Grading, RoomLevel};
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, RHO, with_piecewise, with_polynomials};
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
+use fredholm_variance::{
+    Analysis, Bounds, Density, Level, MeanCoefficients, Parts, Pass, Prediction, Setting, Start,
+    pair_quantities, serially,
+};
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 /// Groups of walks, whose variances tell how uncertain their mean is.
@@ -98,7 +99,7 @@ where
 /// standard errors are taken up to κ = 30, and √(κ/30) times as many above.
 fn compare<E, N, S, L, T>(
     what: &str,
-    setting: &Setting<'_, E, N, S, L>,
+    setting: Setting<'_, E, N, S, L>,
     start: Start<'_, L::Point>,
     functional: T,
     value: f64,
@@ -110,12 +111,14 @@ fn compare<E, N, S, L, T>(
     L::Point: Send + Sync,
     T: Functional<E> + Sync + Copy,
 {
+    let (equation, neighbour, starts) = (setting.equation, setting.neighbour, [start]);
+    let model = setting.with_starts(&starts).unwrap();
     for estimator in ESTIMATORS {
-        let analysis = setting.analyse(estimator, in_parallel).unwrap();
-        let prediction = setting.predict(&analysis, start).unwrap();
+        let analysis = Analysis::new(&model, estimator, &in_parallel).unwrap();
+        let prediction = analysis.predict(0).unwrap();
         let found = measured(
-            setting.equation,
-            setting.neighbour,
+            equation,
+            neighbour,
             functional,
             value,
             estimator,
@@ -147,7 +150,7 @@ fn compare<E, N, S, L, T>(
 }
 
 /// Parts sum to the variance, and so do contributions.
-fn attributed<P>(analysis: &Analysis<P>, prediction: &Prediction<P>) {
+fn attributed(analysis: &Analysis<'_>, prediction: &Prediction) {
     let attribution = prediction.attribute(analysis).unwrap().unwrap();
     let variance = prediction.preconditioned.unwrap();
     let Parts {
@@ -173,7 +176,7 @@ fn attributed<P>(analysis: &Analysis<P>, prediction: &Prediction<P>) {
 }
 
 /// The measured standard deviation is below every bound.
-fn bounded<P>(what: &str, analysis: &Analysis<P>, prediction: &Prediction<P>, sd: f64) {
+fn bounded(what: &str, analysis: &Analysis<'_>, prediction: &Prediction, sd: f64) {
     let quantities = analysis.quantities().unwrap();
     let Bounds {
         theorem_3,
@@ -199,12 +202,13 @@ fn on_circle(cells: usize, nodes: usize) {
                 neighbour,
                 pairs,
                 level: &level,
+                galerkin: None,
             };
             let all = MeanOver::new(circle, 0.0, TAU).unwrap();
             let density = |_: &_| Density::uniform(TAU);
             compare(
                 &format!("circle {cells}{name}, mean"),
-                &setting,
+                setting,
                 Start::Density(&density),
                 all,
                 all.of(v),
@@ -213,7 +217,7 @@ fn on_circle(cells: usize, nodes: usize) {
             let value = neighbour.value(&neighbour.locate(x0));
             compare(
                 &format!("circle {cells}{name}, point"),
-                &setting,
+                setting,
                 Start::At(x0),
                 At(x0),
                 value,
@@ -238,12 +242,13 @@ fn circles_of_degree() {
             neighbour,
             pairs: DEFAULT,
             level: &level,
+            galerkin: None,
         };
         let all = MeanOver::new(circle, 0.0, TAU).unwrap();
         let density = |_: &_| Density::uniform(TAU);
         compare(
             "circle 50, degree 3, mean",
-            &setting,
+            setting,
             Start::Density(&density),
             all,
             all.of(v),
@@ -264,12 +269,13 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
                 neighbour,
                 pairs,
                 level: &level,
+                galerkin: None,
             };
             let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
             let density = |_: &_| Density::uniform(1.0);
             compare(
                 &what("mean"),
-                &setting,
+                setting,
                 Start::Density(&density),
                 Mean,
                 Mean::of_blocks::<_, B>(v),
@@ -277,7 +283,7 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
             let x0 = [0.3; D];
             compare(
                 &what("point"),
-                &setting,
+                setting,
                 Start::At(x0),
                 At(x0),
                 neighbour.value(&neighbour.locate(x0)),
@@ -316,6 +322,7 @@ fn rooms() {
                     neighbour,
                     pairs,
                     level: &level,
+                    galerkin: None,
                 };
                 let length = lengths.last().copied().unwrap();
                 let density = |_: &_| Density::uniform(length);
@@ -324,7 +331,7 @@ fn rooms() {
                         .unwrap();
                 compare(
                     &format!("{}, {choice:?}, mean", drawing.name),
-                    &setting,
+                    setting,
                     Start::Density(&density),
                     all,
                     all.of(v),
@@ -358,8 +365,12 @@ fn quantities_are_those_of_their_definitions() {
         neighbour: &neighbour,
         pairs,
         level: &level,
+        galerkin: None,
     };
-    let analysis = setting.analyse(Estimator::Absorption, serially).unwrap();
+    let density = |_: &_| Density::uniform(1.0);
+    let starts = [Start::Density(&density)];
+    let model = setting.with_starts(&starts).unwrap();
+    let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
     let quantities = analysis.quantities().unwrap();
 
     let p = 1.0 - q;
@@ -468,9 +479,11 @@ fn quantities_are_those_of_their_definitions() {
 
     // Section 4.
     let mut all = Vec::new();
-    setting
-        .pair_quantities(&dense, |pair| all.push(pair))
-        .unwrap();
+    let coefficients = MeanCoefficients {
+        cells: 2,
+        mean: &|i, j| entries[2 * i + j],
+    };
+    pair_quantities(&model, coefficients, &mut |pair| all.push(pair)).unwrap();
     assert_eq!(all.len(), 4);
     let mut bound = 0.0;
     for pair in all {
@@ -506,10 +519,7 @@ fn quantities_are_those_of_their_definitions() {
     assert!(bound > quantities.sigma * quantities.sigma);
 
     // The bounds of a mean, by the formulas of the proofs.
-    let density = |_: &_| Density::uniform(1.0);
-    let prediction = setting
-        .predict(&analysis, Start::Density(&density))
-        .unwrap();
+    let prediction = analysis.predict(0).unwrap();
     let bounds = quantities.bounds(&prediction);
     // β0 stands in them up to the third power.
     let (a, t) = (alpha, theta);
@@ -553,10 +563,13 @@ fn infinite_variances_are_none() {
             neighbour,
             pairs: ALL,
             level: &level,
+            galerkin: None,
         };
-        let analysis = setting.analyse(Estimator::Absorption, serially).unwrap();
+        let starts = [Start::At([0.5])];
+        let model = setting.with_starts(&starts).unwrap();
+        let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
         assert_eq!(analysis.kernel_power, None);
-        let prediction = setting.predict(&analysis, Start::At([0.5])).unwrap();
+        let prediction = analysis.predict(0).unwrap();
         assert_eq!((prediction.plain, prediction.preconditioned), (None, None));
         // u = t is known all the same.
         assert!(
@@ -596,6 +609,7 @@ fn weights_have_a_variance_of_their_own() {
             neighbour,
             pairs: ALL,
             level: &level,
+            galerkin: None,
         };
         let density = |x: &[f64; 1]| {
             let phi = weight(x);
@@ -608,11 +622,11 @@ fn weights_have_a_variance_of_their_own() {
                 fluctuation: known - weighted.of_means(),
             }
         };
+        let starts = [Start::Density(&density)];
+        let model = setting.with_starts(&starts).unwrap();
         for estimator in ESTIMATORS {
-            let analysis = setting.analyse(estimator, serially).unwrap();
-            let prediction = setting
-                .predict(&analysis, Start::Density(&density))
-                .unwrap();
+            let analysis = Analysis::new(&model, estimator, &serially).unwrap();
+            let prediction = analysis.predict(0).unwrap();
             let goals = [Goal {
                 functional: weighted,
                 neighbour_value: None,

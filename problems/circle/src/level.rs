@@ -4,8 +4,8 @@ use alloc::vec::Vec;
 use core::f64::consts::TAU;
 
 use fredholm_core::galerkin::{GalerkinError, reserve};
-use fredholm_core::variance::{Level, Possible, Step, gauss};
 use fredholm_core::{StateSpace, TransitionDensity};
+use fredholm_variance::{Level, Possible, Step, gauss};
 
 use crate::{Circle, Emission, Point};
 
@@ -16,7 +16,7 @@ use crate::{Circle, Emission, Point};
 /// use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
 /// use fredholm_core::Estimator;
 /// use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-/// use fredholm_core::variance::{Setting, Start, serially};
+/// use fredholm_variance::{Analysis, Setting, Start, serially};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
 /// let tables = Tables::<f64>::new(&[0.3, 0.7], 100)?;
@@ -28,9 +28,11 @@ use crate::{Circle, Emission, Point};
 ///
 /// // √Var of walks from s = 1, before there is one.
 /// let level = CircleLevel::new(&circle, 800, 0)?;
-/// let setting = Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level };
-/// let analysis = setting.analyse(Estimator::Absorption, serially)?;
-/// let predicted = setting.predict(&analysis, Start::At(circle.point(1.0)))?;
+/// let starts = [Start::At(circle.point(1.0))];
+/// let setting =
+///     Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level, galerkin: None };
+/// let model = setting.with_starts(&starts)?;
+/// let predicted = Analysis::new(&model, Estimator::Absorption, &serially)?.predict(0)?;
 /// let [plain, best] = [predicted.plain, predicted.preconditioned].map(|v| v.unwrap().sqrt());
 /// assert!(30.0 * best < plain && plain < 60.0 * best);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -95,37 +97,45 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     /// # use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
     /// # use fredholm_core::Estimator;
     /// # use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Piecewise};
-    /// # use fredholm_core::variance::{Setting, Start, Terms, serially};
+    /// # use fredholm_variance::{Analysis, Setting, Start, Terms, serially};
     /// # let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
     /// # let tables = Tables::<f64>::new(&[0.3, 0.7], 20)?;
     /// # let circle = Circle::new(tables.cells(), light, 0.2)?;
     /// # let solution = circle.solve(1e-14, 1000)?;
     /// # let v = solution.rounded::<f64>()?;
     /// # let level = CircleLevel::new(&circle, 160, 0)?;
-    /// # let start = Start::At(circle.point(1.0));
+    /// # let starts = [Start::At(circle.point(1.0))];
     /// // A neighbour equation on 20 cells with all pairs in S, and its variance from s = 1.
     /// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
     /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
     /// let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g)?;
-    /// let setting = Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level };
-    /// let analysis = setting.analyse(Estimator::Absorption, serially)?;
-    /// let predictions = [setting.predict(&analysis, start)?];
+    /// let setting = Setting {
+    ///     equation: &circle,
+    ///     neighbour: &neighbour,
+    ///     pairs,
+    ///     level: &level,
+    ///     galerkin: Some(&neighbour),
+    /// };
+    /// let model = setting.with_starts(&starts)?;
+    /// let analysis = Analysis::new(&model, Estimator::Absorption, &serially)?;
+    /// let predictions = [analysis.predict(0)?];
     ///
     /// // Better pairs, for variance × work.
     /// let possible = |_, _| level.possible();
-    /// let terms = Terms { cells: 20, galerkin: &neighbour, possible: &possible };
-    /// let before = setting.worth(&analysis, &predictions, &terms)?;
-    /// let chosen = setting.choose(&analysis, &predictions, &terms, serially)?;
+    /// let terms = Terms { cells: 20, possible: &possible };
+    /// let before = analysis.worth(&predictions, &terms)?;
+    /// let chosen = analysis.choose(&predictions, &terms, &serially)?;
     /// assert!(chosen.variance * chosen.work < 0.8 * before.work);
     ///
     /// // The neighbour equation with these.
     /// let pairs = PairTable::new(&chosen.table, 20)?;
     /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
     /// let better = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
-    /// # let setting = Setting { equation: &circle, neighbour: &better, pairs, level: &level };
-    /// # let analysis = setting.analyse(Estimator::Absorption, serially)?;
-    /// # let predictions = [setting.predict(&analysis, start)?];
-    /// # assert!(setting.worth(&analysis, &predictions, &terms)?.relative_to(&before) < 0.8);
+    /// # let setting = Setting { equation: &circle, neighbour: &better, pairs, level: &level, galerkin: None };
+    /// # let model = setting.with_starts(&starts)?;
+    /// # let analysis = Analysis::new(&model, Estimator::Absorption, &serially)?;
+    /// # let predictions = [analysis.predict(0)?];
+    /// # assert!(analysis.worth(&predictions, &terms)?.relative_to(&before) < 0.8);
     /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
     #[must_use]

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::StateSpace;
 use fredholm_core::galerkin::{GalerkinError, reserve};
-use fredholm_core::variance::{Level, Possible, Step, gauss};
+use fredholm_variance::{Level, Possible, Step, gauss};
 
 use crate::Cube;
 use crate::mesh::Mesh;

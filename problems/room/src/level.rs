@@ -3,8 +3,8 @@
 use alloc::vec::Vec;
 
 use fredholm_core::galerkin::{GalerkinError, Partition, reserve};
-use fredholm_core::variance::{Level, Possible, Step, gauss};
 use fredholm_core::{Sampler, StateSpace};
+use fredholm_variance::{Level, Possible, Step, gauss};
 
 use crate::pairs::View;
 use crate::{Point, Room};

@@ -11,10 +11,10 @@ use fredholm_circle::{
 use fredholm_core::galerkin::{
     Basis, Coefficients, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
 };
-use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Functional, Goal, Located, Neighbour, NoNeighbour, Real, Uniforms};
+use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::{Observer, Outcome, RunError};
+use fredholm_rayon::{Observer, Outcome, Plan, RunError, Target, run};
+use fredholm_variance::{self as variance, Density, Level, MeanCoefficients, Setting, Terms};
 
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
@@ -27,7 +27,6 @@ use crate::problem::{
 use crate::progress::{Progress, begin_walking};
 use crate::solve::plan;
 use crate::theory::{self, AnyPairs, PairCounts};
-use crate::walks::{Plan, run};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -480,7 +479,7 @@ where
                 Start::Mean(MeanOver::new(circle, from, to).map_err(Failure::input)?)
             }
         };
-        targets.push(Goal {
+        targets.push(Target {
             functional,
             neighbour_value: Some(known.galerkin),
         });
@@ -660,10 +659,10 @@ impl<'f> CircleFile<'f> {
         setup.boxed(&circle, |galerkin| {
             let terms = Terms {
                 cells,
-                galerkin,
                 possible: &|_, _| level.possible(),
             };
             self.with_starts(&circle, &level, |targets| {
+                let starts = Begin::starts(targets);
                 theory::choose(of(PairKind::Pointwise), |table, last| {
                     let setup = Setup::<f64>::of(scene, solved, Some(table))?;
                     let pairs = setup.pairs()?;
@@ -673,8 +672,10 @@ impl<'f> CircleFile<'f> {
                             neighbour,
                             pairs,
                             level: &level,
+                            galerkin: Some(galerkin),
                         };
-                        theory::look(&setting, estimator, targets, &terms, last)
+                        let model = setting.with_starts(&starts).map_err(Failure::run)?;
+                        theory::look(&model, estimator, starts.len(), &terms, last)
                     })?
                 })
             })
@@ -889,18 +890,26 @@ impl Problem for CircleFile<'_> {
         let pairs = setup.pairs()?;
         setup.boxed(&circle, |neighbour| {
             self.with_starts(&circle, &level, |targets| {
+                let starts = Begin::starts(targets);
+                let setting = Setting {
+                    equation: &circle,
+                    neighbour,
+                    pairs,
+                    level: &level,
+                    galerkin: None,
+                };
+                let model = setting.with_starts(&starts).map_err(Failure::run)?;
+                let coefficients = MeanCoefficients {
+                    cells: self.cells,
+                    mean: &|i, j| Coefficients::<1>::mean(&circle, i, j),
+                };
                 request.examine(&Subject {
-                    setting: Setting {
-                        equation: &circle,
-                        neighbour,
-                        pairs,
-                        level: &level,
-                    },
+                    model: &model,
                     coefficients: (self.degree() == 0 && self.cells <= level.sites())
-                        .then_some(&circle),
+                        .then_some(coefficients),
                     hides: None,
                     draw: None,
-                    targets,
+                    targets: &Begin::names(targets),
                     place: &|site| {
                         // A sixteenth of the circle.
                         let part = (16.0 * (site as f64 + 0.5) / sites).floor();

@@ -8,16 +8,14 @@ use fredholm_core::galerkin::{
     self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, PairTable,
     Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
-use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{
-    At, Functional, Goal, Located, Neighbour, NoNeighbour, Real, Source, Uniforms,
-};
+use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
 use fredholm_cube::{
     CellIntegral, Cube, CubeError, CubeLevel, Function, IntegralKernel, KernelFactors, Mean,
     Product, ProductTables, Rule, Weighted, absolute_radius, empty_table, functions, table_bytes,
 };
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::{RunError, fill_rows};
+use fredholm_rayon::{Plan, RunError, Target, fill_rows, run};
+use fredholm_variance::{self as variance, Density, Level, MeanCoefficients, Setting, Terms};
 
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
 use crate::export;
@@ -32,7 +30,6 @@ use crate::progress::{Progress, begin_walking};
 use crate::rates::Deterministic;
 use crate::solve::plan;
 use crate::theory::{self, AnyPairs, PairCounts};
-use crate::walks::{Plan, run};
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -688,18 +685,27 @@ impl<'f> CubeFile<'f> {
         }
         let cube = formulas.cube::<D>(self.per_axis, self.absorption())?;
         let level = CubeLevel::new(&cube, request.nodes, self.degree()).map_err(Failure::run)?;
+        let mean = |i, j| coefficients.map_or(f64::NAN, |of| Coefficients::<1>::mean(&of, i, j));
+        let coefficients = coefficients.map(|_| MeanCoefficients {
+            cells: self.all_cells(),
+            mean: &mean,
+        });
         let examined = self.with_starts(neighbour, weighted, |targets| {
+            let starts = Begin::starts(targets);
+            let setting = Setting {
+                equation: &cube,
+                neighbour,
+                pairs,
+                level: &level,
+                galerkin: None,
+            };
+            let model = setting.with_starts(&starts).map_err(Failure::run)?;
             request.examine(&Subject {
-                setting: Setting {
-                    equation: &cube,
-                    neighbour,
-                    pairs,
-                    level: &level,
-                },
-                coefficients: coefficients.as_ref(),
+                model: &model,
+                coefficients,
                 hides: None,
                 draw: None,
-                targets,
+                targets: &Begin::names(targets),
                 place: &|site| {
                     let mut places = Vec::new();
                     level.nodes(site, |x, _| {
@@ -836,13 +842,13 @@ impl<'f> CubeFile<'f> {
         in_s.then(&cube, setup, &v, &mut |galerkin| {
             let terms = Terms {
                 cells,
-                galerkin,
                 possible: &|_, _| level.possible(true),
             };
             let default = OffDiagonal {
                 diagonal: PairKind::Pointwise,
             };
             chosen = Some(self.with_starts(galerkin, &weighted, |targets| {
+                let starts = Begin::starts(targets);
                 theory::choose(theory::table_of(&default, cells), |table, last| {
                     let kinds = Pointwise::Table(table.to_vec());
                     let pairs = Kinds::<f64, D, 1>::pairs(&kinds, cells)?;
@@ -853,8 +859,11 @@ impl<'f> CubeFile<'f> {
                             neighbour,
                             pairs,
                             level: &level,
+                            galerkin: Some(galerkin),
                         };
-                        looked = Some(theory::look(&setting, estimator, targets, &terms, last)?);
+                        let model = setting.with_starts(&starts).map_err(Failure::run)?;
+                        let targets = starts.len();
+                        looked = Some(theory::look(&model, estimator, targets, &terms, last)?);
                         Ok(())
                     })?;
                     looked.ok_or_else(|| Failure::run("no neighbour equation was made"))
@@ -930,7 +939,7 @@ impl<'f> CubeFile<'f> {
                 exact: exact::<D>(known.wide, &asked.place)?,
                 galerkin,
             });
-            starts.push(Goal {
+            starts.push(Target {
                 neighbour_value: match &functional {
                     Start::Weighted(_) => None,
                     _ => Some(galerkin),

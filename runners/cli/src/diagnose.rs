@@ -8,13 +8,12 @@ mod target;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{self, Coefficients};
-use fredholm_core::variance::{
-    Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
-    Start, VarianceError,
-};
-use fredholm_core::{Equation, Estimator, NeighbourOf};
+use fredholm_core::Estimator;
 use fredholm_rayon::fill_rows;
+use fredholm_variance::{
+    Analysis, Contribution, MeanCoefficients, PairQuantities, Pass, Prediction, Quantities, Site,
+    Start, VarianceError, VarianceModel, pair_quantities,
+};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -58,30 +57,18 @@ pub(crate) struct Request<'a> {
 
 impl Request<'_> {
     /// Takes all integrals, and says what they come to.
-    pub(crate) fn examine<E, N, S, L, C>(
-        &self,
-        subject: &Subject<'_, E, N, S, L, C>,
-    ) -> Result<Diagnosis, Failure>
-    where
-        E: Equation<Scalar = f64, Point = L::Point> + Sync,
-        N: NeighbourOf<E> + Sync + ?Sized,
-        S: galerkin::Pairs + Sync,
-        L: Level + Sync,
-        L::Point: Send + Sync,
-        C: Coefficients<1, Scalar = f64>,
-    {
+    pub(crate) fn examine(&self, subject: &Subject<'_>) -> Result<Diagnosis, Failure> {
         let clock = Instant::now();
-        let setting = &subject.setting;
         // Not every level has as many sites as nodes were asked for.
-        refuse_pairs(setting.level.sites())?;
-        let run = |sites: &mut [Site<L::Point>], pass: &Pass<'_, Site<L::Point>>| {
+        refuse_pairs(subject.model.sites())?;
+        let run = |sites: &mut [Site], pass: &Pass<'_, Site>| {
             self.bar.inc_length(sites.len() as u64);
             in_parallel(sites, &|i, site| {
                 pass(i, site);
                 self.bar.inc(1);
             });
         };
-        let analysis = setting.analyse(self.estimator, run).map_err(explained)?;
+        let analysis = Analysis::new(subject.model, self.estimator, &run).map_err(explained)?;
         let quantities = match self.estimator {
             Estimator::Absorption if !self.brief => Some(analysis.quantities().map_err(explained)?),
             _ => None,
@@ -89,17 +76,15 @@ impl Request<'_> {
         let mut pairs = None;
         if let (Some(coefficients), Some(of)) = (subject.coefficients, &quantities) {
             let mut report = PairsReport::default();
-            let each = |pair: PairQuantities| report.add(&pair, of.alpha);
-            setting
-                .pair_quantities(coefficients, each)
-                .map_err(explained)?;
+            let mut each = |pair: PairQuantities| report.add(&pair, of.alpha);
+            pair_quantities(subject.model, coefficients, &mut each).map_err(explained)?;
             pairs = Some(report);
         }
         let mut targets = Vec::new();
         let mut picture = None;
-        for begin in subject.targets {
-            let prediction = setting.predict(&analysis, begin.start).map_err(explained)?;
-            let mut target = TargetDiagnosis::new(begin.name, &prediction, quantities.as_ref());
+        for (number, name) in subject.targets.iter().enumerate() {
+            let prediction = analysis.predict(number).map_err(explained)?;
+            let mut target = TargetDiagnosis::new(name, &prediction, quantities.as_ref());
             if !self.brief && targets.len() < DETAILED {
                 let drawn = subject.detail(&analysis, &prediction, &mut target)?;
                 picture = picture.or(drawn);
@@ -120,7 +105,7 @@ impl Request<'_> {
     }
 }
 
-impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
+impl Subject<'_> {
     /// What stands between the pairs that contribute most, where something does between a tenth of them.
     fn hider(&self, contributions: &[Contribution]) -> Option<String> {
         let hides = self.hides?;
@@ -146,8 +131,8 @@ impl<E, N: ?Sized, S, L: Level, C> Subject<'_, E, N, S, L, C> {
     /// Says where the variance of a target comes from, if that is finite, and draws it.
     fn detail(
         &self,
-        analysis: &Analysis<L::Point>,
-        prediction: &Prediction<L::Point>,
+        analysis: &Analysis<'_>,
+        prediction: &Prediction,
         target: &mut TargetDiagnosis,
     ) -> Result<Option<Picture>, Failure> {
         let Some(attribution) = prediction.attribute(analysis).map_err(explained)? else {
@@ -270,12 +255,23 @@ pub(crate) struct Begin<'a, P> {
     pub(crate) start: Start<'a, P>,
 }
 
-/// A setting with what is asked of it.
-pub(crate) struct Subject<'a, E, N: ?Sized, S, L: Level, C> {
-    pub(crate) setting: Setting<'a, E, N, S, L>,
+impl<'a, P: Copy> Begin<'a, P> {
+    pub(crate) fn names(all: &[Self]) -> Vec<&'a str> {
+        all.iter().map(|begin| begin.name).collect()
+    }
+
+    pub(crate) fn starts(all: &[Self]) -> Vec<Start<'a, P>> {
+        all.iter().map(|begin| begin.start).collect()
+    }
+}
+
+/// A model with what is asked of it.
+pub(crate) struct Subject<'a> {
+    pub(crate) model: &'a dyn VarianceModel,
     /// K' of piecewise constants, for the quantities of section 4.
-    pub(crate) coefficients: Option<&'a C>,
-    pub(crate) targets: &'a [Begin<'a, L::Point>],
+    pub(crate) coefficients: Option<MeanCoefficients<'a>>,
+    /// The names of the starts of the model.
+    pub(crate) targets: &'a [&'a str],
     /// What the place of a site is called: contributions are summed over the sites of a place.
     pub(crate) place: &'a dyn Fn(usize) -> String,
     /// What hides a site from another in part, where something can.

@@ -6,15 +6,16 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{self, Dense, PairTable, Piecewise, Rounded, Solution};
-use fredholm_core::variance::{self, Density, Level, Setting, Terms};
-use fredholm_core::{At, Estimate, Functional, Goal, Neighbour, NoNeighbour, Real, Uniforms};
+use fredholm_core::galerkin::{self, Coefficients, Dense, PairTable, Piecewise, Rounded, Solution};
+use fredholm_core::{At, Estimate, Functional, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
+use fredholm_rayon::{Plan, Target, run};
 use fredholm_room::{
     Cells, Choice, Enclosure, Grading, Irradiance, Material, Matrix, MeanOver, Mesh, Place, Point,
     Polynomials, R_MIN, Room, RoomError, RoomLevel, RoomPairs, Scene, Surface, Tables, View, Views,
     neighbour_second_moment_radius, r_min, second_moment_radius,
 };
+use fredholm_variance::{self as variance, Density, Level, MeanCoefficients, Setting, Terms};
 
 use crate::deck::{self, Deck};
 use crate::diagnose::{Begin, Diagnosis, Request, Subject};
@@ -30,7 +31,6 @@ use crate::problem::{
 use crate::progress::{Progress, begin_walking};
 use crate::solve::{plan, refuse_memory};
 use crate::theory::{self, AnyPairs, PairCounts};
-use crate::walks::{Plan, run};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -125,7 +125,10 @@ impl Surfaces {
         path: &Placed<String>,
     ) -> Result<Self, Failure> {
         let whole = file.beside(Path::new(&path.value));
-        let deck = deck::read(&whole).map_err(|error| file.error(&path.place, error))?;
+        let deck = deck::read(&whole).map_err(|failure| match failure {
+            Failure::Input(message) => file.error(&path.place, message).into(),
+            other => other,
+        })?;
         let mut all = Self::plain(&deck);
         for surface in &room.surfaces {
             let Some(i) = all
@@ -390,7 +393,7 @@ impl<'f> RoomFile<'f> {
                 exact: None,
                 galerkin,
             });
-            starts.push(Goal {
+            starts.push(Target {
                 functional: start,
                 neighbour_value: Some(galerkin),
             });
@@ -400,15 +403,15 @@ impl<'f> RoomFile<'f> {
         for (number, place) in places.iter().enumerate() {
             if self.is_looked_at_apart(place) {
                 let target = match self.start(room, lengths, place)? {
-                    Start::Point(at) => Goal {
+                    Start::Point(at) => Target {
                         neighbour_value: Some((solutions.irradiance)(&at.0)),
                         functional: Start::Light(Irradiance { room, of: at }),
                     },
-                    Start::Mean(mean) => Goal {
+                    Start::Mean(mean) => Target {
                         neighbour_value: None,
                         functional: Start::LightMean(Irradiance { room, of: mean }),
                     },
-                    other => Goal {
+                    other => Target {
                         functional: other,
                         neighbour_value: None,
                     },
@@ -553,11 +556,11 @@ impl<'f> RoomFile<'f> {
         let galerkin: &Boxed<'_, f64> = &galerkin.map_err(Failure::run)?;
         let terms = Terms {
             cells,
-            galerkin,
             possible: &|i, j| level.possible(i, j),
         };
         let estimator = plan(self.file, None).estimator;
         self.with_starts(&room, |targets| {
+            let starts = Begin::starts(targets);
             theory::choose(theory::table_of(&default, cells), |table, last| {
                 let pairs = PairTable::new(table, cells).map_err(Failure::run)?;
                 let g = solution.source::<f64, _, _>(&dense, &pairs);
@@ -570,8 +573,10 @@ impl<'f> RoomFile<'f> {
                     neighbour,
                     pairs: AnyPairs::Table(pairs),
                     level: &level,
+                    galerkin: Some(galerkin),
                 };
-                theory::look(&setting, estimator, targets, &terms, last)
+                let model = setting.with_starts(&starts).map_err(Failure::run)?;
+                theory::look(&model, estimator, starts.len(), &terms, last)
             })
         })
     }
@@ -608,18 +613,27 @@ impl<'f> RoomFile<'f> {
                 .map_or_else(|| format!("wall {wall}"), str::to_owned)
         };
         let draw = |shares: &[f64]| self.draw_shares(&level, shares);
+        let coefficients = coefficients.filter(|_| self.mesh.len() <= level.sites());
+        let mean = |i, j| coefficients.map_or(f64::NAN, |of| Coefficients::<1>::mean(of, i, j));
         self.with_starts(room, |targets| {
+            let starts = Begin::starts(targets);
+            let setting = Setting {
+                equation: room,
+                neighbour,
+                pairs,
+                level: &level,
+                galerkin: None,
+            };
+            let model = setting.with_starts(&starts).map_err(Failure::run)?;
             request.examine(&Subject {
+                model: &model,
                 draw: Some(&draw),
                 hides: Some(&|from, into| self.hides(&level, from, into)),
-                setting: Setting {
-                    equation: room,
-                    neighbour,
-                    pairs,
-                    level: &level,
-                },
-                coefficients: coefficients.filter(|_| self.mesh.len() <= level.sites()),
-                targets,
+                coefficients: coefficients.map(|_| MeanCoefficients {
+                    cells: self.mesh.len(),
+                    mean: &mean,
+                }),
+                targets: &Begin::names(targets),
                 place: &place,
             })
         })

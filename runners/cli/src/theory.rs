@@ -1,12 +1,12 @@
 //! `pairs = "theory"`: every pair in S, pointwise or left out, for the least predicted variance × time.
 
+use fredholm_core::Estimator;
 use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Pairs};
-use fredholm_core::variance::{Chosen, Level, Setting, Terms, VarianceError, Worth};
-use fredholm_core::{Equation, Estimator, NeighbourOf};
 use fredholm_room::RoomPairs;
+use fredholm_variance::{Analysis, Chosen, Terms, VarianceError, VarianceModel, Worth};
 use serde::Serialize;
 
-use crate::diagnose::{Begin, in_parallel};
+use crate::diagnose::in_parallel;
 use crate::failure::Failure;
 use crate::file::{self, ProblemFile};
 
@@ -46,29 +46,20 @@ pub(crate) struct Looked {
 }
 
 /// Analyses a choice, and chooses from there unless it is the last.
-pub(crate) fn look<E, N, L, H>(
-    setting: &Setting<'_, E, N, AnyPairs<'_>, L>,
+pub(crate) fn look(
+    model: &dyn VarianceModel,
     estimator: Estimator,
-    targets: &[Begin<'_, L::Point>],
-    terms: &Terms<'_, H>,
+    targets: usize,
+    terms: &Terms<'_>,
     last: bool,
-) -> Result<Looked, Failure>
-where
-    E: Equation<Scalar = f64, Point = L::Point> + Sync,
-    N: NeighbourOf<E> + Sync + ?Sized,
-    L: Level + Sync,
-    L::Point: Send + Sync,
-    H: NeighbourOf<E> + Sync + ?Sized,
-{
+) -> Result<Looked, Failure> {
     let looked = || -> Result<Looked, VarianceError> {
-        let analysis = setting.analyse(estimator, in_parallel)?;
-        let predictions = targets
-            .iter()
-            .map(|target| setting.predict(&analysis, target.start));
+        let analysis = Analysis::new(model, estimator, &in_parallel)?;
+        let predictions = (0..targets).map(|target| analysis.predict(target));
         let predictions = predictions.collect::<Result<Vec<_>, _>>()?;
-        let choose = || setting.choose(&analysis, &predictions, terms, in_parallel);
+        let choose = || analysis.choose(&predictions, terms, &in_parallel);
         Ok(Looked {
-            worth: setting.worth(&analysis, &predictions, terms)?,
+            worth: analysis.worth(&predictions, terms)?,
             chosen: (!last).then(choose).transpose()?,
         })
     };

@@ -25,10 +25,26 @@ pub fn refuse_beyond_memory(
 
 /// The bytes that are free, if so many are more.
 fn lacking(needed: usize) -> Option<u64> {
+    let available = available_memory();
+    (available > 0 && needed as u64 >= available).then_some(available)
+}
+
+/// Bytes of memory that are free now; 0 if the system does not say.
+#[cfg(target_os = "linux")]
+fn available_memory() -> u64 {
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let mut lines = text.lines();
+    let available = lines.find_map(|line| line.strip_prefix("MemAvailable:"));
+    let kibibytes = available.and_then(|text| text.trim().strip_suffix(" kB")?.parse().ok());
+    kibibytes.map_or(0, |count: u64| count.saturating_mul(1024))
+}
+
+/// Bytes of memory that are free now; 0 if the system does not say.
+#[cfg(not(target_os = "linux"))]
+fn available_memory() -> u64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
-    let available = system.available_memory();
-    (available > 0 && needed as u64 >= available).then_some(available)
+    system.available_memory()
 }
 
 /// Bytes for people: "1.5 MB", "2.0 GB".

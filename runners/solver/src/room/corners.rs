@@ -6,6 +6,7 @@ use fredholm_variance::gauss;
 use fredholm_room::{
     Cells, Choice, Geometry, Matrix, Mesh, Polynomials, Room, RoomPairs, Scene, Tables, r_min,
 };
+use fredholm_variance::gauss;
 
 use crate::Error;
 

@@ -1,6 +1,6 @@
 //! Where functions are represented, and how integrals are taken.
 
-use crate::StateSpace;
+use fredholm_core::StateSpace;
 
 /// A place to which a step may lead, with the probability that it stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]

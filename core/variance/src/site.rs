@@ -3,8 +3,6 @@
 use alloc::vec::Vec;
 use core::ops::AddAssign;
 
-use crate::Located;
-
 /// Integrals over steps from a node, or in the mean over a site, into another site, each with p(x,y) dμ(y). D = k − h.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
@@ -38,7 +36,7 @@ impl Moments {
     }
 
     #[inline]
-    pub(super) fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             mass: factor * self.mass,
             k: factor * self.k,
@@ -64,9 +62,11 @@ impl AddAssign for Moments {
 
 /// What is known in a node x.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node<P> {
-    /// x.
-    pub x: Located<P>,
+pub struct Node {
+    /// The number of x in the model.
+    pub point: usize,
+    /// The number of its cell.
+    pub cell: usize,
     /// The weight of the quadrature.
     pub weight: f64,
     /// q(x).
@@ -96,25 +96,25 @@ pub struct Node<P> {
     pub totals: [f64; 2],
 }
 
-impl<P> Node<P> {
+impl Node {
     /// F(x) − G(x).
     #[inline]
-    pub(super) fn difference(&self) -> f64 {
+    pub(crate) fn difference(&self) -> f64 {
         self.source - self.neighbour_source
     }
 
     /// The source of w.
     #[inline]
-    pub(super) fn squared(&self) -> f64 {
+    pub(crate) fn squared(&self) -> f64 {
         self.parts.iter().sum()
     }
 }
 
 /// A site, with what it contributes to the equations of the variance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Site<P> {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Site {
     /// Its nodes.
-    pub nodes: Vec<Node<P>>,
+    pub nodes: Vec<Node>,
     /// In the mean over the site, for every site that a step may lead to.
     pub row: Vec<Moments>,
     /// In the mean over the site: what steps into every site add to w.
@@ -125,21 +125,9 @@ pub struct Site<P> {
     pub measure: f64,
 }
 
-impl<P> Default for Site<P> {
-    fn default() -> Self {
-        Self {
-            nodes: Vec::new(),
-            row: Vec::new(),
-            pairs: Vec::new(),
-            largest: [0.0; 3],
-            measure: 0.0,
-        }
-    }
-}
-
-impl<P> Site<P> {
+impl Site {
     /// The mean of a function of the nodes.
-    pub(super) fn mean(&self, function: impl Fn(&Node<P>) -> f64) -> f64 {
+    pub(crate) fn mean(&self, function: impl Fn(&Node) -> f64) -> f64 {
         let sum: f64 = self.nodes.iter().map(|x| x.weight * function(x)).sum();
         sum / self.measure
     }

@@ -1,9 +1,13 @@
 //! The quantities of sections 3 and 4 of Heinrich 1995, and the bounds of Var ζ that they give.
 
-use super::analysis::{Matrix, scored};
-use super::{Analysis, Moments, Node, Power, Prediction, VarianceError};
-use crate::Real;
-use crate::galerkin::buffer;
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::{Coefficients, buffer};
+
+use crate::matrix::{Matrix, POWERS};
+use crate::sources::scored;
+use crate::{Analysis, Moments, Node, Power, Prediction, VarianceError};
 
 /// The quantities that bound Var ζ of the absorption estimator. Suprema are taken over the nodes and sites of the level.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +74,7 @@ impl Quantities {
 
     /// The bounds for a functional with ‖φ²p0‖₁ and, where it is a function, ‖φ²p0‖∞.
     #[must_use]
-    pub fn bounds<P>(&self, prediction: &Prediction<P>) -> Bounds {
+    pub fn bounds(&self, prediction: &Prediction) -> Bounds {
         let (one, supremum) = prediction.norms;
         let finite = |x: f64| x.is_finite().then_some(x);
         let by_norms = |beta_0: f64, theta: f64, [delta, epsilon, rho]: [f64; 3]| {
@@ -106,7 +110,7 @@ impl Quantities {
     }
 }
 
-impl<P> Analysis<P> {
+impl Analysis<'_> {
     /// The quantities that bound Var ζ.
     ///
     /// # Errors
@@ -114,16 +118,15 @@ impl<P> Analysis<P> {
     pub fn quantities(&self) -> Result<Quantities, VarianceError> {
         let nodes = || self.sites.iter().flat_map(|site| &site.nodes);
         let supremum =
-            |of: &dyn Fn(&Node<P>) -> f64| nodes().map(of).fold(0.0, |m: f64, x| Real::max(m, x));
-        let integral =
-            |of: &dyn Fn(&Node<P>) -> f64| nodes().map(|x| x.weight * of(x)).sum::<f64>();
-        let difference = |x: &Node<P>| {
+            |of: &dyn Fn(&Node) -> f64| nodes().map(of).fold(0.0, |m: f64, x| Real::max(m, x));
+        let integral = |of: &dyn Fn(&Node) -> f64| nodes().map(|x| x.weight * of(x)).sum::<f64>();
+        let difference = |x: &Node| {
             let difference = x.source - x.neighbour_source;
             scored(difference * difference, x.absorption)
         };
-        let squares = |x: &Node<P>| x.squares.iter().sum::<f64>();
-        let scores = |x: &Node<P>| [x.source, x.neighbour_source].map(f64::abs);
-        let largest = |x: &Node<P>| scores(x).into_iter().fold(0.0, |m: f64, f| Real::max(m, f));
+        let squares = |x: &Node| x.squares.iter().sum::<f64>();
+        let scores = |x: &Node| [x.source, x.neighbour_source].map(f64::abs);
+        let largest = |x: &Node| scores(x).into_iter().fold(0.0, |m: f64, f| Real::max(m, f));
         let of_kernel = |which: usize| {
             let all = self.sites.iter().map(|site| site.largest[which]);
             all.fold(0.0, |m: f64, x| Real::max(m, x))
@@ -166,7 +169,7 @@ impl<P> Analysis<P> {
 
     /// sup_y ∫ of a moment dμ(x).
     fn columns(&self, moment: &dyn Fn(&Moments) -> f64) -> Result<f64, VarianceError> {
-        let mut columns: alloc::vec::Vec<f64> = buffer(self.sites.len())?;
+        let mut columns: Vec<f64> = buffer(self.sites.len())?;
         for site in &self.sites {
             for (column, moments) in columns.iter_mut().zip(&site.row) {
                 *column += site.measure * moment(moments);
@@ -202,10 +205,10 @@ impl<P> Analysis<P> {
         w.iter_mut().for_each(|w| w.fill(1.0));
         let (mut sums, mut powers) = ([0.0; 2], [1.0; 2]);
         let mut best: Option<(Power, [f64; 2])> = None;
-        for exponent in 1..=super::analysis::POWERS {
+        for exponent in 1..=POWERS {
             let mut norm: f64 = 0.0;
             for (w, matrix) in w.iter_mut().zip(&matrices) {
-                crate::galerkin::Coefficients::apply(matrix, w, &mut next);
+                matrix.apply(w, &mut next);
                 w.copy_from_slice(&next);
                 norm = w.iter().fold(norm, |m: f64, x| Real::max(m, *x));
             }

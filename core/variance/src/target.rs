@@ -2,10 +2,10 @@
 
 use alloc::vec::Vec;
 
-use super::analysis::Matrix;
-use super::{Analysis, Level, Moments, Setting, Site, VarianceError};
-use crate::galerkin::{Pairs, buffer, reserve};
-use crate::{Kernel, Neighbour, Sampler, Source};
+use fredholm_core::galerkin::{buffer, reserve};
+
+use crate::matrix::Matrix;
+use crate::{Analysis, Moments, Node, Origin, Site, VarianceError};
 
 /// Where walks start.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub enum Start<'a, P> {
     /// All in one point, with φ = 1.
     At(P),
     /// With a density.
-    Density(&'a dyn Fn(&P) -> Density),
+    Density(&'a (dyn Fn(&P) -> Density + Sync)),
 }
 
 /// A functional in a point x, where walks start with a density.
@@ -25,7 +25,7 @@ pub struct Density {
     pub square: f64,
     /// p0(x).
     pub initial: f64,
-    /// [`neighbour_value`](crate::Functional::neighbour_value) minus (v,Φ): 0 where runs know (v,Φ).
+    /// [`neighbour_value`](fredholm_core::Functional::neighbour_value) minus (v,Φ): 0 where runs know (v,Φ).
     pub fluctuation: f64,
 }
 
@@ -92,7 +92,7 @@ pub struct Contribution {
 
 /// What is predicted for a functional.
 #[derive(Clone, Debug)]
-pub struct Prediction<P> {
+pub struct Prediction {
     /// (u,Φ), on the level.
     pub solution: f64,
     /// (u,Φ) − (v,Φ): the error of the Galerkin solution.
@@ -105,13 +105,13 @@ pub struct Prediction<P> {
     pub norms: (f64, Option<f64>),
     sums: Sums,
     /// φ²p0 by sites, of starts with a density.
-    pub(super) own: Vec<f64>,
+    pub(crate) own: Vec<f64>,
     /// What the first steps lead to.
-    pub(super) first: Vec<f64>,
+    pub(crate) first: Vec<f64>,
     /// p0 by sites, of starts with a density.
-    pub(super) initial: Vec<f64>,
+    pub(crate) initial: Vec<f64>,
     /// The start, where it is one point, and the site in which it lies.
-    pub(super) start: Option<(usize, Site<P>)>,
+    pub(crate) start: Option<(usize, Site)>,
 }
 
 /// Where Var ζ comes from.
@@ -127,12 +127,12 @@ pub struct Attribution {
     pub contributions: Vec<Contribution>,
 }
 
-impl<P> Prediction<P> {
+impl Prediction {
     /// Says where Var ζ comes from, by the adjoint equation; `None` where it is infinite. O(n²) for n sites.
     ///
     /// # Errors
     /// [`VarianceError`]: no memory.
-    pub fn attribute(&self, analysis: &Analysis<P>) -> Result<Option<Attribution>, VarianceError> {
+    pub fn attribute(&self, analysis: &Analysis<'_>) -> Result<Option<Attribution>, VarianceError> {
         if self.preconditioned.is_none() {
             return Ok(None);
         }
@@ -170,7 +170,7 @@ impl<P> Prediction<P> {
 
     fn contributions(
         &self,
-        analysis: &Analysis<P>,
+        analysis: &Analysis<'_>,
         occupation: &[f64],
         scale: f64,
     ) -> Result<Vec<Contribution>, VarianceError> {
@@ -199,43 +199,36 @@ impl<P> Prediction<P> {
     }
 }
 
-impl<E, N, S, L> Setting<'_, E, N, S, L>
-where
-    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source,
-    N: Neighbour<Scalar = f64, Point = L::Point> + ?Sized,
-    S: Pairs,
-    L: Level,
-{
-    /// The variances of both estimates of a functional. (v,Φ) is taken as known, as runs have it for points, means and
-    /// weights.
+impl Analysis<'_> {
+    /// The variances of both estimates of a functional, by the number of its start in the model. (v,Φ) is taken as known,
+    /// as runs have it for points, means and weights.
     ///
     /// # Errors
     /// [`VarianceError`].
-    pub fn predict(
-        &self,
-        analysis: &Analysis<L::Point>,
-        start: Start<'_, L::Point>,
-    ) -> Result<Prediction<L::Point>, VarianceError> {
-        let n = analysis.sites.len();
+    pub fn predict(&self, start: usize) -> Result<Prediction, VarianceError> {
+        let origin = self.model.start(start);
+        let origin = origin.ok_or(VarianceError::NoStart { start })?;
+        let n = self.sites.len();
         let mut sums = Sums::default();
         let (mut first, mut own, mut initial) = (buffer(n)?, buffer(n)?, buffer(n)?);
         let (mut point, mut largest) = (None, None);
-        match start {
-            Start::At(x) => {
-                let site = self.start(analysis, x)?;
-                sums.add(&site, |_| Density::uniform(1.0));
-                for (first, moments) in first.iter_mut().zip(&site.row) {
+        match origin {
+            Origin::Point { point: x, site } => {
+                let begin = self.start(x)?;
+                sums.add(&begin, &|_| Density::uniform(1.0));
+                for (first, moments) in first.iter_mut().zip(&begin.row) {
                     *first = moments.kk;
                 }
-                point = Some((self.level.locate(&x), site));
+                point = Some((site, begin));
             }
-            Start::Density(density) => {
+            Origin::Density => {
+                let density = |node: &Node| self.model.density(start, node.point);
                 let mut supremum = 0.0;
                 let places = own.iter_mut().zip(&mut initial);
-                for (site, (own, initial)) in analysis.sites.iter().zip(places) {
-                    *own = sums.add(site, density);
+                for (site, (own, initial)) in self.sites.iter().zip(places) {
+                    *own = sums.add(site, &density);
                     for node in &site.nodes {
-                        let density = density(&node.x.point);
+                        let density = density(node);
                         *initial += node.weight * density.initial;
                         supremum = f64::max(density.square, supremum);
                     }
@@ -250,10 +243,8 @@ where
         Ok(Prediction {
             solution,
             error: sums.error,
-            plain: analysis
-                .kernel_power
-                .map(|_| sums.plain - solution * solution),
-            preconditioned: analysis
+            plain: self.kernel_power.map(|_| sums.plain - solution * solution),
+            preconditioned: self
                 .is_finite()
                 .then_some(sums.squared + sums.start - sums.error * sums.error),
             norms: (sums.mass, largest),
@@ -287,10 +278,10 @@ struct Sums {
 
 impl Sums {
     /// Adds a site; ∫ φ²p0 over it.
-    fn add<P>(&mut self, site: &Site<P>, density: impl Fn(&P) -> Density) -> f64 {
+    fn add(&mut self, site: &Site, density: &dyn Fn(&Node) -> Density) -> f64 {
         let mut mass = 0.0;
         for node in &site.nodes {
-            let at = density(&node.x.point);
+            let at = density(node);
             let [functional, square] = [at.functional, at.square].map(|phi| node.weight * phi);
             let twice = node.weight * at.initial * at.fluctuation + 2.0 * functional * node.error;
             self.start += at.fluctuation * twice;

@@ -1,0 +1,158 @@
+//! Moments between sites as matrices, and functions on sites and their nodes as vectors.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::{Coefficients, GalerkinError, Sweeps, buffer, gauss_seidel, reserve};
+
+use crate::{Moments, Node, Site, VarianceError};
+
+/// The largest power of an operator that is looked at.
+pub(crate) const POWERS: u32 = 1000;
+/// The equations of the variance are solved to this share of their largest source.
+const TOLERANCE: f64 = 1e-12;
+const SWEEPS: u32 = 10_000;
+
+/// A power whose norm is below 1, as (13) of Heinrich 1995 asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Power {
+    /// n0: the smallest one.
+    pub exponent: u32,
+    /// γ: the norm of that power in L∞.
+    pub norm: f64,
+}
+
+/// Values in all nodes, and in the mean over sites.
+pub(crate) struct Nodal<'a, T> {
+    pub(crate) means: &'a [T],
+    first: Vec<usize>,
+    nodes: Vec<T>,
+}
+
+impl<'a, T: Copy + Default> Nodal<'a, T> {
+    pub(crate) fn new(
+        sites: &[Site],
+        means: &'a [T],
+        value: impl Fn(&Node) -> T,
+    ) -> Result<Self, GalerkinError> {
+        let count = sites.iter().map(|site| site.nodes.len()).sum();
+        let (mut first, mut nodes) = (buffer(sites.len())?, reserve(count)?);
+        for (first, site) in first.iter_mut().zip(sites) {
+            *first = nodes.len();
+            nodes.extend(site.nodes.iter().map(&value));
+        }
+        Ok(Self {
+            means,
+            first,
+            nodes,
+        })
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, site: usize, node: Option<usize>) -> Option<T> {
+        let of_node = node.and_then(|node| self.nodes.get(self.first.get(site)? + node));
+        of_node.or_else(|| self.means.get(site)).copied()
+    }
+}
+
+/// s and c.
+pub(crate) type Seconds<'a> = Nodal<'a, [f64; 2]>;
+
+/// One of the moments between sites as a matrix.
+pub(crate) struct Matrix<'a, M> {
+    sites: &'a [Site],
+    moment: M,
+    transposed: bool,
+}
+
+impl<M: Fn(&Moments) -> f64> Coefficients for Matrix<'_, M> {
+    type Scalar = f64;
+
+    fn cells(&self) -> usize {
+        self.sites.len()
+    }
+
+    #[inline]
+    fn block(&self, i: usize, j: usize) -> [[f64; 1]; 1] {
+        let (i, j) = if self.transposed { (j, i) } else { (i, j) };
+        let moments = self.sites.get(i).and_then(|site| site.row.get(j));
+        [[moments.map_or(f64::NAN, &self.moment)]]
+    }
+}
+
+impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
+    pub(crate) const fn new(sites: &'a [Site], moment: M) -> Self {
+        Self {
+            sites,
+            moment,
+            transposed: false,
+        }
+    }
+
+    /// Of the adjoint operator, acting on masses of sites.
+    pub(crate) const fn adjoint(sites: &'a [Site], moment: M) -> Self {
+        Self {
+            sites,
+            moment,
+            transposed: true,
+        }
+    }
+
+    /// The solution of x = Ax + b.
+    pub(crate) fn resolve(&self, source: &[f64]) -> Result<Vec<f64>, GalerkinError> {
+        let largest = source.iter().fold(0.0, |m: f64, b| Real::max(m, b.abs()));
+        let mut x = buffer(source.len())?;
+        x.copy_from_slice(source);
+        let sweeps = Sweeps::UntilResidual {
+            residual: TOLERANCE * largest,
+            at_most: SWEEPS,
+        };
+        gauss_seidel(self, source, &mut x, sweeps)?;
+        Ok(x)
+    }
+
+    /// The smallest power whose norm is below 1: ‖A^m‖ = max A^m 1, where A has no negative entries.
+    pub(crate) fn contracting_power(&self) -> Result<Option<Power>, GalerkinError> {
+        let (mut w, mut next) = (buffer(self.sites.len())?, buffer(self.sites.len())?);
+        w.fill(1.0);
+        for exponent in 1..=POWERS {
+            self.apply(&w, &mut next);
+            let norm = next.iter().fold(0.0, |m: f64, x| Real::max(m, *x));
+            if norm < 1.0 {
+                return Ok(Some(Power { exponent, norm }));
+            }
+            if !(norm < 1e100) {
+                break;
+            }
+            core::mem::swap(&mut w, &mut next);
+        }
+        Ok(None)
+    }
+}
+
+/// Σ_j of a moment times a vector.
+pub(crate) fn against(row: &[Moments], moment: impl Fn(&Moments) -> f64, x: &[f64]) -> f64 {
+    row.iter().zip(x).map(|(m, x)| moment(m) * x).sum()
+}
+
+/// Of every site.
+pub(crate) fn collect(
+    sites: &[Site],
+    of: impl Fn(&Site) -> f64,
+) -> Result<Vec<f64>, VarianceError> {
+    let mut out = buffer(sites.len())?;
+    for (i, (out, site)) in out.iter_mut().zip(sites).enumerate() {
+        *out = of(site);
+        if !out.is_finite() {
+            return Err(VarianceError::NotFinite { site: i });
+        }
+    }
+    Ok(out)
+}
+
+pub(crate) fn check(sites: &[Site], sound: impl Fn(&Site) -> bool) -> Result<(), VarianceError> {
+    match sites.iter().position(|site| !sound(site)) {
+        Some(site) => Err(VarianceError::NotFinite { site }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,118 @@
+//! The problem as the equations of the variance see it: numbers, no points.
+
+use core::ops::Range;
+
+use fredholm_core::galerkin::PairKind;
+
+use crate::Density;
+
+/// What an analysis asks of a problem. Points have numbers: the nodes of all sites, site by site, and then the starts
+/// that are points. So the trait is object safe, and all that is computed with it is compiled once.
+///
+/// [`Setting::with_starts`](crate::Setting::with_starts) makes one from an equation, its neighbour and a
+/// [`Level`](crate::Level). What has no number in the model has no values: they are NaN, and no steps.
+pub trait VarianceModel: Sync {
+    /// The number of sites.
+    fn sites(&self) -> usize;
+
+    /// The numbers of the nodes of a site.
+    fn nodes(&self, site: usize) -> Range<usize>;
+
+    /// The cell and the weight of a point.
+    fn position(&self, point: usize) -> Position;
+
+    /// The functions in a point.
+    fn values(&self, point: usize) -> Values;
+
+    /// Σ weight f(y) ≈ ∫ f(y) p(x,y) dμ(y) over a site: calls `visit` for every place y to which a step from the point x
+    /// may lead. What is not wanted is 0.
+    fn steps(&self, point: usize, site: usize, wanted: Wanted, visit: &mut dyn FnMut(&Transition));
+
+    /// The kind of the pair of cells (i, j).
+    fn kind(&self, i: usize, j: usize) -> PairKind;
+
+    /// Calls `visit` for all j of n cells with (i, j) pointwise.
+    fn pointwise(&self, i: usize, cells: usize, visit: &mut dyn FnMut(usize));
+
+    /// Whether steps can tell h of a neighbour equation with all pairs in S that may be ([`Wanted::Choice`]).
+    fn has_galerkin(&self) -> bool;
+
+    /// Where walks of the start with this number begin, if there is one.
+    fn start(&self, start: usize) -> Option<Origin>;
+
+    /// The density of a start in a point.
+    fn density(&self, start: usize, point: usize) -> Density;
+}
+
+/// Where a point lies, and how much it stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    /// The number of its cell.
+    pub cell: usize,
+    /// The weight of the quadrature; 1 for a start.
+    pub weight: f64,
+}
+
+/// The functions in a point x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Values {
+    /// q(x).
+    pub absorption: f64,
+    /// F(x).
+    pub source: f64,
+    /// G(x).
+    pub neighbour_source: f64,
+    /// v(x).
+    pub value: f64,
+}
+
+/// What an analysis wants to know of steps. From [`Kernel`](Self::Kernel) to [`Value`](Self::Value) each includes those
+/// before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Wanted {
+    /// The weight, the node and k(x,y).
+    Kernel,
+    /// The cell of y.
+    Cell,
+    /// h(x,y).
+    Neighbour,
+    /// Whether the pair is outside of S.
+    Kind,
+    /// v(y).
+    Value,
+    /// The cell, k(x,y) and v(y), and h(x,y) of the neighbour equation with all pairs in S that may be.
+    Choice,
+}
+
+/// A step from x to a place y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition {
+    /// The weight: that of the quadrature times p(x,y).
+    pub weight: f64,
+    /// Which node of its site y is, if it is one.
+    pub node: Option<usize>,
+    /// The cell of y.
+    pub cell: usize,
+    /// Whether the pair of cells has h = 0: neither in S nor pointwise.
+    pub left_out: bool,
+    /// k(x,y).
+    pub kernel: f64,
+    /// h(x,y).
+    pub neighbour: f64,
+    /// v(y).
+    pub value: f64,
+}
+
+/// Where walks begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// In one point.
+    Point {
+        /// The number of the point.
+        point: usize,
+        /// The site in which it lies.
+        site: usize,
+    },
+    /// With a density.
+    Density,
+}

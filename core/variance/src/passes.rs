@@ -1,0 +1,129 @@
+//! What is done in every point: integrals over the steps from it.
+
+use fredholm_core::{Estimator, Real};
+
+use crate::matrix::{Nodal, Seconds};
+use crate::sources::{second_sources, square_source, total_sources};
+use crate::{Moments, Node, Site, VarianceModel, Wanted};
+
+/// A model and an estimator: what every pass over the sites needs.
+#[derive(Clone, Copy)]
+pub(crate) struct Passes<'a> {
+    pub(crate) model: &'a dyn VarianceModel,
+    pub(crate) estimator: Estimator,
+}
+
+impl Passes<'_> {
+    /// Nodes and integrals of a site.
+    pub(crate) fn integrate(self, i: usize, site: &mut Site) {
+        for point in self.model.nodes(i) {
+            let node = self.meet(point, site);
+            site.measure += node.weight;
+            site.nodes.push(node);
+        }
+        for moments in &mut site.row {
+            *moments = moments.scaled(1.0 / site.measure);
+        }
+    }
+
+    /// What is to be known of a point; its steps into every site, times the weight, are added to the row of `own`.
+    pub(crate) fn meet(self, point: usize, own: &mut Site) -> Node {
+        let (position, values) = (self.model.position(point), self.model.values(point));
+        let weight = position.weight;
+        let mut node = Node {
+            point,
+            cell: position.cell,
+            weight,
+            absorption: values.absorption,
+            source: values.source,
+            neighbour_source: values.neighbour_source,
+            value: values.value,
+            residual: 0.0,
+            delta: 0.0,
+            squares: [0.0; 2],
+            error: 0.0,
+            second: 0.0,
+            mixed: 0.0,
+            parts: [0.0; 3],
+            totals: [f64::NAN; 2],
+        };
+        let mut step_residual = 0.0;
+        let largest = &mut own.largest;
+        for (j, moments) in own.row.iter_mut().enumerate() {
+            self.model.steps(point, j, Wanted::Value, &mut |step| {
+                let (k, h) = (step.kernel, step.neighbour);
+                let d = k - h;
+                *moments += Moments::of(weight * step.weight, k, h);
+                step_residual += step.weight * d * step.value;
+                node.delta += step.weight * d.abs();
+                node.squares[usize::from(step.left_out)] += step.weight * d * d;
+                for (largest, now) in largest.iter_mut().zip([k, h, d]) {
+                    *largest = Real::max(*largest, now.abs());
+                }
+            });
+        }
+        node.residual = node.difference() + step_residual;
+        node
+    }
+
+    /// r + T_kp e in a node.
+    pub(crate) fn error(self, node: &Node, errors: &Nodal<'_, f64>) -> f64 {
+        let mut error = node.residual;
+        for j in 0..errors.means.len() {
+            self.model
+                .steps(node.point, j, Wanted::Kernel, &mut |step| {
+                    let of_y = errors.at(j, step.node).unwrap_or(f64::NAN);
+                    error += step.weight * step.kernel * of_y;
+                });
+        }
+        error
+    }
+
+    /// s and c of a node.
+    pub(crate) fn second(self, seconds: &[[f64; 2]], node: &mut Node) {
+        let [mut second, mut mixed] = second_sources(self.estimator, node);
+        for (j, &[s, c]) in seconds.iter().enumerate() {
+            self.model
+                .steps(node.point, j, Wanted::Neighbour, &mut |step| {
+                    let (k, h) = (step.kernel, step.neighbour);
+                    second += step.weight * h * h * s;
+                    mixed += step.weight * h * (k * c + (k - h) * s);
+                });
+        }
+        (node.second, node.mixed) = (second, mixed);
+    }
+
+    /// The source of w in all nodes of a site, and what each pair of sites adds to it.
+    pub(crate) fn square(self, seconds: &Seconds<'_>, site: &mut Site) {
+        for node in &mut site.nodes {
+            let share = node.weight / site.measure;
+            node.parts = [square_source(self.estimator, node), 0.0, 0.0];
+            let parts = &mut node.parts;
+            for (j, pair) in site.pairs.iter_mut().enumerate() {
+                self.model.steps(node.point, j, Wanted::Kind, &mut |step| {
+                    let k = step.kernel;
+                    let d = k - step.neighbour;
+                    let [s, c] = seconds.at(j, step.node).unwrap_or([f64::NAN; 2]);
+                    let part = step.weight * d * (d * s + 2.0 * k * c);
+                    parts[1 + usize::from(step.left_out)] += part;
+                    *pair += share * part;
+                });
+            }
+        }
+    }
+
+    /// The sources of E η(k,f)² and of w, and T_k²p of both, in a node.
+    pub(crate) fn totals(self, node: &Node, totals: &Nodal<'_, [f64; 2]>) -> [f64; 2] {
+        let [mut plain, mut squared] = total_sources(self.estimator, node);
+        for j in 0..self.model.sites() {
+            self.model
+                .steps(node.point, j, Wanted::Kernel, &mut |step| {
+                    let k = step.kernel;
+                    let of_y = totals.at(j, step.node).unwrap_or([f64::NAN; 2]);
+                    plain += step.weight * k * k * of_y[0];
+                    squared += step.weight * k * k * of_y[1];
+                });
+        }
+        [plain, squared]
+    }
+}

@@ -1,0 +1,45 @@
+//! What walks score, as sources of the equations.
+
+use fredholm_core::Estimator;
+
+use crate::Node;
+
+/// A product that a walk scores where it is absorbed, over q; 0 where there is nothing to score.
+pub(crate) fn scored(product: f64, q: f64) -> f64 {
+    if product == 0.0 { 0.0 } else { product / q }
+}
+
+/// The source of E η(k,f)².
+pub(crate) fn plain_source(estimator: Estimator, x: &Node) -> f64 {
+    let f = x.source;
+    match estimator {
+        Estimator::Absorption => scored(f * f, x.absorption),
+        Estimator::Collision => f * (2.0 * (x.value + x.error) - f),
+    }
+}
+
+/// The sources of E η(k,f)² and of w.
+pub(crate) fn total_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
+    [plain_source(estimator, x), x.squared()]
+}
+
+/// The sources of s and c.
+pub(crate) fn second_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
+    let (g, difference) = (x.neighbour_source, x.difference());
+    match estimator {
+        Estimator::Absorption => [g * g, difference * g].map(|s| scored(s, x.absorption)),
+        Estimator::Collision => [
+            g * (2.0 * x.value - g),
+            difference * x.value + g * (x.error - difference),
+        ],
+    }
+}
+
+/// The source of w that is the sources' difference.
+pub(crate) fn square_source(estimator: Estimator, x: &Node) -> f64 {
+    let difference = x.difference();
+    match estimator {
+        Estimator::Absorption => scored(difference * difference, x.absorption),
+        Estimator::Collision => difference * (2.0 * x.error - difference),
+    }
+}
