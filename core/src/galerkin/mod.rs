@@ -34,7 +34,7 @@ mod small;
 mod solution;
 mod solve;
 
-pub use coefficients::{Coefficients, Dense, Rounded};
+pub use coefficients::{Coefficients, Dense, GalerkinMatrix, Rounded};
 pub use legendre::legendre;
 pub use pairs::{AllPointwise, OffDiagonal, PairKind, PairTable, Pairs, marked};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};

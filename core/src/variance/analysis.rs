@@ -5,7 +5,7 @@ use core::fmt;
 
 use super::{Level, Moments, Node, Site};
 use crate::galerkin::{
-    Coefficients, GalerkinError, PairKind, Pairs, Sweeps, buffer, gauss_seidel, reserve,
+    GalerkinError, GalerkinMatrix, PairKind, Pairs, Sweeps, buffer, gauss_seidel, reserve,
 };
 use crate::{Estimator, Kernel, Located, Neighbour, Real, Sampler, Source};
 
@@ -160,18 +160,22 @@ pub(super) struct Matrix<'a, P, M> {
     transposed: bool,
 }
 
-impl<P, M: Fn(&Moments) -> f64> Coefficients for Matrix<'_, P, M> {
+impl<P, M: Fn(&Moments) -> f64> GalerkinMatrix for Matrix<'_, P, M> {
     type Scalar = f64;
 
     fn cells(&self) -> usize {
         self.sites.len()
     }
 
+    fn functions(&self) -> usize {
+        1
+    }
+
     #[inline]
-    fn block(&self, i: usize, j: usize) -> [[f64; 1]; 1] {
+    fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> f64 {
         let (i, j) = if self.transposed { (j, i) } else { (i, j) };
         let moments = self.sites.get(i).and_then(|site| site.row.get(j));
-        [[moments.map_or(f64::NAN, &self.moment)]]
+        moments.map_or(f64::NAN, &self.moment)
     }
 }
 
@@ -202,7 +206,7 @@ impl<'a, P, M: Fn(&Moments) -> f64> Matrix<'a, P, M> {
             residual: TOLERANCE * largest,
             at_most: SWEEPS,
         };
-        gauss_seidel(self, source, &mut x, sweeps)?;
+        gauss_seidel(self, source, &mut x, &mut [0.0; 2], sweeps)?;
         Ok(x)
     }
 

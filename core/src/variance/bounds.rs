@@ -205,7 +205,7 @@ impl<P> Analysis<P> {
         for exponent in 1..=super::analysis::POWERS {
             let mut norm: f64 = 0.0;
             for (w, matrix) in w.iter_mut().zip(&matrices) {
-                crate::galerkin::Coefficients::apply(matrix, w, &mut next);
+                crate::galerkin::GalerkinMatrix::apply(matrix, w, &mut next);
                 w.copy_from_slice(&next);
                 norm = w.iter().fold(norm, |m: f64, x| Real::max(m, *x));
             }

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::{Level, Setting, VarianceError};
-use crate::galerkin::{Coefficients, PairKind, Pairs, buffer};
+use crate::galerkin::{GalerkinMatrix, PairKind, Pairs, buffer};
 use crate::{Kernel, Neighbour, Real, Sampler, Source};
 
 /// What (51)–(53) and the lines below them say of a pair of cells. Suprema are taken over the nodes of the level.
@@ -82,9 +82,9 @@ where
     ///
     /// # Errors
     /// [`VarianceError`].
-    pub fn pair_quantities<C: Coefficients<1, Scalar = f64>>(
+    pub fn pair_quantities(
         &self,
-        coefficients: &C,
+        coefficients: &dyn GalerkinMatrix<Scalar = f64>,
         mut visit: impl FnMut(PairQuantities),
     ) -> Result<(), VarianceError> {
         let n = coefficients.cells();
