@@ -23,7 +23,7 @@ use crate::{Circle, Emission, Point};
 /// let circle = Circle::new(tables.cells(), light, 0.2)?;
 /// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
 /// let solution = circle.solve(1e-14, 1000)?;
-/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64, _, _>(&circle, &pairs)?);
+/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64>(&circle, &pairs)?);
 /// let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
 ///
 /// // √Var of walks from s = 1, before there is one.
@@ -105,7 +105,7 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     /// # let start = Start::At(circle.point(1.0));
     /// // A neighbour equation on 20 cells with all pairs in S, and its variance from s = 1.
     /// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
-    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
+    /// let g = solution.source::<f64>(&circle, &pairs)?;
     /// let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g)?;
     /// let setting = Setting { equation: &circle, neighbour: &neighbour, pairs, level: &level };
     /// let analysis = setting.analyse(Estimator::Absorption, serially)?;
@@ -120,7 +120,7 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     ///
     /// // The neighbour equation with these.
     /// let pairs = PairTable::new(&chosen.table, 20)?;
-    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
+    /// let g = solution.source::<f64>(&circle, &pairs)?;
     /// let better = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
     /// # let setting = Setting { equation: &circle, neighbour: &better, pairs, level: &level };
     /// # let analysis = setting.analyse(Estimator::Absorption, serially)?;
