@@ -37,7 +37,7 @@ const TERMS: usize = 12;
 /// ```
 /// # #[cfg(feature = "alloc")] {
 /// use fredholm_circle::{Circle, Harmonic, Polynomials, Tables};
-/// use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+/// use fredholm_core::galerkin::{OffDiagonal, PairKind};
 /// use fredholm_core::{At, Batch, Estimator, Neighbour, STEP_LIMIT, Stream, Task};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
@@ -48,8 +48,8 @@ const TERMS: usize = 12;
 /// let cubic = Polynomials::<_, _, 4>::new(&circle);
 /// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
 /// let solution = cubic.solve(1e-15, 1000)?;
-/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64>(&cubic, &pairs)?);
-/// let neighbour = Piecewise::with_pointwise(&cubic, &cubic, pairs, &v, &g)?;
+/// let vectors = solution.for_walks(&cubic, pairs)?;
+/// let neighbour = vectors.with_pointwise(&cubic, &cubic)?;
 ///
 /// let start = circle.point(0.3);
 /// let task = Task {
