@@ -8,7 +8,7 @@ mod target;
 use std::io::Write;
 use std::time::Instant;
 
-use fredholm_core::galerkin::{self, Coefficients};
+use fredholm_core::galerkin::{self, GalerkinMatrix};
 use fredholm_core::variance::{
     Analysis, Contribution, Level, PairQuantities, Pass, Prediction, Quantities, Setting, Site,
     Start, VarianceError,
@@ -68,7 +68,7 @@ impl Request<'_> {
         S: galerkin::Pairs + Sync,
         L: Level + Sync,
         L::Point: Send + Sync,
-        C: Coefficients<1, Scalar = f64>,
+        C: GalerkinMatrix<Scalar = f64>,
     {
         let clock = Instant::now();
         let setting = &subject.setting;

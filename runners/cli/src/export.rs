@@ -175,7 +175,7 @@ pub(crate) fn circle<F: Real + Number>(
 pub(crate) fn cube<F: Real + Number, const D: usize, const B: usize>(
     cube: &FileCube<'_, f64, D, B>,
     absorption: f64,
-    coefficients: &Table<D, B>,
+    coefficients: &Table<D>,
     off_diagonal: Option<OffDiagonal>,
     [v, g]: [&[F]; 2],
 ) -> TableBuilder {

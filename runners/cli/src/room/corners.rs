@@ -18,7 +18,7 @@ pub(super) fn rare<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix<B>>,
+    known: Option<&Matrix>,
 ) -> Result<f64, Failure> {
     // As many points as functions would lie where k − h nearly vanishes.
     rare_by(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
@@ -29,7 +29,7 @@ fn rare_by<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix<B>>,
+    known: Option<&Matrix>,
     points: usize,
 ) -> Result<f64, Failure> {
     let tables = Tables::<f64>::new(scene, mesh);
@@ -39,7 +39,7 @@ fn rare_by<const B: usize>(
     let matrix = match known {
         Some(matrix) => matrix,
         None => {
-            own = Matrix::of_pairs(scene, mesh, r_min(B - 1), |i, j| corners.share(i, j))
+            own = Matrix::of_pairs(scene, mesh, r_min(B - 1), B, &|i, j| corners.share(i, j))
                 .map_err(Failure::run)?;
             &own
         }
@@ -154,7 +154,7 @@ mod tests {
             let of =
                 |choice, known, points| rare_by::<B>(&scene, &mesh, choice, known, points).unwrap();
             let few = rare::<B>(&scene, &mesh, Choice::Default, None).unwrap();
-            let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1)).unwrap();
+            let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B).unwrap();
             assert_eq!(
                 few,
                 rare(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
