@@ -61,9 +61,9 @@ fn set_up(c: &mut Criterion) {
                 let (kernel, source): (Kernel, Source) = (gauss, source);
                 let cube = Cube::new(kernel, source, PER_AXIS, ABSORPTION).unwrap();
                 let entries = table(&cube, points);
-                let dense = Dense::new(&entries, CELLS).unwrap();
+                let dense = Dense::new(&entries, CELLS, 1).unwrap();
                 let solution = cube.solve(&dense, rule, 1e-14, 1000).unwrap();
-                solution.source::<f64, _, _>(&dense, &ALL).unwrap()
+                solution.source::<f64>(&dense, &ALL).unwrap()
             });
         });
         group.bench_function(BenchmarkId::new("product", points), |b| {
@@ -71,7 +71,7 @@ fn set_up(c: &mut Criterion) {
                 let cube = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
                 let tables = ProductTables::new(&cube, rule).unwrap();
                 let solution = cube.solve(&tables, rule, 1e-14, 1000).unwrap();
-                solution.source::<f64, _, _>(&tables, &ALL).unwrap()
+                solution.source::<f64>(&tables, &ALL).unwrap()
             });
         });
     }
@@ -85,7 +85,7 @@ fn solved<C: Coefficients<Scalar = f64>>(
 ) -> (Vec<f64>, Vec<f64>) {
     let rule = Rule::new(1).unwrap();
     let solution = cube.solve(coefficients, rule, 1e-14, 1000).unwrap();
-    let g = solution.source::<f64, _, _>(coefficients, &ALL).unwrap();
+    let g = solution.source::<f64>(coefficients, &ALL).unwrap();
     (solution.v, g)
 }
 
@@ -141,7 +141,7 @@ fn walks(c: &mut Criterion) {
     group.sample_size(10);
     let cube = Cube::<f64, 3, Kernel, Source>::new(gauss, source, PER_AXIS, ABSORPTION).unwrap();
     let entries = table(&cube, 1);
-    let dense = Dense::new(&entries, CELLS).unwrap();
+    let dense = Dense::new(&entries, CELLS, 1).unwrap();
     let product = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
     let tables = ProductTables::new(&product, Rule::new(1).unwrap()).unwrap();
     assert_eq!(cube.cells(), CELLS);
@@ -187,9 +187,9 @@ fn degrees(c: &mut Criterion) {
         let rule = Rule::new(cube.degree() + 1).unwrap();
         let tables = ProductTables::new(&product, rule).unwrap();
         let solution = product.solve(&tables, rule, 1e-14, 1000).unwrap();
-        let g = solution.source::<f64, _, _>(&tables, &ALL).unwrap();
+        let g = solution.source::<f64>(&tables, &ALL).unwrap();
         let entries = fredholm_cube::table(&cube, rule).unwrap();
-        let dense = Dense::new(&entries, solution.v.len()).unwrap();
+        let dense = Dense::new(&entries, cube.cells(), B).unwrap();
         let by_table = Piecewise::new(&cube, &dense, ALL, &solution.v, &g).unwrap();
         let by_axes = Piecewise::new(&cube, &tables, ALL, &solution.v, &g).unwrap();
         let goals = [Goal {

@@ -3,7 +3,9 @@
 use core::cell::Cell;
 use core::fmt;
 
-use fredholm_core::galerkin::{Basis, Coefficients, PairIntegral, Partition, TransitionMoments};
+use fredholm_core::galerkin::{
+    Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
+};
 use fredholm_core::{Kernel, Located, Neighbour, Sampler, Source, StateSpace, Uniforms};
 
 /// How often something was evaluated.
@@ -175,19 +177,24 @@ impl<'a, C> CountedCoefficients<'a, C> {
     }
 }
 
-impl<C: Coefficients<B>, const B: usize> Coefficients<B> for CountedCoefficients<'_, C> {
+impl<C: GalerkinMatrix> GalerkinMatrix for CountedCoefficients<'_, C> {
     type Scalar = C::Scalar;
 
     fn cells(&self) -> usize {
         self.inner.cells()
     }
-    fn block(&self, i: usize, j: usize) -> [[C::Scalar; B]; B] {
-        count(&self.counts.coefficients);
-        self.inner.block(i, j)
+    fn functions(&self) -> usize {
+        self.inner.functions()
     }
-    fn contract(&self, i: usize, j: usize, left: &[C::Scalar; B]) -> [C::Scalar; B] {
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> C::Scalar {
+        self.inner.entry(row, column)
+    }
+}
+
+impl<C: Coefficients<B>, const B: usize> Coefficients<B> for CountedCoefficients<'_, C> {
+    fn left_times_block(&self, i: usize, j: usize, left: &[C::Scalar; B]) -> [C::Scalar; B] {
         count(&self.counts.coefficients);
-        self.inner.contract(i, j, left)
+        self.inner.left_times_block(i, j, left)
     }
 }
 

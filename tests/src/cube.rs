@@ -1,7 +1,7 @@
 //! What the checks need to know of the cube.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Coefficients, Dense, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
+    AllPointwise, Dense, GalerkinMatrix, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
     PointwiseSource, Rounded, SourceTable, rounded,
 };
 use fredholm_core::{Located, Real};
@@ -94,13 +94,13 @@ where
         *k *= 1.0 + if e % 2 == 0 { spoil } else { -spoil };
     }
     let n = cells.pow(D as u32);
-    let dense = Dense::new(&entries, n).unwrap();
+    let dense = Dense::new(&entries, n, 1).unwrap();
     let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
     let v = solution.rounded::<F>().unwrap();
-    let g = solution.source::<F, _, _>(&dense, &pairs).unwrap();
+    let g = solution.source::<F>(&dense, &pairs).unwrap();
     let narrow = rounded::<F>(&entries).unwrap();
     let cube = Cube::new(kernel, source, cells, ABSORPTION).unwrap();
-    then(&cube, &Dense::new(&narrow, n).unwrap(), &v, &g)
+    then(&cube, &Dense::new(&narrow, n, 1).unwrap(), &v, &g)
 }
 
 /// As [`with_table`], with all pairs of `pairs` in S or outside.
@@ -172,7 +172,7 @@ where
     let tables = ProductTables::new(&wide, rule).unwrap();
     let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
     let v = solution.rounded::<F>().unwrap();
-    let g = solution.source::<F, _, _>(&tables, &pairs).unwrap();
+    let g = solution.source::<F>(&tables, &pairs).unwrap();
     let narrow = tables.rounded::<F>().unwrap();
     let cube = Cube::new(kernel, source, cells, ABSORPTION).unwrap();
     assert_eq!(narrow.cells(), v.len());
@@ -204,7 +204,7 @@ pub fn with_degree<F: Real, const D: usize, T, S, R, const B: usize>(
     cells: usize,
     then: impl FnOnce(
         &Graded<F, D, T, S, B>,
-        &GradedNeighbour<'_, F, D, T, S, ProductTables<f64, D, B>, B>,
+        &GradedNeighbour<'_, F, D, T, S, ProductTables<f64, D>, B>,
         &[F],
     ) -> R,
 ) -> R
@@ -218,7 +218,7 @@ where
     let tables = ProductTables::new(&wide, rule).unwrap();
     let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
     let v = solution.rounded::<F>().unwrap();
-    let g = solution.source::<F, _, _>(&tables, &ALL).unwrap();
+    let g = solution.source::<F>(&tables, &ALL).unwrap();
     let cube = Cube::<F, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
     let cube = cube.with_functions::<B>();
     let narrow = Rounded::new(&tables);
@@ -385,11 +385,11 @@ where
         if quick {
             let rule = Rule::new(self.cube.degree() + 1).unwrap();
             let entries = table(&wide, rule).unwrap();
-            let dense = Dense::new(&entries, wide.cells() * B).unwrap();
+            let dense = Dense::new(&entries, wide.cells(), B).unwrap();
             let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
             let (v, g) = (
                 solution.rounded::<F>().unwrap(),
-                solution.source::<F, _, _>(&dense, &ALL).unwrap(),
+                solution.source::<F>(&dense, &ALL).unwrap(),
             );
             offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
         }
@@ -401,7 +401,7 @@ where
         offers.coefficients("product tables", &tables, self.relative);
         if quick {
             let entries = table(&wide, rule).unwrap();
-            let dense = Dense::new(&entries, wide.cells() * B).unwrap();
+            let dense = Dense::new(&entries, wide.cells(), B).unwrap();
             offers.coefficients("table", &dense, self.relative);
         }
         let mut means = vec![0.0; wide.cells() * B];

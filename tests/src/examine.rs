@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use fredholm_core::galerkin::{Coefficients, PairIntegral, Pairs, Partition, Piecewise};
+use fredholm_core::galerkin::{
+    Coefficients, GalerkinMatrix, PairIntegral, Pairs, Partition, Piecewise,
+};
 use fredholm_core::{
     DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, NoNeighbour, Real,
     STEP_LIMIT, StateSpace, Statistics, Task, TransitionDensity, rounding_floor,
@@ -398,10 +400,10 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
 
     /// The problem's own coefficients, which claim to be the integrals within `relative` of a row's
     /// size; 0 claims that they are exact.
-    pub fn coefficients<C: Coefficients<B>>(
+    pub fn coefficients<F: Real>(
         &mut self,
         name: &str,
-        coefficients: &C,
+        coefficients: &dyn GalerkinMatrix<Scalar = F>,
         relative: f64,
     ) {
         let outcome = check::coefficients(

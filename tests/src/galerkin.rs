@@ -79,14 +79,15 @@ pub fn right_hand_side<D: Description<B>, const B: usize>(description: &D) -> Ve
 /// # Panics
 /// If the matrix is not square.
 pub fn solve<const B: usize>(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, GalerkinError> {
-    let coefficients = Dense::new(matrix, right.len()).expect("a square matrix");
+    let coefficients = Dense::new(matrix, right.len() / B, B).expect("a square matrix");
     let mut v = right.to_vec();
     let largest = right.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
     let sweeps = Sweeps::UntilResidual {
         residual: 1e-15 * largest,
         at_most: 1000,
     };
-    gauss_seidel::<_, B>(&coefficients, right, &mut v, sweeps)?;
+    let mut scratch = vec![0.0; B * (B + 1)];
+    gauss_seidel(&coefficients, right, &mut v, &mut scratch, sweeps)?;
     Ok(v)
 }
 
@@ -99,6 +100,7 @@ pub struct Tables<F> {
     /// v.
     pub v: Vec<F>,
     wide: [Vec<f64>; 2],
+    functions: usize,
 }
 
 impl<F: Real> Tables<F> {
@@ -113,22 +115,28 @@ impl<F: Real> Tables<F> {
         let wide_matrix = widen(&matrix);
         let v = round(&solve::<B>(&wide_matrix, right)?);
         let wide = [wide_matrix, widen(&v)];
-        Ok(Self { matrix, v, wide })
+        Ok(Self {
+            matrix,
+            v,
+            wide,
+            functions: B,
+        })
     }
 
     /// K' as coefficients.
     #[must_use]
     pub fn coefficients(&self) -> Dense<'_, F> {
-        Dense::new(&self.matrix, self.v.len()).expect("a square matrix")
+        Dense::new(&self.matrix, self.v.len() / self.functions, self.functions)
+            .expect("a square matrix")
     }
 
     /// G over S for these pairs.
     #[must_use]
     pub fn source<S: Pairs, const B: usize>(&self, pairs: &S) -> Vec<F> {
         let [matrix, v] = &self.wide;
-        let coefficients = Dense::new(matrix, v.len()).expect("a square matrix");
+        let coefficients = Dense::new(matrix, v.len() / B, B).expect("a square matrix");
         let mut g = vec![0.0; v.len()];
-        neighbour_source::<_, _, B>(&coefficients, pairs, v, &mut g).expect("equal lengths");
+        neighbour_source(&coefficients, pairs, v, &mut g).expect("equal lengths");
         g.into_iter().map(F::from_f64).collect()
     }
 }
@@ -185,11 +193,11 @@ impl<F: Real> System<F> {
 
 /// The spectral radius of the absolute values of a matrix, from above.
 fn radius(matrix: &[f64], size: usize) -> f64 {
-    let apply = |w: &[f64], out: &mut [f64]| {
+    let mut apply = |w: &[f64], out: &mut [f64]| {
         for (out, row) in out.iter_mut().zip(matrix.chunks_exact(size)) {
             *out = row.iter().zip(w).map(|(k, w)| k.abs() * w).sum();
         }
     };
-    let [_, upper] = radius_bounds(apply, &mut vec![1.0; size], &mut vec![0.0; size], 100);
+    let [_, upper] = radius_bounds(&mut apply, &mut vec![1.0; size], &mut vec![0.0; size], 100);
     upper
 }

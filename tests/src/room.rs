@@ -423,9 +423,9 @@ pub struct Setup<const B: usize = 1> {
     /// Its partition.
     pub mesh: Mesh,
     /// Views and coefficients.
-    pub matrix: Matrix<B>,
+    pub matrix: Matrix,
     /// The Galerkin solution.
-    pub solution: Solution<B>,
+    pub solution: Solution,
 }
 
 /// A room with B functions on every cell.
@@ -451,7 +451,7 @@ impl<const B: usize> Setup<B> {
     ) -> Result<Self, RoomError> {
         let scene = drawing.scene::<F>()?;
         let mesh = Mesh::new::<F>(&scene, cells, grading)?;
-        let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1))?;
+        let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B)?;
         let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
         Ok(Self {
             scene,
@@ -478,10 +478,10 @@ impl<const B: usize> Setup<B> {
         let v = self.solution.rounded::<F>().unwrap();
         let g = self
             .solution
-            .source::<F, _, _>(&self.matrix.coefficients(), &pairs)
+            .source::<F>(&self.matrix.coefficients(), &pairs)
             .unwrap();
         let entries = rounded::<F>(self.matrix.entries()).unwrap();
-        let dense = Dense::new(&entries, v.len()).unwrap();
+        let dense = Dense::new(&entries, self.matrix.cells(), B).unwrap();
         let neighbour = Piecewise::with_pointwise(&polynomials, &dense, pairs, &v, &g).unwrap();
         then(&polynomials, &neighbour, &v, tables.lengths())
     }
@@ -525,10 +525,10 @@ impl Setup {
         let v = self.solution.rounded::<F>().unwrap();
         let g = self
             .solution
-            .source::<F, _, _>(&self.matrix.coefficients(), &pairs)
+            .source::<F>(&self.matrix.coefficients(), &pairs)
             .unwrap();
         let entries = rounded::<F>(self.matrix.entries()).unwrap();
-        let dense = Dense::new(&entries, v.len()).unwrap();
+        let dense = Dense::new(&entries, v.len(), 1).unwrap();
         let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
         then(&room, &neighbour, &v, tables.lengths())
     }

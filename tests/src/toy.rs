@@ -126,7 +126,7 @@ impl<F: Real> Toy<F> {
     /// If the table is not a square of cells·B rows.
     #[must_use]
     pub fn coefficients<'a, const B: usize>(&self, matrix: &'a [F]) -> Dense<'a, F> {
-        Dense::new(matrix, self.cells * B).expect("a square table")
+        Dense::new(matrix, self.cells, B).expect("a square table")
     }
 }
 

@@ -172,8 +172,8 @@ fn the_second_moment_of_h_is_near_that_of_k() {
     let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
     let of_k = second_moment_radius(&circle);
     let cubic = Polynomials::<_, _, 4>::new(&circle);
-    let of_h = neighbour_second_moment_radius(&cubic, DEFAULT).unwrap();
-    let without = neighbour_second_moment_radius(&cubic, PAPER).unwrap();
+    let of_h = neighbour_second_moment_radius(&cubic, &DEFAULT).unwrap();
+    let without = neighbour_second_moment_radius(&cubic, &PAPER).unwrap();
     println!("k: {of_k}, h: {of_h}, without the diagonal {without}");
     // The supremum over a cell in place of its mean is off by O(1/n).
     assert!((of_h / of_k - 1.0).abs() < 0.03);
@@ -182,6 +182,6 @@ fn the_second_moment_of_h_is_near_that_of_k() {
     let tables = Tables::<f64>::new(&[0.74, 0.74], 2).unwrap();
     let coarse = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
     let coarse = Polynomials::<_, _, 5>::new(&coarse);
-    let of_h = neighbour_second_moment_radius(&coarse, PAPER).unwrap();
+    let of_h = neighbour_second_moment_radius(&coarse, &PAPER).unwrap();
     assert!(of_h > 0.0 && of_h.is_finite(), "{of_h}");
 }

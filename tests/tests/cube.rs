@@ -1,6 +1,6 @@
 //! What is special to the cube: exact solutions up to five dimensions, tables, rates, refusals.
 
-use fredholm_core::galerkin::{Coefficients, Dense, GalerkinError, Partition, Solution, rounded};
+use fredholm_core::galerkin::{Dense, GalerkinError, GalerkinMatrix, Partition, Solution, rounded};
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, Neighbour, Real, STEP_LIMIT, Stream, Task,
     rounding_floor,
@@ -152,21 +152,18 @@ fn product_tables_are_dense_tables() {
         let entries = table(&cube, rule).unwrap();
         let n = cube.cells();
         assert_eq!(Some(8 * entries.len()), table_bytes(n));
-        let dense = Dense::new(&entries, n).unwrap();
+        let dense = Dense::new(&entries, n, 1).unwrap();
         let product = ProductTables::new(&cube, rule).unwrap();
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-14 * b.abs().max(1e-3), "{a} {b}");
         let v: Vec<f64> = (0..n).map(|i| ((i * 37) % 11) as f64 / 11.0).collect();
         let (mut left, mut right) = (vec![0.0; n], vec![0.0; n]);
-        Coefficients::<1>::apply(&dense, &v, &mut left);
+        dense.apply(&v, &mut left);
         product.apply(&v, &mut right);
         for i in 0..n {
             close(right[i], left[i]);
-            close(product.row_sum(i), Coefficients::<1>::row_sum(&dense, i));
+            close(product.row_sum(i), dense.row_sum(i));
             for j in 0..n {
-                close(
-                    product.block(i, j)[0][0],
-                    Coefficients::<1>::block(&dense, i, j)[0][0],
-                );
+                close(product.mean(i, j), dense.mean(i, j));
             }
         }
         let solve = |v: Solution| v.v;
@@ -345,7 +342,7 @@ fn an_infinite_variance_is_seen_beforehand() {
         };
         let cube = Cube::new(square, model.source, 50, absorption).unwrap();
         let squares = table(&cube, rule).unwrap();
-        let dense = Dense::new(&squares, 50).unwrap();
+        let dense = Dense::new(&squares, 50, 1).unwrap();
         absolute_radius(&dense).unwrap() / (1.0 - absorption)
     };
     // 1/(11 λ² (1 − q0)).

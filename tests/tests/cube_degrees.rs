@@ -1,6 +1,6 @@
 //! Polynomials of degree 0 to 4 on the cells of the cube.
 
-use fredholm_core::galerkin::{Coefficients, Dense, Partition};
+use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix, Partition};
 use fredholm_core::{
     At, DefaultGenerator, Draws, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task,
     Uniforms, rounding_floor,
@@ -53,7 +53,7 @@ fn product_tables_are_dense_tables() {
         let rule = Rule::new((cube.degree() + 1).min(4)).unwrap();
         let entries = table(&cube, rule).unwrap();
         let unknowns = cube.cells() * B;
-        let dense = Dense::new(&entries, unknowns).unwrap();
+        let dense = Dense::new(&entries, cube.cells(), B).unwrap();
         let product = ProductTables::new(&cube, rule).unwrap();
         let close = |a: f64, b: f64| {
             assert!((a - b).abs() <= 1e-14, "D = {D}, B = {B}: {a:e} {b:e}");
@@ -62,26 +62,27 @@ fn product_tables_are_dense_tables() {
             .map(|i| ((i * 37) % 11) as f64 / 11.0)
             .collect();
         let (mut left, mut right) = (vec![0.0; unknowns], vec![0.0; unknowns]);
-        Coefficients::<B>::apply(&dense, &v, &mut left);
+        dense.apply(&v, &mut left);
         product.apply(&v, &mut right);
         left.iter().zip(&right).for_each(|(a, b)| close(*a, *b));
-        Coefficients::<B>::apply_absolute(&dense, &v[..cube.cells()], &mut left[..cube.cells()]);
+        dense.apply_absolute(&v[..cube.cells()], &mut left[..cube.cells()]);
         product.apply_absolute(&v[..cube.cells()], &mut right[..cube.cells()]);
         left.iter().zip(&right).for_each(|(a, b)| close(*a, *b));
         let weights: [f64; B] = core::array::from_fn(|a| 1.0 - 0.1 * a as f64);
         for i in 0..cube.cells() {
-            close(product.row_sum(i), Coefficients::<B>::row_sum(&dense, i));
+            close(product.row_sum(i), dense.row_sum(i));
             for j in 0..cube.cells() {
-                let blocks = [Coefficients::<B>::block(&dense, i, j), product.block(i, j)];
-                let [a, b] = blocks.map(|block| block.into_iter().flatten().collect::<Vec<_>>());
+                let [mut a, mut b] = [(); 2].map(|()| vec![0.0; B * B]);
+                dense.block(i, j, &mut a);
+                product.block(i, j, &mut b);
                 a.iter().zip(&b).for_each(|(a, b)| close(*a, *b));
                 close(product.mean(i, j), a[0]);
-                let by_dense = Coefficients::<B>::contract(&dense, i, j, &weights);
-                let by_axes = product.contract(i, j, &weights);
+                let by_dense = dense.left_times_block(i, j, &weights);
+                let by_axes = product.left_times_block(i, j, &weights);
                 by_dense.iter().zip(by_axes).for_each(|(a, b)| close(*a, b));
             }
         }
-        let solve = |v: fredholm_core::galerkin::Solution<B>| v.v;
+        let solve = |v: fredholm_core::galerkin::Solution| v.v;
         let by_dense = solve(cube.solve(&dense, rule, 1e-15, 1000).unwrap());
         let by_product = solve(cube.solve(&product, rule, 1e-15, 1000).unwrap());
         by_dense
@@ -353,7 +354,7 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
     let cube = Cube::<f64, 1, _, _>::new(Product(kernel), Ramp, 5, 0.2).unwrap();
     let rule = Rule::new(1).unwrap();
     let entries = table(&cube, rule).unwrap();
-    let dense = Dense::new(&entries, 5).unwrap();
+    let dense = Dense::new(&entries, 5, 1).unwrap();
     let expected: f64 = (0..5)
         .map(|i| (0.2 * f64::from(i) + 0.1).powi(4))
         .sum::<f64>()
@@ -387,7 +388,7 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
     let found = tables.neighbour_radius(0.2).unwrap();
     assert!((found - exact).abs() < 1e-6 * exact, "{found} {exact}");
     let entries = table(&linear, rule).unwrap();
-    let dense = Dense::new(&entries, 10).unwrap();
+    let dense = Dense::new(&entries, 5, 2).unwrap();
     let bound = linear.neighbour_radius(&dense).unwrap();
     assert!(bound >= found && bound < 1.0, "{bound}");
 
@@ -399,7 +400,7 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
         let cube = Cube::<f64, 1, _, _>::new(Product(bump), Ramp, cells, 0.2).unwrap();
         let rule = Rule::new(points).unwrap();
         let entries = table(&cube, rule).unwrap();
-        let dense = Dense::new(&entries, cells).unwrap();
+        let dense = Dense::new(&entries, cells, 1).unwrap();
         let radii = [
             cube.neighbour_radius(&dense).unwrap(),
             ProductTables::new(&cube, rule)

@@ -266,9 +266,10 @@ impl<F: Real> Description for Broken<F> {
             let v: Vec<f64> = tables.v.iter().map(|v| v.to_f64()).collect();
             offers.galerkin_solution("own", &v, 0.0);
         } else if self.fault == Fault::Solution {
-            let dense = Dense::new(&wide, CELLS).unwrap();
+            let dense = Dense::new(&wide, CELLS, 1).unwrap();
             let mut v = right.clone();
-            gauss_seidel::<_, 1>(&dense, &right, &mut v, Sweeps::Fixed(1)).unwrap();
+            let once = Sweeps::Fixed(1);
+            gauss_seidel(&dense, &right, &mut v, &mut [0.0; 2], once).unwrap();
             offers.galerkin_solution("own", &v, 0.0);
         }
         // The source belongs to other pairs than the walk.

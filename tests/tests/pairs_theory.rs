@@ -233,10 +233,7 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
             let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
             let v = setup.solution.rounded::<f64>().unwrap();
             let coefficients = setup.matrix.coefficients();
-            let g = setup
-                .solution
-                .source::<f64, _, _>(&coefficients, &pairs)
-                .unwrap();
+            let g = setup.solution.source::<f64>(&coefficients, &pairs).unwrap();
             let neighbour = Piecewise::with_pointwise(&room, &coefficients, pairs, &v, &g).unwrap();
             let level = RoomLevel::new(&room, 2 * cells, 0).unwrap();
             let possible = |i, j| only(row, pairs, [i, j], level.possible(i, j));

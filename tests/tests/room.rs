@@ -527,7 +527,7 @@ fn no_views_are_right_too() {
         let v = setup.solution.rounded::<f64>().unwrap();
         let g = setup
             .solution
-            .source::<f64, _, _>(&setup.matrix.coefficients(), &pairs)
+            .source::<f64>(&setup.matrix.coefficients(), &pairs)
             .unwrap();
         let dense = setup.matrix.coefficients();
         let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();

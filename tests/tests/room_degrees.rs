@@ -239,13 +239,13 @@ fn some_pairs_have_what_they_have_among_all() {
     let is_asked_for = |i: usize, j: usize| (i + j).is_multiple_of(3);
     for drawing in [doorway(), furnished()] {
         let all = Setup::<B>::of_degree::<f64>(&drawing, 80, Grading::of_degree(B - 1)).unwrap();
-        let some = Matrix::<B>::of_pairs(&all.scene, &all.mesh, r_min(B - 1), is_asked_for);
+        let some = Matrix::of_pairs(&all.scene, &all.mesh, r_min(B - 1), B, &is_asked_for);
         let (some, n) = (some.unwrap(), all.mesh.len());
         let mut seen = [0; 2];
         for i in 0..n {
             for j in 0..n {
                 let view = all.matrix.views().view(i, j);
-                let block = |matrix: &Matrix<B>| {
+                let block = |matrix: &Matrix| {
                     let row = |a: usize| {
                         let from = (i * B + a) * n * B + j * B;
                         matrix.entries()[from..from + B].to_vec()

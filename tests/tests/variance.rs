@@ -352,12 +352,12 @@ fn quantities_are_those_of_their_definitions() {
     let cube = Cube::<f64, 1, _, _>::new(kernel, source, 2, q).unwrap();
     // Coefficients that are off, so that k̄ and k̄' differ.
     let entries = [0.27, 0.29, 0.31, 0.45];
-    let dense = Dense::new(&entries, 2).unwrap();
+    let dense = Dense::new(&entries, 2, 1).unwrap();
     // The pair (1, 0) is left out.
     let pairs = Without;
     let v = [2.6, 3.4];
     let mut g = [0.0; 2];
-    neighbour_source::<_, _, 1>(&dense, &pairs, &v, &mut g).unwrap();
+    neighbour_source(&dense, &pairs, &v, &mut g).unwrap();
     let neighbour = Piecewise::new(&cube, &dense, pairs, &v, &g).unwrap();
     let level = CubeLevel::new(&cube, 400, 0).unwrap();
     let setting = Setting {

@@ -1,47 +1,50 @@
-//! Galerkin coefficients as a capability: a closed form, a table, or anything that answers.
+//! Galerkin coefficients as capabilities: a matrix that is solved, and rows that a walk contracts.
 
 use num_traits::{one, zero};
 
 use super::small::{self, dot};
 use crate::Real;
 
-/// The coefficients K' of the Galerkin system v − K'v = F', (41), with B unknowns per cell.
+/// The coefficients K' of the Galerkin system v − K'v = F', (41), as a matrix that is solved, bounded and
+/// written out. The number B of functions per cell is known at run time, and the trait is object safe, so
+/// that set-up code is compiled once for all degrees.
 ///
 /// K'_(ia)(jb) = μ(X_i)⁻¹ ∫_Xi ∫_Xj K(x,y) ψ_ia(x) ψ_jb(y) dμ(y) dμ(x), (39), or an approximation:
 /// approximate coefficients cost variance, not correctness.
 ///
 /// Vectors hold the B unknowns of cell 0, then those of cell 1, and so on.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` gives no Galerkin coefficients with {B} functions per cell",
-    label = "`Coefficients<{B}>` is missing",
-    note = "a table of (n B)^2 numbers is `Dense::new(&table, n * B)`"
+    message = "`{Self}` is no matrix of Galerkin coefficients",
+    label = "`GalerkinMatrix` is missing",
+    note = "a table of (n B)^2 numbers is `Dense::new(&table, n, B)`"
 )]
-pub trait Coefficients<const B: usize = 1> {
+pub trait GalerkinMatrix {
     /// The scalar of the coefficients.
     type Scalar: Real;
 
     /// The number n of cells.
     fn cells(&self) -> usize;
 
-    /// The block K'_(i·)(j·): rows a, columns b.
-    fn block(&self, i: usize, j: usize) -> [[Self::Scalar; B]; B];
+    /// The number B of functions per cell.
+    fn functions(&self) -> usize;
 
-    /// Σ_a left_a K'_(ia)(jb) for every b.
-    #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[Self::Scalar; B]) -> [Self::Scalar; B] {
-        let block = self.block(i, j);
-        core::array::from_fn(|b| dot(left, &block.map(|row| row[b])))
+    /// K'_(ia)(jb) for `row` = [i, a] and `column` = [j, b].
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> Self::Scalar;
+
+    /// The block K'_(i·)(j·) into B² numbers: row a after row a − 1.
+    fn block(&self, i: usize, j: usize, out: &mut [Self::Scalar]) {
+        for (a, row) in out.chunks_exact_mut(self.functions().max(1)).enumerate() {
+            for (b, entry) in row.iter_mut().enumerate() {
+                *entry = self.entry([i, a], [j, b]);
+            }
+        }
     }
 
     /// K'_(i0)(j0) = μ(X_i)⁻¹ ∫_Xi ∫_Xj K(x,y) dμ(y) dμ(x): the coefficient of the piecewise constants,
     /// as ψ_i0 = 1.
     #[inline]
     fn mean(&self, i: usize, j: usize) -> Self::Scalar {
-        let block = self.block(i, j);
-        block
-            .first()
-            .and_then(|row| row.first())
-            .map_or(Self::Scalar::NAN, |k| *k)
+        self.entry([i, 0], [j, 0])
     }
 
     /// Σ_j |K'_(i0)(j0)|: the mean over X_i of ∫ |K(x,y)| dμ(y), if K keeps its sign on pairs of cells.
@@ -50,10 +53,23 @@ pub trait Coefficients<const B: usize = 1> {
         (0..self.cells()).fold(zero(), sum)
     }
 
+    /// The B rows of cell i times v, which has n·B entries.
+    fn rows_times(&self, i: usize, v: &[Self::Scalar], out: &mut [Self::Scalar]) {
+        for (a, out) in out.iter_mut().enumerate() {
+            *out = zero();
+            for (j, v) in v.chunks_exact(self.functions().max(1)).enumerate() {
+                for (b, &v) in v.iter().enumerate() {
+                    *out += self.entry([i, a], [j, b]) * v;
+                }
+            }
+        }
+    }
+
     /// out = K'v. Both have n·B entries.
     fn apply(&self, v: &[Self::Scalar], out: &mut [Self::Scalar]) {
-        for (i, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&row_times(self, i, v));
+        let rows = out.chunks_exact_mut(self.functions().max(1));
+        for (i, out) in rows.enumerate() {
+            self.rows_times(i, v, out);
         }
     }
 
@@ -67,18 +83,43 @@ pub trait Coefficients<const B: usize = 1> {
         }
     }
 
-    /// One Gauss–Seidel sweep of (41) in place, or another step that converges to its solution. Returns the largest residual
-    /// |F'_ia + (K'v)_ia − v_ia| that it met, before it mended it. Both have n·B entries.
-    fn sweep(&self, source: &[Self::Scalar], v: &mut [Self::Scalar]) -> Self::Scalar {
+    /// How many numbers of scratch [`sweep`](Self::sweep) needs: B² + B, for the equations of one cell.
+    fn scratch(&self) -> usize {
+        let functions = self.functions();
+        functions.saturating_mul(functions.saturating_add(1))
+    }
+
+    /// One Gauss–Seidel sweep of (41) in place, or another step that converges to its solution. Returns the
+    /// largest residual |F'_ia + (K'v)_ia − v_ia| that it met, before it mended it. `source` and `v` have n·B
+    /// entries; `scratch` has at least as many as [`scratch`](Self::scratch) says, and what it holds is lost.
+    fn sweep(
+        &self,
+        source: &[Self::Scalar],
+        v: &mut [Self::Scalar],
+        scratch: &mut [Self::Scalar],
+    ) -> Self::Scalar {
+        let functions = self.functions();
+        let room = scratch
+            .split_at_mut_checked(functions)
+            .and_then(|(step, rest)| Some((step, rest.get_mut(..functions * functions)?)));
+        let Some((step, block)) = room else {
+            return Self::Scalar::NAN;
+        };
         let mut largest = zero();
         for i in 0..self.cells() {
-            let old: [Self::Scalar; B] = small::block(v, i);
-            let right: [Self::Scalar; B] = small::block(source, i);
-            let product: [Self::Scalar; B] = row_times(self, i, v);
-            let residual = core::array::from_fn(|a| right[a] + product[a] - old[a]);
-            largest = residual.iter().fold(largest, |m, r| max_or_nan(m, r.abs()));
-            let step = small::solve(identity_minus(self.block(i, i)), residual);
-            for (v, step) in v.iter_mut().skip(i * B).zip(step) {
+            self.rows_times(i, v, step);
+            let own = i * functions..(i + 1) * functions;
+            let (Some(v), Some(source)) = (v.get_mut(own.clone()), source.get(own)) else {
+                return Self::Scalar::NAN;
+            };
+            for ((step, &right), &old) in step.iter_mut().zip(source).zip(&*v) {
+                *step = right + *step - old;
+                largest = max_or_nan(largest, step.abs());
+            }
+            self.block(i, i, block);
+            subtract_from_identity(block, functions);
+            small::solve_in_place(block, step);
+            for (v, &step) in v.iter_mut().zip(&*step) {
                 *v += step;
             }
         }
@@ -86,30 +127,13 @@ pub trait Coefficients<const B: usize = 1> {
     }
 }
 
-/// Row i of K' times v.
-fn row_times<C: Coefficients<B> + ?Sized, const B: usize>(
-    coefficients: &C,
-    i: usize,
-    v: &[C::Scalar],
-) -> [C::Scalar; B] {
-    let mut sum = [zero::<C::Scalar>(); B];
-    for (j, v) in v.chunks_exact(B).enumerate() {
-        for (sum, row) in sum.iter_mut().zip(coefficients.block(i, j)) {
-            for (&k, &v) in row.iter().zip(v) {
-                *sum += k * v;
-            }
-        }
-    }
-    sum
-}
-
-fn identity_minus<F: Real, const B: usize>(mut block: [[F; B]; B]) -> [[F; B]; B] {
-    for (a, row) in block.iter_mut().enumerate() {
+/// I − A in place of a matrix A of `size` rows.
+fn subtract_from_identity<F: Real>(matrix: &mut [F], size: usize) {
+    for (a, row) in matrix.chunks_exact_mut(size.max(1)).enumerate() {
         for (b, k) in row.iter_mut().enumerate() {
             *k = if a == b { one::<F>() } else { zero() } - *k;
         }
     }
-    block
 }
 
 /// The larger of the two, NaN where either is: a residual that is not a number may not hide.
@@ -118,15 +142,33 @@ fn max_or_nan<F: Real>(a: F, b: F) -> F {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-/// Coefficients in f64 as walks in `F` see them, one table for both: a block is rounded entry by entry, a
-/// contraction is computed in f64 and rounded then.
-#[derive(Clone, Copy, Debug)]
-pub struct Rounded<'a, C, F> {
+/// What a step of a walk asks of Galerkin coefficients: a vector times a block, whose size B is a constant.
+#[diagnostic::on_unimplemented(
+    message = "walks with {B} functions per cell cannot use `{Self}`",
+    label = "`Coefficients<{B}>` is missing",
+    note = "an empty `impl Coefficients<{B}>` beside `GalerkinMatrix` is enough; a table of (n B)^2 numbers is \
+            `Dense::new(&table, n, B)`"
+)]
+pub trait Coefficients<const B: usize = 1>: GalerkinMatrix {
+    /// Σ_a left_a K'_(ia)(jb) for every b.
+    #[inline]
+    fn left_times_block(&self, i: usize, j: usize, left: &[Self::Scalar; B]) -> [Self::Scalar; B] {
+        core::array::from_fn(|b| {
+            let column: [Self::Scalar; B] = core::array::from_fn(|a| self.entry([i, a], [j, b]));
+            dot(left, &column)
+        })
+    }
+}
+
+/// Coefficients in f64 as walks in `F` see them, one table for both: an entry is rounded, and a vector times a
+/// block is computed in f64 and rounded then.
+#[derive(Debug)]
+pub struct Rounded<'a, C: ?Sized, F> {
     coefficients: &'a C,
     scalar: core::marker::PhantomData<F>,
 }
 
-impl<'a, C, F> Rounded<'a, C, F> {
+impl<'a, C: ?Sized, F> Rounded<'a, C, F> {
     /// These coefficients.
     #[must_use]
     pub const fn new(coefficients: &'a C) -> Self {
@@ -137,26 +179,38 @@ impl<'a, C, F> Rounded<'a, C, F> {
     }
 }
 
-impl<C: Coefficients<B, Scalar = f64>, F: Real, const B: usize> Coefficients<B>
-    for Rounded<'_, C, F>
-{
+impl<C: ?Sized, F> Clone for Rounded<'_, C, F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<C: ?Sized, F> Copy for Rounded<'_, C, F> {}
+
+impl<C: GalerkinMatrix<Scalar = f64> + ?Sized, F: Real> GalerkinMatrix for Rounded<'_, C, F> {
     type Scalar = F;
 
     fn cells(&self) -> usize {
         self.coefficients.cells()
     }
 
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
-        self.coefficients
-            .block(i, j)
-            .map(|row| row.map(F::from_f64))
+    fn functions(&self) -> usize {
+        self.coefficients.functions()
     }
 
     #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> F {
+        F::from_f64(self.coefficients.entry(row, column))
+    }
+}
+
+impl<C: Coefficients<B, Scalar = f64> + ?Sized, F: Real, const B: usize> Coefficients<B>
+    for Rounded<'_, C, F>
+{
+    #[inline]
+    fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let left = left.map(|left| left.to_f64());
-        let right = self.coefficients.contract(i, j, &left);
+        let right = self.coefficients.left_times_block(i, j, &left);
         right.map(F::from_f64)
     }
 }
@@ -166,40 +220,66 @@ impl<C: Coefficients<B, Scalar = f64>, F: Real, const B: usize> Coefficients<B>
 #[derive(Clone, Copy, Debug)]
 pub struct Dense<'a, F> {
     entries: &'a [F],
+    cells: usize,
+    functions: usize,
     unknowns: usize,
 }
 
 impl<'a, F> Dense<'a, F> {
-    /// A table of n·B = `unknowns` rows; `None` where the slice has another length than
-    /// `unknowns`².
+    /// A table for n = `cells` cells with B = `functions` functions each; `None` where the slice has another
+    /// length than (n·B)², or B is 0.
     #[must_use]
-    pub fn new(entries: &'a [F], unknowns: usize) -> Option<Self> {
-        (unknowns.checked_mul(unknowns) == Some(entries.len()))
-            .then_some(Self { entries, unknowns })
+    pub fn new(entries: &'a [F], cells: usize, functions: usize) -> Option<Self> {
+        let unknowns = cells.checked_mul(functions)?;
+        let fits = functions > 0 && unknowns.checked_mul(unknowns) == Some(entries.len());
+        fits.then_some(Self {
+            entries,
+            cells,
+            functions,
+            unknowns,
+        })
+    }
+
+    /// What is left of row [i, a] from column [j, 0] on, and all rows after it.
+    #[inline]
+    fn from(&self, [i, a]: [usize; 2], j: usize) -> Option<&'a [F]> {
+        let row = (i * self.functions + a) * self.unknowns;
+        self.entries.get(row + j * self.functions..)
+    }
+}
+
+impl<F: Real> GalerkinMatrix for Dense<'_, F> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn functions(&self) -> usize {
+        self.functions
+    }
+
+    #[inline]
+    fn entry(&self, row: [usize; 2], [j, b]: [usize; 2]) -> F {
+        let entry = self.from(row, j).and_then(|rest| rest.get(b));
+        entry.copied().unwrap_or(F::NAN)
+    }
+
+    fn rows_times(&self, i: usize, v: &[F], out: &mut [F]) {
+        for (a, out) in out.iter_mut().enumerate() {
+            let row = self.from([i, a], 0).and_then(|row| row.get(..v.len()));
+            *out = row.map_or(F::NAN, |row| {
+                let products = row.iter().zip(v).map(|(&k, &v)| k * v);
+                products.fold(zero(), |sum: F, product| sum + product)
+            });
+        }
     }
 }
 
 impl<F: Real, const B: usize> Coefficients<B> for Dense<'_, F> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.unknowns / B
-    }
-
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
-        core::array::from_fn(|a| {
-            let row = (i * B + a) * self.unknowns;
-            match self.entries.get(row + j * B..) {
-                Some(rest) => small::block(rest, 0),
-                None => [F::NAN; B],
-            }
-        })
-    }
-
     /// Row by row from the table: a block of many unknowns is never copied.
     #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+    fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let mut sums = [zero(); B];
         for (a, &left) in left.iter().enumerate() {
             let start = (i * B + a) * self.unknowns + j * B;

@@ -33,16 +33,62 @@ const ROOTS: [f64; 10] = [
 #[inline]
 #[must_use]
 pub fn legendre<F: Real, const B: usize>(t: F) -> [F; B] {
-    // (b + 1) P_(b+1) = (2b + 1) t P_b − b P_(b−1)
-    let (mut before, mut now) = (zero::<F>(), one::<F>());
-    core::array::from_fn(|b| {
-        let value = now * F::from_f64(root(b));
-        let degree = b as f64;
+    let mut all = Legendre::new(t);
+    core::array::from_fn(|_| all.value())
+}
+
+/// What [`legendre`] gives, one after the other without an end: where B is known at run time.
+///
+/// ```
+/// use fredholm_core::galerkin::{Legendre, legendre};
+///
+/// let all: [f64; 7] = legendre(0.3);
+/// assert!(Legendre::new(0.3).take(7).eq(all));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Legendre<F> {
+    t: F,
+    /// The number of the next.
+    b: usize,
+    /// P_(b−1) and P_b.
+    before: F,
+    now: F,
+}
+
+impl<F: Real> Legendre<F> {
+    /// The polynomials at t.
+    #[inline]
+    #[must_use]
+    pub fn new(t: F) -> Self {
+        Self {
+            t,
+            b: 0,
+            before: zero(),
+            now: one(),
+        }
+    }
+
+    #[inline]
+    fn value(&mut self) -> F {
+        // (b + 1) P_(b+1) = (2b + 1) t P_b − b P_(b−1)
+        let value = self.now * F::from_f64(root(self.b));
+        let degree = self.b as f64;
         let forward = F::from_f64((2.0 * degree + 1.0) / (degree + 1.0));
         let back = F::from_f64(degree / (degree + 1.0));
-        (before, now) = (now, forward * t * now - back * before);
+        let next = forward * self.t * self.now - back * self.before;
+        (self.before, self.now) = (self.now, next);
+        self.b += 1;
         value
-    })
+    }
+}
+
+impl<F: Real> Iterator for Legendre<F> {
+    type Item = F;
+
+    #[inline]
+    fn next(&mut self) -> Option<F> {
+        Some(self.value())
+    }
 }
 
 #[inline]

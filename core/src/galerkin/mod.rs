@@ -19,6 +19,9 @@
 //! h = K'_ij/p_j(x). On pointwise pairs h = k instead, and G(x) loses
 //! Σ_b v_jb ∫_Xj K(x,y) ψ_jb(y) dμ(y); on the remaining pairs h = 0.
 //!
+//! What is set up before walks knows B at run time and takes a [`GalerkinMatrix`]; a walk's step has B as a
+//! constant and asks [`Basis`], [`TransitionMoments`] and [`Coefficients`].
+//!
 //! Nothing here asks K' to be exact or v to be converged: (50) holds for any of them. What must be
 //! exact are the transition moments and the integrals of pointwise pairs. E η(h,g) = (v,Φ) asks
 //! besides for the spectral radius of T_|h|p to be below 1, for which
@@ -33,9 +36,11 @@ mod small;
 #[cfg(feature = "alloc")]
 mod solution;
 mod solve;
+#[cfg(feature = "alloc")]
+mod vectors;
 
-pub use coefficients::{Coefficients, Dense, Rounded};
-pub use legendre::legendre;
+pub use coefficients::{Coefficients, Dense, GalerkinMatrix, Rounded};
+pub use legendre::{Legendre, legendre};
 pub use pairs::{AllPointwise, OffDiagonal, PairKind, PairTable, Pairs, marked};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable, second_moment};
@@ -45,3 +50,5 @@ pub use solve::{
     GalerkinError, Solve, Sweeps, contraction, contraction_of_powers, gauss_seidel,
     neighbour_source, radius_bounds,
 };
+#[cfg(feature = "alloc")]
+pub use vectors::{NeighbourVectors, WithPointwise, WithoutPointwise};

@@ -54,7 +54,8 @@ where
     /// entries.
     ///
     /// # Errors
-    /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition.
+    /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition;
+    /// [`GalerkinError::Functions`].
     /// [`GalerkinError::Pointwise`]: there is a pointwise pair, so that G is no table; see
     /// [`with_pointwise`](Piecewise::with_pointwise).
     pub fn new(
@@ -93,7 +94,8 @@ where
     /// `solution` is v and `source` is G over S, both of n·B entries.
     ///
     /// # Errors
-    /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition.
+    /// [`GalerkinError::Length`]: coefficients or a vector have another size than the partition;
+    /// [`GalerkinError::Functions`].
     pub fn with_pointwise(
         problem: &'a P,
         coefficients: &'a C,
@@ -132,7 +134,7 @@ where
     P: TransitionMoments<B>,
     C: Coefficients<B, Scalar = P::Scalar>,
 {
-    let right = coefficients.contract(x.cell, j, &problem.basis(x));
+    let right = coefficients.left_times_block(x.cell, j, &problem.basis(x));
     small::dot(&right, &problem.divide(x, j, right))
 }
 
@@ -143,6 +145,10 @@ fn check_sizes<P: Basis<B>, C: Coefficients<B, Scalar = P::Scalar>, const B: usi
 ) -> Result<(), GalerkinError> {
     let expected = problem.cells() * B;
     let [v, g] = vectors.map(<[_]>::len);
+    let found = coefficients.functions();
+    if found != B {
+        return Err(GalerkinError::Functions { expected: B, found });
+    }
     match [coefficients.cells() * B, v, g]
         .into_iter()
         .find(|&found| found != expected)
@@ -219,7 +225,7 @@ where
         match self.pairs.kind(x.cell, y.cell) {
             PairKind::Galerkin => {
                 let left = self.problem.basis(x);
-                let right = self.coefficients.contract(x.cell, y.cell, &left);
+                let right = self.coefficients.left_times_block(x.cell, y.cell, &left);
                 let c = self.problem.divide(x, y.cell, right);
                 small::dot(&c, &self.problem.basis(y))
             }

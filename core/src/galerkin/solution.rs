@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::{
-    Coefficients, GalerkinError, PairKind, Pairs, Solve, Sweeps, TransitionMoments,
+    Coefficients, GalerkinError, GalerkinMatrix, PairKind, Pairs, Solve, Sweeps, TransitionMoments,
     contraction_of_powers, gauss_seidel, neighbour_source, radius_bounds, second_moment,
 };
 use crate::{Located, Real};
@@ -56,30 +56,32 @@ pub fn rounded<F: Real>(values: &[f64]) -> Result<Vec<F>, GalerkinError> {
 /// each of at most 100 powers.
 ///
 /// # Errors
-/// [`GalerkinError::Memory`]; [`GalerkinError::Length`]: coefficients of another number of cells.
-pub fn second_moment_radius<Q, C, P, I, const B: usize>(
+/// [`GalerkinError::Memory`]; [`GalerkinError::Length`]: coefficients of another number of cells;
+/// [`GalerkinError::Functions`].
+pub fn second_moment_radius<Q, C, I, const B: usize>(
     problem: &Q,
     coefficients: &C,
-    pairs: &P,
+    pairs: &dyn Pairs,
     points: impl Fn(usize) -> I,
     pointwise: impl Fn(&Located<Q::Point>, usize) -> f64,
 ) -> Result<f64, GalerkinError>
 where
     Q: TransitionMoments<B>,
     C: Coefficients<B, Scalar = Q::Scalar>,
-    P: Pairs + Copy,
     I: IntoIterator<Item = Q::Point>,
 {
     let n = problem.cells();
+    let found = coefficients.functions();
+    if found != B {
+        return Err(GalerkinError::Functions { expected: B, found });
+    }
     if coefficients.cells() != n {
         return Err(GalerkinError::Length {
             expected: n * B,
             found: coefficients.cells() * B,
         });
     }
-    let entries = n.checked_mul(n);
-    let mut matrix: Vec<f64> = buffer(entries.ok_or(GalerkinError::Memory { bytes: None })?)?;
-    for (i, row) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
+    radius_of_suprema(n, &mut |i, row| {
         for point in points(i) {
             let x = Located { point, cell: i };
             for (j, largest) in row.iter_mut().enumerate() {
@@ -97,18 +99,30 @@ where
                 *largest = moment.max(*largest);
             }
         }
+    })
+}
+
+/// The spectral radius of a matrix of n rows without negative entries, which `fill` raises from zero.
+fn radius_of_suprema(
+    n: usize,
+    fill: &mut dyn FnMut(usize, &mut [f64]),
+) -> Result<f64, GalerkinError> {
+    let entries = n.checked_mul(n);
+    let mut matrix: Vec<f64> = buffer(entries.ok_or(GalerkinError::Memory { bytes: None })?)?;
+    for (i, row) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
+        fill(i, row);
     }
     if matrix.iter().any(|moment| moment.is_infinite()) {
         return Ok(f64::INFINITY);
     }
     let (mut w, mut next) = (buffer(n)?, buffer(n)?);
     w.fill(1.0);
-    let apply = |w: &[f64], out: &mut [f64]| {
+    let mut apply = |w: &[f64], out: &mut [f64]| {
         for (out, row) in out.iter_mut().zip(matrix.chunks_exact(n.max(1))) {
             *out = row.iter().zip(w).map(|(m, w)| m * w).sum();
         }
     };
-    let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
+    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }
 
@@ -119,8 +133,8 @@ where
 ///
 /// // Two cells: (I − K') v = F'.
 /// let table = [0.1, 0.2, 0.3, 0.4];
-/// let coefficients = Dense::new(&table, 2).unwrap();
-/// let solution: Solution = Solution::new(&coefficients, vec![1.0, 2.0], 1e-15, 100)?;
+/// let coefficients = Dense::new(&table, 2, 1).unwrap();
+/// let solution = Solution::new(&coefficients, vec![1.0, 2.0], 1e-15, 100)?;
 /// assert!((solution.v[0] - 1.0 / 0.48).abs() < 1e-14);
 /// // With all pairs in S, G is F' up to what is left of the residual.
 /// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
@@ -129,7 +143,7 @@ where
 /// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solution<const B: usize = 1> {
+pub struct Solution {
     /// v_ia, n·B entries.
     pub v: Vec<f64>,
     /// How the iteration went.
@@ -139,22 +153,22 @@ pub struct Solution<const B: usize = 1> {
     pub contraction: f64,
 }
 
-impl<const B: usize> Solution<B> {
+impl Solution {
     /// Solves (41) with the right-hand side F' = `source` until no residual is above `tolerance` times
     /// the largest |F'_ia|, at most `at_most` sweeps.
     ///
     /// # Errors
     /// What [`contraction_of_powers`] and [`gauss_seidel`] say, and [`GalerkinError::Memory`].
-    pub fn new<C: Coefficients<B, Scalar = f64>>(
-        coefficients: &C,
+    pub fn new(
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
         source: Vec<f64>,
         tolerance: f64,
         at_most: u32,
     ) -> Result<Self, GalerkinError> {
-        let cells = coefficients.cells();
+        let cells = matrix.cells();
         let contraction = {
             let (mut w, mut next) = (buffer(cells)?, buffer(cells)?);
-            contraction_of_powers(coefficients, &mut w, &mut next, POWERS)?
+            contraction_of_powers(matrix, &mut w, &mut next, POWERS)?
         };
         let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
         // F' is a good start: what the kernel adds is missing.
@@ -164,7 +178,8 @@ impl<const B: usize> Solution<B> {
             residual: tolerance * largest,
             at_most,
         };
-        let solve = gauss_seidel(coefficients, &source, &mut v, sweeps)?;
+        let mut scratch = buffer(matrix.scratch())?;
+        let solve = gauss_seidel(matrix, &source, &mut v, &mut scratch, sweeps)?;
         Ok(Self {
             v,
             solve,
@@ -197,14 +212,13 @@ impl<const B: usize> Solution<B> {
     /// # Errors
     /// [`GalerkinError::Memory`]; [`GalerkinError::Length`]: the coefficients have another number of
     /// cells.
-    pub fn source<F, C, P>(&self, coefficients: &C, pairs: &P) -> Result<Vec<F>, GalerkinError>
-    where
-        F: Real,
-        C: Coefficients<B, Scalar = f64>,
-        P: Pairs,
-    {
+    pub fn source<F: Real>(
+        &self,
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
+        pairs: &dyn Pairs,
+    ) -> Result<Vec<F>, GalerkinError> {
         let mut g = buffer(self.v.len())?;
-        neighbour_source(coefficients, pairs, &self.seen::<F>()?, &mut g)?;
+        neighbour_source(matrix, pairs, &self.seen::<F>()?, &mut g)?;
         rounded(&g)
     }
 }

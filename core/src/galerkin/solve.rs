@@ -4,7 +4,7 @@ use core::fmt;
 
 use num_traits::{one, zero};
 
-use super::{Coefficients, Pairs};
+use super::{GalerkinMatrix, Pairs};
 use crate::Real;
 
 /// How long to iterate.
@@ -38,6 +38,13 @@ pub enum GalerkinError {
         /// n·B.
         expected: usize,
         /// The slice's.
+        found: usize,
+    },
+    /// Coefficients are of another number of functions per cell than the walk.
+    Functions {
+        /// The walk's.
+        expected: usize,
+        /// That of the coefficients.
         found: usize,
     },
     /// The iteration diverges: a residual is not finite, or far above the first one.
@@ -86,6 +93,10 @@ impl fmt::Display for GalerkinError {
                     "a vector of {expected} unknowns is needed, not of {found}"
                 )
             }
+            Self::Functions { expected, found } => write!(
+                f,
+                "coefficients of {expected} functions per cell are needed, not of {found}"
+            ),
             Self::Diverges { sweep } => write!(
                 f,
                 "the Gauss-Seidel iteration diverges (sweep {sweep}): the coefficients are no contraction"
@@ -127,18 +138,16 @@ impl fmt::Display for GalerkinError {
 
 impl core::error::Error for GalerkinError {}
 
-/// The largest [row sum](Coefficients::row_sum) Σ_j |K'_(i0)(j0)|. Below 1 it grants, for B = 1 and any
+/// The largest [row sum](GalerkinMatrix::row_sum) Σ_j |K'_(i0)(j0)|. Below 1 it grants, for B = 1 and any
 /// choice of pairs in S and outside, that E η(h,g) = (v,Φ). For B > 1 it bounds the averages of
 /// ∫|K(x,y)| dμ(y) over cells and nothing of h: see [`second_moment`](super::second_moment).
 ///
 /// # Errors
 /// [`GalerkinError::RowSum`]: a row sum is 1 or more, or NaN.
-pub fn contraction<C: Coefficients<B>, const B: usize>(
-    coefficients: &C,
-) -> Result<C::Scalar, GalerkinError> {
+pub fn contraction<F: Real>(matrix: &dyn GalerkinMatrix<Scalar = F>) -> Result<F, GalerkinError> {
     let mut largest = zero();
-    for row in 0..coefficients.cells() {
-        let sum = coefficients.row_sum(row);
+    for row in 0..matrix.cells() {
+        let sum = matrix.row_sum(row);
         // Written so that NaN fails.
         if !(sum < one()) {
             return Err(GalerkinError::RowSum { row });
@@ -154,38 +163,33 @@ pub fn contraction<C: Coefficients<B>, const B: usize>(
 ///
 /// # Errors
 /// [`GalerkinError::Length`]; [`GalerkinError::RowSum`]: a row sum is NaN; [`GalerkinError::Radius`].
-pub fn contraction_of_powers<C: Coefficients<B>, const B: usize>(
-    coefficients: &C,
-    w: &mut [C::Scalar],
-    next: &mut [C::Scalar],
+pub fn contraction_of_powers<F: Real>(
+    matrix: &dyn GalerkinMatrix<Scalar = F>,
+    w: &mut [F],
+    next: &mut [F],
     powers: u32,
-) -> Result<C::Scalar, GalerkinError> {
-    let refused = match contraction(coefficients) {
-        Err(GalerkinError::RowSum { row }) if !coefficients.row_sum(row).is_nan() => row,
+) -> Result<F, GalerkinError> {
+    let refused = match contraction(matrix) {
+        Err(GalerkinError::RowSum { row }) if !matrix.row_sum(row).is_nan() => row,
         done => return done,
     };
-    if let Some(row) = (refused..coefficients.cells()).find(|&i| coefficients.row_sum(i).is_nan()) {
+    if let Some(row) = (refused..matrix.cells()).find(|&i| matrix.row_sum(i).is_nan()) {
         return Err(GalerkinError::RowSum { row });
     }
     for found in [w.len(), next.len()] {
-        let expected = coefficients.cells();
+        let expected = matrix.cells();
         if found != expected {
             return Err(GalerkinError::Length { expected, found });
         }
     }
     w.fill(one());
-    // One power method for all kinds of coefficients.
-    let apply: &mut Apply<'_, C::Scalar> = &mut |w, out| coefficients.apply_absolute(w, out);
-    let [_, radius] = radius_bounds(apply, w, next, powers);
+    let [_, radius] = radius_bounds(&mut |w, out| matrix.apply_absolute(w, out), w, next, powers);
     if radius < one() {
         Ok(radius)
     } else {
         Err(GalerkinError::Radius)
     }
 }
-
-/// w ↦ Aw.
-type Apply<'a, F> = dyn FnMut(&[F], &mut [F]) + 'a;
 
 /// Bounds of the spectral radius of a matrix without negative entries, by the power method from `w`: the
 /// smallest and the largest of (Aw)_i/w_i (Collatz 1942, Wielandt 1950) after `powers` steps, or as soon
@@ -195,7 +199,7 @@ type Apply<'a, F> = dyn FnMut(&[F], &mut [F]) + 'a;
 /// With the matrix of T_k²p it tells whether plain walks have a finite variance (spectral radius below
 /// 1): an estimate, as the matrix is an approximation of the operator.
 pub fn radius_bounds<F: Real>(
-    mut apply: impl FnMut(&[F], &mut [F]),
+    apply: &mut dyn FnMut(&[F], &mut [F]),
     w: &mut [F],
     next: &mut [F],
     powers: u32,
@@ -234,20 +238,26 @@ pub fn radius_bounds<F: Real>(
 }
 
 /// Solves (41) approximately by Gauss–Seidel sweeps, from what `v` holds. `source` is F'; both have
-/// n·B entries.
+/// n·B entries. `scratch` has at least as many as [`GalerkinMatrix::scratch`] says, 2 where B = 1; what it
+/// holds is lost.
 ///
 /// # Errors
 /// [`GalerkinError::Length`], [`GalerkinError::Diverges`].
-pub fn gauss_seidel<C: Coefficients<B>, const B: usize>(
-    coefficients: &C,
-    source: &[C::Scalar],
-    v: &mut [C::Scalar],
-    sweeps: Sweeps<C::Scalar>,
-) -> Result<Solve<C::Scalar>, GalerkinError> {
-    check_length(coefficients, source)?;
-    check_length(coefficients, v)?;
+pub fn gauss_seidel<F: Real>(
+    matrix: &dyn GalerkinMatrix<Scalar = F>,
+    source: &[F],
+    v: &mut [F],
+    scratch: &mut [F],
+    sweeps: Sweeps<F>,
+) -> Result<Solve<F>, GalerkinError> {
+    check_length(matrix, source)?;
+    check_length(matrix, v)?;
+    let (expected, found) = (matrix.scratch(), scratch.len());
+    if found < expected {
+        return Err(GalerkinError::Length { expected, found });
+    }
     let (residual, at_most) = match sweeps {
-        Sweeps::Fixed(sweeps) => (-one::<C::Scalar>(), sweeps),
+        Sweeps::Fixed(sweeps) => (-one::<F>(), sweeps),
         Sweeps::UntilResidual { residual, at_most } => (residual, at_most),
     };
     let mut solve = Solve {
@@ -256,11 +266,11 @@ pub fn gauss_seidel<C: Coefficients<B>, const B: usize>(
     };
     let mut first = None;
     while solve.sweeps < at_most {
-        solve.residual = coefficients.sweep(source, v);
+        solve.residual = matrix.sweep(source, v, scratch);
         solve.sweeps += 1;
         let first = *first.get_or_insert(solve.residual);
         // A convergent iteration may grow at first, but not by this much.
-        if !(solve.residual <= first * C::Scalar::from_f64(1e6)) || !solve.residual.is_finite() {
+        if !(solve.residual <= first * F::from_f64(1e6)) || !solve.residual.is_finite() {
             return Err(GalerkinError::Diverges {
                 sweep: solve.sweeps,
             });
@@ -280,22 +290,28 @@ pub fn gauss_seidel<C: Coefficients<B>, const B: usize>(
 ///
 /// # Errors
 /// [`GalerkinError::Length`].
-pub fn neighbour_source<C: Coefficients<B>, P: Pairs, const B: usize>(
-    coefficients: &C,
-    pairs: &P,
-    v: &[C::Scalar],
-    g: &mut [C::Scalar],
+pub fn neighbour_source<F: Real>(
+    matrix: &dyn GalerkinMatrix<Scalar = F>,
+    pairs: &dyn Pairs,
+    v: &[F],
+    g: &mut [F],
 ) -> Result<(), GalerkinError> {
-    check_length(coefficients, v)?;
-    check_length(coefficients, g)?;
-    coefficients.apply(v, g);
-    for (i, (g, own)) in g.chunks_exact_mut(B).zip(v.chunks_exact(B)).enumerate() {
-        for j in pairs.outside(i, coefficients.cells()) {
-            let other: [C::Scalar; B] = super::small::block(v, j);
-            for (g, row) in g.iter_mut().zip(coefficients.block(i, j)) {
-                *g -= super::small::dot(&row, &other);
+    check_length(matrix, v)?;
+    check_length(matrix, g)?;
+    let functions = matrix.functions().max(1);
+    matrix.apply(v, g);
+    let rows = g.chunks_exact_mut(functions).zip(v.chunks_exact(functions));
+    for (i, (g, own)) in rows.enumerate() {
+        pairs.outside(i, matrix.cells(), &mut |j| {
+            let other = v.chunks_exact(functions).nth(j);
+            for (a, g) in g.iter_mut().enumerate() {
+                *g -= other.map_or(F::NAN, |other| {
+                    sum((0..functions)
+                        .zip(other)
+                        .map(|(b, &v)| matrix.entry([i, a], [j, b]) * v))
+                });
             }
-        }
+        });
         for (g, &own) in g.iter_mut().zip(own) {
             *g = own - *g;
         }
@@ -303,11 +319,17 @@ pub fn neighbour_source<C: Coefficients<B>, P: Pairs, const B: usize>(
     Ok(())
 }
 
-fn check_length<C: Coefficients<B>, const B: usize>(
-    coefficients: &C,
-    slice: &[C::Scalar],
+/// From the first number on, as products of vectors are summed in walks.
+fn sum<F: Real>(mut numbers: impl Iterator<Item = F>) -> F {
+    let first = numbers.next().unwrap_or_else(zero);
+    numbers.fold(first, |sum, number| sum + number)
+}
+
+fn check_length<F: Real>(
+    matrix: &dyn GalerkinMatrix<Scalar = F>,
+    slice: &[F],
 ) -> Result<(), GalerkinError> {
-    let expected = coefficients.cells() * B;
+    let expected = matrix.cells() * matrix.functions();
     if slice.len() == expected {
         return Ok(());
     }
@@ -325,40 +347,55 @@ mod tests {
     #[test]
     fn solves_a_small_system() {
         let k = [0.1, 0.2, 0.3, 0.4];
-        let dense = Dense::new(&k, 2).unwrap();
+        let dense = Dense::new(&k, 2, 1).unwrap();
         let mut v = [0.0_f64; 2];
         let sweeps = Sweeps::UntilResidual {
             residual: 1e-15,
             at_most: 100,
         };
-        let solve = gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut v, sweeps).unwrap();
+        let solve = gauss_seidel(&dense, &[1.0, 2.0], &mut v, &mut [0.0; 2], sweeps).unwrap();
         assert!(solve.sweeps < 100 && solve.residual <= 1e-15);
         // (I − K') v = F' by hand: determinant 0.48.
         assert!((v[0] - 1.0 / 0.48).abs() < 1e-14, "{v:?}");
         assert!((v[1] - 2.1 / 0.48).abs() < 1e-14);
         // The same as one cell with two unknowns: solved by the first sweep.
         let mut block = [0.0_f64; 2];
-        gauss_seidel::<_, 2>(&dense, &[1.0, 2.0], &mut block, Sweeps::Fixed(1)).unwrap();
+        let dense = Dense::new(&k, 1, 2).unwrap();
+        let (source, once) = ([1.0, 2.0], Sweeps::Fixed(1));
+        gauss_seidel(&dense, &source, &mut block, &mut [0.0; 6], once).unwrap();
         assert!((block[0] - v[0]).abs() < 1e-14 && (block[1] - v[1]).abs() < 1e-14);
+        assert_eq!(
+            gauss_seidel(&dense, &source, &mut block, &mut [0.0; 5], once),
+            Err(GalerkinError::Length {
+                expected: 6,
+                found: 5
+            })
+        );
     }
 
     #[test]
     fn divergence_is_an_error() {
         let k = [0.5, 2.0, 2.0, 0.5];
-        let dense = Dense::new(&k, 2).unwrap();
+        let dense = Dense::new(&k, 2, 1).unwrap();
         let mut v = [0.0; 2];
         let sweeps = Sweeps::UntilResidual {
             residual: 1e-15,
             at_most: 10_000,
         };
         assert!(matches!(
-            gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut v, sweeps),
+            gauss_seidel(&dense, &[1.0, 2.0], &mut v, &mut [0.0; 2], sweeps),
             Err(GalerkinError::Diverges { .. })
         ));
         let nan = [f64::NAN, 0.0, 0.0, 0.0];
-        let dense = Dense::new(&nan, 2).unwrap();
+        let dense = Dense::new(&nan, 2, 1).unwrap();
         assert_eq!(
-            gauss_seidel::<_, 1>(&dense, &[1.0, 2.0], &mut [0.0; 2], Sweeps::Fixed(3)),
+            gauss_seidel(
+                &dense,
+                &[1.0, 2.0],
+                &mut [0.0; 2],
+                &mut [0.0; 2],
+                Sweeps::Fixed(3)
+            ),
             Err(GalerkinError::Diverges { sweep: 1 })
         );
     }
@@ -370,16 +407,16 @@ mod tests {
             out.copy_from_slice(&[2.0 * w[0] + w[1], w[0] + 2.0 * w[1], 0.0]);
         };
         let mut w = [1.0, 0.1, 1.0];
-        let [low, high] = super::radius_bounds(apply, &mut w, &mut [0.0; 3], 3);
+        let [low, high] = super::radius_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 3);
         assert!(
             2.0 < low && low < 3.0 && 3.0 < high && high < 3.4,
             "{low} {high}"
         );
-        let [low, high] = super::radius_bounds(apply, &mut w, &mut [0.0; 3], 60);
+        let [low, high] = super::radius_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 60);
         assert!((low - 3.0).abs() < 3e-6 && (high - 3.0).abs() < 3e-6);
         let none = |_: &[f64], out: &mut [f64]| out.fill(0.0);
         assert_eq!(
-            super::radius_bounds(none, &mut w, &mut [0.0; 3], 5),
+            super::radius_bounds(&mut { none }, &mut w, &mut [0.0; 3], 5),
             [0.0; 2]
         );
     }
@@ -388,8 +425,8 @@ mod tests {
     fn a_matrix_whose_powers_shrink_is_a_contraction() {
         let (mut w, mut next) = ([0.0; 2], [0.0; 2]);
         let mut bound = |k: [f64; 4]| {
-            let dense = Dense::new(&k, 2).unwrap();
-            contraction_of_powers::<_, 1>(&dense, &mut w, &mut next, 100)
+            let dense = Dense::new(&k, 2, 1).unwrap();
+            contraction_of_powers(&dense, &mut w, &mut next, 100)
         };
         assert_eq!(bound([0.1, -0.2, 0.5, 0.25]), Ok(0.75));
         // |K'| has the eigenvalues ±√(2 · 0.3), and the row sum 2.
@@ -406,18 +443,15 @@ mod tests {
     fn row_sums_of_one_or_nan_are_refused() {
         let dense = [0.1, 0.2, -0.5, 0.5];
         assert_eq!(
-            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
+            contraction(&Dense::new(&dense, 2, 1).unwrap()),
             Err(GalerkinError::RowSum { row: 1 })
         );
         let dense = [0.1, f64::NAN, 0.5, 0.2];
         assert_eq!(
-            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
+            contraction(&Dense::new(&dense, 2, 1).unwrap()),
             Err(GalerkinError::RowSum { row: 0 })
         );
         let dense = [0.1, -0.2, 0.5, 0.25];
-        assert_eq!(
-            contraction::<_, 1>(&Dense::new(&dense, 2).unwrap()),
-            Ok(0.75)
-        );
+        assert_eq!(contraction(&Dense::new(&dense, 2, 1).unwrap()), Ok(0.75));
     }
 }

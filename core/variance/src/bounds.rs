@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, buffer};
+use fredholm_core::galerkin::{GalerkinMatrix, buffer};
 
 use crate::matrix::{Matrix, POWERS};
 use crate::sources::scored;

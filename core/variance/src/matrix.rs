@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, GalerkinError, Sweeps, buffer, gauss_seidel, reserve};
+use fredholm_core::galerkin::{GalerkinError, GalerkinMatrix, Sweeps, buffer, gauss_seidel, reserve};
 
 use crate::{Moments, Node, Site, VarianceError};
 
@@ -65,18 +65,22 @@ pub(crate) struct Matrix<'a, M> {
     transposed: bool,
 }
 
-impl<M: Fn(&Moments) -> f64> Coefficients for Matrix<'_, M> {
+impl<M: Fn(&Moments) -> f64> GalerkinMatrix for Matrix<'_, M> {
     type Scalar = f64;
 
     fn cells(&self) -> usize {
         self.sites.len()
     }
 
+    fn functions(&self) -> usize {
+        1
+    }
+
     #[inline]
-    fn block(&self, i: usize, j: usize) -> [[f64; 1]; 1] {
+    fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> f64 {
         let (i, j) = if self.transposed { (j, i) } else { (i, j) };
         let moments = self.sites.get(i).and_then(|site| site.row.get(j));
-        [[moments.map_or(f64::NAN, &self.moment)]]
+        moments.map_or(f64::NAN, &self.moment)
     }
 }
 
@@ -107,7 +111,7 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
             residual: TOLERANCE * largest,
             at_most: SWEEPS,
         };
-        gauss_seidel(self, source, &mut x, sweeps)?;
+        gauss_seidel(self, source, &mut x, &mut [0.0; 2], sweeps)?;
         Ok(x)
     }
 

@@ -1,6 +1,8 @@
 //! The equation (56), its chain, its partition and its Galerkin coefficients.
 
-use fredholm_core::galerkin::{Basis, Coefficients, PairIntegral, Partition, TransitionMoments};
+use fredholm_core::galerkin::{
+    Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
+};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -431,23 +433,29 @@ impl<F: Real, E: Emission<F>> PairIntegral for Circle<'_, F, E> {
     }
 }
 
-impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
+impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {}
+
+impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
     type Scalar = F;
 
     fn cells(&self) -> usize {
         self.cells.len()
     }
 
+    fn functions(&self) -> usize {
+        1
+    }
+
     #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
+    fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> F {
         let (Some(from), Some(to)) = (self.cells.get(i), self.cells.get(j)) else {
-            return [[F::NAN]];
+            return F::NAN;
         };
-        [[if i == j {
+        if i == j {
             from.reflectance * self.constants.diagonal
         } else {
             from.reflectance * self.constants.galerkin * to.middle.rough_sine(&from.middle)
-        }]]
+        }
     }
 
     /// Σ_j K_ij = ρ_i: the circle is closed.
@@ -472,7 +480,11 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
         }
     }
 
-    fn sweep(&self, source: &[F], v: &mut [F]) -> F {
+    fn scratch(&self) -> usize {
+        0
+    }
+
+    fn sweep(&self, source: &[F], v: &mut [F], _: &mut [F]) -> F {
         let mut after = Sum::default();
         for (&v, middle) in v.iter().zip(middles(&self.cells)) {
             after.add(middle, v);

@@ -15,7 +15,7 @@ use crate::{Circle, Emission, Point};
 /// ```
 /// use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
 /// use fredholm_core::Estimator;
-/// use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+/// use fredholm_core::galerkin::{OffDiagonal, PairKind};
 /// use fredholm_variance::{Analysis, Setting, Start, serially};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
@@ -23,8 +23,8 @@ use crate::{Circle, Emission, Point};
 /// let circle = Circle::new(tables.cells(), light, 0.2)?;
 /// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
 /// let solution = circle.solve(1e-14, 1000)?;
-/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64, _, _>(&circle, &pairs)?);
-/// let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
+/// let vectors = solution.for_walks(&circle, pairs)?;
+/// let neighbour = vectors.with_pointwise(&circle, &circle)?;
 ///
 /// // √Var of walks from s = 1, before there is one.
 /// let level = CircleLevel::new(&circle, 800, 0)?;
@@ -96,19 +96,18 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     /// ```
     /// # use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};
     /// # use fredholm_core::Estimator;
-    /// # use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Piecewise};
+    /// # use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable};
     /// # use fredholm_variance::{Analysis, Setting, Start, Terms, serially};
     /// # let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
     /// # let tables = Tables::<f64>::new(&[0.3, 0.7], 20)?;
     /// # let circle = Circle::new(tables.cells(), light, 0.2)?;
     /// # let solution = circle.solve(1e-14, 1000)?;
-    /// # let v = solution.rounded::<f64>()?;
     /// # let level = CircleLevel::new(&circle, 160, 0)?;
     /// # let starts = [Start::At(circle.point(1.0))];
     /// // A neighbour equation on 20 cells with all pairs in S, and its variance from s = 1.
     /// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
-    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
-    /// let neighbour = Piecewise::new(&circle, &circle, pairs, &v, &g)?;
+    /// let vectors = solution.for_walks(&circle, pairs)?;
+    /// let neighbour = vectors.piecewise(&circle, &circle)?;
     /// let setting = Setting {
     ///     equation: &circle,
     ///     neighbour: &neighbour,
@@ -129,8 +128,8 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     ///
     /// // The neighbour equation with these.
     /// let pairs = PairTable::new(&chosen.table, 20)?;
-    /// let g = solution.source::<f64, _, _>(&circle, &pairs)?;
-    /// let better = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g)?;
+    /// let vectors = solution.for_walks(&circle, pairs)?;
+    /// let better = vectors.with_pointwise(&circle, &circle)?;
     /// # let setting = Setting { equation: &circle, neighbour: &better, pairs, level: &level, galerkin: None };
     /// # let model = setting.with_starts(&starts)?;
     /// # let analysis = Analysis::new(&model, Estimator::Absorption, &serially)?;

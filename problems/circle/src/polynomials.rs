@@ -1,7 +1,7 @@
 //! Piecewise polynomials of any degree on the circle.
 
 use fredholm_core::galerkin::{
-    Basis, Coefficients, PairIntegral, Partition, TransitionMoments, legendre,
+    Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments, legendre,
 };
 use fredholm_core::{
     Kernel, Located, Neighbour, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
@@ -37,7 +37,7 @@ const TERMS: usize = 12;
 /// ```
 /// # #[cfg(feature = "alloc")] {
 /// use fredholm_circle::{Circle, Harmonic, Polynomials, Tables};
-/// use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
+/// use fredholm_core::galerkin::{OffDiagonal, PairKind};
 /// use fredholm_core::{At, Batch, Estimator, Neighbour, STEP_LIMIT, Stream, Task};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
@@ -48,8 +48,8 @@ const TERMS: usize = 12;
 /// let cubic = Polynomials::<_, _, 4>::new(&circle);
 /// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
 /// let solution = cubic.solve(1e-15, 1000)?;
-/// let (v, g) = (solution.rounded::<f64>()?, solution.source::<f64, _, _>(&cubic, &pairs)?);
-/// let neighbour = Piecewise::with_pointwise(&cubic, &cubic, pairs, &v, &g)?;
+/// let vectors = solution.for_walks(&cubic, pairs)?;
+/// let neighbour = vectors.with_pointwise(&cubic, &cubic)?;
 ///
 /// let start = circle.point(0.3);
 /// let task = Task {
@@ -563,46 +563,20 @@ impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B> for Polynomials<'_
 }
 
 impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_, '_, F, E, B> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.circle.table().len()
-    }
-
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
-        let cells = self.circle.table();
-        let (Some(from), Some(to)) = (cells.get(i), cells.get(j)) else {
-            return [[F::NAN; B]; B];
-        };
-        if i == j {
-            return self.diagonal.map(|row| row.map(|k| from.reflectance * k));
-        }
-        let sine = to.middle.rough_sine(&from.middle);
-        let cosine = to.middle.cosine(&from.middle);
-        let cosine = if j > i { cosine } else { -cosine };
-        // ± sin((m_j − m_i)/2 + kπ/2) for k = b − a modulo 4.
-        let phases = [sine, cosine, -sine, -cosine];
-        matrix(|a, b| {
-            let phase = phases[(b + 4 * B - a) % 4];
-            from.reflectance * self.factors[a] * self.factors[b] * phase
-        })
-    }
-
     /// As a product of two vectors.
     #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
-        if i == j {
-            let block: [[F; B]; B] = self.block(i, j);
-            return core::array::from_fn(|b| {
-                let products = left.iter().zip(&block).map(|(&l, row)| l * row[b]);
-                products.fold(F::zero(), |sum, x| sum + x)
-            });
-        }
+    fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let cells = self.circle.table();
         let (Some(from), Some(to)) = (cells.get(i), cells.get(j)) else {
             return [F::NAN; B];
         };
+        if i == j {
+            return core::array::from_fn(|b| {
+                let rows = left.iter().zip(&self.diagonal);
+                let products = rows.map(|(&l, row)| l * (from.reflectance * row[b]));
+                products.fold(F::zero(), |sum, x| sum + x)
+            });
+        }
         let sine = to.middle.rough_sine(&from.middle);
         let cosine = to.middle.cosine(&from.middle);
         let cosine = if j > i { cosine } else { -cosine };
@@ -621,6 +595,43 @@ impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_
             b += 1;
             f * phase
         })
+    }
+}
+
+impl<F: Real, E: Emission<F>, const B: usize> GalerkinMatrix for Polynomials<'_, '_, F, E, B> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.circle.table().len()
+    }
+
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn entry(&self, [i, a]: [usize; 2], [j, b]: [usize; 2]) -> F {
+        let cells = self.circle.table();
+        let (Some(from), Some(to)) = (cells.get(i), cells.get(j)) else {
+            return F::NAN;
+        };
+        let (Some(&left), Some(&right)) = (self.factors.get(a), self.factors.get(b)) else {
+            return F::NAN;
+        };
+        if i == j {
+            let own = self.diagonal.get(a).and_then(|row| row.get(b));
+            return from.reflectance * own.copied().unwrap_or(F::NAN);
+        }
+        let sine = to.middle.rough_sine(&from.middle);
+        let cosine = to.middle.cosine(&from.middle);
+        let cosine = if j > i { cosine } else { -cosine };
+        // ± sin((m_j − m_i)/2 + kπ/2) for k = b − a modulo 4.
+        let phase = match (b + 4 * B - a) % 4 {
+            0 => sine,
+            1 => cosine,
+            2 => -sine,
+            _ => -cosine,
+        };
+        from.reflectance * left * right * phase
     }
 
     /// Σ_j K'_(i0)(j0) = ρ_i: the circle is closed.
@@ -649,7 +660,11 @@ impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_
     }
 
     /// Gauss–Seidel between cells, a plain step within one.
-    fn sweep(&self, source: &[F], v: &mut [F]) -> F {
+    fn scratch(&self) -> usize {
+        0
+    }
+
+    fn sweep(&self, source: &[F], v: &mut [F], _: &mut [F]) -> F {
         let cells = self.circle.table();
         let mut after = Sum::default();
         for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    Coefficients, GalerkinError, PairIntegral, Pairs, Solution, buffer, radius_bounds,
+    GalerkinError, GalerkinMatrix, PairIntegral, Pairs, Solution, buffer, radius_bounds,
 };
 
 use crate::{
@@ -54,13 +54,13 @@ impl<F: Real> Tables<F> {
 pub fn second_moment_radius<E: Emission<f64>>(circle: &Circle<'_, f64, E>) -> f64 {
     let n = circle.table().len();
     let (mut w, mut next) = (alloc::vec![1.0; n], alloc::vec![0.0; n]);
-    let apply = |w: &[f64], out: &mut [f64]| {
+    let mut apply = |w: &[f64], out: &mut [f64]| {
         circle.apply(w, out);
         for (i, out) in out.iter_mut().enumerate() {
             *out *= circle.weight(i);
         }
     };
-    let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
+    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, 100);
     upper
 }
 
@@ -107,7 +107,7 @@ impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
     ///
     /// # Errors
     /// As [`Solution::new`].
-    pub fn solve(&self, tolerance: f64, at_most: u32) -> Result<Solution<B>, GalerkinError> {
+    pub fn solve(&self, tolerance: f64, at_most: u32) -> Result<Solution, GalerkinError> {
         let expected = self.circle().table().len() * B;
         let mut source = buffer(expected)?;
         self.source_means(&mut source)
@@ -124,9 +124,9 @@ impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
 ///
 /// # Errors
 /// [`GalerkinError::Memory`].
-pub fn neighbour_second_moment_radius<E: Emission<f64>, P: Pairs + Copy, const B: usize>(
+pub fn neighbour_second_moment_radius<E: Emission<f64>, const B: usize>(
     polynomials: &Polynomials<'_, '_, f64, E, B>,
-    pairs: P,
+    pairs: &dyn Pairs,
 ) -> Result<f64, GalerkinError> {
     let circle = polynomials.circle();
     let cells = circle.table().len();
@@ -135,7 +135,7 @@ pub fn neighbour_second_moment_radius<E: Emission<f64>, P: Pairs + Copy, const B
     fredholm_core::galerkin::second_moment_radius(
         polynomials,
         polynomials,
-        &pairs,
+        pairs,
         // Within the cell: at its very ends a point belongs to the next.
         |i| [1e-6, 0.5, 1.0 - 1e-6].map(|t| point(i, t)),
         |x, j| {

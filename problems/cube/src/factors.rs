@@ -3,10 +3,10 @@
 use core::slice;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::Coefficients;
+use fredholm_core::galerkin::{Coefficients, GalerkinMatrix};
 
 use crate::CubeError;
-use crate::functions::Functions;
+use crate::functions::{CellFunctions, Functions};
 use crate::mesh::Mesh;
 use crate::product::product;
 
@@ -19,21 +19,19 @@ use crate::product::product;
 /// those of the next.
 ///
 /// ```
-/// use fredholm_core::galerkin::Coefficients;
+/// use fredholm_core::galerkin::GalerkinMatrix;
 /// use fredholm_cube::FactorTables;
 ///
 /// // Two axes of two cells.
 /// let entries = [0.1, 0.2, 0.3, 0.4, 1.0, 0.5, 0.5, 1.0];
 /// let factors = FactorTables::<f64, 2>::new(2, &entries)?;
 /// // From cell (1, 0) to cell (0, 1).
-/// assert_eq!(factors.block(2, 1), [[0.3 * 0.5]]);
+/// assert_eq!(factors.mean(2, 1), 0.3 * 0.5);
 /// # Ok::<(), fredholm_cube::CubeError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct FactorTables<'a, F, const D: usize, const B: usize = 1> {
-    mesh: Mesh<D>,
-    /// Those of axis 0 row by row, then those of axis 1, and so on.
-    entries: &'a [F],
+    axes: Axes<'a, F, D>,
 }
 
 impl<'a, F: Real, const D: usize> FactorTables<'a, F, D> {
@@ -58,7 +56,10 @@ impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
         let length = width.and_then(|width| width.checked_mul(width));
         let expected = length.and_then(|entries| entries.checked_mul(D));
         match expected {
-            Some(expected) if expected == entries.len() => Ok(Self { mesh, entries }),
+            Some(expected) if expected == entries.len() => {
+                let functions = Functions::<D, B>::ALL;
+                Ok(Self::of_axes(Axes::new(mesh, functions, entries)))
+            }
             Some(expected) => Err(CubeError::Length {
                 expected,
                 found: entries.len(),
@@ -67,51 +68,9 @@ impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
         }
     }
 
-    /// Of tables that have the right length.
-    #[cfg(feature = "alloc")]
-    pub(crate) const fn filled(mesh: Mesh<D>, entries: &'a [F]) -> Self {
-        Self { mesh, entries }
-    }
-
-    /// m (p + 1), the rows of a table.
     #[inline]
-    pub(crate) const fn width(&self) -> usize {
-        self.mesh.per_axis() as usize * Functions::<D, B>::PER_AXIS
-    }
-
-    /// Row `row` of the table of `axis`; empty where there is none.
-    #[inline]
-    pub(crate) fn row(&self, axis: usize, row: usize) -> &'a [F] {
-        let start = (axis * self.width() + row) * self.width();
-        self.entries.get(start..start + self.width()).unwrap_or(&[])
-    }
-
-    #[inline]
-    fn entry(&self, axis: usize, row: usize, column: usize) -> F {
-        let at = (axis * self.width() + row) * self.width() + column;
-        self.entries.get(at).copied().unwrap_or(F::NAN)
-    }
-
-    /// K'_(iα)(jβ) for the places of i and j and the degrees α and β.
-    #[inline]
-    fn coefficient(&self, places: [[u32; D]; 2], degrees: [[u8; D]; 2]) -> F {
-        let at = |side: usize, axis: usize| {
-            let (place, degree) = (places[side][axis], degrees[side][axis]);
-            place as usize * Functions::<D, B>::PER_AXIS + degree as usize
-        };
-        let entry = |axis: usize| self.entry(axis, at(0, axis), at(1, axis));
-        product(core::array::from_fn::<_, D, _>(entry))
-    }
-
-    /// K'_(ia)(ia).
-    #[cfg(feature = "alloc")]
-    pub(crate) fn diagonal(&self, i: usize) -> [F; B] {
-        let places = [self.mesh.places(i); 2];
-        let mut diagonal = [F::NAN; B];
-        for (entry, degrees) in diagonal.iter_mut().zip(Functions::<D, B>::DEGREES) {
-            *entry = self.coefficient(places, [degrees; 2]);
-        }
-        diagonal
+    pub(crate) const fn of_axes(axes: Axes<'a, F, D>) -> Self {
+        Self { axes }
     }
 
     /// Contracts the first `axes` axes, the last of them first: `left` has a number for all degrees along
@@ -134,7 +93,7 @@ impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
             place as usize * per_axis
         });
         for degree in 0..=most {
-            let along = |a: usize| self.entry(axis, row + a, column + degree);
+            let along = |a: usize| self.axes.number(axis, row + a, column + degree);
             let mut sums = [F::zero(); B];
             let degrees = (axes, Functions::<D, B>::DEGREE);
             sum_last(&mut left.iter(), degrees, &along, &mut sums.iter_mut());
@@ -162,30 +121,14 @@ fn sum_last<F: Real>(
 }
 
 impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'_, F, D, B> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.mesh.cells()
-    }
-
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[F; B]; B] {
-        let places = [self.mesh.places(i), self.mesh.places(j)];
-        let mut block = [[F::NAN; B]; B];
-        for (entries, &row) in block.iter_mut().zip(&Functions::<D, B>::DEGREES) {
-            for (entry, &column) in entries.iter_mut().zip(&Functions::<D, B>::DEGREES) {
-                *entry = self.coefficient(places, [row, column]);
-            }
-        }
-        block
-    }
-
     /// Axis by axis, without the block: its B² products of D factors are sums of products.
     #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
-        let places = [self.mesh.places(i), self.mesh.places(j)];
+    fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
+        let places = [self.axes.mesh.places(i), self.axes.mesh.places(j)];
         if const { B == 1 } {
-            let mean = self.coefficient(places, [[0; D]; 2]);
+            let [from, to] = places.map(|places| places.map(|place| place as usize));
+            let number = |axis: usize| self.axes.number(axis, from[axis], to[axis]);
+            let mean = product(core::array::from_fn::<_, D, _>(number));
             return left.map(|left| left * mean);
         }
         let mut out = [F::NAN; B];
@@ -198,21 +141,134 @@ impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'
         });
         out
     }
+}
+
+impl<F: Real, const D: usize, const B: usize> GalerkinMatrix for FactorTables<'_, F, D, B> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.axes.cells()
+    }
+
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> F {
+        self.axes.entry(row, column)
+    }
+
+    fn row_sum(&self, i: usize) -> F {
+        self.axes.row_sum(i)
+    }
+
+    fn rows_times(&self, i: usize, v: &[F], out: &mut [F]) {
+        self.axes.rows_times(i, v, out);
+    }
+}
+
+/// The tables of all axes, with the functions on a cell known at run time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Axes<'a, F, const D: usize> {
+    mesh: Mesh<D>,
+    functions: CellFunctions<D>,
+    /// m (p + 1), the rows of a table.
+    width: usize,
+    /// Those of axis 0 row by row, then those of axis 1, and so on.
+    entries: &'a [F],
+}
+
+impl<'a, F: Real, const D: usize> Axes<'a, F, D> {
+    /// Of tables that have the right length.
+    #[inline]
+    pub(crate) const fn new(mesh: Mesh<D>, functions: CellFunctions<D>, entries: &'a [F]) -> Self {
+        Self {
+            mesh,
+            functions,
+            width: mesh.per_axis() as usize * functions.per_axis(),
+            entries,
+        }
+    }
+
+    #[cfg(feature = "alloc")]
+    pub(crate) const fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Row `row` of the table of `axis`; empty where there is none.
+    #[inline]
+    pub(crate) fn row(&self, axis: usize, row: usize) -> &'a [F] {
+        let start = (axis * self.width + row) * self.width;
+        self.entries.get(start..start + self.width).unwrap_or(&[])
+    }
 
     #[inline]
-    fn mean(&self, i: usize, j: usize) -> F {
+    fn number(&self, axis: usize, row: usize, column: usize) -> F {
+        let at = (axis * self.width + row) * self.width + column;
+        self.entries.get(at).copied().unwrap_or(F::NAN)
+    }
+
+    /// K'_(iα)(jβ) for the places of i and j and the degrees α and β.
+    #[inline]
+    fn coefficient(&self, places: [[u32; D]; 2], degrees: [&[u8; D]; 2]) -> F {
+        let at = |side: usize, axis: usize| {
+            let (place, degree) = (places[side][axis], degrees[side][axis]);
+            place as usize * self.functions.per_axis() + degree as usize
+        };
+        let number = |axis: usize| self.number(axis, at(0, axis), at(1, axis));
+        product(core::array::from_fn::<_, D, _>(number))
+    }
+
+    /// K'_(ia)(ia) for all a.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn diagonal(&self, i: usize) -> impl Iterator<Item = F> {
+        let places = [self.mesh.places(i); 2];
+        let degrees = self.functions.degrees.iter();
+        degrees.map(move |degrees| self.coefficient(places, [degrees; 2]))
+    }
+}
+
+impl<F: Real, const D: usize> GalerkinMatrix for Axes<'_, F, D> {
+    type Scalar = F;
+
+    fn cells(&self) -> usize {
+        self.mesh.cells()
+    }
+
+    fn functions(&self) -> usize {
+        self.functions.count()
+    }
+
+    fn entry(&self, [i, a]: [usize; 2], [j, b]: [usize; 2]) -> F {
+        let [from, to] = [a, b].map(|a| self.functions.degrees.get(a));
+        let (Some(from), Some(to)) = (from, to) else {
+            return F::NAN;
+        };
         let places = [self.mesh.places(i), self.mesh.places(j)];
-        self.coefficient(places, [[0; D]; 2])
+        self.coefficient(places, [from, to])
     }
 
     /// O(D m): the row sums of the factors, multiplied.
     fn row_sum(&self, i: usize) -> F {
         let places = self.mesh.places(i);
-        let per_axis = Functions::<D, B>::PER_AXIS;
+        let per_axis = self.functions.per_axis();
         product(core::array::from_fn::<_, D, _>(|a| {
             let row = self.row(a, places[a] as usize * per_axis);
             let means = row.iter().step_by(per_axis);
             means.fold(F::zero(), |sum, k| sum + k.abs())
         }))
+    }
+
+    /// With the places of a cell once for all of its functions.
+    fn rows_times(&self, i: usize, v: &[F], out: &mut [F]) {
+        out.fill(F::zero());
+        for (j, v) in v.chunks_exact(self.functions.count()).enumerate() {
+            let places = [self.mesh.places(i), self.mesh.places(j)];
+            for (out, row) in out.iter_mut().zip(self.functions.degrees) {
+                for (&v, column) in v.iter().zip(self.functions.degrees) {
+                    *out += self.coefficient(places, [row, column]) * v;
+                }
+            }
+        }
     }
 }

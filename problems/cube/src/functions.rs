@@ -1,6 +1,8 @@
 //! The functions on a cell: products of Legendre polynomials of bounded total degree.
 
-use fredholm_core::galerkin::legendre;
+use core::slice;
+
+use fredholm_core::galerkin::{Legendre, legendre};
 use fredholm_core::{Located, Real};
 
 use crate::mesh::Mesh;
@@ -35,6 +37,67 @@ pub const fn functions(dimension: usize, degree: usize) -> usize {
 /// Degrees below this, which are those in use, have code of their own: no constant of a program can be
 /// p + 1, and B may be far larger.
 pub(crate) const FEW: usize = 5;
+
+/// All functions of total degree ≤ p, with p known at run time: of [`Functions`] what is set up before walks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellFunctions<const D: usize> {
+    /// p.
+    pub(crate) degree: usize,
+    /// As [`Functions::DEGREES`].
+    pub(crate) degrees: &'static [[u8; D]],
+}
+
+impl<const D: usize> CellFunctions<D> {
+    /// B.
+    pub(crate) const fn count(&self) -> usize {
+        self.degrees.len()
+    }
+
+    /// p + 1.
+    pub(crate) const fn per_axis(&self) -> usize {
+        self.degree + 1
+    }
+}
+
+/// The values at t of all functions of total degree ≤ `degree`: those of [`Functions::at`].
+pub(crate) fn values_at<const D: usize>(t: [f64; D], degree: usize, out: &mut [f64]) {
+    if degree == 0 {
+        return out.fill(1.0);
+    }
+    let axes = t.map(|t| Axis {
+        t,
+        few: legendre(t),
+    });
+    products(&axes, degree, 1.0, &mut out.iter_mut());
+}
+
+/// A coordinate, and the polynomials of the lowest degrees there.
+struct Axis {
+    t: f64,
+    few: [f64; FEW],
+}
+
+impl Axis {
+    fn polynomial(&self, degree: usize) -> f64 {
+        let few = self.few.get(degree).copied();
+        few.unwrap_or_else(|| Legendre::new(self.t).nth(degree).unwrap_or(f64::NAN))
+    }
+}
+
+/// `factor` times the products of polynomials of total degree ≤ `most` along these axes.
+fn products(axes: &[Axis], most: usize, factor: f64, out: &mut slice::IterMut<'_, f64>) {
+    let Some((axis, rest)) = axes.split_first() else {
+        return;
+    };
+    for degree in 0..=most {
+        let product = factor * axis.polynomial(degree);
+        if !rest.is_empty() {
+            products(rest, most - degree, product, out);
+        } else if let Some(out) = out.next() {
+            *out = product;
+        }
+    }
+}
 
 /// The B functions of total degree ≤ p on [−1, 1]^D, in lexicographic order of their degrees, the
 /// last axis running fastest; the first is 1.
@@ -107,6 +170,12 @@ impl<const D: usize, const B: usize> Functions<D, B> {
         turned
     };
 
+    /// The same, with B known at run time.
+    pub(crate) const ALL: CellFunctions<D> = CellFunctions {
+        degree: Self::DEGREE,
+        degrees: &Self::DEGREES,
+    };
+
     /// Their values at t.
     #[inline]
     pub(crate) fn at<F: Real>(t: [F; D]) -> [F; B] {
@@ -149,7 +218,7 @@ impl<const D: usize, const B: usize> Functions<D, B> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Functions, functions};
+    use super::{Functions, functions, values_at};
 
     #[test]
     fn degrees_are_all_up_to_the_total() {
@@ -166,6 +235,24 @@ mod tests {
             let [x, y, z] = all[b];
             assert_eq!(all[turned], [z, y, x]);
         }
+    }
+
+    /// To the bit: results depend on it.
+    #[test]
+    fn the_number_of_functions_does_not_matter() {
+        fn check<const D: usize, const B: usize>() {
+            let t = core::array::from_fn(|a| 0.7 - 0.45 * a as f64);
+            let expected = Functions::<D, B>::at::<f64>(t);
+            let mut found = [0.0; B];
+            values_at(t, Functions::<D, B>::DEGREE, &mut found);
+            assert_eq!(found.map(f64::to_bits), expected.map(f64::to_bits));
+        }
+        check::<1, 1>();
+        check::<1, 4>();
+        check::<1, 12>();
+        check::<2, { functions(2, 7) }>();
+        check::<3, { functions(3, 4) }>();
+        check::<6, { functions(6, 2) }>();
     }
 
     #[test]

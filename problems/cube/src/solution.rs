@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Coefficients, Partition, Solution, buffer, radius_bounds};
+use fredholm_core::galerkin::{GalerkinMatrix, Partition, Solution, buffer, radius_bounds};
 
 use crate::{Cube, CubeError, Function, IntegralKernel, Rule, table_bytes};
 
@@ -46,19 +46,15 @@ pub fn empty_table(unknowns: usize) -> Result<Vec<f64>, CubeError> {
 ///
 /// # Errors
 /// [`CubeError::Memory`].
-pub fn absolute_radius<C: Coefficients<Scalar = f64>>(coefficients: &C) -> Result<f64, CubeError> {
-    radius_of(coefficients.cells(), |w, out| {
-        coefficients.apply_absolute(w, out);
-    })
+pub fn absolute_radius(matrix: &dyn GalerkinMatrix<Scalar = f64>) -> Result<f64, CubeError> {
+    radius_of(matrix.cells(), &mut |w, out| matrix.apply_absolute(w, out))
 }
 
 /// The spectral radius of the matrix w ↦ Aw of n rows without negative entries, from above.
 pub(crate) fn radius_of(
     n: usize,
-    mut apply: impl FnMut(&[f64], &mut [f64]),
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
 ) -> Result<f64, CubeError> {
-    // One power method for all matrices.
-    let apply: &mut dyn FnMut(&[f64], &mut [f64]) = &mut apply;
     let (mut w, mut next) = (filled(n, 1.0)?, buffer(n)?);
     let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)
@@ -80,16 +76,16 @@ where
     ///
     /// # Errors
     /// [`CubeError::Source`], and as [`CubeError::Galerkin`] what [`Solution::new`] says.
-    pub fn solve<C: Coefficients<B, Scalar = f64>>(
+    pub fn solve(
         &self,
-        coefficients: &C,
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
         rule: Rule,
         tolerance: f64,
         at_most: u32,
-    ) -> Result<Solution<B>, CubeError> {
+    ) -> Result<Solution, CubeError> {
         let mut source = buffer(self.cells().saturating_mul(B))?;
         self.source_means(rule, &mut source)?;
-        Ok(Solution::new(coefficients, source, tolerance, at_most)?)
+        Ok(Solution::new(matrix, source, tolerance, at_most)?)
     }
 
     /// An estimate from above of the spectral radius of T_h²p, with all pairs in S: that of the matrix
@@ -105,27 +101,33 @@ where
     ///
     /// # Errors
     /// [`CubeError::Memory`].
-    pub fn neighbour_radius<C: Coefficients<B, Scalar = f64>>(
+    pub fn neighbour_radius(
         &self,
-        coefficients: &C,
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
     ) -> Result<f64, CubeError> {
-        let n = self.cells();
-        let apply = |w: &[f64], out: &mut [f64]| {
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = 0.0;
-                for (j, w) in w.iter().enumerate() {
-                    let block = coefficients.block(i, j);
-                    let squares: f64 = block.iter().flatten().map(|k| k * k).sum();
-                    *out += squares * w / self.mass();
-                }
-            }
-        };
-        let (ones, mut sums) = (filled(n, 1.0)?, buffer(n)?);
-        apply(&ones, &mut sums);
-        let largest = sums.into_iter().fold(0.0, Real::max);
-        if largest < 1.0 {
-            return Ok(largest);
-        }
-        radius_of(n, apply)
+        squares_radius(matrix, self.mass())
     }
+}
+
+/// The spectral radius, from above, of the matrix of Σ_ab K'_(ia)(jb)²/`mass`.
+fn squares_radius(matrix: &dyn GalerkinMatrix<Scalar = f64>, mass: f64) -> Result<f64, CubeError> {
+    let (n, functions) = (matrix.cells(), matrix.functions());
+    let mut block: Vec<f64> = buffer(functions.saturating_mul(functions))?;
+    let mut apply = |w: &[f64], out: &mut [f64]| {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = 0.0;
+            for (j, w) in w.iter().enumerate() {
+                matrix.block(i, j, &mut block);
+                let squares: f64 = block.iter().map(|k| k * k).sum();
+                *out += squares * w / mass;
+            }
+        }
+    };
+    let (ones, mut sums) = (filled(n, 1.0)?, buffer(n)?);
+    apply(&ones, &mut sums);
+    let largest = sums.into_iter().fold(0.0, Real::max);
+    if largest < 1.0 {
+        return Ok(largest);
+    }
+    radius_of(n, &mut apply)
 }

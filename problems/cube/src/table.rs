@@ -1,8 +1,11 @@
 //! Galerkin coefficients of any kernel, by quadrature.
 
+use core::ops::Range;
+
 use fredholm_core::galerkin::Partition;
 
-use crate::functions::Functions;
+use crate::functions::{CellFunctions, Functions, values_at};
+use crate::mesh::Mesh;
 use crate::{Cube, CubeError, Function, IntegralKernel, Rule};
 
 /// The memory for the table of `unknowns` = n·B unknowns: 8 (n·B)² bytes. `None`: more than a machine of
@@ -28,46 +31,17 @@ where
     /// [`CubeError::Cell`], [`CubeError::Length`] where `rows` has not B·n·B entries,
     /// [`CubeError::Kernel`] where a value is not finite.
     pub fn fill_row(&self, rule: Rule, i: usize, rows: &mut [f64]) -> Result<(), CubeError> {
-        let cells = self.cells();
-        let width = cells.saturating_mul(B);
-        check_length(width.saturating_mul(B), rows.len())?;
-        if i >= cells {
-            return Err(CubeError::Cell { cell: i });
-        }
-        for j in 0..cells {
-            let block = self.block(rule, i, j);
-            if !block.iter().flatten().all(|k| k.is_finite()) {
-                return Err(CubeError::Kernel { row: i, column: j });
-            }
-            for (row, entries) in rows.chunks_exact_mut(width).zip(block) {
-                for (out, entry) in row.iter_mut().skip(j * B).zip(entries) {
-                    *out = entry;
-                }
-            }
-        }
-        Ok(())
+        let [inner, outer, psi] = &mut [[0.0; B]; 3];
+        let quadrature = self.quadrature(rule);
+        quadrature.fill_row(self.integral_kernel(), i, rows, [inner, outer, psi])
     }
 
-    /// K'_(i·)(j·): over y for every x first, so that it takes g^2D B + g^D B² operations.
-    fn block(&self, rule: Rule, i: usize, j: usize) -> [[f64; B]; B] {
-        let (mesh, m) = (self.mesh(), self.mesh().per_axis());
-        let (from, to) = (mesh.places(i), mesh.places(j));
-        let mut block = [[0.0; B]; B];
-        for x in rule.in_cell(from, m) {
-            let mut inner = [0.0; B];
-            for y in rule.in_cell(to, m) {
-                let k = y.weight * self.integral_kernel().kernel(&x.point, &y.point);
-                add(&mut inner, k, &Functions::<D, B>::at(y.local));
-            }
-            for (row, psi) in block.iter_mut().zip(Functions::<D, B>::at(x.local)) {
-                add(row, x.weight * psi, &inner);
-            }
+    const fn quadrature(&self, rule: Rule) -> Quadrature<D> {
+        Quadrature {
+            mesh: self.mesh(),
+            functions: Functions::<D, B>::ALL,
+            rule,
         }
-        let n = self.cells() as f64;
-        for k in block.iter_mut().flatten() {
-            *k /= n;
-        }
-        block
     }
 
     /// The whole table of (n·B)² entries, row by row: for `fredholm_core::galerkin::Dense`.
@@ -117,18 +91,114 @@ where
     where
         T: Function<f64, D>,
     {
-        check_length(self.cells().saturating_mul(B), out.len())?;
-        let mesh = self.mesh();
-        for (i, out) in out.chunks_exact_mut(B).enumerate() {
-            let mut sums = [0.0; B];
-            for x in rule.in_cell(mesh.places(i), mesh.per_axis()) {
-                let value = x.weight * function.value(&x.point);
-                add(&mut sums, value, &Functions::<D, B>::at(x.local));
+        let quadrature = self.quadrature(rule);
+        quadrature.means(function, out, &mut [0.0; B])
+    }
+}
+
+/// A rule on all cells. Of everything that is set up the dimension alone is a constant, so that it is compiled once for
+/// all degrees, kernels and functions.
+#[derive(Clone, Copy, Debug)]
+struct Quadrature<const D: usize> {
+    mesh: Mesh<D>,
+    functions: CellFunctions<D>,
+    rule: Rule,
+}
+
+/// The block of a cell in its rows of the table.
+struct Block<'a> {
+    rows: &'a mut [f64],
+    /// n·B.
+    width: usize,
+    columns: Range<usize>,
+}
+
+impl Block<'_> {
+    fn rows(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        let rows = self.rows.chunks_exact_mut(self.width);
+        rows.filter_map(|row| row.get_mut(self.columns.clone()))
+    }
+}
+
+impl<const D: usize> Quadrature<D> {
+    /// As [`Cube::fill_row`]; the scratch is B numbers each.
+    fn fill_row(
+        &self,
+        kernel: &dyn IntegralKernel<f64, D>,
+        i: usize,
+        rows: &mut [f64],
+        mut scratch: [&mut [f64]; 3],
+    ) -> Result<(), CubeError> {
+        let (cells, functions) = (self.mesh.cells(), self.functions.count());
+        let width = cells.saturating_mul(functions);
+        check_length(width.saturating_mul(functions), rows.len())?;
+        if i >= cells {
+            return Err(CubeError::Cell { cell: i });
+        }
+        rows.fill(0.0);
+        for j in 0..cells {
+            let mut block = Block {
+                rows,
+                width,
+                columns: j * functions..(j + 1) * functions,
+            };
+            self.add_block(kernel, [i, j], &mut block, &mut scratch);
+            let mut finite = true;
+            for k in block.rows().flatten() {
+                *k /= cells as f64;
+                finite &= k.is_finite();
             }
-            if !sums.iter().all(|sum| sum.is_finite()) {
+            if !finite {
+                return Err(CubeError::Kernel { row: i, column: j });
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds n K'_(i·)(j·): over y for every x first, so that it takes g^2D B + g^D B² operations.
+    fn add_block(
+        &self,
+        kernel: &dyn IntegralKernel<f64, D>,
+        cells: [usize; 2],
+        block: &mut Block<'_>,
+        [inner, outer, psi]: &mut [&mut [f64]; 3],
+    ) {
+        let (per_axis, degree) = (self.mesh.per_axis(), self.functions.degree);
+        let [from, to] = cells.map(|cell| self.mesh.places(cell));
+        for x in self.rule.in_cell(from, per_axis) {
+            inner.fill(0.0);
+            for y in self.rule.in_cell(to, per_axis) {
+                let k = y.weight * kernel.kernel(&x.point, &y.point);
+                values_at(y.local, degree, psi);
+                add(inner, k, psi);
+            }
+            values_at(x.local, degree, outer);
+            for (row, psi) in block.rows().zip(&**outer) {
+                add(row, x.weight * psi, inner);
+            }
+        }
+    }
+
+    /// As [`Cube::means`]. `psi` has room for B numbers.
+    fn means(
+        &self,
+        function: &dyn Function<f64, D>,
+        out: &mut [f64],
+        psi: &mut [f64],
+    ) -> Result<(), CubeError> {
+        let (mesh, functions) = (self.mesh, self.functions.count());
+        let degree = self.functions.degree;
+        check_length(mesh.cells().saturating_mul(functions), out.len())?;
+        for (i, out) in out.chunks_exact_mut(functions).enumerate() {
+            out.fill(0.0);
+            for x in self.rule.in_cell(mesh.places(i), mesh.per_axis()) {
+                let value = x.weight * function.value(&x.point);
+                values_at(x.local, degree, psi);
+                add(out, value, psi);
+            }
+            if !out.iter().all(|mean| mean.is_finite()) {
                 return Err(CubeError::Source { row: i });
             }
-            out.copy_from_slice(&sums);
         }
         Ok(())
     }
@@ -136,7 +206,7 @@ where
 
 /// sums += factor · values.
 #[inline]
-pub(crate) fn add<const B: usize>(sums: &mut [f64; B], factor: f64, values: &[f64; B]) {
+pub(crate) fn add(sums: &mut [f64], factor: f64, values: &[f64]) {
     for (sum, value) in sums.iter_mut().zip(values) {
         *sum += factor * value;
     }

@@ -74,6 +74,11 @@ pub enum RoomError {
     Grading,
     /// The smallest ratio r_min is NaN or outside [0, 1].
     Ratio,
+    /// No functions on a cell, or more than 5.
+    Functions {
+        /// The number that was asked for.
+        functions: usize,
+    },
     /// There is no such surface.
     Surface {
         /// The number that was asked for.
@@ -165,6 +170,10 @@ impl fmt::Display for RoomError {
                  tell apart"
             ),
             Self::Grading => write!(f, "the grading exponent must lie between 1 and 10"),
+            Self::Functions { functions } => write!(
+                f,
+                "a cell of a room has from 1 to 5 functions, not {functions}"
+            ),
             Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
             Self::Wall { wall } => write!(f, "there is no wall {wall}"),

@@ -9,6 +9,8 @@ mod cells;
 mod closed;
 mod error;
 #[cfg(feature = "alloc")]
+mod exchange;
+#[cfg(feature = "alloc")]
 mod factors;
 mod functional;
 mod geometry;

@@ -3,16 +3,15 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Dense, buffer, legendre};
+use fredholm_core::galerkin::{Dense, buffer};
 
 use crate::cells::Cells;
+use crate::exchange::{Block, Sights, transposed};
 use crate::geometry::{Geometry, Node, Segment, Wall};
-use crate::moments::Rules;
+use crate::moments::MOST;
 use crate::pairs::{View, Views};
-use crate::panels::{RULES, gauss};
-use crate::polynomials::add;
-use crate::vector::{Vector, cross, dot, norm, sub};
-use crate::visible::{Part, Viewer, twins};
+use crate::vector::{Vector, cross, sub};
+use crate::visible::{Part, twins};
 use crate::{Mesh, RoomError, Scene};
 
 /// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S of piecewise constants, unless another
@@ -41,10 +40,11 @@ pub const fn r_min(degree: usize) -> f64 {
 /// smaller one by Gauss points: to rounding where the cells are apart, in halves of halves down to
 /// 1/64 of a cell where they are near, by 16 points each where a shadow is between them.
 #[derive(Clone, Debug)]
-pub struct Matrix<const B: usize = 1> {
+pub struct Matrix {
     views: Vec<u8>,
     entries: Vec<f64>,
     cells: usize,
+    functions: usize,
 }
 
 /// One of two walls whose cells are compared.
@@ -63,19 +63,22 @@ impl Matrix {
     /// # Errors
     /// [`RoomError::Ratio`] for r_min outside [0, 1], [`RoomError::Memory`].
     pub fn new(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
-        Self::with_functions(scene, mesh, r_min)
+        Self::with_functions(scene, mesh, r_min, 1)
     }
-}
 
-impl<const B: usize> Matrix<B> {
-    /// As [`new`](Matrix::new), with B functions on every cell, at most 5. A pair is
+    /// As [`new`](Self::new), with B = `functions` on every cell, at most 5. A pair is
     /// [`View::Evenly`] where no eigenvalue of M_j(x) is below `r_min` times the mean of p_j over
     /// the cell of x: at its ends and, for B > 1, in its middle.
     ///
     /// # Errors
-    /// As there.
-    pub fn with_functions(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
-        let mut matrix = Self::of_pairs(scene, mesh, r_min, |_, _| true)?;
+    /// As there, and [`RoomError::Functions`].
+    pub fn with_functions(
+        scene: &Scene,
+        mesh: &Mesh,
+        r_min: f64,
+        functions: usize,
+    ) -> Result<Self, RoomError> {
+        let mut matrix = Self::of_pairs(scene, mesh, r_min, functions, &|_, _| true)?;
         matrix.contract(scene, mesh);
         Ok(matrix)
     }
@@ -97,7 +100,7 @@ impl<const B: usize> Matrix<B> {
     /// let scene = Scene::new::<f64>(&[surface], Enclosure::Closed)?;
     /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
     /// // Wall 0 and the wall that faces it: F = √2 − 1.
-    /// let matrix = Matrix::<1>::of_pairs(&scene, &mesh, 0.25, |i, j| (i, j) == (0, 2))?;
+    /// let matrix = Matrix::of_pairs(&scene, &mesh, 0.25, 1, &|i, j| (i, j) == (0, 2))?;
     /// let facing = 0.5 * (2f64.sqrt() - 1.0);
     /// assert!((matrix.entries()[2] - facing).abs() < 1e-12);
     /// assert_eq!(matrix.entries()[2], matrix.entries()[2 * 4]);
@@ -108,22 +111,27 @@ impl<const B: usize> Matrix<B> {
         scene: &Scene,
         mesh: &Mesh,
         r_min: f64,
-        of: impl Fn(usize, usize) -> bool,
+        functions: usize,
+        of: &dyn Fn(usize, usize) -> bool,
     ) -> Result<Self, RoomError> {
         if !(0.0..=1.0).contains(&r_min) {
             return Err(RoomError::Ratio);
         }
+        if !(1..=MOST).contains(&functions) {
+            return Err(RoomError::Functions { functions });
+        }
         let cells = mesh.len();
         let square = |n: usize| n.checked_mul(n).ok_or(RoomError::Memory { bytes: None });
-        let unknowns = cells.checked_mul(B);
+        let unknowns = cells.checked_mul(functions);
         let unknowns = unknowns.ok_or(RoomError::Memory { bytes: None })?;
         let mut matrix = Self {
             views: buffer(square(cells)?)?,
             entries: buffer(square(unknowns)?)?,
             cells,
+            functions,
         };
-        let rules = Rules::new();
         let (geometry, table) = (scene.geometry(), mesh.cells());
+        let sights = Sights::new(geometry, functions, r_min);
         let parts: Vec<Part<f64>> = (0..cells).filter_map(|c| table.part(c)).collect();
         let side = |w: usize| side(w, &geometry, &table, &parts);
         let mut blockers = Vec::new();
@@ -136,12 +144,7 @@ impl<const B: usize> Matrix<B> {
                     continue;
                 }
                 obstacles(&geometry, facing, [&a, &b], &mut blockers);
-                let sights = Sights {
-                    geometry: &geometry,
-                    rules: &rules,
-                    r_min,
-                };
-                matrix.fill(&sights, facing, [&a, &b], &blockers, &of);
+                matrix.fill(&sights, facing, [&a, &b], &blockers, of);
             }
         }
         Ok(matrix)
@@ -150,10 +153,10 @@ impl<const B: usize> Matrix<B> {
     /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get
     /// less: otherwise a ρ near 1 would be no contraction.
     fn contract(&mut self, scene: &Scene, mesh: &Mesh) {
-        let n = self.cells.max(1);
+        let (n, functions) = (self.cells.max(1), self.functions);
         let rows = self
             .entries
-            .chunks_exact_mut(n * B * B)
+            .chunks_exact_mut(n * functions * functions)
             .zip(self.views.chunks_exact(n));
         for ((entries, views), &wall) in rows.zip(&mesh.walls) {
             let reflectance = scene
@@ -162,14 +165,14 @@ impl<const B: usize> Matrix<B> {
                 .map_or(0.0, |w| w.reflectance);
             let partly = |view: u8| view == View::Partly as u8;
             let (mut sum, mut shadows) = (0.0, 0.0);
-            for (&mean, &view) in entries.iter().step_by(B).zip(views) {
+            for (&mean, &view) in entries.iter().step_by(functions).zip(views) {
                 sum += mean;
                 shadows += if partly(view) { mean } else { 0.0 };
             }
             if sum > reflectance && shadows > 0.0 {
                 let share = Real::max(1.0 - (sum - reflectance) / shadows, 0.0);
-                for row in entries.chunks_exact_mut(n * B) {
-                    let blocks = row.chunks_exact_mut(B).zip(views);
+                for row in entries.chunks_exact_mut(n * functions) {
+                    let blocks = row.chunks_exact_mut(functions).zip(views);
                     let blocks = blocks.filter(|(_, view)| partly(**view));
                     for entry in blocks.flat_map(|(block, _)| block) {
                         *entry *= share;
@@ -182,11 +185,11 @@ impl<const B: usize> Matrix<B> {
     /// Those pairs of cells of two walls.
     fn fill(
         &mut self,
-        sights: &Sights<'_, '_, B>,
+        sights: &Sights<'_>,
         facing: Facing,
         [a, b]: [&Side<'_>; 2],
         blockers: &[Segment<f64>],
-        of: &impl Fn(usize, usize) -> bool,
+        of: &dyn Fn(usize, usize) -> bool,
     ) {
         for (i, own) in a.cells.iter().enumerate() {
             for (j, other) in b.cells.iter().enumerate() {
@@ -213,7 +216,7 @@ impl<const B: usize> Matrix<B> {
                     }
                 };
                 let (i, j) = cells;
-                let back = core::array::from_fn(|b| exchange.map(|row| row[b]));
+                let back = transposed(&exchange);
                 self.put(i, j, views[0], [a.wall.reflectance, own.length], &exchange);
                 self.put(j, i, views[1], [b.wall.reflectance, other.length], &back);
             }
@@ -227,14 +230,15 @@ impl<const B: usize> Matrix<B> {
         j: usize,
         view: View,
         [reflectance, length]: [f64; 2],
-        exchange: &[[f64; B]; B],
+        exchange: &Block,
     ) {
-        let n = self.cells;
+        let (n, functions) = (self.cells, self.functions);
         if let Some(place) = self.views.get_mut(i * n + j) {
             *place = view as u8;
         }
-        for (a, row) in exchange.iter().enumerate() {
-            let entries = self.entries.get_mut((i * B + a) * n * B + j * B..);
+        for (a, row) in exchange.iter().take(functions).enumerate() {
+            let from = (i * functions + a) * n * functions + j * functions;
+            let entries = self.entries.get_mut(from..from + functions);
             for (entry, &exchange) in entries.unwrap_or_default().iter_mut().zip(row) {
                 *entry = reflectance * (exchange / length);
             }
@@ -245,6 +249,12 @@ impl<const B: usize> Matrix<B> {
     #[must_use]
     pub const fn cells(&self) -> usize {
         self.cells
+    }
+
+    /// B.
+    #[must_use]
+    pub const fn functions(&self) -> usize {
+        self.functions
     }
 
     /// What the pairs see.
@@ -265,7 +275,7 @@ impl<const B: usize> Matrix<B> {
     /// Never: the table is square.
     #[must_use]
     pub fn coefficients(&self) -> Dense<'_, f64> {
-        Dense::new(&self.entries, self.cells * B).expect("a square table")
+        Dense::new(&self.entries, self.cells, self.functions).expect("a square table")
     }
 }
 
@@ -422,189 +432,4 @@ fn between([x, y]: [[Vector<f64>; 2]; 2], segment: [Vector<f64>; 2]) -> Between 
     } else {
         Between::Inside
     }
-}
-
-/// The point at the fraction `t` of a part.
-fn at(part: &Part<f64>, t: f64) -> Viewer<f64> {
-    let [from, to] = part.ends;
-    Viewer {
-        wall: part.wall,
-        position: [
-            from[0] + t * (to[0] - from[0]),
-            from[1] + t * (to[1] - from[1]),
-        ],
-    }
-}
-
-/// What two parts exchange, and how evenly.
-struct Sights<'s, 'a, const B: usize> {
-    geometry: &'s Geometry<'a, f64>,
-    rules: &'s Rules<f64, B>,
-    r_min: f64,
-}
-
-/// How many times a part is halved where it is near another.
-const HALVINGS: u32 = 6;
-
-impl<const B: usize> Sights<'_, '_, B> {
-    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below r_min times `mean` for x in `from`. Within
-    /// a part that sees another wholly p_j has one maximum, so its infimum is at an end; at a
-    /// corner it is a limit.
-    fn is_even(&self, from: &Part<f64>, to: &Part<f64>, mean: f64) -> bool {
-        let even = |t: f64| {
-            let mut moments = [[0.0; B]; B];
-            let viewer = at(from, t);
-            self.geometry
-                .measure(self.rules, &viewer, to, View::Wholly, |share, psi| {
-                    add(&mut moments, share, psi);
-                });
-            for (b, row) in moments.iter_mut().enumerate() {
-                row[b] -= self.r_min * mean;
-            }
-            is_positive(moments)
-        };
-        let places = [1e-6, 1.0 - 1e-6, 0.5];
-        let count = if B == 1 { 2 } else { 3 };
-        places.into_iter().take(count).all(even)
-    }
-
-    /// ∫∫ ψ_a(x) ψ_b(y) cos θ_x cos θ_y/(2r) dy dx over x in one part and y in the other.
-    fn exchange(&self, own: &Part<f64>, other: &Part<f64>, view: View) -> [[f64; B]; B] {
-        if B == 1 {
-            let exchange = match view {
-                View::Partly => partly(self.geometry, own, other),
-                _ => wholly(self.geometry, own, other),
-            };
-            return [[exchange; B]; B];
-        }
-        let mut sums = [[0.0; B]; B];
-        if own.length <= other.length {
-            self.integrate([own, other], view, [0.0, 1.0], HALVINGS, &mut sums);
-            sums
-        } else {
-            self.integrate([other, own], view, [0.0, 1.0], HALVINGS, &mut sums);
-            core::array::from_fn(|b| sums.map(|row| row[b]))
-        }
-    }
-
-    /// Adds the part of it with x between two fractions of the first part.
-    fn integrate(
-        &self,
-        parts: [&Part<f64>; 2],
-        view: View,
-        [from, to]: [f64; 2],
-        halvings: u32,
-        sums: &mut [[f64; B]; B],
-    ) {
-        let [own, other] = parts;
-        let middle = 0.5 * (from + to);
-        let half = 0.5 * (to - from) * own.length;
-        let away = distance(at(own, middle).position, other);
-        let rule = self.rules.panels().rule(away * away, half * half);
-        if rule.is_none() && halvings > 0 {
-            for ends in [[from, middle], [middle, to]] {
-                self.integrate(parts, view, ends, halvings - 1, sums);
-            }
-            return;
-        }
-        let last = RULES - 1;
-        let rule = if view == View::Partly {
-            last
-        } else {
-            rule.unwrap_or(last)
-        };
-        for (place, weight) in gauss::<f64>(rule) {
-            let t = middle + 0.5 * (to - from) * place;
-            let psi: [f64; B] = legendre(t + t - 1.0);
-            let mut inner = [0.0; B];
-            let viewer = at(own, t);
-            self.geometry
-                .measure(self.rules, &viewer, other, view, |share, psi| {
-                    for (sum, psi) in inner.iter_mut().zip(psi) {
-                        *sum += share * psi;
-                    }
-                });
-            for (row, psi) in sums.iter_mut().zip(psi) {
-                for (sum, inner) in row.iter_mut().zip(inner) {
-                    *sum += half * weight * psi * inner;
-                }
-            }
-        }
-    }
-}
-
-/// The distance of a point from a part.
-fn distance(point: Vector<f64>, part: &Part<f64>) -> f64 {
-    let [a, b] = part.ends;
-    let (span, to) = (sub(b, a), sub(point, a));
-    let t = (dot(span, to) / dot(span, span)).clamp(0.0, 1.0);
-    norm(sub(to, [t * span[0], t * span[1]]))
-}
-
-/// Whether a symmetric matrix has no negative eigenvalue: by its pivots.
-// Row operations on two rows of one matrix read best by index.
-#[allow(clippy::needless_range_loop)]
-fn is_positive<const B: usize>(mut a: [[f64; B]; B]) -> bool {
-    for column in 0..B {
-        let pivot = a[column][column];
-        // Written so that NaN fails.
-        if !(pivot >= 0.0) {
-            return false;
-        }
-        for row in column + 1..B {
-            let factor = a[row][column] / pivot;
-            for k in column + 1..B {
-                let above = a[column][k];
-                a[row][k] -= factor * above;
-            }
-        }
-    }
-    true
-}
-
-// Gauss–Legendre rules on [0, 1].
-const THREE: [(f64, f64); 3] = [
-    (0.112_701_665_379_258_3, 0.277_777_777_777_777_8),
-    (0.5, 0.444_444_444_444_444_4),
-    (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
-];
-const FOUR: [(f64, f64); 4] = [
-    (0.069_431_844_202_973_7, 0.173_927_422_568_726_9),
-    (0.330_009_478_207_571_9, 0.326_072_577_431_273_1),
-    (0.669_990_521_792_428_1, 0.326_072_577_431_273_1),
-    (0.930_568_155_797_026_3, 0.173_927_422_568_726_9),
-];
-
-/// Length times form factor of two parts that see each other wholly.
-fn wholly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
-    let distance = |p: Vector<f64>, q: Vector<f64>| norm(sub(p, q));
-    let sides = [
-        distance(a.ends[1], b.ends[0]),
-        distance(b.ends[1], a.ends[0]),
-    ];
-    let diagonals = [
-        distance(a.ends[0], b.ends[0]),
-        distance(a.ends[1], b.ends[1]),
-    ];
-    let (small, large) = if a.length <= b.length { (a, b) } else { (b, a) };
-    let nearest = sides
-        .iter()
-        .chain(&diagonals)
-        .fold(f64::INFINITY, |m, &d| m.min(d));
-    if nearest > 4.0 * small.length {
-        let terms = THREE.map(|(t, weight)| weight * geometry.unobstructed(&at(small, t), large));
-        return small.length * terms.iter().sum::<f64>();
-    }
-    // Where strings cancel to nothing, nothing is what the pair exchanges.
-    Real::max(
-        0.5 * ((diagonals[0] + diagonals[1]) - (sides[0] + sides[1])),
-        0.0,
-    )
-}
-
-/// Length times form factor of two other parts.
-fn partly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
-    let (small, large) = if a.length <= b.length { (a, b) } else { (b, a) };
-    let terms = FOUR.map(|(t, weight)| weight * geometry.visible(&at(small, t), large));
-    small.length * terms.iter().sum::<f64>()
 }

@@ -107,6 +107,11 @@ pub(crate) struct Rules<F, const B: usize> {
 
 impl<F: Real, const B: usize> Rules<F, B> {
     pub(crate) fn new() -> Self {
+        Self::for_functions(B)
+    }
+
+    /// With all B functions at the points of the rules for the first `functions` of them.
+    pub(crate) fn for_functions(functions: usize) -> Self {
         const {
             assert!(
                 0 < B && B <= MOST,
@@ -130,7 +135,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
             }
         }
         Self {
-            panels: Panels::new(B),
+            panels: Panels::new(functions),
             whole,
         }
     }

@@ -13,26 +13,27 @@ use crate::{Matrix, Mesh, Polynomials, RoomError, RoomPairs, Scene};
 ///
 /// # Errors
 /// [`RoomError::Memory`].
-pub fn second_moment_radius<const B: usize>(
+pub fn second_moment_radius(
     scene: &Scene,
     mesh: &Mesh,
-    matrix: &Matrix<B>,
+    matrix: &Matrix,
     absorption: f64,
 ) -> Result<f64, RoomError> {
-    let n = matrix.cells();
+    let (n, functions) = (matrix.cells(), matrix.functions());
     let (mut w, mut next) = (buffer(n)?, buffer(n)?);
     w.fill(1.0);
-    let apply = |w: &[f64], out: &mut [f64]| {
+    let mut apply = |w: &[f64], out: &mut [f64]| {
         // The first row of every cell's: K'_(i0)(j0) are among them.
-        let rows = matrix.entries().chunks_exact(n.max(1) * B).step_by(B);
+        let rows = matrix.entries().chunks_exact(n.max(1) * functions);
+        let rows = rows.step_by(functions);
         for ((out, row), &wall) in out.iter_mut().zip(rows).zip(&mesh.walls) {
-            let means = row.iter().step_by(B);
+            let means = row.iter().step_by(functions);
             let sum: f64 = means.zip(w).map(|(k, w)| k * w).sum();
             let wall = scene.walls.get(wall as usize);
             *out = sum * wall.map_or(f64::NAN, |w| w.reflectance) / (1.0 - absorption);
         }
     };
-    let [_, upper] = radius_bounds(apply, &mut w, &mut next, 100);
+    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, 100);
     Ok(upper)
 }
 
@@ -41,10 +42,11 @@ pub fn second_moment_radius<const B: usize>(
 /// every cell: where cells are too few for the degree it may be above 1, and error bars lie.
 ///
 /// # Errors
-/// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells.
+/// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells, and
+/// [`RoomError::Galerkin`], where it is of another number of functions.
 pub fn neighbour_second_moment_radius<const B: usize>(
     polynomials: &Polynomials<'_, '_, f64, B>,
-    matrix: &Matrix<B>,
+    matrix: &Matrix,
     pairs: RoomPairs<'_>,
 ) -> Result<f64, RoomError> {
     let room = polynomials.room();
@@ -72,7 +74,7 @@ pub fn neighbour_second_moment_radius<const B: usize>(
     Ok(radius)
 }
 
-impl<const B: usize> Matrix<B> {
+impl Matrix {
     /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps
     /// until no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///
@@ -85,7 +87,7 @@ impl<const B: usize> Matrix<B> {
         mesh: &Mesh,
         tolerance: f64,
         at_most: u32,
-    ) -> Result<Solution<B>, RoomError> {
+    ) -> Result<Solution, RoomError> {
         if self.cells() != mesh.len() {
             return Err(RoomError::Length {
                 expected: mesh.len(),
@@ -93,8 +95,8 @@ impl<const B: usize> Matrix<B> {
             });
         }
         // (nB)² numbers are there, so that nB is one. F is constant on walls.
-        let mut source = buffer(mesh.len() * B)?;
-        for (source, &wall) in source.iter_mut().step_by(B).zip(&mesh.walls) {
+        let mut source = buffer(mesh.len() * self.functions())?;
+        for (source, &wall) in source.iter_mut().step_by(self.functions()).zip(&mesh.walls) {
             let wall = scene.walls.get(wall as usize);
             *source = wall.map_or(f64::NAN, |w| w.emission);
         }

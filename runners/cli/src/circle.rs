@@ -9,7 +9,7 @@ use fredholm_circle::{
     Polynomials, Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::galerkin::{
-    Basis, Coefficients, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
+    Basis, GalerkinMatrix, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
 };
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
@@ -137,9 +137,9 @@ pub(crate) struct Setup<'a, F> {
 
 /// The tables of the coefficients, and the Galerkin solution of B functions per cell.
 #[derive(Debug)]
-struct System<const B: usize> {
+struct System {
     tables: Tables<f64>,
-    solution: Solution<B>,
+    solution: Solution,
 }
 
 /// G as the neighbour equation of these pairs has it.
@@ -164,13 +164,13 @@ impl<'a, F: Real> Setup<'a, F> {
         let start = Instant::now();
         let mut setup = match scene.degree {
             0 => {
-                let System { tables, solution } = solved.system::<System<1>>()?;
+                let System { tables, solution } = solved.system::<System>()?;
                 let circle = scene.circle(tables)?;
                 let residual = || circle.residual_moments(solution).map_err(Failure::run);
                 Self::of_solution(scene, kinds, &circle, solution, residual)?
             }
             degree => of_degree!(degree, B => {
-                let System { tables, solution } = solved.system::<System<B>>()?;
+                let System { tables, solution } = solved.system::<System>()?;
                 let circle = scene.circle(tables)?;
                 let polynomials = Polynomials::<_, _, B>::new(&circle);
                 let residual = || residual_moments(&polynomials, solution, scene.cells);
@@ -181,11 +181,11 @@ impl<'a, F: Real> Setup<'a, F> {
         Ok(setup)
     }
 
-    fn of_solution<C: Coefficients<B, Scalar = f64>, const B: usize>(
+    fn of_solution(
         scene: Scene<'a>,
         kinds: Option<&[u8]>,
-        coefficients: &C,
-        solution: &Solution<B>,
+        coefficients: &dyn GalerkinMatrix<Scalar = f64>,
+        solution: &Solution,
         residual: impl FnOnce() -> Result<Vec<Moment<F>>, Failure>,
     ) -> Result<Self, Failure> {
         let source = match (kinds, scene.diagonal()) {
@@ -358,7 +358,7 @@ impl<F: Real> Setup<'_, F> {
 /// What the closed form of G takes: moments of what the Galerkin solution leaves over.
 fn residual_moments<F: Real, const B: usize>(
     polynomials: &Polynomials<'_, '_, f64, Light<'_>, B>,
-    solution: &Solution<B>,
+    solution: &Solution,
     cells: usize,
 ) -> Result<Vec<Moment<F>>, Failure> {
     let v = solution.seen::<F>().map_err(Failure::run)?;
@@ -380,10 +380,10 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn system<E: Display, const B: usize>(
+    fn system<E: Display>(
         &self,
-        solve: impl FnOnce(&Circle<'_, f64, Light<'a>>) -> Result<Solution<B>, E>,
-    ) -> Result<System<B>, Failure> {
+        solve: impl FnOnce(&Circle<'_, f64, Light<'a>>) -> Result<Solution, E>,
+    ) -> Result<System, Failure> {
         let tables = Tables::new(self.reflectance, self.cells).map_err(Failure::input)?;
         let solution = solve(&self.circle(&tables)?).map_err(Failure::run)?;
         Ok(System { tables, solution })
@@ -423,7 +423,7 @@ impl<'a> Scene<'a> {
         let tables = Tables::<f64>::new(self.reflectance, cells).map_err(Failure::input)?;
         let circle = Circle::new(tables.cells(), DARK, self.absorption).map_err(Failure::input)?;
         let polynomials = Polynomials::<_, _, B>::new(&circle);
-        neighbour_second_moment_radius(&polynomials, OffDiagonal { diagonal }).map_err(Failure::run)
+        neighbour_second_moment_radius(&polynomials, &OffDiagonal { diagonal }).map_err(Failure::run)
     }
 
     fn circle<'t, F: Real>(

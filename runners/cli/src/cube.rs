@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{
-    self, AllPointwise, Coefficients, Dense, GalerkinError, OffDiagonal, PairKind, PairTable,
+    self, AllPointwise, Coefficients, Dense, GalerkinError, GalerkinMatrix, OffDiagonal, PairKind, PairTable,
     Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
@@ -196,21 +196,29 @@ impl<F: Real, const D: usize> Function<F, D> for FileFunction<'_, F> {
     }
 }
 
-/// Galerkin coefficients in f64: one type for both, as every type has neighbour equations of its own for
-/// every dimension and degree, which take their time to compile.
+/// Galerkin coefficients in f64: one type for both and for all degrees, as every type has neighbour equations of its
+/// own, which take their time to compile.
 #[derive(Debug)]
-pub(crate) enum Table<const D: usize, const B: usize> {
+pub(crate) enum Table<const D: usize> {
     /// Of any kernel: (n·B)² entries.
-    Dense { entries: Vec<f64>, cells: usize },
+    Dense {
+        entries: Vec<f64>,
+        cells: usize,
+        functions: usize,
+    },
     /// Of a product.
-    Product(ProductTables<f64, D, B>),
+    Product(ProductTables<f64, D>),
 }
 
 /// What the coefficients of either kind answer. The length of a table was its own making.
 macro_rules! either {
     ($table:expr, $coefficients:ident => $then:expr, $otherwise:expr) => {
         match $table {
-            Table::Dense { entries, cells } => match Dense::new(entries, cells * B) {
+            Table::Dense {
+                entries,
+                cells,
+                functions,
+            } => match Dense::new(entries, *cells, *functions) {
                 Some(dense) => {
                     let $coefficients = &dense;
                     $then
@@ -222,7 +230,14 @@ macro_rules! either {
     };
 }
 
-impl<const D: usize, const B: usize> Coefficients<B> for Table<D, B> {
+impl<const D: usize, const B: usize> Coefficients<B> for Table<D> {
+    #[inline]
+    fn left_times_block(&self, i: usize, j: usize, left: &[f64; B]) -> [f64; B] {
+        either!(self, table => table.left_times_block(i, j, left), [f64::NAN; B])
+    }
+}
+
+impl<const D: usize> GalerkinMatrix for Table<D> {
     type Scalar = f64;
 
     fn cells(&self) -> usize {
@@ -232,45 +247,50 @@ impl<const D: usize, const B: usize> Coefficients<B> for Table<D, B> {
         }
     }
 
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[f64; B]; B] {
-        either!(self, table => table.block(i, j), [[f64::NAN; B]; B])
+    fn functions(&self) -> usize {
+        match self {
+            Self::Dense { functions, .. } => *functions,
+            Self::Product(tables) => tables.functions(),
+        }
     }
 
-    #[inline]
-    fn contract(&self, i: usize, j: usize, left: &[f64; B]) -> [f64; B] {
-        either!(self, table => table.contract(i, j, left), [f64::NAN; B])
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> f64 {
+        either!(self, table => table.entry(row, column), f64::NAN)
     }
 
-    fn mean(&self, i: usize, j: usize) -> f64 {
-        either!(self, table => Coefficients::<B>::mean(table, i, j), f64::NAN)
+    fn block(&self, i: usize, j: usize, out: &mut [f64]) {
+        either!(self, table => table.block(i, j, out), out.fill(f64::NAN));
     }
 
     fn row_sum(&self, i: usize) -> f64 {
-        either!(self, table => Coefficients::<B>::row_sum(table, i), f64::NAN)
+        either!(self, table => table.row_sum(i), f64::NAN)
+    }
+
+    fn rows_times(&self, i: usize, v: &[f64], out: &mut [f64]) {
+        either!(self, table => table.rows_times(i, v, out), out.fill(f64::NAN));
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
-        either!(self, table => Coefficients::<B>::apply(table, v, out), out.fill(f64::NAN));
+        either!(self, table => table.apply(v, out), out.fill(f64::NAN));
     }
 
     fn apply_absolute(&self, w: &[f64], out: &mut [f64]) {
-        either!(self, table => Coefficients::<B>::apply_absolute(table, w, out), out.fill(f64::NAN));
+        either!(self, table => table.apply_absolute(w, out), out.fill(f64::NAN));
     }
 
-    fn sweep(&self, source: &[f64], v: &mut [f64]) -> f64 {
-        either!(self, table => Coefficients::<B>::sweep(table, source, v), f64::NAN)
+    fn sweep(&self, source: &[f64], v: &mut [f64], scratch: &mut [f64]) -> f64 {
+        either!(self, table => table.sweep(source, v, scratch), f64::NAN)
     }
 }
 
 /// What is computed before the walks, in f64.
 #[derive(Debug)]
-pub(crate) struct Setup<const D: usize, const B: usize> {
-    pub(crate) table: Table<D, B>,
-    pub(crate) solution: Solution<B>,
+pub(crate) struct Setup<const D: usize> {
+    pub(crate) table: Table<D>,
+    pub(crate) solution: Solution,
 }
 
-impl<const D: usize, const B: usize> Setup<D, B> {
+impl<const D: usize> Setup<D> {
     /// The spectral radius of T_h²p with all pairs in S, estimated.
     fn neighbour_second_moment(
         &self,
@@ -280,7 +300,7 @@ impl<const D: usize, const B: usize> Setup<D, B> {
     ) -> Result<f64, Failure> {
         let cube = formulas.cube::<D>(per_axis, absorption)?;
         match &self.table {
-            table @ Table::Dense { .. } => cube.with_functions::<B>().neighbour_radius(table),
+            table @ Table::Dense { .. } => cube.neighbour_radius(table),
             Table::Product(tables) => tables.neighbour_radius(absorption),
         }
         .map_err(|error| explained(error, &formulas.watch))
@@ -293,7 +313,7 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
     per_axis: usize,
     rule: Rule,
     absorption: f64,
-) -> Result<Setup<D, B>, Failure> {
+) -> Result<Setup<D>, Failure> {
     let explain = |error| explained(error, &formulas.watch);
     let cube = formulas
         .cube::<D>(per_axis, absorption)?
@@ -312,6 +332,7 @@ pub(crate) fn set_up<const D: usize, const B: usize>(
         Table::Dense {
             entries,
             cells: cube.cells(),
+            functions: B,
         }
     };
     let solution = cube
@@ -524,7 +545,7 @@ impl<'f> CubeFile<'f> {
         let mut entries = empty_table(n).map_err(explain)?;
         fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row)).map_err(explain)?;
         let dense =
-            Dense::new(&entries, n).ok_or_else(|| Failure::run("a table has a wrong size"))?;
+            Dense::new(&entries, n, 1).ok_or_else(|| Failure::run("a table has a wrong size"))?;
         let radius = absolute_radius(&dense).map_err(explain)?;
         Ok(radius / (1.0 - absorption))
     }
@@ -533,7 +554,7 @@ impl<'f> CubeFile<'f> {
     fn set_up<const D: usize, const B: usize>(
         &self,
         formulas: &Formulas<f64>,
-    ) -> Result<Setup<D, B>, Failure> {
+    ) -> Result<Setup<D>, Failure> {
         let setup = self.system(formulas)?;
         self.refuse_infinite_neighbour(formulas, &setup)?;
         Ok(setup)
@@ -542,7 +563,7 @@ impl<'f> CubeFile<'f> {
     fn system<const D: usize, const B: usize>(
         &self,
         formulas: &Formulas<f64>,
-    ) -> Result<Setup<D, B>, Failure> {
+    ) -> Result<Setup<D>, Failure> {
         if self.cube.integral.is_some() {
             self.check_integral::<D>(formulas)?;
         }
@@ -553,7 +574,7 @@ impl<'f> CubeFile<'f> {
     fn refuse_infinite_neighbour<const D: usize, const B: usize>(
         &self,
         formulas: &Formulas<f64>,
-        setup: &Setup<D, B>,
+        setup: &Setup<D>,
     ) -> Result<Option<f64>, Failure> {
         // With all pairs pointwise h is k, which has been looked at.
         if self.file.walk.allow_infinite_variance || self.pairs().is_none() {
@@ -580,7 +601,7 @@ impl<'f> CubeFile<'f> {
 
     fn answer_in<F: Real, const D: usize, const B: usize>(
         &self,
-        setup: &Setup<D, B>,
+        setup: &Setup<D>,
         kinds: &impl Kinds<F, D, B>,
         plan: &Plan,
         progress: &Progress,
@@ -618,7 +639,7 @@ impl<'f> CubeFile<'f> {
 
     fn answer_pointwise<F: Real, const D: usize>(
         &self,
-        setup: &Setup<D, 1>,
+        setup: &Setup<D>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
@@ -635,7 +656,7 @@ impl<'f> CubeFile<'f> {
 
     fn diagnose_in<const D: usize, const B: usize>(
         &self,
-        setup: &Setup<D, B>,
+        setup: &Setup<D>,
         kinds: &impl Kinds<f64, D, B>,
         request: &Request<'_>,
     ) -> Result<Diagnosis, Failure> {
@@ -648,7 +669,7 @@ impl<'f> CubeFile<'f> {
         let weighted = self.weighted(&formulas, &cube, &means, &v)?;
         // Of piecewise constants alone: there the first function of a cell is all of it.
         let coefficients = match &setup.table {
-            Table::Dense { entries, cells } if B == 1 => Dense::new(entries, *cells),
+            Table::Dense { entries, cells, .. } if B == 1 => Dense::new(entries, *cells, 1),
             _ => None,
         };
         let pairs = kinds.pairs(cube.cells())?;
@@ -817,7 +838,7 @@ impl<'f> CubeFile<'f> {
     }
 
     /// The pairs of piecewise constants where some are pointwise.
-    fn pointwise<const D: usize>(&self, setup: &Setup<D, 1>) -> Result<Pointwise, Failure> {
+    fn pointwise<const D: usize>(&self, setup: &Setup<D>) -> Result<Pointwise, Failure> {
         Ok(match (self.file.galerkin.pairs.value, self.pairs()) {
             (Pairs::Theory, _) => Pointwise::Table(self.theory(setup)?),
             (_, Some(pairs)) => Pointwise::Diagonal(pairs),
@@ -826,7 +847,7 @@ impl<'f> CubeFile<'f> {
     }
 
     /// The kinds of all pairs, for what is asked for.
-    fn theory<const D: usize>(&self, setup: &Setup<D, 1>) -> Result<Vec<u8>, Failure> {
+    fn theory<const D: usize>(&self, setup: &Setup<D>) -> Result<Vec<u8>, Failure> {
         let cells = self.all_cells();
         let nodes = theory::nodes(self.file, cells, 2_usize.saturating_pow(D as u32))?;
         let formulas = Formulas::<f64>::new(self.cube)?;
@@ -1139,14 +1160,14 @@ impl<'f> CubeFile<'f> {
             if let Some(what) = formulas.watch.get() {
                 return Err(Failure::input(format_args!("Gauss-Nyström: {what}")));
             }
-            let dense = Dense::new(&entries, nodes)
+            let dense = Dense::new(&entries, nodes, 1)
                 .ok_or_else(|| Failure::run("a table has a wrong size"))?;
             let mut u = source.clone();
             let sweeps = Sweeps::UntilResidual {
                 residual: TOLERANCE * source.iter().fold(0.0, |m: f64, f| m.max(f.abs())),
                 at_most: SWEEPS,
             };
-            gauss_seidel::<_, 1>(&dense, &source, &mut u, sweeps).map_err(Failure::run)?;
+            gauss_seidel(&dense, &source, &mut u, &mut [0.0; 2], sweeps).map_err(Failure::run)?;
             solutions.push(Deterministic {
                 nodes,
                 evaluations: match &self.cube.kernel {
@@ -1211,7 +1232,7 @@ trait Kinds<F: Real, const D: usize, const B: usize> {
     fn then(
         &self,
         cube: &FileCube<'_, F, D, B>,
-        setup: &Setup<D, B>,
+        setup: &Setup<D>,
         v: &[F],
         use_it: &mut Use<'_, F, D>,
     ) -> Result<(), Failure>;
@@ -1242,7 +1263,7 @@ impl<F: Real, const D: usize, const B: usize> Kinds<F, D, B> for Smooth {
         cube: &FileCube<'_, F, D, B>,
         Setup {
             table, solution, ..
-        }: &Setup<D, B>,
+        }: &Setup<D>,
         v: &[F],
         use_it: &mut Use<'_, F, D>,
     ) -> Result<(), Failure> {
@@ -1260,7 +1281,7 @@ impl<F: Real, const D: usize> Kinds<F, D, 1> for Pointwise {
     fn then(
         &self,
         cube: &FileCube<'_, F, D>,
-        setup: &Setup<D, 1>,
+        setup: &Setup<D>,
         v: &[F],
         use_it: &mut Use<'_, F, D>,
     ) -> Result<(), Failure> {
@@ -1291,7 +1312,7 @@ impl<F: Real, const D: usize> Kinds<F, D, 1> for Pointwise {
 fn with_pairs<F: Real, const D: usize>(
     pairs: impl galerkin::Pairs + Copy + Sync,
     cube: &FileCube<'_, F, D>,
-    setup: &Setup<D, 1>,
+    setup: &Setup<D>,
     v: &[F],
     use_it: &mut Use<'_, F, D>,
 ) -> Result<(), Failure> {

@@ -337,7 +337,7 @@ impl<'f> RoomFile<'f> {
 
     fn answer_in<F: Real, const B: usize>(
         &self,
-        system: &Arc<System<B>>,
+        system: &Arc<System>,
         plan: &Plan,
         progress: &Progress,
     ) -> Result<Answer, Failure> {
@@ -477,9 +477,9 @@ impl<'f> RoomFile<'f> {
     }
 
     /// The coefficients of this room, and the solution.
-    fn system<const B: usize>(&self) -> Result<System<B>, Failure> {
+    fn system<const B: usize>(&self) -> Result<System, Failure> {
         let (scene, mesh) = (&self.scene, &self.mesh);
-        let matrix = Matrix::with_functions(scene, mesh, r_min(B - 1)).map_err(Failure::run)?;
+        let matrix = Matrix::with_functions(scene, mesh, r_min(B - 1), B).map_err(Failure::run)?;
         let solution = matrix
             .solve(scene, mesh, TOLERANCE, SWEEPS)
             .map_err(Failure::run)?;
@@ -488,7 +488,7 @@ impl<'f> RoomFile<'f> {
 
     fn set_up_of<F: Real, const B: usize>(
         &self,
-        system: Arc<System<B>>,
+        system: Arc<System>,
         pairs: Pairs,
     ) -> Result<SetUp<F, B>, Failure> {
         let choice = choice(pairs);
@@ -530,8 +530,8 @@ impl<'f> RoomFile<'f> {
     /// The kinds of all pairs, for the means and points that are asked for.
     fn theory<const B: usize>(
         &self,
-        matrix: &Matrix<B>,
-        solution: &Solution<B>,
+        matrix: &Matrix,
+        solution: &Solution,
     ) -> Result<Vec<u8>, Failure> {
         let cells = self.mesh.len();
         // As many Gauss points as `RoomLevel` takes on a cell: two more than the degree.
@@ -755,19 +755,19 @@ impl<'f> RoomFile<'f> {
             return Ok(0.0);
         }
         if let Some(solved) = solved.filter(|_| self.cells <= COARSE) {
-            let system = solved.system::<Arc<System<B>>>()?;
+            let system = solved.system::<Arc<System>>()?;
             return self.neighbour_second_moment_of(&self.mesh, &system.matrix, choice);
         }
         let mesh = mesh(self.file, &self.scene, self.cells.min(COARSE))?;
         let matrix =
-            Matrix::<B>::with_functions(&self.scene, &mesh, r_min(B - 1)).map_err(Failure::run)?;
+            Matrix::with_functions(&self.scene, &mesh, r_min(B - 1), B).map_err(Failure::run)?;
         self.neighbour_second_moment_of(&mesh, &matrix, choice)
     }
 
     fn neighbour_second_moment_of<const B: usize>(
         &self,
         mesh: &Mesh,
-        matrix: &Matrix<B>,
+        matrix: &Matrix,
         choice: Choice,
     ) -> Result<f64, Failure> {
         let tables = Tables::new(&self.scene, mesh);
@@ -933,9 +933,9 @@ pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Syn
 
 /// The coefficients of a room, and the Galerkin solution.
 #[derive(Debug)]
-pub(crate) struct System<const B: usize> {
-    pub(crate) matrix: Matrix<B>,
-    solution: Solution<B>,
+pub(crate) struct System {
+    pub(crate) matrix: Matrix,
+    solution: Solution,
 }
 
 /// What walks in a room need.
@@ -943,7 +943,7 @@ pub(crate) struct System<const B: usize> {
 pub(crate) struct SetUp<F, const B: usize = 1> {
     pub(crate) tables: Tables<F>,
     pub(crate) absorption: f64,
-    pub(crate) system: Arc<System<B>>,
+    pub(crate) system: Arc<System>,
     pub(crate) choice: Choice,
     /// The kinds of all pairs, where they are chosen one by one.
     kinds: Option<Vec<u8>>,
@@ -1350,7 +1350,7 @@ impl Problem for RoomFile<'_> {
             return Ok(0.0);
         }
         let rare = of_degree!(self.degree(), B => {
-            let system = solved.map(|solved| solved.system::<Arc<System<B>>>()).transpose()?;
+            let system = solved.map(|solved| solved.system::<Arc<System>>()).transpose()?;
             let matrix = system.map(|system| &system.matrix);
             corners::rare::<B>(&self.scene, &self.mesh, choice, matrix)
         })?;
@@ -1359,7 +1359,7 @@ impl Problem for RoomFile<'_> {
 
     fn walk(&self, solved: &Solved, plan: &Plan, progress: &Progress) -> Result<Answer, Failure> {
         let mut answer = of_degree!(self.degree(), B => {
-            let system = solved.system::<Arc<System<B>>>()?;
+            let system = solved.system::<Arc<System>>()?;
             match self.file.walk.scalar.value {
                 Scalar::F32 => self.answer_in::<f32, B>(system, plan, progress),
                 Scalar::F64 => self.answer_in::<f64, B>(system, plan, progress),

@@ -52,7 +52,7 @@ fn solve<F: Real>(reflectance: &[f64], absorption: f64, seed: u64) -> Option<[St
     let (mut source, mut v, mut g) = ([F::zero(); CELLS], [F::zero(); CELLS], [F::zero(); CELLS]);
     circle.source_means(&mut source).ok()?;
     contraction(&circle).ok()?;
-    gauss_seidel(&circle, &source, &mut v, Sweeps::Fixed(20)).ok()?;
+    gauss_seidel(&circle, &source, &mut v, &mut [], Sweeps::Fixed(20)).ok()?;
     let pairs = OffDiagonal {
         diagonal: PairKind::Pointwise,
     };
@@ -164,13 +164,13 @@ fn linear(seed: u64) -> Option<Statistics> {
             *k = 0.5 * left * right * 0.5;
         }
     }
-    let coefficients = Dense::new(&table, 4)?;
+    let coefficients = Dense::new(&table, 2, 2)?;
     let pairs = OffDiagonal {
         diagonal: PairKind::Galerkin,
     };
     let (mut v, mut g) = (x, [0.0; 4]);
-    gauss_seidel::<_, 2>(&coefficients, &x, &mut v, Sweeps::Fixed(5)).ok()?;
-    neighbour_source::<_, _, 2>(&coefficients, &pairs, &v, &mut g).ok()?;
+    gauss_seidel(&coefficients, &x, &mut v, &mut [0.0; 6], Sweeps::Fixed(5)).ok()?;
+    neighbour_source(&coefficients, &pairs, &v, &mut g).ok()?;
     let neighbour =
         Piecewise::<_, _, _, _, _, 2>::new(&Linear, &coefficients, pairs, &v, &g).ok()?;
     let task = Task {

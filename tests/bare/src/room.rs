@@ -76,11 +76,12 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         views,
         choice: Choice::Default,
     };
-    let dense = Dense::new(&entries, 8)?;
+    let dense = Dense::new(&entries, 8, 1)?;
     let (mut v, mut g) = ([F::zero(); 8], [F::zero(); 8]);
     let source = [to(1.0 - reflectance); 8];
-    gauss_seidel::<_, 1>(&dense, &source, &mut v, Sweeps::Fixed(9)).ok()?;
-    neighbour_source::<_, _, 1>(&dense, &pairs, &v, &mut g).ok()?;
+    let scratch = &mut [F::zero(); 2];
+    gauss_seidel(&dense, &source, &mut v, scratch, Sweeps::Fixed(9)).ok()?;
+    neighbour_source(&dense, &pairs, &v, &mut g).ok()?;
     let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).ok()?;
     let task = Task {
         equation: &room,

@@ -7,7 +7,7 @@
 use core::f64::consts::{PI, TAU};
 
 use fredholm_circle::{Circle, Harmonic, Tables};
-use fredholm_core::galerkin::{Coefficients, OffDiagonal, PairKind, Piecewise};
+use fredholm_core::galerkin::{GalerkinMatrix, OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Draws, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task,
     Uniforms,
@@ -70,7 +70,7 @@ impl Setup {
         let mut table = Vec::new();
         for i in 0..self.n {
             for j in 0..self.n {
-                table.push(circle.block(i, j)[0][0]);
+                table.push(circle.mean(i, j));
             }
         }
         table

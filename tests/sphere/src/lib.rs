@@ -14,7 +14,7 @@
 
 #![no_std]
 
-use fredholm_core::galerkin::{Basis, Coefficients, Partition, TransitionMoments};
+use fredholm_core::galerkin::{Basis, Coefficients, GalerkinMatrix, Partition, TransitionMoments};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -303,15 +303,21 @@ impl<F: Real> TransitionMoments for Sphere<F> {
 #[derive(Clone, Copy, Debug)]
 pub struct Midpoints<F>(pub Sphere<F>);
 
-impl<F: Real> Coefficients for Midpoints<F> {
+impl<F: Real> Coefficients for Midpoints<F> {}
+
+impl<F: Real> GalerkinMatrix for Midpoints<F> {
     type Scalar = F;
 
     fn cells(&self) -> usize {
         self.0.cells()
     }
 
-    fn block(&self, i: usize, j: usize) -> [[F; 1]; 1] {
+    fn functions(&self) -> usize {
+        1
+    }
+
+    fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> F {
         let cosine = dot(&self.0.middle(i), &self.0.middle(j));
-        [[self.0.phase(cosine) / F::from_u32(self.0.bands * self.0.sectors)]]
+        self.0.phase(cosine) / F::from_u32(self.0.bands * self.0.sectors)
     }
 }

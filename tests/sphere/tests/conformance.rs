@@ -127,7 +127,8 @@ impl<F: Real> Description for Described<F> {
             .map(|i| wide.sphere.source(&wide.point(i, &[0.5, 0.5])))
             .collect();
         let mut v = means.clone();
-        gauss_seidel(&coefficients, &means, &mut v, Sweeps::Fixed(20)).expect("a contraction");
+        let sweeps = Sweeps::Fixed(20);
+        gauss_seidel(&coefficients, &means, &mut v, &mut [0.0; 2], sweeps).expect("a contraction");
         let rounded: Vec<F> = v.iter().map(|&v| F::from_f64(v)).collect();
         let seen: Vec<f64> = rounded.iter().map(|v| v.to_f64()).collect();
         let mut g = vec![0.0; n];

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fredholm_core::galerkin::{
-    Basis, Coefficients, PairIntegral, PairKind, Pairs, Partition, TransitionMoments,
+    Basis, GalerkinMatrix, PairIntegral, PairKind, Pairs, Partition, TransitionMoments,
 };
 use fredholm_core::{Kernel, Located, Neighbour, Real, TransitionDensity};
 
@@ -160,13 +160,15 @@ pub fn pair_lists<S: Pairs>(pairs: &S, cells: usize) -> Outcome {
             });
         };
     for i in 0..cells {
-        let (pointwise, outside) = (pairs.pointwise(i, cells), pairs.outside(i, cells));
-        compare("pointwise", i, pointwise.collect(), &|kind| {
-            kind == PairKind::Pointwise
-        });
-        compare("outside", i, outside.collect(), &|kind| {
-            kind != PairKind::Galerkin
-        });
+        let mut outside = Vec::new();
+        pairs.outside(i, cells, &mut |j| outside.push(j));
+        compare(
+            "pointwise",
+            i,
+            pairs.pointwise(i, cells).collect(),
+            &|kind| kind == PairKind::Pointwise,
+        );
+        compare("outside", i, outside, &|kind| kind != PairKind::Galerkin);
     }
     worst.outcome()
 }
@@ -264,26 +266,25 @@ fn smallest_eigenvalue<const B: usize>(mut m: [[f64; B]; B]) -> f64 {
 /// [`Description::sensitivity`] says besides. As
 /// approximate coefficients cost variance only, a problem says itself what it claims.
 #[must_use]
-pub fn coefficients<D: Description<B>, C, const B: usize>(
+pub fn coefficients<D: Description<B>, F: Real, const B: usize>(
     description: &D,
     expected: &[f64],
-    coefficients: &C,
+    coefficients: &dyn GalerkinMatrix<Scalar = F>,
     relative: f64,
-) -> Outcome
-where
-    C: Coefficients<B> + ?Sized,
-{
+) -> Outcome {
     let n = description.equation().cells();
     let mut worst = Worst::new("of what is claimed", 1.0);
-    let rounding = ROUNDING * C::Scalar::EPSILON.to_f64().max(epsilon::<D, B>());
+    let rounding = ROUNDING * F::EPSILON.to_f64().max(epsilon::<D, B>());
     for i in 0..n {
         let row = |a: usize| &expected[(i * B + a) * n * B..][..n * B];
         let size = row(0).iter().map(|k| k.abs()).sum::<f64>();
         for j in 0..n {
             let moved = rounding * mean_sensitivity(description, i, j);
-            let block = coefficients.block(i, j).map(|row| row.map(Real::to_f64));
+            let mut block = [[F::zero(); B]; B];
+            coefficients.block(i, j, block.as_flattened_mut());
             for (a, found) in block.iter().enumerate() {
-                for (b, &found) in found.iter().enumerate() {
+                for (b, found) in found.iter().enumerate() {
+                    let found = found.to_f64();
                     let allowed = relative.max(rounding) * size + moved;
                     worst.compare(row(a)[j * B + b], found, allowed, || {
                         format!("K'_(i{a})(j{b}) for i = {i}, j = {j}")

@@ -210,7 +210,7 @@ fn own_solve<F: Real>(
     let circle = Circle::new(cells, LIGHT, 0.2).ok()?;
     circle.source_means(source).ok()?;
     contraction(&circle).ok()?;
-    gauss_seidel(&circle, source, v, Sweeps::Fixed(20)).ok()?;
+    gauss_seidel(&circle, source, v, &mut [], Sweeps::Fixed(20)).ok()?;
     let pairs = DIAGONAL_POINTWISE;
     neighbour_source(&circle, &pairs, v, g).ok()?;
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
@@ -326,14 +326,14 @@ fn cubes(runner: &mut impl Runner) -> Option<()> {
     {
         use cube_f32::{ABSORB, AXES, COEFFS, DEGREE, PAIRS, SOURCE, V};
         let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
-        let dense = Dense::new(&COEFFS[..], V.len())?;
+        let dense = Dense::new(&COEFFS[..], V.len(), 1)?;
         let (name, vectors) = ("cube/dense", [&V[..], &SOURCE]);
         cube::<f32, _, _, 1>(name, Gauss, head, &dense, vectors, runner)?;
     }
     {
         let table = Table::read(&CUBE_F64.0, "cube").ok()?;
         let (head, vectors) = (Head::read(&table)?, vectors::<f64>(&table)?);
-        let dense = Dense::new(table.slice("coeffs").ok()?, vectors[0].len())?;
+        let dense = Dense::new(table.slice("coeffs").ok()?, vectors[0].len(), 1)?;
         cube::<f64, _, _, 1>("cube/dense", Gauss, head, &dense, vectors, runner)?;
     }
     // Tables of the factors: as bytes, and as constants. They are f64, and products are rounded.
@@ -361,14 +361,15 @@ fn cubes_of_degree(runner: &mut impl Runner) -> Option<()> {
     {
         let table = Table::read(&CUBE_QUADRATIC_F32.0, "cube").ok()?;
         let (head, vectors) = (Head::read(&table)?, vectors::<f32>(&table)?);
-        let dense = Dense::new(table.slice("coeffs").ok()?, vectors[0].len())?;
+        let cells = vectors[0].len() / QUADRATIC;
+        let dense = Dense::new(table.slice("coeffs").ok()?, cells, QUADRATIC)?;
         let (name, rounded) = ("cube/quadratic", Rounded::new(&dense));
         cube::<f32, _, _, QUADRATIC>(name, Gauss, head, &rounded, vectors, runner)?;
     }
     {
         use cube_quadratic_f64::{ABSORB, AXES, COEFFS, DEGREE, PAIRS, SOURCE, V};
         let head = Head::of_constants([&AXES, &DEGREE, &PAIRS], ABSORB);
-        let dense = Dense::new(&COEFFS[..], V.len())?;
+        let dense = Dense::new(&COEFFS[..], V.len() / QUADRATIC, QUADRATIC)?;
         let (name, vectors) = ("cube/quadratic", [&V[..], &SOURCE]);
         cube::<f64, _, _, QUADRATIC>(name, Gauss, head, &dense, vectors, runner)?;
     }

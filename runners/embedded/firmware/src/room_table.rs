@@ -103,7 +103,7 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
         if self.degree as usize + 1 != B {
             return None;
         }
-        Dense::new(self.coeffs, self.cells.len() * B)
+        Dense::new(self.coeffs, self.cells.len(), B)
     }
 
     /// The mean over a surface, numbered from 0.
