@@ -94,7 +94,6 @@ const SEED: u64 = 0x0070_696c_6f74;
 const ABSORPTIONS: [f64; 5] = [0.7, 0.5, 0.35, 0.2, 0.1];
 
 /// Pilots so far, and what they promise.
-#[derive(Debug)]
 pub(super) struct Search<'m> {
     model: &'m dyn Model,
     about: About,

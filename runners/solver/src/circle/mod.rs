@@ -254,7 +254,7 @@ impl<'m> CirclePartition<'m> {
         let circle = self.circle(&tables, request.walk.absorption)?;
         let zeros = vec![0.0; request.goals.len()];
         let none = NoNeighbour::<Circle<'_, F, Light<'_>>>::new();
-        with_job(&circle, &none, request, &zeros, |job| {
+        with_job(&circle, &none, request, &zeros, &mut |job| {
             then(&Prepared::plain(job, &zeros))
         })
     }

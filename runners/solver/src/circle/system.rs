@@ -198,21 +198,22 @@ impl<'m> CircleSystem<'m> {
             .iter()
             .map(|goal| setup.galerkin(&circle, &goal.region))
             .collect::<Result<Vec<f64>, Error>>()?;
-        let prepared = |job| Prepared {
-            job,
-            galerkin: &galerkin,
-            largest: crate::answer::largest(&setup.v),
-            contraction: self.solution.contraction,
-            solve: self.solution.solve,
-            // Their closed forms are a part of a score.
-            pointwise: PointwisePairs::default(),
-            neighbour_radius: None,
-            pair_counts: match &setup.source {
-                NeighbourSource::Kinds(table, _) => Some(PairCounts::of(table)),
-                _ => None,
-            },
+        let mut walk = |job: &dyn Job| {
+            then(&Prepared {
+                job,
+                galerkin: &galerkin,
+                largest: crate::answer::largest(&setup.v),
+                contraction: self.solution.contraction,
+                solve: self.solution.solve,
+                // Their closed forms are a part of a score.
+                pointwise: PointwisePairs::default(),
+                neighbour_radius: None,
+                pair_counts: match &setup.source {
+                    NeighbourSource::Kinds(table, _) => Some(PairCounts::of(table)),
+                    _ => None,
+                },
+            })
         };
-        let mut walk = |job: &dyn Job| then(&prepared(job));
         match &setup.source {
             NeighbourSource::Table(pairs, g) if self.cut.degree == 0 => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &setup.v, g)?;

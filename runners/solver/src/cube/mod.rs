@@ -29,7 +29,7 @@ use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
 use degree::{Constants, Smooth};
-use functions::{CubeScalar, ModelCube, Watched, Which, with_values};
+use functions::{CubeScalar, ModelCube, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
 use system::{Boxed, CubeSystem, Solved, WeightedStart, coordinates, with_job};
 use table::Table;

@@ -1,6 +1,6 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
-use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Partition, Solution};
+use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
 use fredholm_core::{
     At, Functional, Goals, Located, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
 };
@@ -254,10 +254,8 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let table = &self.solved.table;
             // Of piecewise constants alone: there the first function of a cell is all of it.
             let is_dense = matches!(table, Table::Dense { functions: 1, .. });
-            let coefficients = is_dense.then_some(MeanCoefficients {
-                cells,
-                mean: &|i, j| table.mean(i, j),
-            });
+            let mean = |i, j| table.mean(i, j);
+            let coefficients = is_dense.then_some(MeanCoefficients { cells, mean: &mean });
             let (cut, solved) = (&self.cut, &self.solved);
             N::with_neighbour(cut, values, absorption, solved, &kinds, &v, &mut |neighbour| {
                 with_starts(request, neighbour, &weighted, &mut |starts| {

@@ -2,7 +2,6 @@
 
 use fredholm_core::galerkin::{PairKind, Pairs as _, Piecewise, Rounded};
 use fredholm_core::{Kernel as _, Neighbour as _, TransitionDensity as _};
-use fredholm_variance::gauss;
 use fredholm_room::{
     Cells, Choice, Geometry, Matrix, Mesh, Polynomials, Room, RoomPairs, Scene, Tables, r_min,
 };
@@ -22,7 +21,7 @@ pub(super) fn rare<const B: usize>(
     known: Option<&Matrix>,
 ) -> Result<f64, Error> {
     // As many points as functions would lie where k − h nearly vanishes.
-    rare_by(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
+    rare_by::<B>(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
 }
 
 /// The same with so many Gauss points on a cell.

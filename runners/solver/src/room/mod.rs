@@ -9,7 +9,6 @@ mod system;
 
 use std::sync::Arc;
 
-use fredholm_core::galerkin::Pairs as _;
 use fredholm_core::{NoNeighbour, Real, Statistics};
 use fredholm_room::{
     Cells, Choice, Grading, Matrix, Mesh, R_MIN, Room, RoomPairs, Scene, Tables, View, Views,

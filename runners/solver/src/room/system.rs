@@ -1,7 +1,7 @@
 //! A solved room: walks and predictions of every degree.
 
 use fredholm_core::galerkin::{
-    Dense, GalerkinMatrix, PairTable, Pairs as _, Piecewise, Rounded, Solution,
+    Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution,
 };
 use fredholm_core::{
     At, Functional, Goals, Job, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
