@@ -3,7 +3,9 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{GalerkinError, GalerkinMatrix, Sweeps, buffer, gauss_seidel, reserve};
+use fredholm_core::galerkin::{
+    GalerkinError, GalerkinMatrix, Sweeps, buffer, gauss_seidel, reserve,
+};
 
 use crate::{Moments, Node, Site, VarianceError};
 

@@ -1,23 +1,14 @@
 //! `fredholm export`: the neighbour equation as tables for a device.
 
-use core::fmt::Debug;
 use std::path::Path;
 
-use fredholm_circle::{Constants, Harmonic};
-use fredholm_core::Real;
-use fredholm_core::galerkin::{OffDiagonal, PairKind};
-use fredholm_embedded::{Number, TableBuilder};
-use fredholm_room::{Choice, Scene};
+use fredholm::Pairs;
+use fredholm::answer::Solved;
 
 use crate::args::ExportArgs;
-use crate::circle::{Light, NeighbourSource, Setup};
-use crate::cube::{FileCube, Table};
 use crate::failure::{Ended, Failure};
-use crate::file::Pairs;
 use crate::output::Output;
-use crate::problem;
-use crate::room;
-use crate::solve::{read, refuse_beyond_memory};
+use crate::solve::{Problem, cut, read};
 
 /// Runs `export`.
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
@@ -28,9 +19,14 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
                        or \"paper\"";
         return Err(file.refuse(pairs, message).into());
     }
-    let problem = problem::of_file(&file)?;
-    refuse_beyond_memory(&file, &*problem)?;
-    problem.refuse_infinite_variance()?;
+    let problem = Problem::new(file, None)?;
+    let fail = Failure::of(&problem.file);
+    let settings = &problem.resolved.settings;
+    let (model, walk) = (problem.model(), settings.walk_options());
+    let cells = cut(&problem.file, model, settings, &problem.goals)?;
+    cells
+        .check_variance(walk.pairs, walk.absorption)
+        .map_err(&fail)?;
     let source = match args.out.extension().and_then(|e| e.to_str()) {
         Some("rs") => true,
         Some("bin") => false,
@@ -43,9 +39,13 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
         }
     };
     let output = Output::open(&args.out)?;
-    let tables = problem.tables()?;
+    let solved = Solved::new(&*cells, walk.absorption).map_err(&fail)?;
+    let tables = solved
+        .system
+        .tables(walk.pairs, walk.absorption)
+        .map_err(&fail)?;
     if source {
-        output.finish(head(&args.file, problem.kind()) + &tables.to_source())?;
+        output.finish(head(&args.file, model.about().kind) + &tables.to_source())?;
     } else {
         output.finish(tables.to_bytes())?;
     }
@@ -62,4 +62,3 @@ fn head(file: &Path, kind: &str) -> String {
         name.to_string_lossy().escape_debug()
     )
 }
-

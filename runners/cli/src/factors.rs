@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use fredholm::Scalar;
 use fredholm_room::{Scene, factors as form_factors};
 use serde::Serialize;
 
@@ -10,8 +11,7 @@ use crate::deck::{self, Deck};
 use crate::failure::{Ended, Failure};
 use crate::file::{self, ProblemFile};
 use crate::numbers::aligned;
-use crate::room::{self, Surfaces};
-use crate::solve::{self, lacking_memory};
+use crate::solve;
 
 /// Bytes of a form factor: twice as a number, and as text.
 const PAIR: usize = 48;
@@ -49,39 +49,37 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     Ok(Ended::Done)
 }
 
-/// Those of the deck of this name.
+/// The form factors of the deck of this name.
 pub(crate) fn of_deck(name: &str, deck: &Deck) -> Result<Factors, Failure> {
-    let surfaces = Surfaces::plain(deck);
+    let surfaces = deck.surfaces();
     refuse_beyond_memory(surfaces.names.len())?;
-    let scene = surfaces.scene::<f64>(deck.open).map_err(|error| {
-        let (message, _) = surfaces.explain(error);
-        Failure::input(format_args!("{name}: {message}"))
-    })?;
+    let scene = surfaces
+        .scene::<f64>()
+        .map_err(|error| Failure::input(format_args!("{name}: {error}")))?;
     Factors::new(surfaces.names, &scene)
 }
 
-/// Those of the problem file of this name, which must be a room.
+/// The form factors of the problem file of this name, which must be a room.
 pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
     let file::Problem::Room(own) = &file.problem else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));
     };
-    let surfaces = Surfaces::new(file, own)?;
+    let surfaces = file.surfaces(own)?;
     refuse_beyond_memory(surfaces.names.len())?;
-    let scene = room::scene(file, own, &surfaces)?;
-    Factors::new(surfaces.names, &scene)
+    let scene = match file.walk.scalar.value {
+        Scalar::F32 => surfaces.scene::<f32>(),
+        Scalar::F64 => surfaces.scene::<f64>(),
+    };
+    Factors::new(surfaces.names, &scene.map_err(Failure::of(file))?)
 }
 
 /// Asked before a scene is made, which may take long.
 fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
     let needed = surfaces.saturating_mul(surfaces).saturating_mul(PAIR);
-    match lacking_memory(needed) {
-        None => Ok(()),
-        Some(lacking) => Err(Failure::input(format_args!(
-            "the form factors of {surfaces} surfaces need {lacking}"
-        ))),
-    }
+    let what = || format!("the form factors of {surfaces} surfaces");
+    fredholm::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
 }
 
 impl Factors {

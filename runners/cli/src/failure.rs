@@ -4,7 +4,7 @@ use core::fmt::{self, Display};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use crate::file::InputError;
+use crate::file::{InputError, ProblemFile};
 
 /// Says a line on stderr. `eprintln!` would panic where nobody reads it any more.
 pub(crate) fn say(line: impl Display) {
@@ -31,6 +31,17 @@ impl Failure {
     /// Something failed on the way.
     pub(crate) fn run(message: impl Display) -> Self {
         Self::Run(message.to_string())
+    }
+
+    /// An error of the solution, at its place in the file if it is one of the input.
+    pub(crate) fn of(file: &ProblemFile) -> impl Fn(fredholm::Error) -> Self + '_ {
+        move |error| {
+            if error.is_of_input() {
+                Self::input(file.explain(&error))
+            } else {
+                Self::run(error)
+            }
+        }
     }
 
     /// Says it on stderr and gives the status.

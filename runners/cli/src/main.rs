@@ -4,37 +4,28 @@
 //! way, 2 bad usage or input, 3 the asked error was not reached, 130 interrupted.
 
 mod args;
-mod circle;
-mod cube;
 mod diagnose;
 mod export;
 mod factors;
 mod failure;
-#[cfg(test)]
-mod hostile;
 mod init;
-mod numbers;
 mod output;
 mod paper;
-mod problem;
 mod progress;
 mod rates;
 mod render;
 mod report;
-mod room;
 mod solve;
-mod split;
-mod theory;
 mod threads;
 mod verify;
-mod walks;
 
 use std::process::ExitCode;
 
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::{Ended, Failure};
-use fredholm_file::{self as file, deck, formula};
+use fredholm::numbers;
+use fredholm_file::{self as file, deck};
 
 fn main() -> ExitCode {
     let status = match run(&Cli::parse().command) {
@@ -46,7 +37,7 @@ fn main() -> ExitCode {
 }
 
 fn run(command: &Command) -> Result<Ended, Failure> {
-    progress::catch_interrupts()?;
+    progress::catch_interrupts(stop_at_once)?;
     match command {
         Command::Paper(args) => paper::paper(args),
         Command::Solve(args) => solve::solve(args),
@@ -65,4 +56,10 @@ fn run(command: &Command) -> Result<Ended, Failure> {
             Ok(Ended::Done)
         }
     }
+}
+
+/// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
+fn stop_at_once() {
+    let _held = output::give_up();
+    std::process::exit(130)
 }

@@ -4,20 +4,20 @@ use core::f64::consts::TAU;
 use std::io::Write;
 use std::time::Instant;
 
+use fredholm::answer::{Solved, Walks};
+use fredholm::circle::{CircleModel, Emission};
+use fredholm::{Discretisation, Goal, Model, Pairs, Region, Request, Settings};
 use fredholm_circle::Harmonic;
 use fredholm_core::{Draws, StopReason, Stream, Uniforms};
+use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
 use crate::args::PaperArgs;
-use crate::circle::{Light, Question, Scene, Setup};
 use crate::failure::{Ended, Failure, say};
-use crate::figure::{Curve, Figure, Style, log_log_svg};
-use crate::file::Pairs;
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
 use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
-use crate::walks::Plan;
 
 /// C = 5, D = 1, ℓ = 5.
 const LIGHT: Harmonic = Harmonic {
@@ -165,7 +165,29 @@ fn rows(most: u64) -> Vec<(usize, u64)> {
 pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
     let start = Instant::now();
     let (reflectance, points) = choices(args.seed);
-    let questions: Vec<Question> = points.iter().map(|&s| Question::At(s)).collect();
+    let goal = |&s: &f64| Goal {
+        name: format!("{s}"),
+        region: Region::Angle(s),
+    };
+    let goals: Vec<Goal> = points.iter().map(goal).collect();
+    let model = CircleModel::new(reflectance.clone(), Emission::Harmonic(LIGHT));
+    let settings = Settings {
+        degree: Some(args.degree),
+        // At degree > 0 the kink of p on the diagonal would hold the deviation at 1/n.
+        pairs: Some(if args.degree == 0 {
+            Pairs::Paper
+        } else {
+            Pairs::Default
+        }),
+        absorption: Some(ABSORPTION),
+        seed: args.seed,
+        ..Settings::default()
+    };
+    let cut: Discretisation = settings.discretisation();
+    let maker = Walks {
+        model: &model,
+        scalar: settings.scalar,
+    };
     let wanted = rows(args.max_walks);
     let walks = wanted.iter().fold(0_u64, |sum, &(_, walks)| {
         sum.saturating_add(walks.saturating_mul(POINTS as u64))
@@ -173,24 +195,19 @@ pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
     let progress = Progress::new(walks);
     let mut rows = Vec::new();
     'all: for n in [10, 100, 1000] {
-        let setup = Setup::<f64>::new(Scene {
-            reflectance: &reflectance,
-            light: Light::Harmonic(LIGHT),
-            cells: n,
-            absorption: ABSORPTION,
-            // At degree > 0 the kink of p on the diagonal would hold the deviation at 1/n.
-            pairs: if args.degree == 0 {
-                Pairs::Paper
-            } else {
-                Pairs::Default
-            },
-            degree: args.degree,
-        })?;
-        let known = setup.known(&questions)?;
+        let cells = model.partition(&cut.on(n)).map_err(Failure::run)?;
+        let solved = Solved::new(&*cells, ABSORPTION).map_err(Failure::run)?;
         for &(_, walks) in wanted.iter().filter(|row| row.0 == n) {
-            let mut plan = Plan::new(walks);
-            plan.seed = args.seed;
-            let outcome = setup.run(&questions, &known, &plan, &progress)?;
+            let mut walk = settings.walk_options();
+            walk.walks = walks;
+            let request = Request {
+                goals: &goals,
+                walk: &walk,
+                only_u: true,
+            };
+            let answer = solved.walk(&maker, &request, &progress);
+            let answer = answer.map_err(Failure::run)?;
+            let outcome = answer.outcome;
             if outcome.stop != StopReason::Done {
                 break 'all;
             }
@@ -206,7 +223,7 @@ pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
             rows.push(Row {
                 n,
                 walks,
-                e_rad: mean(&|i| (known[i].galerkin - exact(i)).abs()),
+                e_rad: mean(&|i| (answer.galerkin[i] - exact(i)).abs()),
                 e_mc: mean(&|i| (plain(i).estimate - exact(i)).abs()),
                 e_pmc: mean(&|i| (preconditioned(i).estimate - exact(i)).abs()),
                 sd_mc: mean(&|i| plain(i).std_dev.unwrap_or(f64::NAN)),
@@ -368,8 +385,8 @@ impl Table {
         let [csv, json_file, error, deviation] = outputs;
         csv.finish(&self.csv()?)?;
         json_file.finish(json)?;
-        error.finish(&log_log_svg(&self.error_figure()).map_err(Failure::run)?)?;
-        deviation.finish(&log_log_svg(&self.deviation_figure()).map_err(Failure::run)?)
+        error.finish(&self.error_figure().svg().map_err(Failure::run)?)?;
+        deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.
@@ -385,7 +402,7 @@ impl Table {
     }
 
     /// Errors against N.
-    fn error_figure(&self) -> Figure {
+    fn error_figure(&self) -> LogLogPlot {
         let mut curves = Vec::new();
         let last = self.last_rows();
         let points = |n: usize, y: &dyn Fn(&Row) -> f64| {
@@ -425,7 +442,7 @@ impl Table {
                 end,
             ));
         }
-        Figure {
+        LogLogPlot {
             title: "Error against the number of walks".to_owned(),
             x_label: "walks N for each point".to_owned(),
             y_label: "mean absolute error of u over ten points".to_owned(),
@@ -434,7 +451,7 @@ impl Table {
     }
 
     /// √Var against n.
-    fn deviation_figure(&self) -> Figure {
+    fn deviation_figure(&self) -> LogLogPlot {
         let last = self.last_rows();
         let points = |y: &dyn Fn(&Row) -> f64| {
             last.iter()
@@ -471,7 +488,7 @@ impl Table {
             let name = format!("slope −{}", self.degree + 1);
             curves.push(Curve::power_law(&name, slope, from, end.n as f64));
         }
-        Figure {
+        LogLogPlot {
             title: "Standard deviation against cells".to_owned(),
             x_label: "cells n".to_owned(),
             y_label: "√Var, mean over ten points".to_owned(),

@@ -4,12 +4,12 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
 
+use fredholm::answer::Watch;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::failure::Failure;
-use crate::output::abandon;
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -17,21 +17,16 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static WALKING: AtomicBool = AtomicBool::new(false);
 
 /// From now on Ctrl-C, and a request to terminate, ends the walks, whose results so far are then printed. During the set-up there
-/// are none, and a second Ctrl-C does not want to wait for them: both end the program at once.
-pub(crate) fn catch_interrupts() -> Result<(), Failure> {
-    let handler = || {
+/// are none, and a second Ctrl-C does not want to wait for them: then `stop_at_once` is called.
+pub(crate) fn catch_interrupts(stop_at_once: fn()) -> Result<(), Failure> {
+    let handler = move || {
         let again = INTERRUPTED.swap(true, Ordering::Relaxed);
         if again || !WALKING.load(Ordering::Relaxed) {
-            abandon(130);
+            stop_at_once();
         }
     };
     ctrlc::set_handler(handler)
         .map_err(|error| Failure::run(format_args!("cannot catch interrupts: {error}")))
-}
-
-/// Says that walks are under way from now on.
-pub(crate) fn begin_walking() {
-    WALKING.store(true, Ordering::Relaxed);
 }
 
 /// Whether Ctrl-C was pressed.
@@ -118,5 +113,43 @@ impl Observer for Progress {
 
     fn cancelled(&self) -> bool {
         interrupted()
+    }
+}
+
+impl Watch for Progress {
+    fn walking(&self) {
+        WALKING.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The watch of work whose walks are not the answer: it sees nothing, and is not interrupted half-way.
+#[derive(Debug)]
+pub(crate) struct Pilots;
+
+impl Observer for Pilots {
+    fn cancelled(&self) -> bool {
+        interrupted()
+    }
+}
+
+impl Watch for Pilots {
+    fn walking(&self) {
+        WALKING.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Counts the sites of a diagnosis.
+#[derive(Debug)]
+pub(crate) struct Sites(pub(crate) ProgressBar);
+
+impl Observer for Sites {}
+
+impl Watch for Sites {
+    fn expect_sites(&self, sites: u64) {
+        self.0.inc_length(sites);
+    }
+
+    fn finish_site(&self) {
+        self.0.inc(1);
     }
 }

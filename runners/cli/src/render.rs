@@ -1,27 +1,24 @@
 //! `fredholm render`: a picture of a room with its light.
 
-mod field;
 mod profile;
 
 use std::io::Write;
 use std::path::Path;
 
-use fredholm_core::Real;
+use fredholm::numbers::short;
+use fredholm::room::{Field, FieldRequest, RoomModel, Spot, Stretch};
+use fredholm::{Error, Pairs, Partitioned, WalkOptions};
+use fredholm_file::Resolution;
 use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 use serde::Serialize;
 
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Pairs, ProblemFile, Scalar};
-use crate::numbers::short;
 use crate::output::Output;
-use crate::problem::Problem;
 use crate::progress::Progress;
-use crate::room::{RoomFile, of_degree};
-use crate::solve;
+use crate::solve::{self, Problem};
 use crate::threads::with_threads;
-use field::{Cut, Field, Spot, Wanted};
 
 /// Walks for a pixel, and for a point of a profile, where nothing else is asked.
 const PIXEL_WALKS: u64 = 4;
@@ -82,7 +79,7 @@ impl Noise {
     fn of(field: &Field) -> Self {
         Self {
             walks: field.walks,
-            std_error: field.noise(),
+            std_error: root_mean_square(field.air.iter().map(|spot| spot.error)),
             seconds: field.seconds,
         }
     }
@@ -97,21 +94,27 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
         ));
     }
     let file = solve::read(&args.file, |_| ())?;
-    let file::Problem::Room(room) = &file.problem else {
+    let problem = Problem::new(file, None)?;
+    let Resolution::Room(room) = &problem.resolved.model else {
         return Err(Failure::input(format_args!(
             "{}: pictures are of rooms: `kind = \"room\"`; the profile of a circle or of a cube is \
              a target with a `grid`, and `solve --out` draws it",
             args.file.display()
         )));
     };
-    let room = RoomFile::new(&file, room)?;
-    room.refuse_infinite_variance()?;
-    solve::refuse_beyond_memory(&file, &room)?;
+    let settings = &problem.resolved.settings;
+    let cells = solve::cut(&problem.file, problem.model(), settings, &problem.goals)?;
+    let walk = settings.walk_options();
+    cells
+        .check_variance(walk.pairs, walk.absorption)
+        .map_err(Failure::of(&problem.file))?;
     let output = Output::open(&args.out)?;
-    let work = || match file.walk.scalar.value {
-        Scalar::F32 => content::<f32>(args, &file, &room, format),
-        Scalar::F64 => content::<f64>(args, &file, &room, format),
+    let picturing = Picturing {
+        args,
+        problem: &problem,
+        room,
     };
+    let work = || picturing.content(&*cells, format);
     let (content, text) = match with_threads(args.common.threads, work)? {
         Ok(done) => done,
         Err(Cut::Interrupted) => {
@@ -127,27 +130,86 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
     Ok(Ended::Done)
 }
 
-/// What goes into the file, and what is said of it.
-fn content<F: Real>(
-    args: &RenderArgs,
-    file: &ProblemFile,
-    room: &RoomFile<'_>,
-    format: Format,
-) -> Result<(Vec<u8>, String), Cut> {
-    if args.profile {
-        profile::content::<F>(args, file, room, format)
-    } else {
-        picture::<F>(args, file, room, format)
+/// Why there is no picture.
+#[derive(Debug)]
+enum Cut {
+    /// Ctrl-C.
+    Interrupted,
+    /// Something failed.
+    Failed(Failure),
+}
+
+impl From<Failure> for Cut {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
     }
 }
 
-fn picture<F: Real>(
-    args: &RenderArgs,
-    file: &ProblemFile,
-    room: &RoomFile<'_>,
+/// What a picture is made of.
+struct Picturing<'a> {
+    args: &'a RenderArgs,
+    problem: &'a Problem,
+    room: &'a RoomModel,
+}
+
+impl Picturing<'_> {
+    fn walk(&self) -> WalkOptions {
+        self.problem.resolved.settings.walk_options()
+    }
+
+    fn field(
+        &self,
+        request: &FieldRequest<'_>,
+        progress: &Progress,
+    ) -> Result<(Field, Option<Field>), Cut> {
+        let cut = self.problem.resolved.settings.discretisation();
+        self.room
+            .field(&cut, request, progress)
+            .map_err(|error| match error {
+                Error::Cancelled => Cut::Interrupted,
+                error => Cut::Failed(Failure::of(&self.problem.file)(error)),
+            })
+    }
+
+    /// What goes into the file, and what is said of it.
+    fn content(
+        &self,
+        cells: &dyn Partitioned<'_>,
+        format: Format,
+    ) -> Result<(Vec<u8>, String), Cut> {
+        if self.args.profile {
+            profile::content(self, cells, format)
+        } else {
+            picture(self, cells, format)
+        }
+    }
+}
+
+/// The piece of a wall as a stretch of it.
+fn stretch(piece: &Piece) -> Stretch {
+    Stretch {
+        wall: piece.wall,
+        middle: piece.middle(),
+        weight: piece.pixels,
+    }
+}
+
+/// The root mean square of those that are numbers.
+fn root_mean_square(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values
+        .filter(|value| value.is_finite())
+        .fold((0_u64, 0.0), |(n, sum), x| (n + 1, sum + x * x));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+fn picture(
+    picturing: &Picturing<'_>,
+    cells: &dyn Partitioned<'_>,
     format: Format,
 ) -> Result<(Vec<u8>, String), Cut> {
-    let (surfaces, scene) = room.parts();
+    let args = picturing.args;
+    let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
+    let settings = &picturing.problem.resolved.settings;
     let across = usize::from(args.width);
     let thickness = (across as f64 / 130.0).max(3.0);
     // Light leaves an open room, and some of it is shown.
@@ -161,21 +223,22 @@ fn picture<F: Real>(
     let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
     let pixels = canvas.width() * canvas.height();
     let progress = Progress::new(walks.saturating_mul(pixels as u64 + weights));
-    let plan = solve::plan(file, None);
-    let wanted = Wanted {
-        scene,
-        canvas: Some(&canvas),
-        pieces: &pieces,
+    let positions: Vec<[f64; 2]> = (0..pixels).map(|number| canvas.middle(number)).collect();
+    let stretches: Vec<Stretch> = pieces.iter().map(stretch).collect();
+    let walk = WalkOptions {
         walks,
-        seed: plan.seed,
-        estimator: plan.estimator,
-        progress: &progress,
+        // No rare large scores, which would be dots.
+        pairs: Pairs::Pointwise,
+        ..picturing.walk()
     };
-    let fields = of_degree!(room.degree(), B => field::estimate::<F, B>(
-        &wanted,
-        || room.set_up(Pairs::Pointwise),
-        args.side_by_side,
-    ));
+    let request = FieldRequest {
+        positions: &positions,
+        stretches: &stretches,
+        walk: &walk,
+        goals: &[],
+        beside_plain: args.side_by_side,
+    };
+    let fields = picturing.field(&request, &progress);
     progress.done();
     let (field, plain) = fields?;
     let seen = || field.air.iter().map(|spot| spot.value);
@@ -183,7 +246,7 @@ fn picture<F: Real>(
         width: canvas.width(),
         height: canvas.height(),
         inside: seen().filter(|value| !value.is_nan()).count(),
-        cells: room.cells_in_all(),
+        cells: cells.unknowns() / (settings.discretisation().degree + 1),
         least: seen().fold(f64::INFINITY, f64::min),
         largest: seen().fold(f64::NEG_INFINITY, f64::max),
         preconditioned: Noise::of(&field),
@@ -258,10 +321,13 @@ fn walls(scene: &Scene) -> Vec<Wall> {
 }
 
 /// A room whose walls have the colour of a density: pieces by wall, place in fractions of it, and value.
-pub(crate) fn shares(scene: &Scene, values: &[(usize, [f64; 2], f64)]) -> Result<String, Failure> {
+pub(crate) fn shares(
+    room: &RoomModel,
+    values: &[(usize, [f64; 2], f64)],
+) -> Result<String, Failure> {
     const ACROSS: usize = 700;
     let thickness = ACROSS as f64 / 50.0;
-    let canvas = Canvas::new(&walls(scene), ACROSS, 2, thickness).map_err(Failure::run)?;
+    let canvas = Canvas::new(&walls(room.scene()), ACROSS, 2, thickness).map_err(Failure::run)?;
     let of = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
         wall,
         from,

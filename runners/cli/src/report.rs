@@ -1,13 +1,13 @@
 //! The answer of `solve`, as a table, as JSON and as CSV.
 
+use fredholm::PairCounts;
+use fredholm::choice::ChoiceReport;
 use fredholm_core::{Estimate, Statistics};
 use fredholm_plot::{Axis, BandPlot, Curve, Style};
 use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::numbers::{aligned, short, with_error};
-use crate::split::SplitReport;
-use crate::theory::PairCounts;
 
 /// Everything that `solve --json` prints. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
@@ -21,13 +21,13 @@ pub(crate) struct Report {
     /// Unknowns in all: cells, where they are of degree 0.
     pub(crate) unknowns: usize,
     pub(crate) degree: usize,
-    pub(crate) pairs: String,
+    pub(crate) pairs: &'static str,
     /// With `pairs = "theory"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) pair_counts: Option<PairCounts>,
     pub(crate) absorption: f64,
-    pub(crate) estimator: String,
-    pub(crate) scalar: String,
+    pub(crate) estimator: &'static str,
+    pub(crate) scalar: &'static str,
     pub(crate) generator: &'static str,
     pub(crate) batch: u64,
     pub(crate) seed: u64,
@@ -43,7 +43,7 @@ pub(crate) struct Report {
     pub(crate) targets: Vec<TargetReport>,
     /// What was chosen, where the file gives the error alone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) split: Option<SplitReport>,
+    pub(crate) split: Option<ChoiceReport>,
     /// The same in words.
     #[serde(skip)]
     pub(crate) choice: String,

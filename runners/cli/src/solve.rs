@@ -4,22 +4,25 @@ use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimator, STEP_LIMIT, Statistics, StopReason, Tolerance};
-use fredholm_rayon::Outcome;
+use fredholm::answer::{Answer, Solved, Walks};
+use fredholm::choice::{Chosen, choose};
+use fredholm::{
+    Choices, Error, Goal, Model, Partitioned, Region, Request, Settings, WalkOptions, bytes,
+    refuse_beyond_memory,
+};
+use fredholm_core::{DEFAULT_GENERATOR, STEP_LIMIT, Statistics, StopReason};
+use fredholm_file::Resolved;
 
 use crate::args::SolveArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, What, word};
+use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
-use crate::problem::{self, Asked, Known, Problem, Where};
-use crate::progress::Progress;
+use crate::progress::{Pilots, Progress};
 use crate::report::{
     Coordinates, EndingsReport, EnergyReport, EstimateReport, Over, Report, TargetReport,
 };
-use crate::split::{self, Split};
 use crate::threads::with_threads;
-use crate::walks::Plan;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -61,78 +64,20 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     }
 }
 
-/// Refuses what does not fit into the memory that is free now.
-pub(crate) fn refuse_beyond_memory(
+/// Cells that fit into the memory that is free now.
+pub(crate) fn cut<'m>(
     file: &ProblemFile,
-    problem: &dyn Problem,
-) -> Result<(), Failure> {
-    refuse_memory(file, problem.unknowns(), problem.memory())
-}
-
-/// "2.0 GB of memory, and 1.0 GB are free", where it is so.
-pub(crate) fn lacking_memory(needed: usize) -> Option<String> {
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    let available = system.available_memory();
-    (available > 0 && needed as u64 >= available).then(|| {
-        format!(
-            "{} of memory, and {} are free",
-            bytes(needed as u64),
-            bytes(available)
-        )
-    })
-}
-
-/// The same of so many cells that need so many bytes.
-pub(crate) fn refuse_memory(
-    file: &ProblemFile,
-    unknowns: usize,
-    needed: usize,
-) -> Result<(), Failure> {
-    let Some(lacking) = lacking_memory(needed) else {
-        return Ok(());
-    };
-    let message = format!(
-        "{unknowns} unknowns need {lacking}: use fewer cells{}",
-        match &file.problem {
-            file::Problem::Cube(_) => ", or `kernel_factors` if the kernel is a product",
-            file::Problem::Circle(_) | file::Problem::Room(_) => "",
-        }
-    );
-    Err(match &file.galerkin.cells {
-        Some(cells) => file.refuse(cells, message).into(),
-        None => Failure::input(message),
-    })
-}
-
-fn bytes(count: u64) -> String {
-    let mega = count as f64 / 1e6;
-    if mega < 1000.0 {
-        format!("{mega:.1} MB")
-    } else {
-        format!("{:.1} GB", mega / 1000.0)
-    }
-}
-
-/// The plan of the file.
-pub(crate) fn plan(file: &ProblemFile, time_limit: Option<Duration>) -> Plan {
-    let walk = &file.walk;
-    let mut plan = Plan::new(walk.walks.value);
-    plan.seed = walk.seed.value;
-    plan.batch = walk.batch.value;
-    plan.estimator = match walk.estimator.value {
-        file::Estimator::Absorption => Estimator::Absorption,
-        file::Estimator::Collision => Estimator::Collision,
-    };
-    plan.target_error = walk.target_error.as_ref().map(|error| {
-        if walk.relative.value {
-            Tolerance::Relative(error.value)
-        } else {
-            Tolerance::Absolute(error.value)
-        }
-    });
-    plan.time_limit = time_limit;
-    plan
+    model: &'m dyn Model,
+    settings: &Settings,
+    goals: &[Goal],
+) -> Result<Box<dyn Partitioned<'m> + 'm>, Failure> {
+    let cells = model
+        .partition(&settings.discretisation())
+        .map_err(Failure::of(file))?;
+    let needed = cells.memory(goals, settings.walk_options().pairs);
+    let what = || format!("{} unknowns", cells.unknowns());
+    refuse_beyond_memory(what, needed, model.about().less_memory).map_err(Failure::of(file))?;
+    Ok(cells)
 }
 
 /// The kinds of result files.
@@ -165,25 +110,57 @@ fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Fail
     Ok((format, Output::open(path)?))
 }
 
+/// A file, and what it comes to.
+pub(crate) struct Problem {
+    pub(crate) file: ProblemFile,
+    pub(crate) resolved: Resolved,
+    pub(crate) goals: Vec<Goal>,
+}
+
+impl Problem {
+    pub(crate) fn new(file: ProblemFile, time_limit: Option<Duration>) -> Result<Self, Failure> {
+        let mut resolved = file.resolve()?;
+        resolved.settings.time_limit = time_limit;
+        let goals = fredholm::goals(resolved.model.model(), &resolved.targets)
+            .map_err(Failure::of(&file))?;
+        Ok(Self {
+            file,
+            resolved,
+            goals,
+        })
+    }
+
+    pub(crate) fn model(&self) -> &dyn Model {
+        self.resolved.model.model()
+    }
+
+    /// What is chosen, where the file gives an error and no cells.
+    fn choose(&self) -> Result<Option<Chosen<'_>>, Error> {
+        let Resolved {
+            targets, settings, ..
+        } = &self.resolved;
+        choose(self.model(), targets, settings, &Pilots)
+    }
+}
+
 /// Runs `solve`.
 pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     let given = read(&args.file, |file| replace(file, args))?;
     let time_limit = args.time_limit.map(time_limit).transpose()?;
+    let problem = Problem::new(given, time_limit)?;
     let output = match &args.out {
-        Some(path) => Some(open_output(path, &given)?),
+        Some(path) => Some(open_output(path, &problem.file)?),
         None => None,
     };
-    let job = || -> Result<_, Failure> {
-        match split::choose(&given)? {
-            Some(split) => answer(&split.file, &plan(&split.file, time_limit), Some(&split)),
-            None => answer(&given, &plan(&given, time_limit), None),
-        }
+    let answered = with_threads(args.common.threads, || answer(&problem))?;
+    let Some((report, ended)) = answered? else {
+        say("warning: interrupted before the walks");
+        return Ok(Ended::Interrupted);
     };
-    let (report, ended) = with_threads(args.common.threads, job)??;
 
     // Results that cannot be written to their file are printed nevertheless.
     let written = output.map_or(Ok(()), |(format, output)| {
-        output.finish(&match format {
+        output.finish(match format {
             Format::Json => report.json()?,
             Format::Csv => report.csv()?,
             Format::Svg(name) => report.svg(&name)?,
@@ -203,7 +180,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     match report.stop {
         "error_not_reached" => say(format_args!(
             "warning: the asked error was not reached within {} walks a target",
-            given.walk.walks.value
+            problem.resolved.settings.walk_options().walks
         )),
         "time_limit" => say("warning: stopped at the time limit; these are partial results"),
         "cancelled" => say("warning: interrupted; these are partial results"),
@@ -223,134 +200,165 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
         })
 }
 
-/// Sets up, walks, and says what came.
-fn answer(
-    file: &ProblemFile,
-    plan: &Plan,
-    split: Option<&Split>,
-) -> Result<(Report, Ended), Failure> {
-    let problem: &dyn Problem = &*problem::of_file(file)?;
-    let plain = split.is_some_and(|split| split.plain);
-    if split.is_none() {
-        refuse_beyond_memory(file, problem)?;
-        if !file.walk.allow_infinite_variance {
-            problem.refuse_infinite_variance()?;
+/// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
+fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
+    let fail = Failure::of(&problem.file);
+    let chosen = match problem.choose() {
+        Err(Error::Cancelled) => return Ok(None),
+        chosen => chosen.map_err(&fail)?,
+    };
+    let settings = match &chosen {
+        Some(chosen) => &chosen.settings,
+        None => &problem.resolved.settings,
+    };
+    let (model, goals, walk) = (problem.model(), &problem.goals, settings.walk_options());
+    let cells = match &chosen {
+        Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
+        None => {
+            let cells = cut(&problem.file, model, settings, goals)?;
+            if !walk.allow_infinite_variance {
+                cells
+                    .check_variance(walk.pairs, walk.absorption)
+                    .map_err(&fail)?;
+            }
+            cells
         }
-    }
-    let asked = problem.asked();
-    let predicted = split.map(|split| split.report.predicted_walks as u64);
-    let all = plan.walks.saturating_mul(asked.len() as u64);
+    };
+    let exact = goals.iter().map(|goal| model.exact(&goal.region));
+    let exact = exact.collect::<Result<Vec<_>, _>>().map_err(&fail)?;
+    let predicted = chosen.as_ref().map(|c| c.report.predicted_walks as u64);
+    let all = walk.walks.saturating_mul(goals.len() as u64);
     let progress = Progress::new(predicted.map_or(all, |predicted| predicted.min(all)));
     progress.say("setting up".to_owned());
-    let mut answer = match split.and_then(|split| split.solved.as_ref()) {
-        _ if plain => problem.plain(plan, &progress)?,
-        Some(solved) => problem.walk(solved, plan, &progress)?,
-        None => problem.answer(plan, &progress)?,
+    let request = Request {
+        goals,
+        walk: &walk,
+        only_u: false,
     };
+    let walks = Walks {
+        model,
+        scalar: settings.scalar,
+    };
+    let answer = match &chosen {
+        Some(chosen) if chosen.plain => walks.plain(&*cells, &request, &progress),
+        Some(Chosen {
+            solved: Some(solved),
+            ..
+        }) => solved.walk(&walks, &request, &progress),
+        _ => Solved::new(&*cells, walk.absorption)
+            .and_then(|solved| solved.walk(&walks, &request, &progress)),
+    };
+    let answer = answer.map_err(&fail)?;
     progress.done();
-    if plain {
-        // There is no Galerkin solution.
-        for known in &mut answer.known {
-            known.galerkin = f64::NAN;
-        }
-    }
+    Ok(Some(report(
+        problem,
+        &*cells,
+        settings,
+        chosen.as_ref(),
+        &exact,
+        answer,
+    )))
+}
 
-    let (stop, ended) = ending(&answer.outcome, plan);
+/// What came of the walks, as it is printed.
+fn report(
+    problem: &Problem,
+    cells: &dyn Partitioned<'_>,
+    settings: &Settings,
+    chosen: Option<&Chosen<'_>>,
+    exact: &[Option<f64>],
+    answer: Answer,
+) -> (Report, Ended) {
+    let (model, about) = (problem.model(), problem.model().about());
+    let walk = settings.walk_options();
+    let plain = chosen.is_some_and(|chosen| chosen.plain);
+    let (stop, ended) = ending(answer.outcome.stop, &walk);
     let statistics = answer.outcome.statistics.iter();
-    let targets = asked
+    let mut targets: Vec<TargetReport> = problem
+        .goals
         .iter()
-        .zip(&answer.known)
+        .zip(exact.iter().zip(&answer.galerkin))
         .zip(statistics.clone().zip(&answer.floors))
-        .map(|((asked, known), (statistics, &floor))| {
-            target_report(problem, asked, known, statistics, floor)
+        .map(|((goal, (&exact, &galerkin)), (statistics, &floor))| {
+            target_report(model, goal, [exact, Some(galerkin)], statistics, floor)
         })
         .collect();
-    let mut targets: Vec<TargetReport> = targets;
-    for (target, besides) in targets.iter_mut().zip(&answer.besides) {
+    for (target, heat) in targets.iter_mut().zip(&answer.derived.heat) {
         let report = |estimate| EstimateReport::new(estimate, target.walks);
-        target.irradiance = besides.irradiance.map(report);
-        target.net_flux = besides.net_flux.map(report);
+        target.irradiance = heat.irradiance.map(report);
+        target.net_flux = heat.net_flux.map(report);
     }
     let report = Report {
-        problem: problem.kind(),
-        dimension: problem.dimension(),
-        cells: if plain { 0 } else { problem.cells() },
-        unknowns: if plain { 0 } else { problem.unknowns() },
-        degree: file.galerkin.degree.value,
-        pairs: if plain {
-            "no".to_owned()
-        } else {
-            word(&file.galerkin.pairs.value)
-        },
+        problem: about.kind,
+        dimension: about.dimension,
+        cells: if plain { 0 } else { cells.cells() },
+        unknowns: if plain { 0 } else { cells.unknowns() },
+        degree: settings.discretisation().degree,
+        pairs: if plain { "no" } else { walk.pairs.word() },
         pair_counts: answer.pair_counts,
-        absorption: file.walk.absorption.value,
-        estimator: word(&file.walk.estimator.value),
-        scalar: word(&file.walk.scalar.value),
+        absorption: walk.absorption,
+        estimator: walk.estimator.word(),
+        scalar: settings.scalar.word(),
         generator: DEFAULT_GENERATOR,
-        batch: plan.batch,
-        seed: plan.seed,
+        batch: walk.batch,
+        seed: walk.seed,
         stop,
         sweeps: answer.solve.sweeps,
         residual: answer.solve.residual,
         states: statistics.map(Statistics::states).sum(),
         setup_seconds: answer.setup_seconds,
         walk_seconds: answer.walk_seconds,
-        split: split.map(|split| split.report.clone()),
-        choice: split.map_or(String::new(), |split| {
-            split.report.text(file, &problem.cells_text())
+        split: chosen.map(|chosen| chosen.report.clone()),
+        choice: chosen.map_or(String::new(), |chosen| {
+            chosen.report.text(settings, &cells.cells_text())
         }),
-        energy: EnergyReport::new(answer.fluxes),
+        energy: EnergyReport::new(answer.derived.fluxes),
         targets,
     };
-    Ok((report, ended))
+    (report, ended)
 }
 
-fn ending(outcome: &Outcome, plan: &Plan) -> (&'static str, Ended) {
-    match outcome.stop {
+fn ending(stop: StopReason, walk: &WalkOptions) -> (&'static str, Ended) {
+    match stop {
         StopReason::Done => ("done", Ended::Done),
         StopReason::ToleranceNotReached => ("error_not_reached", Ended::ErrorNotReached),
-        StopReason::TimeLimit if plan.target_error.is_some() => {
-            ("time_limit", Ended::ErrorNotReached)
-        }
+        StopReason::TimeLimit if walk.tolerance.is_some() => ("time_limit", Ended::ErrorNotReached),
         StopReason::TimeLimit => ("time_limit", Ended::Done),
         StopReason::Cancelled => ("cancelled", Ended::Interrupted),
     }
 }
 
 fn target_report(
-    problem: &dyn Problem,
-    asked: &Asked,
-    known: &Known,
+    model: &dyn Model,
+    goal: &Goal,
+    [exact, galerkin]: [Option<f64>; 2],
     statistics: &Statistics,
     rounding_floor: f64,
 ) -> TargetReport {
     let walks = statistics.walks();
+    let part = |number| model.part(number).map(str::to_owned);
     TargetReport {
-        name: asked.name.clone(),
-        at: match &asked.place {
-            Where::Angle(s) => Some(Coordinates::One(*s)),
-            Where::Point(x) => Some(Coordinates::Many(x.clone())),
-            Where::On(surface, t) => problem.surface(*surface).map(|name| Coordinates::On {
-                surface: name.to_owned(),
-                t: *t,
-            }),
-            _ => None,
-        },
-        over: match asked.place {
-            Where::Arc(from, to) => Some(Over::Interval([from, to])),
-            Where::All => Some(Over::Word("all".to_owned())),
-            Where::Surface(surface) => {
-                let name = problem.surface(surface);
-                name.map(|name| Over::Word(name.to_owned()))
+        name: goal.name.clone(),
+        at: match &goal.region {
+            Region::Angle(s) => Some(Coordinates::One(*s)),
+            Region::Point(x) => Some(Coordinates::Many(x.clone())),
+            Region::On(surface, t) => {
+                part(*surface).map(|surface| Coordinates::On { surface, t: *t })
             }
             _ => None,
         },
-        weight: match &asked.place {
-            Where::Weight(text) => Some(text.clone()),
+        over: match goal.region {
+            Region::Arc(from, to) => Some(Over::Interval([from, to])),
+            Region::Whole => Some(Over::Word("all".to_owned())),
+            Region::Part(surface) => part(surface).map(Over::Word),
             _ => None,
         },
-        exact: known.exact,
-        galerkin: known.galerkin,
+        weight: match goal.region {
+            Region::Weight(number) => model.weight(number).map(str::to_owned),
+            _ => None,
+        },
+        exact,
+        galerkin: galerkin.unwrap_or(f64::NAN),
         walks,
         rounding_floor,
         endings: EndingsReport::new(statistics),
@@ -361,50 +369,90 @@ fn target_report(
     }
 }
 
+/// The walks of a problem in which nothing is to be chosen.
+pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Failure> {
+    let fail = Failure::of(&problem.file);
+    let settings = &problem.resolved.settings;
+    let (model, walk) = (problem.model(), settings.walk_options());
+    let cells = cut(&problem.file, model, settings, &problem.goals)?;
+    cells
+        .check_variance(walk.pairs, walk.absorption)
+        .map_err(&fail)?;
+    let request = Request {
+        goals: &problem.goals,
+        walk: &walk,
+        only_u: false,
+    };
+    let walks = Walks {
+        model,
+        scalar: settings.scalar,
+    };
+    Solved::new(&*cells, walk.absorption)
+        .and_then(|solved| solved.walk(&walks, &request, progress))
+        .map_err(&fail)
+}
+
 /// Runs `check`.
 pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
-    let given = read(path, |_| ())?;
-    let split = split::choose(&given)?;
-    let file = split.as_ref().map_or(&given, |split| &split.file);
-    let problem = problem::of_file(file)?;
-    if split.is_none() {
-        refuse_beyond_memory(file, &*problem)?;
-        problem.refuse_infinite_variance()?;
-    }
+    let problem = Problem::new(read(path, |_| ())?, None)?;
+    let fail = Failure::of(&problem.file);
+    let chosen = match problem.choose() {
+        Err(Error::Cancelled) => {
+            say("warning: interrupted");
+            return Ok(Ended::Interrupted);
+        }
+        chosen => chosen.map_err(&fail)?,
+    };
+    let settings = match &chosen {
+        Some(chosen) => &chosen.settings,
+        None => &problem.resolved.settings,
+    };
+    let (model, goals, walk) = (problem.model(), &problem.goals, settings.walk_options());
+    let cells = match &chosen {
+        Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
+        None => {
+            let cells = cut(&problem.file, model, settings, goals)?;
+            cells
+                .check_variance(walk.pairs, walk.absorption)
+                .map_err(&fail)?;
+            cells
+        }
+    };
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
-    let targets = problem.asked().len();
-    let mut rows = vec![("problem", problem.kind().to_owned())];
+    let mut rows = vec![("problem", model.about().kind.to_owned())];
     let neighbour = [
-        ("cells", problem.cells_text()),
-        ("degree", file.galerkin.degree.value.to_string()),
-        ("unknowns", problem.unknowns().to_string()),
-        ("pairs", word(&file.galerkin.pairs.value)),
+        ("cells", cells.cells_text()),
+        ("degree", settings.discretisation().degree.to_string()),
+        ("unknowns", cells.unknowns().to_string()),
+        ("pairs", walk.pairs.word().to_owned()),
     ];
-    match &split {
-        Some(split) if split.plain => rows.push((
+    match &chosen {
+        Some(chosen) if chosen.plain => rows.push((
             "walks are",
             "plain: a neighbour equation does not pay at this error".to_owned(),
         )),
         _ => rows.extend(neighbour),
     }
-    rows.push(("absorption", file.walk.absorption.value.to_string()));
-    rows.push(("estimator", word(&file.walk.estimator.value)));
-    rows.push(("scalar", word(&file.walk.scalar.value)));
-    rows.push(("targets", targets.to_string()));
-    let (walks, states, seconds, most) = match &split {
-        Some(split) => {
-            let report = &split.report;
+    rows.push(("absorption", walk.absorption.to_string()));
+    rows.push(("estimator", walk.estimator.word().to_owned()));
+    rows.push(("scalar", settings.scalar.word().to_owned()));
+    rows.push(("targets", goals.len().to_string()));
+    let (walks, states, seconds, most) = match &chosen {
+        Some(chosen) => {
+            let report = &chosen.report;
             let seconds = report.predicted_setup_seconds + report.predicted_walk_seconds;
             let walks = format!("about {:.1e}", report.predicted_walks);
             (walks, report.predicted_states, seconds, "")
         }
         None => {
-            let walks = file.walk.walks.value as f64 * problem.starts() as f64;
-            let steps = (1.0 / file.walk.absorption.value).min(f64::from(STEP_LIMIT));
-            let (cost, pairs) = (problem.cost(), problem.pointwise_pairs()?);
-            let walk = cost.walk.seconds(file.walk.estimator.value, steps, pairs);
-            let (states, seconds) = (walks * steps, cost.setup + walks * walk);
-            let most = match file.walk.target_error {
+            let starts = goals.len() + model.besides(goals);
+            let walks = walk.walks as f64 * starts as f64;
+            let steps = (1.0 / walk.absorption).min(f64::from(STEP_LIMIT));
+            let pairs = cells.pointwise_pairs(walk.pairs).map_err(&fail)?;
+            let cost = cells.cost(walk.pairs);
+            let each = cost.walk.seconds(walk.estimator, steps, pairs);
+            let (states, seconds) = (walks * steps, cost.setup + walks * each);
+            let most = match walk.tolerance {
                 Some(_) => "at most ",
                 None => "",
             };
@@ -414,14 +462,12 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     let time = short(seconds / threads as f64);
     rows.push(("walks", walks));
     rows.push(("states", format!("{most}about {states:.1e}")));
-    rows.push((
-        "memory",
-        format!("about {}", bytes(problem.memory() as u64)),
-    ));
+    let memory = cells.memory(goals, walk.pairs) as u64;
+    rows.push(("memory", format!("about {}", bytes(memory))));
     rows.push(("time", format!("{most}about {time} s on {threads} threads")));
     let mut stdout = std::io::stdout().lock();
     writeln!(stdout, "{} is valid", path.display())?;
-    if split.is_some() {
+    if chosen.is_some() {
         writeln!(
             stdout,
             "chosen for the target error, as the file does not say:"

@@ -19,7 +19,7 @@ use crate::file::{self, ProblemFile};
 use crate::numbers::{aligned, short, with_error};
 use crate::progress::{Progress, interrupted};
 use crate::threads::with_threads;
-use crate::{deck, factors, paper, problem, rates, solve};
+use crate::{deck, factors, paper, rates, solve};
 
 /// An estimate agrees if it is at most so many of its standard errors off. By chance a right one is
 /// further off once in 16,000 seeds; the seeds are fixed.
@@ -211,12 +211,11 @@ impl Walks {
         let targets = targets.map(|t| format!("[[target]]\nname = '{}'\n{}\n", t.name, t.place));
         let text = self.file.clone() + &targets.collect::<String>();
         let file = built_in(&self.name, &text)?;
-        let problem = problem::of_file(&file)?;
-        problem.refuse_infinite_variance()?;
-        let plan = solve::plan(&file, None);
-        let progress = Progress::new(plan.walks.saturating_mul(self.targets.len() as u64));
+        let problem = solve::Problem::new(file, None)?;
+        let walks = problem.resolved.settings.walk_options().walks;
+        let progress = Progress::new(walks.saturating_mul(self.targets.len() as u64));
         progress.say(self.name.clone());
-        let answer = problem.answer(&plan, &progress)?;
+        let answer = solve::walk(&problem, &progress)?;
         progress.done();
         if answer.outcome.stop != StopReason::Done {
             return Ok(Vec::new());

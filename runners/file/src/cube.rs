@@ -5,7 +5,7 @@ use toml::de::DeValue;
 use crate::formula::{self, Variables};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
-use crate::{Pairs, ProblemFile, What};
+use crate::{ProblemFile, What};
 
 /// The largest dimension: every one has walks of its own.
 const MAX_DIMENSION: usize = 6;
@@ -107,21 +107,7 @@ impl Cube {
         if let Some(solution) = &self.solution {
             formula_is_good(file, solution, self.point())?;
         }
-        let (pairs, degree) = (&file.galerkin.pairs, &file.galerkin.degree);
-        let smooth = pairs.value == Pairs::Paper
-            || (pairs.value == Pairs::Default && self.integral.is_none());
-        file.demand(
-            degree,
-            degree.value == 0 || smooth,
-            "pointwise pairs are of piecewise constants, `degree = 0`: for a higher degree put all pairs in \
-             S, by `pairs = \"paper\"`, or by \"default\" without a `kernel_integral`",
-        )?;
-        file.demand(
-            pairs,
-            !matches!(pairs.value, Pairs::Pointwise | Pairs::Theory) || self.integral.is_some(),
-            "pointwise pairs need the exact integrals of the kernel over cells: \
-             give `kernel_integral` in `[problem]`",
-        )
+        Ok(())
     }
 
     fn validate_kernel(

@@ -198,8 +198,11 @@ fn names(text: &str) -> Vec<(&str, Range<usize>, bool)> {
     found
 }
 
+/// Room for the instructions of a formula.
+pub type Room<'c, F> = Vec<Instruction<'c, Value<F>>>;
+
 /// Room for the instructions of a formula: none needs more than two for a character.
-pub fn room<F: Real>(text: &str) -> Vec<Instruction<'_, Value<F>>> {
+pub fn room<F: Real>(text: &str) -> Room<'_, F> {
     vec![Instruction::default(); 2 * text.len() + 1]
 }
 
@@ -222,12 +225,6 @@ impl<'c, F: Real> Formula<'c, F> {
                 span: error.span.start..error.span.end,
                 message: error.kind.description().to_owned(),
             })
-    }
-
-    /// As [`new`](Self::new), kept to the program's end: what is solved are a handful of formulas.
-    pub fn kept(text: &str) -> Result<Formula<'static, F>, FormulaError> {
-        let text: &str = Box::leak(text.into());
-        Formula::new(text, room(text).leak())
     }
 
     /// Its value; NaN where it has none.

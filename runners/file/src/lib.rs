@@ -16,7 +16,9 @@ mod circle;
 mod cube;
 pub mod deck;
 pub mod formula;
+mod functions;
 mod load;
+mod model;
 mod place;
 mod room;
 mod section;
@@ -31,6 +33,7 @@ pub use fredholm::{Choices, Estimator, Pairs, Scalar};
 pub use circle::{Circle, Emission, common_multiple};
 pub use cube::{Cube, KernelText};
 pub use load::{MAX_BYTES, load, utf8};
+pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, Source};
 pub use room::{Material, Numbers, Room, unknown_surface};
 use section::{Field, Section, unknown_word};
@@ -107,6 +110,8 @@ pub struct Walk {
     pub target_error: Option<Placed<f64>>,
     /// Whether `target_error` is relative to the value.
     pub relative: Placed<bool>,
+    /// Seconds after which walks end: a flag of the command line alone.
+    pub time_limit: Option<f64>,
     /// Whether walks of infinite variance are wanted: a flag of the command line alone.
     pub allow_infinite_variance: bool,
 }
@@ -236,6 +241,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         batch: or_default(batch, Field::integer, 4096)?,
         target_error: target_error.map(|field| field.number()).transpose()?,
         relative: or_default(relative, Field::boolean, false)?,
+        time_limit: None,
         allow_infinite_variance: false,
     })
 }

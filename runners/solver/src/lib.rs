@@ -5,8 +5,8 @@ pub mod choice;
 pub mod circle;
 pub mod cost;
 pub mod cube;
-pub mod diagnosis;
 mod device;
+pub mod diagnosis;
 mod error;
 mod finite;
 mod goal;
@@ -23,9 +23,7 @@ pub use error::{Error, Subject};
 pub use fredholm_core::{Estimator, Tolerance};
 pub use goal::{Ask, Goal, Region, Target, goals};
 pub use memory::{bytes, refuse_beyond_memory};
-pub use model::{
-    About, Derived, Heat, Model, Partitioned, Prepared, Request, System, Then,
-};
+pub use model::{About, Derived, Heat, Model, Partitioned, Prepared, Request, System, Then};
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use pairs::PairCounts;
 pub use settings::{Discretisation, Settings, WalkOptions};

@@ -1,7 +1,7 @@
 //! `Pairs::Theory`: every pair in S, pointwise or left out, for the least predicted variance × time.
 
-use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Pairs as PairsTrait};
 use fredholm_core::Estimator;
+use fredholm_core::galerkin::{OffDiagonal, PairKind, PairTable, Pairs as PairsTrait};
 use fredholm_room::RoomPairs;
 use fredholm_variance::{Analysis, Chosen, Terms, VarianceModel, Worth};
 use serde::Serialize;

@@ -1,12 +1,10 @@
 //! The whole report.
 
+use fredholm::diagnosis::{DETAILED, Diagnosis, PowerReport};
+use fredholm::numbers::{aligned, short};
 use serde::Serialize;
 
-use super::quantities::PowerReport;
-use super::{DETAILED, Diagnosis};
 use crate::failure::Failure;
-use crate::numbers::{aligned, short};
-use crate::problem::Problem;
 
 /// The whole report.
 #[derive(Debug, Serialize)]
@@ -15,8 +13,8 @@ pub(super) struct Report<'a> {
     pub(super) cells: usize,
     pub(super) unknowns: usize,
     pub(super) degree: usize,
-    pub(super) pairs: String,
-    pub(super) estimator: String,
+    pub(super) pairs: &'static str,
+    pub(super) estimator: &'static str,
     #[serde(flatten)]
     pub(super) diagnosis: &'a Diagnosis,
 }
@@ -28,7 +26,7 @@ impl Report<'_> {
         Ok(text)
     }
 
-    pub(super) fn text(&self, problem: &dyn Problem) -> String {
+    pub(super) fn text(&self, cells: &str) -> String {
         let Diagnosis {
             sites,
             nodes,
@@ -40,11 +38,7 @@ impl Report<'_> {
         } = self.diagnosis;
         let mut text = format!(
             "{}, {} cells, degree {}, {} pairs, {} estimator; {sites} sites with {nodes} nodes\n\n",
-            self.problem,
-            problem.cells_text(),
-            self.degree,
-            self.pairs,
-            self.estimator
+            self.problem, cells, self.degree, self.pairs, self.estimator
         );
         let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);
         let header = [

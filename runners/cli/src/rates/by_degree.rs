@@ -3,8 +3,8 @@
 use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
-use super::{Rates, Row, exponent};
-use crate::numbers::{aligned, short};
+use super::table::{Rates, Row, exponent};
+use fredholm::numbers::{aligned, short};
 
 /// The seconds of which the least errors are told.
 const SECONDS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];

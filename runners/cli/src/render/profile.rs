@@ -1,30 +1,25 @@
 //! Radiosity along all surfaces, with its error band.
 
-use fredholm_core::Real;
+use fredholm::Partitioned;
+use fredholm::numbers::short;
+use fredholm::room::{FieldRequest, Stretch};
 use fredholm_plot::{Piece, ProfilePlot};
 
-use super::field::{self, Cut, Wanted, root_mean_square};
-use super::{Format, PROFILE_WALKS, number_or_nothing};
-use crate::args::RenderArgs;
+use super::{Cut, Format, PROFILE_WALKS, Picturing, number_or_nothing, root_mean_square};
 use crate::failure::Failure;
-use crate::file::ProblemFile;
-use crate::numbers::short;
-use crate::problem::Problem;
 use crate::progress::Progress;
-use crate::room::{RoomFile, of_degree};
-use crate::solve;
 
 /// About so many points in all.
 const POINTS: f64 = 600.0;
 
 /// The figure or its table, and what is said of it.
-pub(crate) fn content<F: Real>(
-    args: &RenderArgs,
-    file: &ProblemFile,
-    room: &RoomFile<'_>,
+pub(crate) fn content(
+    picturing: &Picturing<'_>,
+    cells: &dyn Partitioned<'_>,
     format: Format,
 ) -> Result<(Vec<u8>, String), Cut> {
-    let (surfaces, scene) = room.parts();
+    let args = picturing.args;
+    let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
     let geometry = scene.geometry();
     let walls = geometry.walls();
     let total: f64 = walls.iter().map(|wall| wall.length).sum();
@@ -41,19 +36,17 @@ pub(crate) fn content<F: Real>(
     let pieces: Vec<Piece> = lengths.flat_map(of).collect();
     let walks = args.walks.unwrap_or(PROFILE_WALKS);
     let progress = Progress::new(walks.saturating_mul(pieces.len() as u64));
-    let plan = solve::plan(file, None);
-    let wanted = Wanted {
-        scene,
-        canvas: None,
-        pieces: &pieces,
-        walks,
-        seed: plan.seed,
-        estimator: plan.estimator,
-        progress: &progress,
+    let mut walk = picturing.walk();
+    walk.walks = walks;
+    let stretches: Vec<Stretch> = pieces.iter().map(super::stretch).collect();
+    let request = FieldRequest {
+        positions: &[],
+        stretches: &stretches,
+        walk: &walk,
+        goals: &picturing.problem.goals,
+        beside_plain: false,
     };
-    let fields = of_degree!(room.degree(), B => {
-        field::estimate::<F, B>(&wanted, || room.set_up(room.pairs()), false)
-    });
+    let fields = picturing.field(&request, &progress);
     progress.done();
     let (field, _) = fields?;
 
@@ -93,7 +86,7 @@ pub(crate) fn content<F: Real>(
     let noise = root_mean_square(field.walls.iter().map(|spot| spot.error));
     let text = if args.common.json {
         let value = serde_json::json!({
-            "points": pieces.len(), "cells": Problem::unknowns(room), "walks": walks,
+            "points": pieces.len(), "cells": cells.unknowns(), "walks": walks,
             "std_error": noise, "seconds": field.seconds,
         });
         let mut text = serde_json::to_string_pretty(&value).map_err(Failure::run)?;

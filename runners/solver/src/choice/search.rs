@@ -470,9 +470,7 @@ impl<'m> Search<'m> {
             if allowance.setup {
                 self.spent += self.due(&setting, setting.setup(&cost));
             }
-            let solved = self
-                .systems
-                .solve(&*cells, &setting, &self.sample.goals)?;
+            let solved = self.systems.solve(&*cells, &setting, &self.sample.goals)?;
             self.rare.ask(&*cells, &setting, Some(solved))?;
             solved.walk(&walks, &request, &watch)?
         };
@@ -609,11 +607,7 @@ impl<'m> Search<'m> {
         cut
     }
 
-    fn try_levels(
-        &self,
-        setting: &Setting,
-        most: usize,
-    ) -> Result<(Vec<Level>, [f64; 2]), Error> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, [f64; 2]), Error> {
         let open = self.opened(setting);
         self.model.check(&open, setting.pairs)?;
         let finer = |&cells: &usize| match self.about.dimension {

@@ -44,7 +44,10 @@ impl<'m> Systems<'m> {
         let at = match self.position(setting) {
             Some(at) => at,
             None => {
-                let (bytes, solved) = (cells.memory(goals, setting.pairs), Solved::new(cells, setting.absorption)?);
+                let (bytes, solved) = (
+                    cells.memory(goals, setting.pairs),
+                    Solved::new(cells, setting.absorption)?,
+                );
                 let kept: usize = self.all.iter().map(|system| system.bytes).sum();
                 if kept.saturating_add(bytes) > MEMORY {
                     self.all.clear();

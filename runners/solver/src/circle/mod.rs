@@ -335,9 +335,12 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
             self.plain_radius(absorption)
         })?;
         // At degree 0 h is a mean of k over cells.
-        crate::finite::check_neighbour(self.degree, self.cells, absorption, || {
-            of_degree!(self.degree, B => self.neighbour_radius::<B>(pairs, absorption))
-        })
+        crate::finite::check_neighbour(
+            self.degree,
+            self.cells,
+            absorption,
+            || of_degree!(self.degree, B => self.neighbour_radius::<B>(pairs, absorption)),
+        )
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {

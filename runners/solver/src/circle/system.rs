@@ -236,7 +236,11 @@ impl<'m> CircleSystem<'m> {
     ) -> Result<TableBuilder, Error> {
         let setup = self.set_up::<F>(pairs, None, absorption)?;
         let circle = self.cut.circle(&setup.tables, absorption)?;
-        Ok(export::circle(&setup, circle.constants(), *circle.emission()))
+        Ok(export::circle(
+            &setup,
+            circle.constants(),
+            *circle.emission(),
+        ))
     }
 }
 
@@ -245,11 +249,7 @@ type Use<'a, F> = dyn FnMut(&Boxed<'_, F>) -> Result<(), Error> + 'a;
 
 impl<F: Real> Setup<'_, F> {
     /// (v, Φ).
-    fn galerkin(
-        &self,
-        circle: &Circle<'_, F, Light<'_>>,
-        region: &Region,
-    ) -> Result<f64, Error> {
+    fn galerkin(&self, circle: &Circle<'_, F, Light<'_>>, region: &Region) -> Result<f64, Error> {
         Ok(match *region {
             Region::Angle(s) if self.system.cut.degree > 0 => {
                 of_degree!(self.system.cut.degree, B => self.value::<B>(circle, s))

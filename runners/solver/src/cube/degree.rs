@@ -1,8 +1,6 @@
 //! What takes the number of functions on a cell as a constant.
 
-use fredholm_core::galerkin::{
-    self, AllPointwise, PairTable, Partition, Piecewise, Rounded,
-};
+use fredholm_core::galerkin::{self, AllPointwise, PairTable, Partition, Piecewise, Rounded};
 use fredholm_core::{Functional, Real};
 use fredholm_cube::{Mean, Weighted};
 
@@ -71,9 +69,13 @@ impl<const D: usize, const B: usize> Degree<D> for Smooth<B> {
         then: &mut Use<'_, F, D>,
     ) -> Result<(), Error> {
         let Kinds::Diagonal(pairs) = *kinds else {
-            return Err(Error::Internal("pointwise pairs are of piecewise constants"));
+            return Err(Error::Internal(
+                "pointwise pairs are of piecewise constants",
+            ));
         };
-        let cube = values.cube::<D>(cut.per_axis, absorption)?.with_functions::<B>();
+        let cube = values
+            .cube::<D>(cut.per_axis, absorption)?
+            .with_functions::<B>();
         let narrow = Rounded::new(table);
         let g = solution.source(table, &pairs)?;
         then(&Piecewise::new(&cube, &narrow, pairs, v, &g)?)

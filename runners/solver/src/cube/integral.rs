@@ -12,10 +12,7 @@ const CELLS: usize = 200;
 
 /// Refuses an integral that is not that of the kernel: it would be a bias that no error bar shows. Composite Gauss rules
 /// of 200 × 5 points on intervals without x = y.
-pub(super) fn check(
-    functions: &dyn CubeFunctions,
-    values: &Watched<'_, f64>,
-) -> Result<(), Error> {
+pub(super) fn check(functions: &dyn CubeFunctions, values: &Watched<'_, f64>) -> Result<(), Error> {
     let axes = if functions.is_product() {
         functions.dimension()
     } else {

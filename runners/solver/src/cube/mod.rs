@@ -364,9 +364,14 @@ impl<'m> CubePartition<'m> {
                 request.goals.iter().filter_map(weight).collect();
             let cube = values.cube::<D>(self.per_axis, request.walk.absorption)?;
             let none: &Boxed<'_, F, D> = &NoNeighbour::<ModelCube<'_, F, D>>::new();
-            with_job(&cube, none, request, &weighted, 0.0, &mut |job, galerkin| {
-                then(&Prepared::plain(job, galerkin))
-            })
+            with_job(
+                &cube,
+                none,
+                request,
+                &weighted,
+                0.0,
+                &mut |job, galerkin| then(&Prepared::plain(job, galerkin)),
+            )
         })
     }
 }
@@ -427,10 +432,7 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             (axes + 12e-9 * sweeps, 0.7e-9 * sweeps)
         } else {
             let integrals = points * points * (kernel + values) + points * VALUE * b * b;
-            (
-                n * n * (integrals + 20e-9 * b * b),
-                3e-9 * (n * b).powi(2),
-            )
+            (n * n * (integrals + 20e-9 * b * b), 3e-9 * (n * b).powi(2))
         };
         let (d, b) = (d as f64, if self.degree == 0 { 0.0 } else { b });
         let (axis, contraction) = match is_product {

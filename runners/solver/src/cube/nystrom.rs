@@ -20,9 +20,8 @@ pub(super) fn solutions<const D: usize>(
 ) -> Result<Vec<Deterministic>, Error> {
     // Cells and points an axis.
     let rules = (1..=5).map(|points| (1_usize, points));
-    let rules = rules.chain(
-        [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 200, 260].map(|cells| (cells, 5)),
-    );
+    let rules = rules
+        .chain([2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 200, 260].map(|cells| (cells, 5)));
     with_values::<f64, _>(functions, |values| {
         let mut solutions = Vec::new();
         for (cells, points) in rules {

@@ -36,7 +36,8 @@ pub(super) struct Solved<const D: usize> {
 }
 
 /// A neighbour equation of any kind and degree: one type of walk for all.
-pub(super) type Boxed<'a, F, const D: usize> = dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+pub(super) type Boxed<'a, F, const D: usize> =
+    dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
 
 /// What is done with a neighbour equation.
 pub(super) type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Error> + 'a;
@@ -206,23 +207,38 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let cube = values.cube::<D>(self.cut.per_axis, walk.absorption)?;
             let mean = N::mean(&v);
             let (cut, solved) = (&self.cut, &self.solved);
-            N::with_neighbour(cut, values, walk.absorption, solved, &kinds, &v, &mut |neighbour| {
-                with_job(&cube, neighbour, request, &weighted, mean, &mut |job, galerkin| {
-                    then(&Prepared {
-                        job,
-                        galerkin,
-                        largest: crate::answer::largest(&v),
-                        contraction: solution.contraction,
-                        solve: solution.solve,
-                        pointwise,
-                        neighbour_radius,
-                        pair_counts: match &kinds {
-                            Kinds::Table(table) => Some(PairCounts::of(table)),
-                            _ => None,
+            N::with_neighbour(
+                cut,
+                values,
+                walk.absorption,
+                solved,
+                &kinds,
+                &v,
+                &mut |neighbour| {
+                    with_job(
+                        &cube,
+                        neighbour,
+                        request,
+                        &weighted,
+                        mean,
+                        &mut |job, galerkin| {
+                            then(&Prepared {
+                                job,
+                                galerkin,
+                                largest: crate::answer::largest(&v),
+                                contraction: solution.contraction,
+                                solve: solution.solve,
+                                pointwise,
+                                neighbour_radius,
+                                pair_counts: match &kinds {
+                                    Kinds::Table(table) => Some(PairCounts::of(table)),
+                                    _ => None,
+                                },
+                            })
                         },
-                    })
-                })
-            })
+                    )
+                },
+            )
         })
     }
 
@@ -257,26 +273,34 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let mean = |i, j| table.mean(i, j);
             let coefficients = is_dense.then_some(MeanCoefficients { cells, mean: &mean });
             let (cut, solved) = (&self.cut, &self.solved);
-            N::with_neighbour(cut, values, absorption, solved, &kinds, &v, &mut |neighbour| {
-                with_starts(request, neighbour, &weighted, &mut |starts| {
-                    let setting = Setting {
-                        equation: &cube,
-                        neighbour,
-                        pairs: kinds.any(cells)?,
-                        level: &level,
-                        galerkin: None,
-                    };
-                    then(&Subject {
-                        model: &setting.with_starts(starts)?,
-                        coefficients,
-                        hides: None,
-                        pieces: None,
-                        goals: request.goals,
-                        place: &|site| place_of(&level, site),
-                    })?;
-                    values.check()
-                })
-            })
+            N::with_neighbour(
+                cut,
+                values,
+                absorption,
+                solved,
+                &kinds,
+                &v,
+                &mut |neighbour| {
+                    with_starts(request, neighbour, &weighted, &mut |starts| {
+                        let setting = Setting {
+                            equation: &cube,
+                            neighbour,
+                            pairs: kinds.any(cells)?,
+                            level: &level,
+                            galerkin: None,
+                        };
+                        then(&Subject {
+                            model: &setting.with_starts(starts)?,
+                            coefficients,
+                            hides: None,
+                            pieces: None,
+                            goals: request.goals,
+                            place: &|site| place_of(&level, site),
+                        })?;
+                        values.check()
+                    })
+                },
+            )
         })
     }
 

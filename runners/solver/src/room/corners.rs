@@ -51,8 +51,7 @@ fn rare_by<const B: usize>(
     let pairs = RoomPairs { views, choice };
     // No solution is asked for.
     let none = vec![0.0; cells.len() * B];
-    let neighbour = Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &none, &none)
-        ?;
+    let neighbour = Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &none, &none)?;
     let rule = gauss(points)?;
     let mut sum = 0.0;
     for (i, j) in corners.pairs() {

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimate, Estimator, Functional, Neighbour, NoNeighbour, Real,
-    STEP_LIMIT, Statistics, Stream, Task,
+    At, Batch, DefaultGenerator, Estimate, Functional, Neighbour, NoNeighbour, Real, STEP_LIMIT,
+    Statistics, Stream, Task,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_room::{Enclosure, Point, Room, Seen};
@@ -12,7 +12,8 @@ use fredholm_room::{Enclosure, Point, Room, Seen};
 use super::RoomModel;
 use super::system::RoomSystem;
 use crate::answer::Watch;
-use crate::{Discretisation, Error, Pairs, Scalar};
+use crate::model::Request;
+use crate::{Discretisation, Error, Goal, Scalar, WalkOptions};
 
 /// A value and its standard error.
 #[derive(Clone, Copy, Debug)]
@@ -56,14 +57,10 @@ pub struct FieldRequest<'a> {
     pub positions: &'a [[f64; 2]],
     /// Stretches of walls.
     pub stretches: &'a [Stretch],
-    /// Walks for a position.
-    pub walks: u64,
-    /// q0.
-    pub absorption: f64,
-    /// What a walk scores.
-    pub estimator: Estimator,
-    /// The seed of all draws.
-    pub seed: u64,
+    /// How walks are made: `walks` of them for a position.
+    pub walk: &'a WalkOptions,
+    /// For whom pairs are chosen, if they come from the theory.
+    pub goals: &'a [Goal],
     /// Whether plain walks that take as long are wanted, too.
     pub beside_plain: bool,
 }
@@ -82,8 +79,7 @@ pub struct Field {
 }
 
 impl RoomModel {
-    /// Estimates the numbers of a picture with all pairs pointwise and, if they are wanted, by plain walks that take as
-    /// long. The number of cells goes with them.
+    /// Estimates the numbers of a picture and, if they are wanted, by plain walks that take as long.
     ///
     /// # Errors
     /// [`Error`]; [`Error::Cancelled`].
@@ -109,7 +105,11 @@ impl RoomSystem<'_> {
         watch: &dyn Watch,
         start: Instant,
     ) -> Result<(Field, Option<Field>), Error> {
-        let setup = self.set_up::<F>(Pairs::Pointwise, None, request.absorption)?;
+        let setup = self.set_up_for::<F>(&Request {
+            goals: request.goals,
+            walk: request.walk,
+            only_u: true,
+        })?;
         let room = setup.room()?;
         let closed = self.cut.model.scene.enclosure() == Enclosure::Closed;
         let mut fields = None;
@@ -122,7 +122,9 @@ impl RoomSystem<'_> {
                 neighbour,
                 score: |statistics| statistics.preconditioned().into(),
             };
-            let field = walker.field(start, request.walks, &|seen, _| inside(seen, &setup.v, closed))?;
+            let field = walker.field(start, request.walk.walks, &|seen, _| {
+                inside(seen, &setup.v, closed)
+            })?;
             let plain = if request.beside_plain {
                 Some(beside(request, watch, &room, &field)?)
             } else {
@@ -195,12 +197,7 @@ where
     N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
     /// All estimates from so many walks for a position.
-    fn field(
-        &self,
-        start: Instant,
-        walks: u64,
-        value: &Value<'_, 'r, F>,
-    ) -> Result<Field, Error> {
+    fn field(&self, start: Instant, walks: u64, value: &Value<'_, 'r, F>) -> Result<Field, Error> {
         let (positions, stretches) = (self.request.positions, self.request.stretches);
         let mut air = vec![BLANK; positions.len()];
         fill(&mut air, &|number| {
@@ -250,8 +247,8 @@ where
             neighbour: self.neighbour,
             functional,
             neighbour_value: Some(value),
-            estimator: self.request.estimator,
-            stream: Stream::<DefaultGenerator>::new(self.request.seed, number as u64),
+            estimator: self.request.walk.estimator,
+            stream: Stream::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
             step_limit: STEP_LIMIT,
         };
         let mut batch = Batch::new(0, walks, walks);

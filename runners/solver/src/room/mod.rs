@@ -21,9 +21,7 @@ pub use surfaces::Surfaces;
 use crate::cost::{Cost, PointwisePairs, WalkCost};
 use crate::memory::refuse_beyond_memory;
 use crate::model::{About, Derived, Prepared, Request, Then};
-use crate::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, System,
-};
+use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, System};
 use system::{Boxed, RoomSystem, Solutions, with_job};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
@@ -283,7 +281,9 @@ impl Model for RoomModel {
 
     fn besides(&self, goals: &[Goal]) -> usize {
         let regions = self.regions(goals, false);
-        let own = regions.iter().filter(|region| self.takes_walks(region, false));
+        let own = regions
+            .iter()
+            .filter(|region| self.takes_walks(region, false));
         regions.len() - goals.len() + own.count()
     }
 }
@@ -348,8 +348,7 @@ impl<'m> RoomPartition<'m> {
         }
         let mesh = self.model.mesh(&self.cut, self.cells.min(COARSE))?;
         let degree = self.cut.degree;
-        let matrix =
-            Matrix::with_functions(&self.model.scene, &mesh, r_min(degree), degree + 1)?;
+        let matrix = Matrix::with_functions(&self.model.scene, &mesh, r_min(degree), degree + 1)?;
         self.radius_of(&mesh, &matrix, choice, absorption)
     }
 

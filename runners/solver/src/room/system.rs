@@ -1,8 +1,6 @@
 //! A solved room: walks and predictions of every degree.
 
-use fredholm_core::galerkin::{
-    Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution,
-};
+use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{
     At, Functional, Goals, Job, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
 };
@@ -80,7 +78,7 @@ impl RoomSystem<'_> {
     }
 
     /// The same with the pairs that are asked for, one by one if they come from the theory.
-    fn set_up_for<F: Real>(&self, request: &Request<'_>) -> Result<Setup<'_, F>, Error> {
+    pub(super) fn set_up_for<F: Real>(&self, request: &Request<'_>) -> Result<Setup<'_, F>, Error> {
         let kinds = match request.walk.pairs {
             Pairs::Theory => Some(self.theory(request)?),
             _ => None,
