@@ -5,8 +5,8 @@ use core::fmt::Display;
 use std::time::Instant;
 
 use fredholm_circle::{
-    Arcs, Circle, CircleLevel, Emission, Harmonic, MeanOver, Moment, Point, PolynomialResidual,
-    Polynomials, Residual, Tables, neighbour_second_moment_radius, second_moment_radius,
+    Arcs, Circle, CircleLevel, Emission, Harmonic, MeanOver, Moment, Point, Polynomials, Residual,
+    Tables, neighbour_second_moment_radius, residual_moments, second_moment_radius,
 };
 use fredholm_core::galerkin::{
     Basis, GalerkinMatrix, OffDiagonal, PairKind, PairTable, Piecewise, Solution, Solve,
@@ -166,14 +166,14 @@ impl<'a, F: Real> Setup<'a, F> {
             0 => {
                 let System { tables, solution } = solved.system::<System>()?;
                 let circle = scene.circle(tables)?;
-                let residual = || circle.residual_moments(solution).map_err(Failure::run);
+                let residual = || residual_moments(&circle, solution).map_err(Failure::run);
                 Self::of_solution(scene, kinds, &circle, solution, residual)?
             }
             degree => of_degree!(degree, B => {
                 let System { tables, solution } = solved.system::<System>()?;
                 let circle = scene.circle(tables)?;
                 let polynomials = Polynomials::<_, _, B>::new(&circle);
-                let residual = || residual_moments(&polynomials, solution, scene.cells);
+                let residual = || residual_moments(&polynomials, solution).map_err(Failure::run);
                 Self::of_solution(scene, kinds, &polynomials, solution, residual)?
             }),
         };
@@ -348,25 +348,11 @@ impl<F: Real> Setup<'_, F> {
                         .map_err(Failure::run)?,
                 )
             }
-            NeighbourSource::ClosedForm(moments) => Box::new(
-                PolynomialResidual::new(polynomials, &self.v, moments).map_err(Failure::run)?,
-            ),
+            NeighbourSource::ClosedForm(moments) => {
+                Box::new(Residual::new(polynomials, &self.v, moments).map_err(Failure::run)?)
+            }
         })
     }
-}
-
-/// What the closed form of G takes: moments of what the Galerkin solution leaves over.
-fn residual_moments<F: Real, const B: usize>(
-    polynomials: &Polynomials<'_, '_, f64, Light<'_>, B>,
-    solution: &Solution,
-    cells: usize,
-) -> Result<Vec<Moment<F>>, Failure> {
-    let v = solution.seen::<F>().map_err(Failure::run)?;
-    let mut moments = vec![Moment::default(); cells];
-    polynomials
-        .residual_moments(&v, &mut moments)
-        .map_err(Failure::run)?;
-    Ok(moments.iter().map(Moment::cast).collect())
 }
 
 impl<'a> Scene<'a> {
@@ -423,7 +409,8 @@ impl<'a> Scene<'a> {
         let tables = Tables::<f64>::new(self.reflectance, cells).map_err(Failure::input)?;
         let circle = Circle::new(tables.cells(), DARK, self.absorption).map_err(Failure::input)?;
         let polynomials = Polynomials::<_, _, B>::new(&circle);
-        neighbour_second_moment_radius(&polynomials, &OffDiagonal { diagonal }).map_err(Failure::run)
+        neighbour_second_moment_radius(&polynomials, &OffDiagonal { diagonal })
+            .map_err(Failure::run)
     }
 
     fn circle<'t, F: Real>(

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use fredholm_core::galerkin::{
-    self, AllPointwise, Coefficients, Dense, GalerkinError, GalerkinMatrix, OffDiagonal, PairKind, PairTable,
-    Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
+    self, AllPointwise, Coefficients, Dense, GalerkinError, GalerkinMatrix, OffDiagonal, PairKind,
+    PairTable, Partition, Piecewise, Rounded, Solution, Solve, Sweeps, gauss_seidel, rounded,
 };
 use fredholm_core::variance::{self, Density, Level, Setting, Terms};
 use fredholm_core::{At, Functional, Located, Neighbour, NoNeighbour, Real, Source, Uniforms};
@@ -555,7 +555,7 @@ impl<'f> CubeFile<'f> {
         &self,
         formulas: &Formulas<f64>,
     ) -> Result<Setup<D>, Failure> {
-        let setup = self.system(formulas)?;
+        let setup = self.system::<D, B>(formulas)?;
         self.refuse_infinite_neighbour(formulas, &setup)?;
         Ok(setup)
     }
@@ -571,7 +571,7 @@ impl<'f> CubeFile<'f> {
     }
 
     /// Gives the spectral radius of T_h²p, where it is looked at.
-    fn refuse_infinite_neighbour<const D: usize, const B: usize>(
+    fn refuse_infinite_neighbour<const D: usize>(
         &self,
         formulas: &Formulas<f64>,
         setup: &Setup<D>,
@@ -790,7 +790,7 @@ impl<'f> CubeFile<'f> {
                 in_dimension!(d, D => self.diagnose_pointwise::<D>(request))
             }
             Some(pairs) => in_shape!(d, self.degree(), D, B => {
-                let setup = self.set_up(&Formulas::new(self.cube)?)?;
+                let setup = self.set_up::<D, B>(&Formulas::new(self.cube)?)?;
                 self.diagnose_in::<D, B>(&setup, &Smooth(pairs), request)
             }),
         }

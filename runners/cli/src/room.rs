@@ -495,7 +495,7 @@ impl<'f> RoomFile<'f> {
         let System { matrix, solution } = &*system;
         let v = solution.rounded::<F>().map_err(Failure::run)?;
         let kinds = match pairs {
-            Pairs::Theory => Some(self.theory(matrix, solution)?),
+            Pairs::Theory => Some(self.theory::<B>(matrix, solution)?),
             _ => None,
         };
         let dense = matrix.coefficients();
@@ -550,7 +550,7 @@ impl<'f> RoomFile<'f> {
             views,
             choice: Choice::Default,
         };
-        let g = solution.source::<f64, _, _>(&dense, &default);
+        let g = solution.source::<f64>(&dense, &default);
         let g = g.map_err(Failure::run)?;
         let galerkin = Piecewise::with_pointwise(&polynomials, &coefficients, default, &v, &g);
         let galerkin: &Boxed<'_, f64> = &galerkin.map_err(Failure::run)?;
@@ -563,7 +563,7 @@ impl<'f> RoomFile<'f> {
         self.with_starts(&room, |targets| {
             theory::choose(theory::table_of(&default, cells), |table, last| {
                 let pairs = PairTable::new(table, cells).map_err(Failure::run)?;
-                let g = solution.source::<f64, _, _>(&dense, &pairs);
+                let g = solution.source::<f64>(&dense, &pairs);
                 let g = g.map_err(Failure::run)?;
                 let neighbour =
                     Piecewise::with_pointwise(&polynomials, &coefficients, pairs, &v, &g);
@@ -745,12 +745,12 @@ impl<'f> RoomFile<'f> {
         }
         if let Some(solved) = solved.filter(|_| self.cells <= COARSE) {
             let system = solved.system::<Arc<System>>()?;
-            return self.neighbour_second_moment_of(&self.mesh, &system.matrix, choice);
+            return self.neighbour_second_moment_of::<B>(&self.mesh, &system.matrix, choice);
         }
         let mesh = mesh(self.file, &self.scene, self.cells.min(COARSE))?;
         let matrix =
             Matrix::with_functions(&self.scene, &mesh, r_min(B - 1), B).map_err(Failure::run)?;
-        self.neighbour_second_moment_of(&mesh, &matrix, choice)
+        self.neighbour_second_moment_of::<B>(&mesh, &matrix, choice)
     }
 
     fn neighbour_second_moment_of<const B: usize>(
@@ -763,7 +763,7 @@ impl<'f> RoomFile<'f> {
         let (geometry, cells, views) = (tables.geometry(), tables.cells(), matrix.views());
         let absorption = self.file.walk.absorption.value;
         let room = Room::new(geometry, cells, views, absorption).map_err(Failure::input)?;
-        let polynomials = Polynomials::new(&room);
+        let polynomials = Polynomials::<_, B>::new(&room);
         let pairs = RoomPairs { views, choice };
         neighbour_second_moment_radius(&polynomials, matrix, pairs).map_err(Failure::run)
     }

@@ -21,7 +21,7 @@ pub(super) fn rare<const B: usize>(
     known: Option<&Matrix>,
 ) -> Result<f64, Failure> {
     // As many points as functions would lie where k − h nearly vanishes.
-    rare_by(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
+    rare_by::<B>(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
 }
 
 /// The same with so many Gauss points on a cell.
@@ -157,7 +157,7 @@ mod tests {
             let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B).unwrap();
             assert_eq!(
                 few,
-                rare(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
+                rare::<B>(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
             );
             let many = of(Choice::Default, Some(&matrix), 32);
             assert!(
