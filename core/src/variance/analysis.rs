@@ -154,13 +154,14 @@ impl<'a, T: Copy + Default> Nodal<'a, T> {
 pub(super) type Seconds<'a> = Nodal<'a, [f64; 2]>;
 
 /// One of the moments between sites as a matrix.
-pub(super) struct Matrix<'a, P, M> {
+pub(super) struct Matrix<'a, P> {
     sites: &'a [Site<P>],
-    moment: M,
+    // A pointer: one matrix, and one solver, for all moments.
+    moment: fn(&Moments) -> f64,
     transposed: bool,
 }
 
-impl<P, M: Fn(&Moments) -> f64> GalerkinMatrix for Matrix<'_, P, M> {
+impl<P> GalerkinMatrix for Matrix<'_, P> {
     type Scalar = f64;
 
     fn cells(&self) -> usize {
@@ -175,12 +176,12 @@ impl<P, M: Fn(&Moments) -> f64> GalerkinMatrix for Matrix<'_, P, M> {
     fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> f64 {
         let (i, j) = if self.transposed { (j, i) } else { (i, j) };
         let moments = self.sites.get(i).and_then(|site| site.row.get(j));
-        moments.map_or(f64::NAN, &self.moment)
+        moments.map_or(f64::NAN, self.moment)
     }
 }
 
-impl<'a, P, M: Fn(&Moments) -> f64> Matrix<'a, P, M> {
-    pub(super) const fn new(sites: &'a [Site<P>], moment: M) -> Self {
+impl<'a, P> Matrix<'a, P> {
+    pub(super) const fn new(sites: &'a [Site<P>], moment: fn(&Moments) -> f64) -> Self {
         Self {
             sites,
             moment,
@@ -189,7 +190,7 @@ impl<'a, P, M: Fn(&Moments) -> f64> Matrix<'a, P, M> {
     }
 
     /// Of the adjoint operator, acting on masses of sites.
-    pub(super) const fn adjoint(sites: &'a [Site<P>], moment: M) -> Self {
+    pub(super) const fn adjoint(sites: &'a [Site<P>], moment: fn(&Moments) -> f64) -> Self {
         Self {
             sites,
             moment,
