@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Circle, Emission, Harmonic, Moment, Point, PolynomialResidual, Polynomials, Residual, Tables,
+    Circle, Emission, Harmonic, Point, Polynomials, Residual, Tables, residual_moments,
 };
 use fredholm_core::galerkin::{
     AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
@@ -78,14 +78,14 @@ pub fn with_residual<F: Real, E: Emission<F> + Emission<f64> + Copy, R>(
     reflectance: &[f64],
     cells: usize,
     emission: E,
-    then: impl FnOnce(&Circle<'_, F, E>, &Residual<'_, '_, F, E>, &[F]) -> R,
+    then: impl FnOnce(&Circle<'_, F, E>, &Residual<'_, F, Circle<'_, F, E>>, &[F]) -> R,
 ) -> R {
     let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
     let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
     let solution = wide.solve(1e-15, 1000).unwrap();
     let (v, moments) = (
         solution.rounded().unwrap(),
-        wide.residual_moments(&solution).unwrap(),
+        residual_moments(&wide, &solution).unwrap(),
     );
     let tables = Tables::new(reflectance, cells).unwrap();
     let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
@@ -362,14 +362,9 @@ impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
         let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
         let wide = Polynomials::<_, _, B>::new(&wide);
         let solution = wide.solve(1e-15, 1000).unwrap();
-        let (v, seen) = (
-            solution.rounded::<F>().unwrap(),
-            solution.seen::<F>().unwrap(),
-        );
-        let mut moments = vec![Moment::default(); n];
-        wide.residual_moments(&seen, &mut moments).unwrap();
-        let moments: Vec<_> = moments.iter().map(Moment::cast).collect();
-        let residual = PolynomialResidual::new(&self.polynomials, &v, &moments).unwrap();
+        let v = solution.rounded::<F>().unwrap();
+        let moments = residual_moments(&wide, &solution).unwrap();
+        let residual = Residual::new(&self.polynomials, &v, &moments).unwrap();
         offers.neighbour("residual", &residual);
         let mut means = vec![0.0; n * B];
         wide.source_means(&mut means).unwrap();

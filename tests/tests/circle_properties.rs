@@ -1,7 +1,7 @@
 //! Whatever a circle's constructors accept, walks on it end with finite scores and no panic; what
 //! they refuse, they refuse by an error.
 
-use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables};
+use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables, residual_moments};
 use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
 use fredholm_core::{At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
 use proptest::prelude::*;
@@ -60,7 +60,7 @@ fn solve<F: Real>(scene: &Scene, estimator: Estimator) -> Result<[Statistics; 2]
         solution.rounded::<F>().expect("memory"),
         solution.source(&circle, &pairs).expect("its cells"),
     );
-    let moments = circle.residual_moments(&solution).expect("its cells");
+    let moments = residual_moments(&circle, &solution).expect("its cells");
 
     let tables = Tables::<F>::new(&scene.reflectance, scene.cells)?;
     let circle = Circle::new(tables.cells(), scene.light, scene.absorption)?;

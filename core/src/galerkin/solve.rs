@@ -303,7 +303,7 @@ pub fn neighbour_source<F: Real>(
     let rows = g.chunks_exact_mut(functions).zip(v.chunks_exact(functions));
     for (i, (g, own)) in rows.enumerate() {
         pairs.outside(i, matrix.cells(), &mut |j| {
-            let other = v.chunks_exact(functions).nth(j);
+            let other = v.get(j * functions..(j + 1) * functions);
             for (a, g) in g.iter_mut().enumerate() {
                 *g -= other.map_or(F::NAN, |other| {
                     sum((0..functions)

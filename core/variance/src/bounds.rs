@@ -153,8 +153,8 @@ impl Analysis<'_> {
             beta_1: best.map(|(_, [_, beta_1])| beta_1),
             beta: match power {
                 Some(_) => Some(Real::max(
-                    self.resolvent_in_l1(&|m| m.kk)?,
-                    self.resolvent_in_l1(&|m| m.hh)?,
+                    self.resolvent_in_l1(|m| m.kk)?,
+                    self.resolvent_in_l1(|m| m.hh)?,
                 )),
                 None => None,
             },
@@ -179,7 +179,7 @@ impl Analysis<'_> {
     }
 
     /// ‖(I − T)⁻¹‖ in L1: sup_y of ∫ of the resolvent's kernel dμ(x), by the adjoint equation with the source 1.
-    fn resolvent_in_l1(&self, moment: &dyn Fn(&Moments) -> f64) -> Result<f64, VarianceError> {
+    fn resolvent_in_l1(&self, moment: fn(&Moments) -> f64) -> Result<f64, VarianceError> {
         let mut source = buffer(self.sites.len())?;
         for (source, site) in source.iter_mut().zip(&self.sites) {
             *source = site.measure;

@@ -8,7 +8,7 @@ use fredholm_core::{
 };
 
 use crate::cells::{Cells, Direction};
-use crate::residual::{Sum, middles};
+use crate::residual::{ClosedForm, Sum, middles};
 use crate::{CircleError, Emission};
 
 /// The point e^{is} of the circle, kept as cos and sin of s/2 ∈ [0, π) with the number of its cell.
@@ -505,5 +505,30 @@ impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
             before.add(&cell.middle, *v);
         }
         largest
+    }
+}
+
+impl<F: Real, E: Emission<F>> ClosedForm<F> for Circle<'_, F, E> {
+    fn table(&self) -> Cells<'_, F> {
+        self.cells
+    }
+
+    #[inline]
+    fn reflectance(&self, cell: usize) -> F {
+        Circle::reflectance(self, cell)
+    }
+
+    fn amplitude(&self, v: &[F]) -> [F; 2] {
+        [v.first().copied().unwrap_or(F::NAN), F::zero()]
+    }
+
+    #[inline]
+    fn scale(&self) -> F {
+        self.form_factor_scale()
+    }
+
+    #[inline]
+    fn local(&self, x: &Located<Point<F>>) -> [[F; 1]; 2] {
+        [[F::one()], [self.own_cell(&x.point, x.cell)]]
     }
 }

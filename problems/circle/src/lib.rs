@@ -8,6 +8,7 @@ extern crate std;
 
 mod cells;
 mod circle;
+mod coefficients;
 mod double;
 mod emission;
 mod error;
@@ -17,6 +18,7 @@ mod mean;
 mod polynomials;
 mod quadrature;
 mod residual;
+mod series;
 #[cfg(feature = "alloc")]
 mod solution;
 
@@ -27,7 +29,9 @@ pub use error::CircleError;
 #[cfg(feature = "alloc")]
 pub use level::CircleLevel;
 pub use mean::MeanOver;
-pub use polynomials::{PolynomialResidual, Polynomials};
-pub use residual::{Moment, Residual, moments};
+pub use polynomials::Polynomials;
+pub use residual::{ClosedForm, Moment, Residual, moments};
 #[cfg(feature = "alloc")]
-pub use solution::{Tables, neighbour_second_moment_radius, second_moment_radius};
+pub use solution::{
+    Tables, neighbour_second_moment_radius, residual_moments, second_moment_radius,
+};

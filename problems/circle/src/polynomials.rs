@@ -1,19 +1,14 @@
 //! Piecewise polynomials of any degree on the circle.
 
-use fredholm_core::galerkin::{
-    Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments, legendre,
-};
+use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
 use fredholm_core::{
-    Kernel, Located, Neighbour, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
+    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
-use crate::cells::Direction;
 use crate::quadrature::{bessel, integrate, integrate_from};
-use crate::residual::Sum;
-use crate::{Circle, CircleError, Emission, Moment, Point};
-
-/// Terms of a series in even or in odd powers of an angle in units of A ≤ π/2: (π/2)²⁴/24! < 10⁻¹⁸.
-const TERMS: usize = 12;
+use crate::residual::ClosedForm;
+use crate::series::{TERMS, arcsine, arcsine_terms, own_integrals, series, terms};
+use crate::{Cells, Circle, CircleError, Emission, Point};
 
 /// The circle with B = degree + 1 Legendre polynomials on every cell, normalised: in the coordinate
 /// t ∈ [−1, 1] of a cell with s = m_j + 2At, A = π/2n, ψ_b = √(2b + 1) P_b(t).
@@ -70,7 +65,7 @@ const TERMS: usize = 12;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomials<'c, 'a, F, E, const B: usize> {
-    circle: &'c Circle<'a, F, E>,
+    pub(crate) circle: &'c Circle<'a, F, E>,
     /// 1/A times the series of the arcsine, in odd powers; none where A is too large for it.
     coordinate: Option<[F; TERMS]>,
     /// The number of its terms that count.
@@ -84,9 +79,9 @@ pub struct Polynomials<'c, 'a, F, E, const B: usize> {
     /// D.
     odd: [[F; B]; B],
     /// f.
-    factors: [F; B],
+    pub(crate) factors: [F; B],
     /// K'_(ia)(ib)/ρ_i.
-    diagonal: [[F; B]; B],
+    pub(crate) diagonal: [[F; B]; B],
     /// (A/2) ∫ ψ_b(t) |sin A(t − τ)| dt in even powers of τ for even b, in odd ones for odd b.
     own: [[F; TERMS]; B],
     /// The number of these terms that count.
@@ -224,254 +219,11 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
             F::from_f64(scale * sides)
         })
     }
-
-    /// Σ_b f_b i^b v_b as real and imaginary part.
-    #[inline]
-    fn amplitude(&self, v: &[F]) -> [F; 2] {
-        let mut sums = [F::zero(); 2];
-        for (b, (&f, &v)) in self.factors.iter().zip(v).enumerate() {
-            let term = if b % 4 < 2 { f * v } else { -(f * v) };
-            if b.is_multiple_of(2) {
-                sums[0] += term;
-            } else {
-                sums[1] += term;
-            }
-        }
-        sums
-    }
-
-    /// (K'v)_ia of the cells off the diagonal from their sums before and behind cell i.
-    #[inline]
-    fn others(&self, i: usize, [before, after]: [&Sum<F>; 2], middle: &Direction<F>) -> [F; B] {
-        let turned = middle.turned();
-        // Σ_{j>i} − Σ_{j<i} of Im and Re of what they send.
-        let im = before.turn_to(middle) - after.turn_to(middle);
-        let re = after.turn_to(&turned) - before.turn_to(&turned);
-        let reflectance = self.circle.reflectance(i);
-        let mut a = 0;
-        self.factors.map(|f| {
-            let part = match a % 4 {
-                0 => im,
-                1 => -re,
-                2 => -im,
-                _ => re,
-            };
-            a += 1;
-            reflectance * f * part
-        })
-    }
-
-    #[inline]
-    fn add(&self, sum: &mut Sum<F>, middle: &Direction<F>, v: &[F]) {
-        let [re, im] = self.amplitude(v);
-        sum.add(middle, re);
-        sum.add(&middle.turned(), im);
-    }
-
-    /// (K'_ii v)_a.
-    #[inline]
-    fn diagonal_times(&self, i: usize, v: &[F]) -> [F; B] {
-        let reflectance = self.circle.reflectance(i);
-        self.diagonal.map(|row| {
-            let products = row.iter().zip(v).map(|(&k, &v)| k * v);
-            reflectance * products.fold(F::zero(), |sum, x| sum + x)
-        })
-    }
-}
-
-impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
-    /// Fills what [`PolynomialResidual`] asks for from the solution `v`.
-    ///
-    /// # Errors
-    /// [`CircleError::Length`] unless `v` has n·B entries and `out` n.
-    pub fn residual_moments(&self, v: &[F], out: &mut [Moment<F>]) -> Result<(), CircleError> {
-        let cells = self.circle.table();
-        let n = cells.len();
-        for (expected, found) in [(n * B, v.len()), (n, out.len())] {
-            if expected != found {
-                return Err(CircleError::Length { expected, found });
-            }
-        }
-        let mut after = Sum::default();
-        for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
-            self.add(&mut after, &cell.middle, v);
-        }
-        let mut before = Sum::default();
-        for ((out, v), cell) in out.iter_mut().zip(v.chunks_exact(B)).zip(cells.iter()) {
-            self.add(&mut after, &cell.middle, &negated::<F, B>(v));
-            *out = Moment::between(&before, &after);
-            self.add(&mut before, &cell.middle, v);
-        }
-        Ok(())
-    }
-}
-
-/// The neighbour equation with all pairs pointwise: h = k, and G = v − T_K v in closed form, O(B) at any n;
-/// [`Residual`](crate::Residual) of any degree.
-#[derive(Clone, Copy, Debug)]
-pub struct PolynomialResidual<'p, 'c, 'a, F, E, const B: usize> {
-    polynomials: &'p Polynomials<'c, 'a, F, E, B>,
-    solution: &'p [F],
-    moments: &'p [Moment<F>],
-}
-
-impl<'p, 'c, 'a, F: Real, E: Emission<F>, const B: usize> PolynomialResidual<'p, 'c, 'a, F, E, B> {
-    /// Of the solution v and its [moments](Polynomials::residual_moments).
-    ///
-    /// # Errors
-    /// [`CircleError::Length`].
-    pub fn new(
-        polynomials: &'p Polynomials<'c, 'a, F, E, B>,
-        solution: &'p [F],
-        moments: &'p [Moment<F>],
-    ) -> Result<Self, CircleError> {
-        let n = polynomials.circle.table().len();
-        for (expected, found) in [(n * B, solution.len()), (n, moments.len())] {
-            if expected != found {
-                return Err(CircleError::Length { expected, found });
-            }
-        }
-        Ok(Self {
-            polynomials,
-            solution,
-            moments,
-        })
-    }
-
-    #[inline]
-    fn own(&self, cell: usize) -> [F; B] {
-        let own = self.solution.get(cell * B..).and_then(<[F]>::first_chunk);
-        own.copied().unwrap_or([F::NAN; B])
-    }
-}
-
-impl<F: Real, E, const B: usize> StateSpace for PolynomialResidual<'_, '_, '_, F, E, B> {
-    type Scalar = F;
-    type Point = Point<F>;
-}
-
-impl<F: Real, E: Emission<F>, const B: usize> Neighbour
-    for PolynomialResidual<'_, '_, '_, F, E, B>
-{
-    #[inline]
-    fn locate(&self, x: Point<F>) -> Located<Point<F>> {
-        Located {
-            point: x,
-            cell: x.cell(),
-        }
-    }
-    #[inline]
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: F) -> F {
-        k
-    }
-    fn source(&self, x: &Located<Point<F>>) -> F {
-        let problem = self.polynomials;
-        let Some(moment) = self.moments.get(x.cell) else {
-            return F::NAN;
-        };
-        let v = self.own(x.cell);
-        let tau = problem.coordinate(&x.point, x.cell);
-        let others = problem.root * moment.turn_from(&x.point);
-        let reflected =
-            problem.circle.reflectance(x.cell) * (others + dot(&v, &problem.own_cell(tau)));
-        dot(&v, &legendre(tau)) - reflected
-    }
-    #[inline]
-    fn value(&self, x: &Located<Point<F>>) -> F {
-        dot(&self.own(x.cell), &self.polynomials.basis(x))
-    }
-}
-
-fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
-    let products = a.iter().zip(b).map(|(&a, &b)| a * b);
-    products.fold(F::zero(), |sum, x| sum + x)
 }
 
 /// The matrix with these entries.
 fn matrix<F, const B: usize>(entry: impl Fn(usize, usize) -> F) -> [[F; B]; B] {
     core::array::from_fn(|b| core::array::from_fn(|c| entry(b, c)))
-}
-
-/// The series of asin(z)/A in z, z³, z⁵, …
-fn arcsine(quarter: f64) -> [f64; TERMS] {
-    let mut coefficient = 1.0;
-    core::array::from_fn(|k| {
-        let power = 2.0 * k as f64;
-        let value = coefficient / ((power + 1.0) * quarter);
-        coefficient *= (power + 1.0) / (power + 2.0);
-        value
-    })
-}
-
-/// The number of terms of the arcsine's series that are not below 10⁻¹⁷ of the first.
-fn arcsine_terms(quarter: f64) -> usize {
-    let mut terms = 1;
-    let mut power = quarter * quarter;
-    while terms < TERMS && power > 1e-17 {
-        power *= quarter * quarter;
-        terms += 1;
-    }
-    terms
-}
-
-/// (A/2) I_b(τ) with I_b(τ) = ∫ ψ_b(t) |sin A(t − τ)| dt as power series in τ, each in powers of its own
-/// parity. They come from I'' = −A² I + 2A ψ_b(τ), and from I(0) or I'(0) by quadrature.
-fn own_integrals<const B: usize>(quarter: f64) -> [[f64; TERMS]; B] {
-    core::array::from_fn(|b| {
-        let half = |weight: fn(f64) -> f64| {
-            let product = |t| legendre::<f64, B>(t)[b] * weight(quarter * t);
-            2.0 * integrate(0.0, 1.0, product)
-        };
-        let first = if b.is_multiple_of(2) {
-            half(Real::sin)
-        } else {
-            -quarter * half(Real::cos)
-        };
-        let psi = powers(b);
-        let mut next = 0.5 * quarter * first;
-        core::array::from_fn(|k| {
-            let value = next;
-            let power = (2 * k + b % 2) as f64;
-            let own = psi.get(k).copied().unwrap_or(0.0);
-            next = (quarter * quarter * own - quarter * quarter * value)
-                / ((power + 1.0) * (power + 2.0));
-            value
-        })
-    })
-}
-
-/// ψ_b(t) in powers of t of its own parity.
-fn powers(b: usize) -> [f64; TERMS] {
-    let mut out = [0.0; TERMS];
-    // (−1)^k (2b − 2k)!/(2^b k! (b − k)! (b − 2k)!) belongs to t^(b − 2k).
-    let mut coefficient = Real::sqrt(2.0 * b as f64 + 1.0);
-    for i in 0..b {
-        coefficient *= (2 * i + 1) as f64 / (i + 1) as f64;
-    }
-    for k in 0..=b / 2 {
-        if let Some(out) = out.get_mut(b / 2 - k) {
-            *out = coefficient;
-        }
-        let (left, b, k) = ((b - 2 * k) as f64, b as f64, k as f64);
-        coefficient *= -left * (left - 1.0) / (2.0 * (k + 1.0) * (2.0 * b - 2.0 * k - 1.0));
-    }
-    out
-}
-
-/// The number of terms without which the sums would not be the same to 10⁻¹⁸ of the first function's.
-fn terms<const B: usize>(own: &[[f64; TERMS]; B]) -> usize {
-    let largest = own.iter().flatten().fold(0.0, |m: f64, c| m.max(c.abs()));
-    let counts = |k: &usize| own.iter().any(|row| row[*k].abs() > 1e-18 * largest);
-    (0..TERMS).rev().find(counts).map_or(TERMS, |k| k + 1)
-}
-
-/// Σ_k c_k τ^(2k), times τ for odd b.
-#[inline]
-fn series<F: Real>(coefficients: &[F; TERMS], terms: usize, b: usize, tau: F) -> F {
-    let square = tau * tau;
-    let sum = coefficients.iter().take(terms).rev();
-    let sum = sum.fold(F::zero(), |sum, &c| sum * square + c);
-    if b.is_multiple_of(2) { sum } else { tau * sum }
 }
 
 impl<F: Real, E, const B: usize> StateSpace for Polynomials<'_, '_, F, E, B> {
@@ -562,136 +314,39 @@ impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B> for Polynomials<'_
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_, '_, F, E, B> {
-    /// As a product of two vectors.
+impl<F: Real, E: Emission<F>, const B: usize> ClosedForm<F, B> for Polynomials<'_, '_, F, E, B> {
+    fn table(&self) -> Cells<'_, F> {
+        self.circle.table()
+    }
+
+    /// Σ_b f_b i^b v_b.
     #[inline]
-    fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
-        let cells = self.circle.table();
-        let (Some(from), Some(to)) = (cells.get(i), cells.get(j)) else {
-            return [F::NAN; B];
-        };
-        if i == j {
-            return core::array::from_fn(|b| {
-                let rows = left.iter().zip(&self.diagonal);
-                let products = rows.map(|(&l, row)| l * (from.reflectance * row[b]));
-                products.fold(F::zero(), |sum, x| sum + x)
-            });
-        }
-        let sine = to.middle.rough_sine(&from.middle);
-        let cosine = to.middle.cosine(&from.middle);
-        let cosine = if j > i { cosine } else { -cosine };
-        // Σ_a left_a f_a sin(m − aπ/2) and its derivative: i^(−a) is the conjugate of i^a.
-        let [re, im] = self.amplitude(left);
-        let value = from.reflectance * (re * sine - im * cosine);
-        let slope = from.reflectance * (re * cosine + im * sine);
-        let mut b = 0;
-        self.factors.map(|f| {
-            let phase = match b % 4 {
-                0 => value,
-                1 => slope,
-                2 => -value,
-                _ => -slope,
-            };
-            b += 1;
-            f * phase
-        })
-    }
-}
-
-impl<F: Real, E: Emission<F>, const B: usize> GalerkinMatrix for Polynomials<'_, '_, F, E, B> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.circle.table().len()
-    }
-
-    fn functions(&self) -> usize {
-        B
-    }
-
-    fn entry(&self, [i, a]: [usize; 2], [j, b]: [usize; 2]) -> F {
-        let cells = self.circle.table();
-        let (Some(from), Some(to)) = (cells.get(i), cells.get(j)) else {
-            return F::NAN;
-        };
-        let (Some(&left), Some(&right)) = (self.factors.get(a), self.factors.get(b)) else {
-            return F::NAN;
-        };
-        if i == j {
-            let own = self.diagonal.get(a).and_then(|row| row.get(b));
-            return from.reflectance * own.copied().unwrap_or(F::NAN);
-        }
-        let sine = to.middle.rough_sine(&from.middle);
-        let cosine = to.middle.cosine(&from.middle);
-        let cosine = if j > i { cosine } else { -cosine };
-        // ± sin((m_j − m_i)/2 + kπ/2) for k = b − a modulo 4.
-        let phase = match (b + 4 * B - a) % 4 {
-            0 => sine,
-            1 => cosine,
-            2 => -sine,
-            _ => -cosine,
-        };
-        from.reflectance * left * right * phase
-    }
-
-    /// Σ_j K'_(i0)(j0) = ρ_i: the circle is closed.
-    fn row_sum(&self, i: usize) -> F {
-        self.circle.reflectance(i)
-    }
-
-    /// O(nB) by running sums, as with piecewise constants.
-    fn apply(&self, v: &[F], out: &mut [F]) {
-        let cells = self.circle.table();
-        let mut after = Sum::default();
-        for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
-            self.add(&mut after, &cell.middle, v);
-        }
-        let mut before = Sum::default();
-        let rows = out.chunks_exact_mut(B).zip(v.chunks_exact(B));
-        for (i, ((out, v), cell)) in rows.zip(cells.iter()).enumerate() {
-            self.add(&mut after, &cell.middle, &negated::<F, B>(v));
-            let others = self.others(i, [&before, &after], &cell.middle);
-            let own = self.diagonal_times(i, v);
-            for ((out, other), own) in out.iter_mut().zip(others).zip(own) {
-                *out = other + own;
+    fn amplitude(&self, v: &[F]) -> [F; 2] {
+        let mut sums = [F::zero(); 2];
+        for (b, (&f, &v)) in self.factors.iter().zip(v).enumerate() {
+            let term = if b % 4 < 2 { f * v } else { -(f * v) };
+            if b.is_multiple_of(2) {
+                sums[0] += term;
+            } else {
+                sums[1] += term;
             }
-            self.add(&mut before, &cell.middle, v);
         }
+        sums
     }
 
-    /// Gauss–Seidel between cells, a plain step within one.
-    fn scratch(&self) -> usize {
-        0
+    #[inline]
+    fn scale(&self) -> F {
+        self.root
     }
 
-    fn sweep(&self, source: &[F], v: &mut [F], _: &mut [F]) -> F {
-        let cells = self.circle.table();
-        let mut after = Sum::default();
-        for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
-            self.add(&mut after, &cell.middle, v);
-        }
-        let mut before = Sum::default();
-        let mut largest = F::zero();
-        let rows = v.chunks_exact_mut(B).zip(source.chunks_exact(B));
-        for (i, ((v, source), cell)) in rows.zip(cells.iter()).enumerate() {
-            self.add(&mut after, &cell.middle, &negated::<F, B>(v));
-            let others = self.others(i, [&before, &after], &cell.middle);
-            let own = self.diagonal_times(i, v);
-            for (((v, &source), other), own) in v.iter_mut().zip(source).zip(others).zip(own) {
-                let residual = source + other + own - *v;
-                // Written so that NaN stays.
-                if !(residual.abs() <= largest) && !largest.is_nan() {
-                    largest = residual.abs();
-                }
-                *v += residual;
-            }
-            self.add(&mut before, &cell.middle, v);
-        }
-        largest
+    #[inline]
+    fn reflectance(&self, cell: usize) -> F {
+        self.circle.reflectance(cell)
     }
-}
 
-fn negated<F: Real, const B: usize>(v: &[F]) -> [F; B] {
-    let mut v = v.iter();
-    core::array::from_fn(|_| v.next().map_or(F::NAN, |&v| -v))
+    #[inline]
+    fn local(&self, x: &Located<Point<F>>) -> [[F; B]; 2] {
+        let tau = self.coordinate(&x.point, x.cell);
+        [legendre(tau), self.own_cell(tau)]
+    }
 }

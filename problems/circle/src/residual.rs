@@ -1,9 +1,10 @@
 //! All pairs pointwise: the neighbour source in closed form, in O(1) at any n.
 
+use fredholm_core::galerkin::Basis;
 use fredholm_core::{Located, Neighbour, Real, StateSpace};
 
 use crate::cells::{Cells, Direction};
-use crate::{Circle, CircleError, Emission, Point};
+use crate::{CircleError, Point};
 
 /// Σ v cos a and Σ v sin a over some cells, compensated (Neumaier 1974): their rounding errors may
 /// not grow with the number of cells, as G is as exact as they are.
@@ -90,89 +91,140 @@ impl<F: Real> Moment<F> {
     }
 }
 
+/// Where G = v − T_K v has a closed form: on the circle, of every degree.
+pub trait ClosedForm<F: Real, const B: usize = 1>:
+    Basis<B> + StateSpace<Scalar = F, Point = Point<F>>
+{
+    /// The cells.
+    fn table(&self) -> Cells<'_, F>;
+
+    /// ρ of a cell.
+    fn reflectance(&self, cell: usize) -> F;
+
+    /// What a cell with these B unknowns sends, as real and imaginary part of a multiple of exp(i m_j/2).
+    fn amplitude(&self, v: &[F]) -> [F; 2];
+
+    /// What the sums of amplitudes are multiplied by.
+    fn scale(&self) -> F;
+
+    /// ψ_0(x) … ψ_(B−1)(x), and ∫ |sin((t − s)/2)| ψ_b(t)/4 dt over the cell of x for all b.
+    fn local(&self, x: &Located<Point<F>>) -> [[F; B]; 2];
+}
+
+/// Adds what a cell sends.
+fn add<F: Real>(sum: &mut Sum<F>, middle: &Direction<F>, [re, im]: [F; 2]) {
+    sum.add(middle, re);
+    sum.add(&middle.turned(), im);
+}
+
 /// Fills the moments of the solution `v`.
 ///
 /// # Errors
-/// [`CircleError::Length`]: `v` or `out` has another length than the number of cells.
-pub fn moments<F: Real>(
-    cells: &Cells<'_, F>,
+/// [`CircleError::Length`] unless `v` has n·B entries and `out` n.
+pub fn moments<F: Real, P: ClosedForm<F, B>, const B: usize>(
+    problem: &P,
     v: &[F],
     out: &mut [Moment<F>],
 ) -> Result<(), CircleError> {
-    for found in [v.len(), out.len()] {
-        if found != cells.len() {
-            return Err(CircleError::Length {
-                expected: cells.len(),
-                found,
-            });
-        }
-    }
+    let cells = problem.table();
+    check_lengths::<F, B>(cells.len(), v, out)?;
     let mut after = Sum::default();
-    for (&v, middle) in v.iter().zip(middles(cells)) {
-        after.add(middle, v);
+    for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
+        add(&mut after, &cell.middle, problem.amplitude(v));
     }
     let mut before = Sum::default();
-    for ((out, &v), middle) in out.iter_mut().zip(v).zip(middles(cells)) {
-        after.add(middle, -v);
+    for ((out, v), cell) in out.iter_mut().zip(v.chunks_exact(B)).zip(cells.iter()) {
+        let amplitude = problem.amplitude(v);
+        add(&mut after, &cell.middle, amplitude.map(|part| -part));
         *out = Moment::between(&before, &after);
-        before.add(middle, v);
+        add(&mut before, &cell.middle, amplitude);
     }
     Ok(())
 }
 
-/// The neighbour equation with all pairs pointwise: h = k, and G = v − T_K v in closed form. Its
+fn check_lengths<F, const B: usize>(
+    cells: usize,
+    v: &[F],
+    moments: &[Moment<F>],
+) -> Result<(), CircleError> {
+    for (expected, found) in [(cells * B, v.len()), (cells, moments.len())] {
+        if expected != found {
+            return Err(CircleError::Length { expected, found });
+        }
+    }
+    Ok(())
+}
+
+/// The neighbour equation with all pairs pointwise: h = k, and G = v − T_K v in closed form, O(B) at any n. Its
 /// preconditioned estimate differs from the plain one in the source only.
 ///
 /// The generic [`Piecewise`](fredholm_core::galerkin::Piecewise) with all pairs pointwise is the
 /// same equation, at the price of n integrals for every value of G.
 #[derive(Clone, Copy, Debug)]
-pub struct Residual<'a, 'b, F, E> {
-    circle: &'a Circle<'b, F, E>,
+pub struct Residual<'a, F, P, const B: usize = 1> {
+    problem: &'a P,
     solution: &'a [F],
     moments: &'a [Moment<F>],
 }
 
-impl<'a, 'b, F: Real, E: Emission<F>> Residual<'a, 'b, F, E> {
-    /// Of the solution v and its [`moments`].
+impl<'a, F: Real, P: ClosedForm<F, B>, const B: usize> Residual<'a, F, P, B> {
+    /// Of the solution v and its [`moments`], on a [`Circle`](crate::Circle) or with
+    /// [`Polynomials`](crate::Polynomials).
     ///
     /// # Errors
     /// [`CircleError::Length`].
     pub fn new(
-        circle: &'a Circle<'b, F, E>,
+        problem: &'a P,
         solution: &'a [F],
         moments: &'a [Moment<F>],
     ) -> Result<Self, CircleError> {
-        let expected = circle.table().len();
-        for found in [solution.len(), moments.len()] {
-            if found != expected {
-                return Err(CircleError::Length { expected, found });
-            }
-        }
+        check_lengths::<F, B>(problem.table().len(), solution, moments)?;
         Ok(Self {
-            circle,
+            problem,
             solution,
             moments,
         })
     }
 
-    /// (T_K v)(x) = ρ_i [sin A Σ_{j≠i} v_j |sin((m_j − s)/2)| + v_i (1 − cos A cos((m_i − s)/2))].
+    /// v_i0 … v_i(B−1) of a cell.
+    #[inline]
+    fn own(&self, cell: usize) -> [F; B] {
+        let own = self.solution.get(cell * B..).and_then(<[F]>::first_chunk);
+        own.copied().unwrap_or([F::NAN; B])
+    }
+
+    /// (T_K v)(x): of piecewise constants ρ_i [sin A Σ_{j≠i} v_j |sin((m_j − s)/2)| + v_i (1 − cos A cos((m_i − s)/2))].
     #[inline]
     pub fn reflected(&self, x: &Located<Point<F>>) -> F {
+        let [_, integrals] = self.problem.local(x);
+        self.reflected_with(x, &integrals)
+    }
+
+    #[inline]
+    fn reflected_with(&self, x: &Located<Point<F>>, integrals: &[F; B]) -> F {
         let Some(moment) = self.moments.get(x.cell) else {
             return F::NAN;
         };
-        let others = self.circle.form_factor_scale() * moment.turn_from(&x.point);
-        let own = self.value(x) * self.circle.own_cell(&x.point, x.cell);
-        self.circle.reflectance(x.cell) * (others + own)
+        let others = self.problem.scale() * moment.turn_from(&x.point);
+        let own = dot(&self.own(x.cell), integrals);
+        self.problem.reflectance(x.cell) * (others + own)
     }
 }
 
-impl<F: Real, E> StateSpace for Residual<'_, '_, F, E> {
+/// Σ_b a_b b_b.
+#[inline]
+fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
+    let mut products = a.iter().zip(b).map(|(&a, &b)| a * b);
+    let first = products.next().unwrap_or(F::NAN);
+    products.fold(first, |sum, product| sum + product)
+}
+
+impl<F: Real, P, const B: usize> StateSpace for Residual<'_, F, P, B> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real, E: Emission<F>> Neighbour for Residual<'_, '_, F, E> {
+impl<F: Real, P: ClosedForm<F, B>, const B: usize> Neighbour for Residual<'_, F, P, B> {
     #[inline]
     fn locate(&self, x: Point<F>) -> Located<Point<F>> {
         Located {
@@ -186,10 +238,11 @@ impl<F: Real, E: Emission<F>> Neighbour for Residual<'_, '_, F, E> {
     }
     #[inline]
     fn source(&self, x: &Located<Point<F>>) -> F {
-        self.value(x) - self.reflected(x)
+        let [psi, integrals] = self.problem.local(x);
+        dot(&self.own(x.cell), &psi) - self.reflected_with(x, &integrals)
     }
     #[inline]
     fn value(&self, x: &Located<Point<F>>) -> F {
-        self.solution.get(x.cell).copied().unwrap_or(F::NAN)
+        dot(&self.own(x.cell), &self.problem.basis(x))
     }
 }

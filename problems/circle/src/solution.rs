@@ -8,7 +8,8 @@ use fredholm_core::galerkin::{
 };
 
 use crate::{
-    Cell, Cells, Circle, CircleError, Emission, Moment, Polynomials, Slot, moments, slots,
+    Cell, Cells, Circle, CircleError, ClosedForm, Emission, Moment, Polynomials, Slot, moments,
+    slots,
 };
 
 /// The buffers of [`Cells`], owned.
@@ -79,27 +80,29 @@ impl<E: Emission<f64>> Circle<'_, f64, E> {
             })?;
         Solution::new(self, source, tolerance, at_most)
     }
+}
 
-    /// The moments for [`Residual`](crate::Residual) in the walk's scalar, from v as rounded to it.
-    ///
-    /// # Errors
-    /// [`GalerkinError::Length`]: the solution has another number of cells; [`GalerkinError::Memory`].
-    pub fn residual_moments<F: Real>(
-        &self,
-        solution: &Solution,
-    ) -> Result<Vec<Moment<F>>, GalerkinError> {
-        let v = solution.seen::<F>()?;
-        let mut wide = buffer(v.len())?;
-        moments(&self.table(), &v, &mut wide).map_err(|_| GalerkinError::Length {
-            expected: self.table().len(),
-            found: v.len(),
-        })?;
-        let mut out = buffer(v.len())?;
-        for (out, wide) in out.iter_mut().zip(&wide) {
-            *out = wide.cast();
-        }
-        Ok(out)
+/// The moments for [`Residual`](crate::Residual) in the walk's scalar, from v as rounded to it, on a [`Circle`] or with
+/// [`Polynomials`].
+///
+/// # Errors
+/// [`GalerkinError::Length`]: the solution has another number of unknowns; [`GalerkinError::Memory`].
+pub fn residual_moments<F: Real, P: ClosedForm<f64, B>, const B: usize>(
+    problem: &P,
+    solution: &Solution,
+) -> Result<Vec<Moment<F>>, GalerkinError> {
+    let v = solution.seen::<F>()?;
+    let cells = problem.table().len();
+    let mut wide = buffer(cells)?;
+    moments(problem, &v, &mut wide).map_err(|_| GalerkinError::Length {
+        expected: cells * B,
+        found: v.len(),
+    })?;
+    let mut out = buffer(cells)?;
+    for (out, wide) in out.iter_mut().zip(&wide) {
+        *out = wide.cast();
     }
+    Ok(out)
 }
 
 impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{Folder, circle_with, fredholm, list, number};
-use fredholm_circle::{Moment, PolynomialResidual, Polynomials, Residual};
+use fredholm_circle::{Moment, Polynomials, Residual};
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Piecewise, Rounded};
 use fredholm_core::{
     At, Equation, Estimator, NeighbourOf, Plan, Real, STEP_LIMIT, Statistics, Stream, Task,
@@ -87,7 +87,7 @@ fn circle_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8
     let v = table.slice("v").unwrap();
     if table.one::<u32>("pairs") == Ok(3) {
         let moments: &[Moment<F>] = table.slice("moments").unwrap();
-        let neighbour = PolynomialResidual::new(&polynomials, v, moments).unwrap();
+        let neighbour = Residual::new(&polynomials, v, moments).unwrap();
         return walk(&circle, &neighbour, start);
     }
     assert_eq!(table.one::<u32>("pairs"), Ok(1));
@@ -157,14 +157,15 @@ fn cube<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statis
     assert_eq!(table.one::<u32>("degree"), Ok(cube.degree() as u32));
     if B == 1 {
         // In the walk's own scalar.
-        let dense = Dense::new(table.slice::<F>("coeffs").unwrap(), v.len()).unwrap();
+        let dense = Dense::new(table.slice::<F>("coeffs").unwrap(), v.len(), 1).unwrap();
         return walk(
             &cube,
             &Piecewise::new(&cube, &dense, pairs, v, g).unwrap(),
             start,
         );
     }
-    let dense = Dense::new(table.slice::<f64>("coeffs").unwrap(), v.len()).unwrap();
+    let entries = table.slice::<f64>("coeffs").unwrap();
+    let dense = Dense::new(entries, v.len() / B, B).unwrap();
     let rounded = Rounded::new(&dense);
     walk(
         &cube,

@@ -58,7 +58,7 @@ fn solve<F: Real>(reflectance: &[f64], absorption: f64, seed: u64) -> Option<[St
     };
     neighbour_source(&circle, &pairs, &v, &mut g).ok()?;
     let mut sums = [Moment::default(); CELLS];
-    moments(&cells, &v, &mut sums).ok()?;
+    moments(&circle, &v, &mut sums).ok()?;
 
     let piecewise = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g).ok()?;
     let residual = Residual::new(&circle, &v, &sums).ok()?;

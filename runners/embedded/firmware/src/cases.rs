@@ -5,8 +5,7 @@ mod circle_table;
 mod room_table;
 
 use fredholm_circle::{
-    Cell, Cells, Circle, Harmonic, MeanOver, Moment, PolynomialResidual, Polynomials, Residual,
-    Slot, slots,
+    Cell, Cells, Circle, Harmonic, MeanOver, Moment, Polynomials, Residual, Slot, slots,
 };
 use fredholm_core::galerkin::{
     Coefficients, Dense, OffDiagonal, PairKind, Piecewise, Rounded, Sweeps, contraction,
@@ -285,7 +284,7 @@ fn quartic_circle(runner: &mut impl Runner) -> Option<()> {
     }
     let (v, moments) = (table.slice("v").ok()?, table.slice("moments").ok()?);
     let quartic = Polynomials::<_, _, 5>::new(&circle);
-    let neighbour = PolynomialResidual::new(&quartic, v, moments).ok()?;
+    let neighbour = Residual::new(&quartic, v, moments).ok()?;
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, Some(mean.of(v)), 8);
     let all = (&circle, &neighbour);
