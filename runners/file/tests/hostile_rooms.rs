@@ -4,15 +4,11 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use crate::deck;
-use crate::failure::Failure;
-use crate::file;
-use crate::problem::Problem;
-use crate::room::{RoomFile, Surfaces};
+use fredholm_file::{self as file, InputError, deck};
 
 const DECK: &str = include_str!("../../../examples/facet.vs2");
 const FILES: [&str; 5] = [
-    include_str!("../templates/room.toml"),
+    include_str!("../../cli/templates/room.toml"),
     include_str!("../../../examples/furnished.toml"),
     include_str!("../../../examples/doorway.toml"),
     include_str!("../../../examples/furnace.toml"),
@@ -37,31 +33,57 @@ const NUMBERS: [&str; 14] = [
     "4294967296",
 ];
 
-/// What a problem file comes to before any walk: `Ok` where it would run.
-fn read_file(text: &str) -> Result<(), Failure> {
-    let file = file::read("room.toml", text)?;
-    file.validate()?;
-    match &file.problem {
-        // Without `dyn Problem`, which would have the walks of every problem compiled once more.
-        file::Problem::Room(room) => RoomFile::new(&file, room)?.refuse_infinite_variance(),
-        _ => Ok(()),
+/// Why something is refused.
+#[derive(Debug)]
+enum Refusal {
+    /// An error of the input.
+    Input(String),
+    /// Any other error.
+    Other(String),
+}
+
+impl From<InputError> for Refusal {
+    fn from(error: InputError) -> Self {
+        Self::Input(error.to_string())
     }
 }
 
+/// What a problem file comes to before any walk: `Ok` where it would run.
+fn read_file(text: &str) -> Result<(), Refusal> {
+    let file = file::read("room.toml", text)?;
+    file.validate()?;
+    if !matches!(file.problem, file::Problem::Room(_)) {
+        return Ok(());
+    }
+    let resolved = file.resolve()?;
+    let (model, settings) = (resolved.model.model(), &resolved.settings);
+    let walk = settings.walk_options();
+    let cells = model.partition(&settings.discretisation());
+    let checked = cells.and_then(|cells| cells.check_variance(walk.pairs, walk.absorption));
+    checked.map_err(|error| {
+        if error.is_of_input() {
+            file.explain(&error).into()
+        } else {
+            Refusal::Other(error.to_string())
+        }
+    })
+}
+
 /// What a deck comes to.
-fn read_deck(text: &str) -> Result<(), Failure> {
+fn read_deck(text: &str) -> Result<(), Refusal> {
+    let other = |error: fredholm_room::RoomError| Refusal::Other(error.to_string());
     let deck = deck::parse_named("room.vs2", text.to_owned())?;
-    let surfaces = Surfaces::plain(&deck);
-    let scene = surfaces.scene::<f64>(deck.open);
-    let scene = scene.map_err(|error| Failure::input(surfaces.explain(error).0))?;
-    let factors = fredholm_room::factors(&scene).map_err(Failure::run)?;
+    let surfaces = deck.surfaces();
+    let scene = surfaces.scene::<f64>();
+    let scene = scene.map_err(|error| Refusal::Input(error.to_string()))?;
+    let factors = fredholm_room::factors(&scene).map_err(other)?;
     // What is accepted has form factors: at most 1, and 1 in all where nothing leaves.
     let coordinates = deck.surfaces.iter().flat_map(|s| s.ends).flatten();
     let size = coordinates.fold(0.0, |size: f64, x| size.max(x.abs()));
     for (i, row) in factors.chunks(scene.surfaces()).enumerate() {
         let sum: f64 = row.iter().sum();
         // Some hundred differences of distances, rounded as the largest is, per length.
-        let length = scene.length(i).map_err(Failure::run)?;
+        let length = scene.length(i).map_err(other)?;
         let allowed = 1e-9 + 1000.0 * f64::EPSILON * size / length;
         let good = -allowed..1.0 + allowed;
         assert!(row.iter().all(|f| good.contains(f)), "{row:?}: {text}");
@@ -73,11 +95,11 @@ fn read_deck(text: &str) -> Result<(), Failure> {
 
 /// Fails unless the error is one of the input, and names a line and a column (or a surface and a
 /// vertex) of `name`.
-fn assert_placed(result: Result<(), Failure>, name: &str) -> Result<(), TestCaseError> {
+fn assert_placed(result: Result<(), Refusal>, name: &str) -> Result<(), TestCaseError> {
     let message = match result {
         Ok(()) => return Ok(()),
-        Err(Failure::Input(message)) => message,
-        Err(other) => {
+        Err(Refusal::Input(message)) => message,
+        Err(Refusal::Other(other)) => {
             return Err(TestCaseError::fail(format!(
                 "no error of the input: {other}"
             )));
@@ -195,8 +217,8 @@ proptest! {
         // Its deck is a file of its own, which is not there.
         if !text.contains("deck =") {
             assert_placed(read_file(&text), "room.toml")?;
-        } else if let Err(other @ (Failure::Run(_) | Failure::ClosedPipe)) = read_file(&text) {
-            return Err(TestCaseError::fail(other.to_string()));
+        } else if let Err(Refusal::Other(other)) = read_file(&text) {
+            return Err(TestCaseError::fail(other));
         }
     }
 

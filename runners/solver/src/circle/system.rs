@@ -3,8 +3,8 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Circle, CircleLevel, Emission, MeanOver, Moment, Point, PolynomialResidual, Polynomials,
-    Residual, Tables,
+    Circle, CircleLevel, Emission, MeanOver, Moment, Point, Polynomials, Residual, Tables,
+    residual_moments,
 };
 use fredholm_core::galerkin::{
     Basis, GalerkinMatrix, OffDiagonal, PairKind, PairTable, Piecewise, Solution,
@@ -74,12 +74,12 @@ impl<'m> CircleSystem<'m> {
         let circle = self.circle(absorption)?;
         match self.cut.degree {
             0 => {
-                let residual = || Ok(circle.residual_moments(&self.solution)?);
+                let residual = || Ok(residual_moments(&circle, &self.solution)?);
                 self.source_of(pairs, kinds, &circle, &residual)
             }
             degree => of_degree!(degree, B => {
                 let polynomials = Polynomials::<_, _, B>::new(&circle);
-                let residual = || self.residual_moments(&polynomials);
+                let residual = || Ok(residual_moments(&polynomials, &self.solution)?);
                 self.source_of(pairs, kinds, &polynomials, &residual)
             }),
         }
@@ -104,17 +104,6 @@ impl<'m> CircleSystem<'m> {
             }
             (None, None) => NeighbourSource::ClosedForm(residual()?),
         })
-    }
-
-    /// What the closed form of G takes: moments of what the Galerkin solution leaves over.
-    fn residual_moments<F: Real, const B: usize>(
-        &self,
-        polynomials: &Polynomials<'_, '_, f64, Light<'_>, B>,
-    ) -> Result<Vec<Moment<F>>, Error> {
-        let v = self.solution.seen::<F>()?;
-        let mut moments = vec![Moment::default(); self.cut.cells];
-        polynomials.residual_moments(&v, &mut moments)?;
-        Ok(moments.iter().map(Moment::cast).collect())
     }
 
     /// Tables, v and G, with these kinds of all pairs if there are some.
@@ -290,7 +279,7 @@ impl<F: Real> Setup<'_, F> {
                         then(&Piecewise::with_pointwise(own, own, pairs, v, g)?)
                     }
                     NeighbourSource::ClosedForm(moments) => {
-                        then(&PolynomialResidual::new(own, v, moments)?)
+                        then(&Residual::new(own, v, moments)?)
                     }
                 }
             });
