@@ -110,8 +110,6 @@ pub struct Walk {
     pub target_error: Option<Placed<f64>>,
     /// Whether `target_error` is relative to the value.
     pub relative: Placed<bool>,
-    /// Seconds after which walks end: a flag of the command line alone.
-    pub time_limit: Option<f64>,
     /// Whether walks of infinite variance are wanted: a flag of the command line alone.
     pub allow_infinite_variance: bool,
 }
@@ -241,7 +239,6 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         batch: or_default(batch, Field::integer, 4096)?,
         target_error: target_error.map(|field| field.number()).transpose()?,
         relative: or_default(relative, Field::boolean, false)?,
-        time_limit: None,
         allow_infinite_variance: false,
     })
 }

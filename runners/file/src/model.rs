@@ -1,7 +1,6 @@
 //! From what a file says to a model, its targets and its settings; and from an error to its place.
 
 use core::f64::consts::TAU;
-use core::time::Duration;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -104,7 +103,7 @@ impl ProblemFile {
                     Tolerance::Absolute(error.value)
                 }
             }),
-            time_limit: walk.time_limit.map(Duration::from_secs_f64),
+            time_limit: None,
             allow_infinite_variance: walk.allow_infinite_variance,
         }
     }
