@@ -10,39 +10,52 @@ use super::system::{Kinds, Solved, Use, WeightedStart};
 use super::table::Table;
 use crate::Error;
 
-/// Functions on a cell of a cube: makes neighbour equations, whose steps take their number as a constant.
-pub(super) trait Degree<const D: usize>: 'static {
+/// Functions on a cell of a cube, whose number the steps of walks take as a constant. It is object safe, so that all
+/// else is compiled once for all degrees.
+pub(super) trait Degree<F, const D: usize>: Sync {
     /// Hands out the neighbour equation with these pairs.
-    fn with_neighbour<F: Real>(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, F>,
-        absorption: f64,
-        solved: &Solved<D>,
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
         kinds: &Kinds,
-        v: &[F],
         then: &mut Use<'_, F, D>,
     ) -> Result<(), Error>;
 
     /// The mean of v.
-    fn mean<F: Real>(v: &[F]) -> f64;
-
-    /// Numbers near the means over the cells of a weight times the functions there.
-    fn weight_means(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, f64>,
-        number: usize,
-    ) -> Result<Vec<f64>, Error>;
+    fn mean(&self, v: &[F]) -> f64;
 
     /// The weighted means that are asked for, by the number of the weight and its means.
-    fn weighted<'a, F: Real>(
+    fn weighted<'a>(
+        &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
         means: &'a [(usize, Vec<F>)],
         v: &[F],
     ) -> Result<Vec<WeightedStart<'a, F, D>>, Error>;
+}
+
+/// What a neighbour equation is made of, besides its pairs.
+pub(super) struct Of<'a, F, const D: usize> {
+    pub(super) cut: &'a CubePartition<'a>,
+    pub(super) values: &'a Watched<'a, F>,
+    pub(super) absorption: f64,
+    pub(super) solved: &'a Solved<D>,
+    pub(super) v: &'a [F],
+}
+
+/// Functions on a cell for walks in both scalars, and for what is computed in f64 alone.
+pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
+    /// Numbers near the means over the cells of a weight times the functions there.
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        number: usize,
+    ) -> Result<Vec<f64>, Error>;
 
     /// The spectral radius of T_h²p with all pairs in S, estimated.
     fn neighbour_radius(
+        &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         table: &Table<D>,
@@ -58,14 +71,11 @@ pub(super) struct Constants;
 #[derive(Debug)]
 pub(super) struct Smooth<const B: usize>;
 
-impl<const D: usize, const B: usize> Degree<D> for Smooth<B> {
-    fn with_neighbour<F: Real>(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, F>,
-        absorption: f64,
-        Solved { table, solution }: &Solved<D>,
+impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
         kinds: &Kinds,
-        v: &[F],
         then: &mut Use<'_, F, D>,
     ) -> Result<(), Error> {
         let Kinds::Diagonal(pairs) = *kinds else {
@@ -73,30 +83,20 @@ impl<const D: usize, const B: usize> Degree<D> for Smooth<B> {
                 "pointwise pairs are of piecewise constants",
             ));
         };
-        let cube = values
-            .cube::<D>(cut.per_axis, absorption)?
-            .with_functions::<B>();
+        let Solved { table, solution } = of.solved;
+        let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
+        let cube = cube.with_functions::<B>();
         let narrow = Rounded::new(table);
         let g = solution.source(table, &pairs)?;
-        then(&Piecewise::new(&cube, &narrow, pairs, v, &g)?)
+        then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?)
     }
 
-    fn mean<F: Real>(v: &[F]) -> f64 {
+    fn mean(&self, v: &[F]) -> f64 {
         Mean::of_blocks::<F, B>(v)
     }
 
-    fn weight_means(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, f64>,
-        number: usize,
-    ) -> Result<Vec<f64>, Error> {
-        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
-        let mut means = vec![0.0; cube.cells() * B];
-        cube.means(&values.weight(number), cut.rule()?, &mut means)?;
-        Ok(means)
-    }
-
-    fn weighted<'a, F: Real>(
+    fn weighted<'a>(
+        &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
         means: &'a [(usize, Vec<F>)],
@@ -117,8 +117,23 @@ impl<const D: usize, const B: usize> Degree<D> for Smooth<B> {
         }
         Ok(all)
     }
+}
+
+impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        number: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        let mut means = vec![0.0; cube.cells() * B];
+        cube.means(&values.weight(number), cut.rule()?, &mut means)?;
+        Ok(means)
+    }
 
     fn neighbour_radius(
+        &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         table: &Table<D>,
@@ -132,69 +147,67 @@ impl<const D: usize, const B: usize> Degree<D> for Smooth<B> {
 /// A q0 for what does not depend on it.
 const ANY: f64 = 0.5;
 
-impl<const D: usize> Degree<D> for Constants {
-    fn with_neighbour<F: Real>(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, F>,
-        absorption: f64,
-        solved: &Solved<D>,
+impl<F: Real, const D: usize> Degree<F, D> for Constants {
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
         kinds: &Kinds,
-        v: &[F],
         then: &mut Use<'_, F, D>,
     ) -> Result<(), Error> {
-        let cube = values.cube::<D>(cut.per_axis, absorption)?;
         match kinds {
-            Kinds::AllPointwise => with_pairs(AllPointwise, &cube, solved, v, then),
+            Kinds::AllPointwise => with_pairs(AllPointwise, of, then),
             Kinds::Diagonal(pairs) if pairs.diagonal == galerkin::PairKind::Galerkin => {
-                Smooth::<1>::with_neighbour(cut, values, absorption, solved, kinds, v, then)
+                Smooth::<1>.with_neighbour(of, kinds, then)
             }
-            Kinds::Diagonal(pairs) => with_pairs(*pairs, &cube, solved, v, then),
-            Kinds::Table(table) => {
-                let pairs = PairTable::new(table, cube.cells())?;
-                with_pairs(pairs, &cube, solved, v, then)
-            }
+            Kinds::Diagonal(pairs) => with_pairs(*pairs, of, then),
+            Kinds::Table(table) => with_pairs(PairTable::new(table, of.cut.all_cells())?, of, then),
         }
     }
 
-    fn mean<F: Real>(v: &[F]) -> f64 {
-        <Smooth<1> as Degree<D>>::mean(v)
+    fn mean(&self, v: &[F]) -> f64 {
+        Degree::<F, D>::mean(&Smooth::<1>, v)
     }
 
-    fn weight_means(
-        cut: &CubePartition<'_>,
-        values: &Watched<'_, f64>,
-        number: usize,
-    ) -> Result<Vec<f64>, Error> {
-        <Smooth<1> as Degree<D>>::weight_means(cut, values, number)
-    }
-
-    fn weighted<'a, F: Real>(
+    fn weighted<'a>(
+        &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
         means: &'a [(usize, Vec<F>)],
         v: &[F],
     ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
-        Smooth::<1>::weighted(cut, values, means, v)
+        Smooth::<1>.weighted(cut, values, means, v)
+    }
+}
+
+impl<const D: usize> AnyDegree<D> for Constants {
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        number: usize,
+    ) -> Result<Vec<f64>, Error> {
+        AnyDegree::<D>::weight_means(&Smooth::<1>, cut, values, number)
     }
 
     fn neighbour_radius(
+        &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         table: &Table<D>,
         absorption: f64,
     ) -> Result<f64, Error> {
-        Smooth::<1>::neighbour_radius(cut, values, table, absorption)
+        Smooth::<1>.neighbour_radius(cut, values, table, absorption)
     }
 }
 
 fn with_pairs<F: Real, const D: usize>(
     pairs: impl galerkin::Pairs + Copy + Sync,
-    cube: &ModelCube<'_, F, D>,
-    Solved { table, solution }: &Solved<D>,
-    v: &[F],
+    of: &Of<'_, F, D>,
     then: &mut Use<'_, F, D>,
 ) -> Result<(), Error> {
+    let Solved { table, solution } = of.solved;
+    let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
     let narrow = Rounded::new(table);
     let g = solution.source(table, &pairs)?;
-    then(&Piecewise::with_pointwise(cube, &narrow, pairs, v, &g)?)
+    then(&Piecewise::with_pointwise(&cube, &narrow, pairs, of.v, &g)?)
 }

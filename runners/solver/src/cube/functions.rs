@@ -1,11 +1,12 @@
 //! The functions of a cube whose dimension is chosen at run time, and who watches their values.
 
-use core::fmt::{self, Display};
+use core::fmt::{self, Debug, Display};
 use std::sync::OnceLock;
 
 use fredholm_core::Real;
 use fredholm_cube::{CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors};
 
+use super::degree::{AnyDegree, Degree};
 use crate::Error;
 
 /// Kernel, source and what else is known of an equation on [0, 1]^d, for walks in both scalars.
@@ -65,20 +66,31 @@ pub trait CubeValues<F>: Sync {
 }
 
 /// A scalar of walks on a cube.
-pub(crate) trait CubeScalar: Real {
+pub(super) trait CubeScalar: Real {
     /// Hands out the functions in this scalar.
     fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>));
+
+    /// Functions on a cell for walks in this scalar.
+    fn degree<const D: usize>(any: &dyn AnyDegree<D>) -> &dyn Degree<Self, D>;
 }
 
 impl CubeScalar for f64 {
     fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>)) {
         functions.with_f64(then);
     }
+
+    fn degree<const D: usize>(any: &dyn AnyDegree<D>) -> &dyn Degree<Self, D> {
+        any
+    }
 }
 
 impl CubeScalar for f32 {
     fn with(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&dyn CubeValues<Self>)) {
         functions.with_f32(then);
+    }
+
+    fn degree<const D: usize>(any: &dyn AnyDegree<D>) -> &dyn Degree<Self, D> {
+        any
     }
 }
 
@@ -119,8 +131,6 @@ impl<F> Debug for Watched<'_, F> {
             .finish_non_exhaustive()
     }
 }
-
-use core::fmt::Debug;
 
 /// A value, watched.
 #[inline]

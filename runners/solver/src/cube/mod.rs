@@ -9,7 +9,6 @@ mod shapes;
 mod system;
 mod table;
 
-use core::marker::PhantomData;
 use std::sync::Arc;
 
 use fredholm_core::NoNeighbour;
@@ -493,18 +492,18 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
         if self.degree == 0 {
             return in_dimension!(self.model.dimension, D => {
-                Ok(Box::new(CubeSystem::<'m, D, Constants> {
+                Ok(Box::new(CubeSystem::<'m, D> {
                     cut: *self,
                     solved: self.solve_in::<D, 1>(absorption)?,
-                    degree: PhantomData,
+                    degree: &Constants,
                 }))
             });
         }
         in_shape!(self.model.dimension, self.degree, D, B => {
-            Ok(Box::new(CubeSystem::<'m, D, Smooth<B>> {
+            Ok(Box::new(CubeSystem::<'m, D> {
                 cut: *self,
                 solved: self.solve_in::<D, B>(absorption)?,
-                degree: PhantomData,
+                degree: &Smooth::<B>,
             }))
         })
     }

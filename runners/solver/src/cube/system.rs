@@ -8,7 +8,7 @@ use fredholm_cube::{CubeLevel, Function, Mean};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
-use super::degree::Degree;
+use super::degree::{AnyDegree, Of};
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, Which, with_values};
 use super::table::Table;
 use super::{CubePartition, export};
@@ -20,12 +20,12 @@ use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
 /// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
 const MOST_NODES: usize = 20_000;
 
-/// Coefficients and Galerkin solution of a cube; `N` makes neighbour equations of its degree.
-#[derive(Debug)]
-pub(super) struct CubeSystem<'m, const D: usize, N> {
+/// Coefficients and Galerkin solution of a cube.
+pub(super) struct CubeSystem<'m, const D: usize> {
     pub(super) cut: CubePartition<'m>,
     pub(super) solved: Solved<D>,
-    pub(super) degree: core::marker::PhantomData<fn() -> N>,
+    /// What makes neighbour equations of its degree.
+    pub(super) degree: &'static dyn AnyDegree<D>,
 }
 
 /// The coefficients, and the Galerkin solution.
@@ -86,7 +86,7 @@ fn weights(request: &Request<'_>) -> impl Iterator<Item = usize> {
     })
 }
 
-impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
+impl<const D: usize> CubeSystem<'_, D> {
     /// The spectral radius of T_h²p if it is looked at, which must be below 1.
     fn check_neighbour(&self, pairs: Pairs, absorption: f64) -> Result<Option<f64>, Error> {
         // With all pairs pointwise h is k, which has been looked at.
@@ -95,7 +95,8 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
         }
         let radius = match &self.solved.table {
             table @ Table::Dense { .. } => with_values::<f64, _>(self.cut.functions(), |values| {
-                N::neighbour_radius(&self.cut, values, table, absorption)
+                self.degree
+                    .neighbour_radius(&self.cut, values, table, absorption)
             })?,
             Table::Product(tables) => tables.neighbour_radius(absorption)?,
         };
@@ -129,7 +130,7 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
             let v = self.solved.solution.rounded::<f64>()?;
             let means = self.weight_means::<f64>(request)?;
-            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let weighted = f64::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
             let level = CubeLevel::new(&cube, nodes, 0)?;
             let terms = Terms {
                 cells,
@@ -141,8 +142,15 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let in_s = Kinds::Diagonal(fredholm_core::galerkin::OffDiagonal {
                 diagonal: PairKind::Galerkin,
             });
+            let of = Of {
+                cut: &self.cut,
+                values,
+                absorption,
+                solved: &self.solved,
+                v: &v,
+            };
             let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
-                N::with_neighbour(&self.cut, values, absorption, &self.solved, kinds, &v, then)
+                f64::degree(self.degree).with_neighbour(&of, kinds, then)
             };
             let mut chosen = None;
             with(&in_s, &mut |galerkin| {
@@ -180,7 +188,7 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
         with_values::<f64, _>(self.cut.functions(), |values| {
             weights(request)
                 .map(|number| {
-                    let means = N::weight_means(&self.cut, values, number)?;
+                    let means = self.degree.weight_means(&self.cut, values, number)?;
                     Ok((number, fredholm_core::galerkin::rounded(&means)?))
                 })
                 .collect()
@@ -203,42 +211,41 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
         let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
         with_values::<F, _>(self.cut.functions(), |values| {
             let v = solution.rounded::<F>()?;
-            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let weighted = F::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
             let cube = values.cube::<D>(self.cut.per_axis, walk.absorption)?;
-            let mean = N::mean(&v);
-            let (cut, solved) = (&self.cut, &self.solved);
-            N::with_neighbour(
-                cut,
+            let degree = F::degree(self.degree);
+            let mean = degree.mean(&v);
+            let of = Of {
+                cut: &self.cut,
                 values,
-                walk.absorption,
-                solved,
-                &kinds,
-                &v,
-                &mut |neighbour| {
-                    with_job(
-                        &cube,
-                        neighbour,
-                        request,
-                        &weighted,
-                        mean,
-                        &mut |job, galerkin| {
-                            then(&Prepared {
-                                job,
-                                galerkin,
-                                largest: crate::answer::largest(&v),
-                                contraction: solution.contraction,
-                                solve: solution.solve,
-                                pointwise,
-                                neighbour_radius,
-                                pair_counts: match &kinds {
-                                    Kinds::Table(table) => Some(PairCounts::of(table)),
-                                    _ => None,
-                                },
-                            })
-                        },
-                    )
-                },
-            )
+                absorption: walk.absorption,
+                solved: &self.solved,
+                v: &v,
+            };
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+                with_job(
+                    &cube,
+                    neighbour,
+                    request,
+                    &weighted,
+                    mean,
+                    &mut |job, galerkin| {
+                        then(&Prepared {
+                            job,
+                            galerkin,
+                            largest: crate::answer::largest(&v),
+                            contraction: solution.contraction,
+                            solve: solution.solve,
+                            pointwise,
+                            neighbour_radius,
+                            pair_counts: match &kinds {
+                                Kinds::Table(table) => Some(PairCounts::of(table)),
+                                _ => None,
+                            },
+                        })
+                    },
+                )
+            })
         })
     }
 
@@ -265,42 +272,41 @@ impl<const D: usize, N: Degree<D>> CubeSystem<'_, D, N> {
             let absorption = request.walk.absorption;
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
             let v = self.solved.solution.rounded::<f64>()?;
-            let weighted = N::weighted(&self.cut, values, &means, &v)?;
+            let weighted = f64::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
             let level = CubeLevel::new(&cube, nodes, self.cut.degree)?;
             let table = &self.solved.table;
             // Of piecewise constants alone: there the first function of a cell is all of it.
             let is_dense = matches!(table, Table::Dense { functions: 1, .. });
             let mean = |i, j| table.mean(i, j);
             let coefficients = is_dense.then_some(MeanCoefficients { cells, mean: &mean });
-            let (cut, solved) = (&self.cut, &self.solved);
-            N::with_neighbour(
-                cut,
+            let of = Of {
+                cut: &self.cut,
                 values,
                 absorption,
-                solved,
-                &kinds,
-                &v,
-                &mut |neighbour| {
-                    with_starts(request, neighbour, &weighted, &mut |starts| {
-                        let setting = Setting {
-                            equation: &cube,
-                            neighbour,
-                            pairs: kinds.any(cells)?,
-                            level: &level,
-                            galerkin: None,
-                        };
-                        then(&Subject {
-                            model: &setting.with_starts(starts)?,
-                            coefficients,
-                            hides: None,
-                            pieces: None,
-                            goals: request.goals,
-                            place: &|site| place_of(&level, site),
-                        })?;
-                        values.check()
-                    })
-                },
-            )
+                solved: &self.solved,
+                v: &v,
+            };
+            let degree = f64::degree(self.degree);
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+                with_starts(request, neighbour, &weighted, &mut |starts| {
+                    let setting = Setting {
+                        equation: &cube,
+                        neighbour,
+                        pairs: kinds.any(cells)?,
+                        level: &level,
+                        galerkin: None,
+                    };
+                    then(&Subject {
+                        model: &setting.with_starts(starts)?,
+                        coefficients,
+                        hides: None,
+                        pieces: None,
+                        goals: request.goals,
+                        place: &|site| place_of(&level, site),
+                    })?;
+                    values.check()
+                })
+            })
         })
     }
 
@@ -349,7 +355,7 @@ fn quarter(x: f64, dimension: usize) -> String {
     format!("[{}, {}]", part / parts, (part + 1.0) / parts)
 }
 
-impl<const D: usize, N: Degree<D>> System for CubeSystem<'_, D, N> {
+impl<const D: usize> System for CubeSystem<'_, D> {
     fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
         self.cut.check_variance(pairs, absorption)
     }
