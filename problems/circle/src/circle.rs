@@ -433,7 +433,20 @@ impl<F: Real, E: Emission<F>> PairIntegral for Circle<'_, F, E> {
     }
 }
 
-impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {}
+impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
+    #[inline]
+    fn left_times_block(&self, i: usize, j: usize, left: &[F; 1]) -> [F; 1] {
+        let (Some(from), Some(to)) = (self.cells.get(i), self.cells.get(j)) else {
+            return [F::NAN];
+        };
+        let entry = if i == j {
+            from.reflectance * self.constants.diagonal
+        } else {
+            from.reflectance * self.constants.galerkin * to.middle.rough_sine(&from.middle)
+        };
+        left.map(|left| left * entry)
+    }
+}
 
 impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
     type Scalar = F;
@@ -448,14 +461,8 @@ impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
 
     #[inline]
     fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> F {
-        let (Some(from), Some(to)) = (self.cells.get(i), self.cells.get(j)) else {
-            return F::NAN;
-        };
-        if i == j {
-            from.reflectance * self.constants.diagonal
-        } else {
-            from.reflectance * self.constants.galerkin * to.middle.rough_sine(&from.middle)
-        }
+        let [entry] = self.left_times_block(i, j, &[F::one()]);
+        entry
     }
 
     /// Σ_j K_ij = ρ_i: the circle is closed.

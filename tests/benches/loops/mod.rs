@@ -46,6 +46,8 @@ impl Setup {
     }
 
     /// The generic engine.
+    // By itself, as in a program: what is around it does not change its code.
+    #[inline(never)]
     pub fn engine(&self, walks: u64) -> Statistics {
         let circle = Circle::new(self.tables.cells(), LIGHT, Q0).unwrap();
         let neighbour = Piecewise::new(&circle, &circle, PAPER, &self.v, &self.g).unwrap();
@@ -193,6 +195,8 @@ impl Specialised {
     }
 
     /// Returns (mean of ζ, its variance, states).
+    // As the engine.
+    #[inline(never)]
     pub fn run(&self, walks: u64) -> (f64, f64, u64) {
         let (cells, slots) = (&self.cells[..], &self.slots[..]);
         let n = cells.len() as f64;
