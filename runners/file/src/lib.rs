@@ -1,16 +1,4 @@
-//! The problem file: TOML read into typed values which remember their places.
-//!
-//! A solver that is fed a mistyped key must say so, at that key, and not fall
-//! back on a default. Derived deserialisation cannot promise this: it forgets
-//! where a value stood, and its untagged enums swallow unknown keys. So the
-//! tree of the TOML parser, which has the place of every key and value, is
-//! walked by hand: a `Section` gives out its keys one by one, and what nobody
-//! asked for is an error.
-//!
-//! [`read`] reports only what is wrong with the shape of the file: types,
-//! unknown or missing keys, unknown words. Whether the values make sense is
-//! asked in [`ProblemFile::validate`], because flags of the command line may
-//! replace values in between.
+#![doc = include_str!("../README.md")]
 
 mod circle;
 mod cube;
@@ -46,6 +34,7 @@ const MAX_BATCH: u64 = 1_000_000_000;
 const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 /// The largest number of points of a grid target.
 const MAX_GRID: usize = 100_000;
+
 /// All that a problem file says.
 #[derive(Clone, Debug)]
 pub struct ProblemFile {

@@ -1,4 +1,7 @@
 //! Tables and values of the TOML tree, read one by one with their places.
+//!
+//! Derived deserialisation forgets where a value stood, and its untagged enums swallow unknown keys. So the tree is
+//! walked by hand: a [`Section`] gives out its keys one by one, and what nobody asked for is an error.
 
 use core::fmt::Display;
 use core::ops::Range;

@@ -1,4 +1,4 @@
-//! Fredholm integral equations of the second kind, solved by random walks with an error bar.
+#![doc = include_str!("../README.md")]
 
 pub mod answer;
 pub mod choice;
