@@ -33,8 +33,28 @@ const ROOTS: [f64; 10] = [
 #[inline]
 #[must_use]
 pub fn legendre<F: Real, const B: usize>(t: F) -> [F; B] {
-    let mut all = Legendre::new(t);
-    core::array::from_fn(|_| all.value())
+    // A plain loop: `core::array::from_fn` is not inlined in crates of many units, and what is not used not left out.
+    let (mut before, mut now, mut all) = (zero(), one::<F>(), [zero(); B]);
+    for (b, value) in all.iter_mut().enumerate() {
+        *value = normalised(b, now);
+        (before, now) = (now, next(b, t, before, now));
+    }
+    all
+}
+
+/// √(2b + 1) P_b.
+#[inline(always)]
+fn normalised<F: Real>(b: usize, polynomial: F) -> F {
+    polynomial * F::from_f64(root(b))
+}
+
+/// P_(b+1) at t: (b + 1) P_(b+1) = (2b + 1) t P_b − b P_(b−1).
+#[inline(always)]
+fn next<F: Real>(b: usize, t: F, before: F, now: F) -> F {
+    let degree = b as f64;
+    let forward = F::from_f64((2.0 * degree + 1.0) / (degree + 1.0));
+    let back = F::from_f64(degree / (degree + 1.0));
+    forward * t * now - back * before
 }
 
 /// What [`legendre`] gives, one after the other without an end: where B is known at run time.
@@ -67,19 +87,6 @@ impl<F: Real> Legendre<F> {
             now: one(),
         }
     }
-
-    #[inline]
-    fn value(&mut self) -> F {
-        // (b + 1) P_(b+1) = (2b + 1) t P_b − b P_(b−1)
-        let value = self.now * F::from_f64(root(self.b));
-        let degree = self.b as f64;
-        let forward = F::from_f64((2.0 * degree + 1.0) / (degree + 1.0));
-        let back = F::from_f64(degree / (degree + 1.0));
-        let next = forward * self.t * self.now - back * self.before;
-        (self.before, self.now) = (self.now, next);
-        self.b += 1;
-        value
-    }
 }
 
 impl<F: Real> Iterator for Legendre<F> {
@@ -87,7 +94,11 @@ impl<F: Real> Iterator for Legendre<F> {
 
     #[inline]
     fn next(&mut self) -> Option<F> {
-        Some(self.value())
+        let value = normalised(self.b, self.now);
+        let next = next(self.b, self.t, self.before, self.now);
+        (self.before, self.now) = (self.now, next);
+        self.b += 1;
+        Some(value)
     }
 }
 
