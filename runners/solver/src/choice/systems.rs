@@ -62,7 +62,7 @@ impl<'m> Systems<'m> {
             }
         };
         let system = self.all.get(at).map(|system| &system.solved);
-        system.ok_or_else(|| Error::Internal("a solved system was lost"))
+        system.ok_or(Error::Internal("a solved system was lost"))
     }
 
     fn position(&self, setting: &Setting) -> Option<usize> {
