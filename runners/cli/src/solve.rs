@@ -261,7 +261,7 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     Ok(Some((Report::new(&run, answer), ended)))
 }
 
-/// How the program ends after walks that ended so.
+/// The end of the program that belongs to the reason why walks ended.
 const fn ending(stop: StopReason, walk: &WalkOptions) -> Ended {
     match stop {
         StopReason::Done => Ended::Done,
