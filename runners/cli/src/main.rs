@@ -14,8 +14,8 @@ mod paper;
 mod progress;
 mod rates;
 mod render;
-mod report;
 mod solve;
+mod table;
 mod threads;
 mod verify;
 

@@ -6,11 +6,12 @@ use std::path::Path;
 
 use fredholm::answer::{Answer, Solved, Walks};
 use fredholm::choice::{Chosen, choose};
+use fredholm::report::{Report, Run};
 use fredholm::{
-    Choices, Error, Goal, Model, Partitioned, Region, Request, Settings, WalkOptions, bytes,
+    Choices, Error, Goal, Model, Partitioned, Request, Settings, WalkOptions, bytes,
     refuse_beyond_memory,
 };
-use fredholm_core::{DEFAULT_GENERATOR, STEP_LIMIT, Statistics, StopReason};
+use fredholm_core::{STEP_LIMIT, StopReason};
 use fredholm_file::Resolved;
 
 use crate::args::SolveArgs;
@@ -19,9 +20,7 @@ use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::progress::{Pilots, Progress};
-use crate::report::{
-    Coordinates, EndingsReport, EnergyReport, EstimateReport, Over, Report, TargetReport,
-};
+use crate::table;
 use crate::threads::with_threads;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -161,13 +160,13 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     // Results that cannot be written to their file are printed nevertheless.
     let written = output.map_or(Ok(()), |(format, output)| {
         output.finish(match format {
-            Format::Json => report.json()?,
-            Format::Csv => report.csv()?,
-            Format::Svg(name) => report.svg(&name)?,
+            Format::Json => table::json(&report)?,
+            Format::Csv => table::csv(&report)?,
+            Format::Svg(name) => table::svg(&report, &name)?,
         })
     });
     let text = if args.common.json {
-        report.json()?
+        table::json(&report)?
     } else {
         report.table()
     };
@@ -250,122 +249,26 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     };
     let answer = answer.map_err(&fail)?;
     progress.done();
-    Ok(Some(report(
-        problem,
-        &*cells,
+    let ended = ending(answer.outcome.stop, &walk);
+    let run = Run {
+        model,
+        goals,
+        exact: &exact,
+        cells: &*cells,
         settings,
-        chosen.as_ref(),
-        &exact,
-        answer,
-    )))
-}
-
-/// What came of the walks, as it is printed.
-fn report(
-    problem: &Problem,
-    cells: &dyn Partitioned<'_>,
-    settings: &Settings,
-    chosen: Option<&Chosen<'_>>,
-    exact: &[Option<f64>],
-    answer: Answer,
-) -> (Report, Ended) {
-    let (model, about) = (problem.model(), problem.model().about());
-    let walk = settings.walk_options();
-    let plain = chosen.is_some_and(|chosen| chosen.plain);
-    let (stop, ended) = ending(answer.outcome.stop, &walk);
-    let statistics = answer.outcome.statistics.iter();
-    let mut targets: Vec<TargetReport> = problem
-        .goals
-        .iter()
-        .zip(exact.iter().zip(&answer.galerkin))
-        .zip(statistics.clone().zip(&answer.floors))
-        .map(|((goal, (&exact, &galerkin)), (statistics, &floor))| {
-            target_report(model, goal, [exact, Some(galerkin)], statistics, floor)
-        })
-        .collect();
-    for (target, heat) in targets.iter_mut().zip(&answer.derived.heat) {
-        let report = |estimate| EstimateReport::new(estimate, target.walks);
-        target.irradiance = heat.irradiance.map(report);
-        target.net_flux = heat.net_flux.map(report);
-    }
-    let report = Report {
-        problem: about.kind,
-        dimension: about.dimension,
-        cells: if plain { 0 } else { cells.cells() },
-        unknowns: if plain { 0 } else { cells.unknowns() },
-        degree: settings.discretisation().degree,
-        pairs: if plain { "no" } else { walk.pairs.word() },
-        pair_counts: answer.pair_counts,
-        absorption: walk.absorption,
-        estimator: walk.estimator.word(),
-        scalar: settings.scalar.word(),
-        generator: DEFAULT_GENERATOR,
-        batch: walk.batch,
-        seed: walk.seed,
-        stop,
-        sweeps: answer.solve.sweeps,
-        residual: answer.solve.residual,
-        states: statistics.map(Statistics::states).sum(),
-        setup_seconds: answer.setup_seconds,
-        walk_seconds: answer.walk_seconds,
-        split: chosen.map(|chosen| chosen.report.clone()),
-        choice: chosen.map_or(String::new(), |chosen| {
-            chosen.report.text(settings, &cells.cells_text())
-        }),
-        energy: EnergyReport::new(answer.derived.fluxes),
-        targets,
+        chosen: chosen.as_ref(),
     };
-    (report, ended)
+    Ok(Some((Report::new(&run, answer), ended)))
 }
 
-fn ending(stop: StopReason, walk: &WalkOptions) -> (&'static str, Ended) {
+/// The end of the program that belongs to the reason why walks ended.
+const fn ending(stop: StopReason, walk: &WalkOptions) -> Ended {
     match stop {
-        StopReason::Done => ("done", Ended::Done),
-        StopReason::ToleranceNotReached => ("error_not_reached", Ended::ErrorNotReached),
-        StopReason::TimeLimit if walk.tolerance.is_some() => ("time_limit", Ended::ErrorNotReached),
-        StopReason::TimeLimit => ("time_limit", Ended::Done),
-        StopReason::Cancelled => ("cancelled", Ended::Interrupted),
-    }
-}
-
-fn target_report(
-    model: &dyn Model,
-    goal: &Goal,
-    [exact, galerkin]: [Option<f64>; 2],
-    statistics: &Statistics,
-    rounding_floor: f64,
-) -> TargetReport {
-    let walks = statistics.walks();
-    let part = |number| model.part(number).map(str::to_owned);
-    TargetReport {
-        name: goal.name.clone(),
-        at: match &goal.region {
-            Region::Angle(s) => Some(Coordinates::One(*s)),
-            Region::Point(x) => Some(Coordinates::Many(x.clone())),
-            Region::On(surface, t) => {
-                part(*surface).map(|surface| Coordinates::On { surface, t: *t })
-            }
-            _ => None,
-        },
-        over: match goal.region {
-            Region::Arc(from, to) => Some(Over::Interval([from, to])),
-            Region::Whole => Some(Over::Word("all".to_owned())),
-            Region::Part(surface) => part(surface).map(Over::Word),
-            _ => None,
-        },
-        weight: match goal.region {
-            Region::Weight(number) => model.weight(number).map(str::to_owned),
-            _ => None,
-        },
-        exact,
-        galerkin: galerkin.unwrap_or(f64::NAN),
-        walks,
-        rounding_floor,
-        endings: EndingsReport::new(statistics),
-        plain: EstimateReport::new(statistics.plain(), walks),
-        preconditioned: EstimateReport::new(statistics.preconditioned(), walks),
-        irradiance: None,
-        net_flux: None,
+        StopReason::Done => Ended::Done,
+        StopReason::ToleranceNotReached => Ended::ErrorNotReached,
+        StopReason::TimeLimit if walk.tolerance.is_some() => Ended::ErrorNotReached,
+        StopReason::TimeLimit => Ended::Done,
+        StopReason::Cancelled => Ended::Interrupted,
     }
 }
 

@@ -15,6 +15,7 @@ pub mod model;
 pub mod numbers;
 mod options;
 mod pairs;
+pub mod report;
 pub mod room;
 mod settings;
 pub mod sweep;

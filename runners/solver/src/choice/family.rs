@@ -1,31 +1,34 @@
-//! Settings that differ in cells alone.
+//! A family: settings that differ by their cells alone.
 
-use super::pilot::{Level, Pilot, Prediction, Scales, Setting};
+use super::pilot::Pilot;
+use super::prediction::{Level, Prediction, Scales};
+use super::setting::Setting;
 
-/// The part of the order that finer cells have at least, for which a choice is prepared.
+/// The part of the order that finer cells have at least. Choices allow for it.
 const SLOW: f64 = 0.75;
 
-/// How many times less than by the order the rare variance of other cells may be: whether the number of cells of a wall
-/// is odd makes up to eight times.
-const LUCK: f64 = 0.125;
+/// The least rare variance of other cells over the value that its order predicts: the parity of the number of cells on
+/// a wall makes up to a factor of eight.
+const OPTIMISTIC_RARE: f64 = 0.125;
 
-/// A degree with a choice of pairs, an absorption and an estimator, and what is known of it.
+/// A degree with a choice of pairs, an absorption and an estimator, and everything that is known of it.
 #[derive(Clone, Debug)]
 pub(super) struct Family {
     pub(super) first: Setting,
-    /// From few cells to many.
+    /// Levels from few cells to many.
     pub(super) levels: Vec<Level>,
-    /// With the numbers of their levels, from few cells to many.
+    /// Pilots with the numbers of their levels, from few cells to many.
     pilots: Vec<(usize, Pilot)>,
-    /// √Var ~ unknowns^−order, by theory; the same of what few walks miss.
+    /// The order r of √Var ~ unknowns^−r in theory.
     order: f64,
+    /// The order of what few walks miss.
     rare_order: f64,
-    /// The same as long as there are no two pilots.
+    /// The order that is assumed before there are two pilots.
     assumed: f64,
 }
 
 impl Family {
-    /// A family of which nothing is known but the order that it will have in the end.
+    /// A family of which nothing is known but its asymptotic order, and the order of what few walks miss.
     pub(super) const fn new(
         first: Setting,
         levels: Vec<Level>,
@@ -41,7 +44,7 @@ impl Family {
         }
     }
 
-    /// Another absorption or estimator, with a pilot on the level of the last one here.
+    /// A family with another absorption or estimator, and with a pilot on the level of this family's last one.
     pub(super) fn varied(&self, pilot: Pilot) -> Self {
         let level = self.pilots.last().map_or(0, |&(level, _)| level);
         Self {
@@ -50,20 +53,24 @@ impl Family {
             pilots: vec![(level, pilot)],
             order: self.order,
             rare_order: self.rare_order,
-            assumed: self.observed(),
+            assumed: self.observed_order(),
         }
     }
 
-    /// Whether a setting is one of it.
+    /// Whether a setting belongs to the family.
     pub(super) fn has(&self, setting: &Setting) -> bool {
-        let own = Setting {
-            cells: setting.cells,
-            ..self.first
-        };
-        *setting == own
+        *setting == self.on(setting.cells)
     }
 
-    /// The last pilot.
+    /// The family's setting with this number of cells.
+    pub(super) const fn on(&self, cells: usize) -> Setting {
+        Setting {
+            cells,
+            ..self.first
+        }
+    }
+
+    /// The pilot on the finest level.
     pub(super) fn last(&self) -> Option<&Pilot> {
         self.pilots.last().map(|(_, pilot)| pilot)
     }
@@ -79,34 +86,34 @@ impl Family {
         self.pilots.last().map_or(0, |(level, _)| level + 1)
     }
 
-    /// The number of the level that has so many cells; that after the last if there is none.
+    /// The number of the level with these cells; the number of levels if there is none.
     pub(super) fn number(&self, cells: usize) -> usize {
         let level = self.levels.iter().position(|level| level.cells == cells);
         level.unwrap_or(self.levels.len())
     }
 
-    /// Takes a pilot on the level of this number, in place of what was known there.
+    /// Replaces the pilot on the level of this number.
     pub(super) fn add(&mut self, number: usize, pilot: Pilot) {
         self.pilots.retain(|(level, _)| *level != number);
         self.pilots.push((number, pilot));
         self.pilots.sort_by_key(|(level, _)| *level);
     }
 
-    /// Whether there is no level with more cells.
+    /// Whether no level has more cells.
     pub(super) fn is_last(&self, cells: usize) -> bool {
         self.number(cells) + 1 == self.levels.len()
     }
 
-    /// Whether these cells are finer than those that were looked at.
+    /// Whether these cells are finer than those of all pilots.
     pub(super) fn is_beyond(&self, cells: usize) -> bool {
         let level = self.number(cells);
         (self.next_number()..self.levels.len()).contains(&level)
     }
 
-    /// r of √Var ~ unknowns^−r, as the last two pilots have it; no better than theory, and no worse than half of
-    /// it: on few cells much depends on where targets lie in them, and finer ones are looked at before they are
+    /// The order r of √Var ~ unknowns^−r by the last two pilots. It is at most that of the theory, and at least half
+    /// of it: on few cells much depends on where targets lie in them, and a pilot is made on finer ones before they are
     /// believed in.
-    fn observed(&self) -> f64 {
+    fn observed_order(&self) -> f64 {
         let [.., (_, coarse), (_, fine)] = self.pilots.as_slice() else {
             return self.assumed;
         };
@@ -119,16 +126,10 @@ impl Family {
         }
     }
 
-    /// The rare variance on the level of this number, and the least that it may be: the same if it is known, or by the
-    /// order from the last level before it of which it is.
+    /// The rare variance on the level of this number, and the least value that it may have. Both are the same if it is
+    /// known. Otherwise they follow by the order from the last level before it whose rare variance is known.
     fn rare(&self, number: usize, rare: impl Fn(&Setting) -> Option<f64>) -> [f64; 2] {
-        let known = |level: &Level| {
-            let setting = Setting {
-                cells: level.cells,
-                ..self.first
-            };
-            Some((level.unknowns, rare(&setting)?))
-        };
+        let known = |level: &Level| Some((level.unknowns, rare(&self.on(level.cells))?));
         let Some((last, before)) = self.levels.get(..=number).and_then(<[_]>::split_last) else {
             return [0.0; 2];
         };
@@ -139,26 +140,26 @@ impl Family {
         let scaled = known.map_or(0.0, |(unknowns, rare)| {
             rare * (last.unknowns / unknowns).powf(-2.0 * self.rare_order)
         });
-        [scaled, LUCK * scaled]
+        [scaled, OPTIMISTIC_RARE * scaled]
     }
 
-    /// Of every level from the first pilot's on, from the pilot on it or on the last before it; `rare` tells the rare
-    /// variance of a setting, if it is known.
+    /// A prediction for every level from the first pilot's on, by the pilot on it or by the last one before it. `rare`
+    /// returns the rare variance of a setting, if it is known.
     pub(super) fn predictions(
         &self,
         batch: u64,
         rare: impl Fn(&Setting) -> Option<f64>,
     ) -> Vec<Prediction> {
-        let order = self.observed();
+        let order = self.observed_order();
         let of = |(number, level): (usize, &Level)| {
             let mut before = self.pilots.iter().rev();
             let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
             let more = level.unknowns / pilot.unknowns;
             let scale = |order: f64| more.powf(-2.0 * order);
-            let [rare, rare_luckily] = self.rare(number, &rare);
+            let [rare, optimistic_rare] = self.rare(number, &rare);
             let scales = Scales {
                 rare,
-                rare_luckily,
+                optimistic_rare,
                 fast: scale(self.order),
                 observed: scale(order),
                 slow: scale(SLOW * order),

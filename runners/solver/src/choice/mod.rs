@@ -1,21 +1,27 @@
-//! The best division of work between the set-up and the walks, where a tolerance is given and no cells.
+//! The best division of work between the set-up and the walks, if a tolerance is given and no cells.
 //!
-//! A finer Galerkin solution takes longer and leaves less to the walks. Of all settings which are left open, that is
-//! taken which minimises
+//! A finer Galerkin solution takes longer and leaves less to the walks. The choice is the setting that minimises, among
+//! all that are left open,
 //!
 //! ```text
 //! set-up(n) + Σ Var(n)/E² · seconds of a walk
 //! ```
 //!
-//! over the targets. Variances and the length of walks come of pilots: some hundred walks each, on few
-//! cells; the variance on more of them follows its observed order. Seconds come of constants
-//! ([`Cost`](crate::cost::Cost)) and of what was counted, and never of a clock: the same input has the
-//! same bits on every machine.
+//! over the targets. Pilots tell the variances and the length of walks: some hundred walks each, on few cells. The
+//! variance on more cells follows its observed order. Seconds come from constants ([`Cost`](crate::cost::Cost)) and
+//! from what was counted, and never from a clock: the same input has the same bits on every machine.
+//!
+//! - `setting`: what may be chosen. `family`: settings that differ by their cells alone.
+//! - `pilot`: few walks of one setting, and what they tell of many. `rare`: what they miss. `systems`: what they solved.
+//! - `prediction`: what a setting will take.
+//! - `search`: which pilot comes next, and the best prediction.
 
 mod family;
 mod pilot;
+mod prediction;
 mod rare;
 mod search;
+mod setting;
 mod systems;
 
 use std::time::Instant;
@@ -28,26 +34,27 @@ use crate::memory::refuse_beyond_memory;
 use crate::numbers::short;
 use crate::{Choices, Error, Model, Settings};
 
-use pilot::{Prediction, Setting};
+use prediction::Prediction;
 use search::Search;
+use setting::Setting;
 
 /// The most walks of a goal if only its error ends them.
 const ENDLESS: u64 = u64::MAX >> 1;
 
-/// Settings in which nothing is open, and how they came about.
+/// Settings in which nothing is open, and how they were chosen.
 #[derive(Debug)]
 pub struct Chosen<'m> {
     /// The settings.
     pub settings: Settings,
     /// Whether walks follow no neighbour equation.
     pub plain: bool,
-    /// What a pilot left of the set-up.
+    /// The solved system of a pilot, if there is one.
     pub solved: Option<Solved<'m>>,
-    /// What is said of the choice.
+    /// The report of the choice.
     pub report: ChoiceReport,
 }
 
-/// What a report says of a choice.
+/// The part of a report on a choice.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChoiceReport {
     /// "preconditioned" or "plain".
@@ -60,7 +67,7 @@ pub struct ChoiceReport {
     pub predicted_walks: f64,
     /// States that these walks visit.
     pub predicted_states: f64,
-    /// Seconds that plain walks alone would take; null where they are not allowed, or none of a pilot's scored.
+    /// Seconds that plain walks alone would take; null if they are not allowed, or if none of a pilot's scored.
     pub predicted_plain_seconds: Option<f64>,
     /// The number of pilots.
     pub pilots: usize,
@@ -129,8 +136,7 @@ pub fn choose<'m>(
                 return Err(Error::Cancelled);
             }
             let setting = best.setting;
-            refuse_the_dark(settings, &best)?;
-            // What follows is asked of all settings before they are solved.
+            refuse_no_scores(settings, &best)?;
             let searched = clock.elapsed().as_secs_f64();
             match accepted(model, settings, &setting, search.systems.of(&setting)) {
                 Ok(chosen) => {
@@ -143,12 +149,12 @@ pub fn choose<'m>(
                     refusal.get_or_insert(error);
                 }
             }
-            // Where the best has no variance that is finite, longer walks may have one.
+            // If the best setting has an infinite variance, longer walks may have a finite one.
             if search.checks_late() && most.is_some() {
                 break;
             }
             search.forget(setting);
-            search.settle();
+            search.improve_until_stable();
         }
         if watch.cancelled() {
             return Err(Error::Cancelled);
@@ -159,8 +165,8 @@ pub fn choose<'m>(
     Err(refusal.unwrap_or(Error::NoSetting))
 }
 
-/// Refuses walks until an error where no walk may ever score.
-fn refuse_the_dark(settings: &Settings, best: &Prediction) -> Result<(), Error> {
+/// Refuses walks until an error is reached if no walk may ever score.
+fn refuse_no_scores(settings: &Settings, best: &Prediction) -> Result<(), Error> {
     if settings.walks.is_some() || best.walking.is_finite() {
         Ok(())
     } else {
@@ -168,7 +174,7 @@ fn refuse_the_dark(settings: &Settings, best: &Prediction) -> Result<(), Error> 
     }
 }
 
-/// What was chosen by a search that took so many seconds, those of the system with which the answer goes on among them.
+/// The choice of a search that took this many seconds, including those of the system that the answer uses.
 fn finished<'m>(
     settings: Settings,
     best: &Prediction,
@@ -197,7 +203,7 @@ fn finished<'m>(
     }
 }
 
-/// The settings with what was chosen, if the model takes it and its variance is finite.
+/// The settings with the choice applied, if the model takes it and its variance is finite.
 fn accepted(
     model: &dyn Model,
     settings: &Settings,

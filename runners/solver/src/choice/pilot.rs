@@ -1,77 +1,22 @@
-//! Settings, what few walks find of them, and what many will take.
+//! One pilot: few walks of one setting, and what they tell of many.
 
-use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance, next_stage};
+use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance};
 
+use super::prediction::{Level, Prediction, Scales, batches_of_whole_stages};
+use super::setting::Setting;
 use crate::answer::Answer;
-use crate::cost::{Cost, PointwisePairs, WalkCost};
+use crate::cost::{Cost, PointwisePairs};
 use crate::goal::{Ask, Target, goals};
-use crate::{Error, Goal, Model, Pairs, Settings};
+use crate::{Error, Goal, Model};
 
-/// Targets that a pilot looks at.
+/// The most targets that a pilot has.
 const TARGETS: usize = 8;
-/// How many times as often as everywhere walks come where few walks miss something, squared: by `diagnose` 3.6 to 7.1 times in a
-/// square room and 4.3 to 6.4 times in one with a doorway, with 50 to 200 cells of degree 2 to 4.
+/// The square of how many times as often as everywhere walks come to the places where few walks miss something. The
+/// diagnosis finds 3.6 to 7.1 times in a square room and 4.3 to 6.4 times in one with a doorway, with 50 to 200 cells
+/// of degree 2 to 4.
 const RARE: f64 = 4.0;
-/// Batches of which rounds need not be counted.
-const MANY: f64 = 1e6;
 
-/// Everything that may be chosen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Setting {
-    /// Walks without a neighbour equation.
-    pub(super) plain: bool,
-    /// As the file counts them: of a cube, per axis.
-    pub(super) cells: usize,
-    pub(super) degree: usize,
-    pub(super) pairs: Pairs,
-    pub(super) absorption: f64,
-    pub(super) estimator: Estimator,
-}
-
-impl Setting {
-    /// The settings with it, in which nothing is open.
-    pub(super) fn applied(&self, settings: &Settings) -> Settings {
-        Settings {
-            cells: Some(self.cells),
-            degree: Some(self.degree),
-            pairs: Some(self.pairs),
-            absorption: Some(self.absorption),
-            estimator: Some(self.estimator),
-            ..settings.clone()
-        }
-    }
-
-    /// Whether one solved system serves both.
-    pub(super) fn shares_system(&self, other: &Self) -> bool {
-        let of = |setting: &Self| (setting.plain, setting.cells, setting.degree);
-        of(self) == of(other)
-    }
-
-    /// Seconds of its set-up, and of what is left of it where the system is solved.
-    pub(super) const fn setup(&self, cost: &Cost) -> [f64; 2] {
-        if self.plain {
-            [0.0; 2]
-        } else {
-            [cost.setup, cost.source]
-        }
-    }
-
-    /// What its walks take.
-    pub(super) const fn walk(&self, cost: &Cost) -> WalkCost {
-        if self.plain { cost.plain } else { cost.walk }
-    }
-
-    /// The word of the report.
-    pub(super) fn method(&self) -> &'static str {
-        if self.plain {
-            "plain"
-        } else {
-            "preconditioned"
-        }
-    }
-}
-
-/// Few of the targets, and how many each of these stands for.
+/// Few of the targets, and the number of targets that each of them stands for.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     pub(super) goals: Vec<Goal>,
@@ -108,33 +53,33 @@ impl Sample {
         self.weights.iter().sum()
     }
 
-    /// The number of its targets.
+    /// The number of targets in the sample.
     pub(super) fn targets(&self) -> usize {
         self.weights.len()
     }
 }
 
-/// A target of a pilot.
+/// What a pilot found of one target.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
-    /// How many it stands for.
+struct Observed {
+    /// The number of targets that this one stands for.
     weight: f64,
-    /// Var/E²: the walks that it takes, by what was seen.
+    /// Var/E²: the number of walks that the target takes by its observed variance.
     needed: f64,
-    /// The same of what few walks miss, over the rare variance of cells.
+    /// The number of walks that it takes by the variance which few walks miss, over the rare variance of the cells.
     rare: f64,
-    /// Walks that scored: no other tells of the variance.
+    /// The number of walks that scored. No other walk tells of the variance.
     scored: f64,
-    /// Walks until so many have scored that an error is believed.
+    /// The number of walks until enough have scored for an error to be believed.
     believed: f64,
 }
 
-impl Asked {
-    /// Walks that it takes on cells with so many times the variance that was seen, and with this rare variance; not known
-    /// before one has scored.
-    fn walks(&self, seen: f64, rare: f64) -> f64 {
+impl Observed {
+    /// The number of walks on cells with this multiple of the observed variance, and with this rare variance. It is
+    /// infinite before a walk has scored.
+    fn walks(&self, multiple: f64, rare: f64) -> f64 {
         if self.scored > 0.0 {
-            (seen * self.needed)
+            (multiple * self.needed)
                 .max(rare * self.rare)
                 .max(self.believed)
         } else {
@@ -142,14 +87,14 @@ impl Asked {
         }
     }
 
-    /// How many times the true variance may be off.
+    /// The factor by which the true variance may differ from the observed one.
     fn times(&self, doubt: f64) -> f64 {
         1.0 + doubt / self.scored.sqrt()
     }
 }
 
-/// E η² of every target and of what a room needs besides, as few walks see it: rare steps hardly ever meet weights that
-/// are rare themselves.
+/// E η² of every target, and of whatever else a room needs, as few walks observe it. Rare steps hardly ever coincide
+/// with weights that are rare themselves.
 pub(super) fn squares(answer: &Answer) -> Vec<f64> {
     let all = answer.outcome.statistics.iter().chain(&answer.others);
     let square = |statistics: &Statistics| {
@@ -162,21 +107,22 @@ pub(super) fn squares(answer: &Answer) -> Vec<f64> {
 /// How far the variance of N walks that scored may be from the true one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
-    /// c where that may be 1 + c/√N times as much, for which a choice is prepared: all large scores may be missing.
+    /// c if the true variance may be 1 + c/√N times as large: all large scores may be missing. Choices allow for this.
     pub(super) more: f64,
-    /// c where it may be 1 + c/√N times as little: there may be too many of them.
+    /// c if the true variance may be 1 + c/√N times as small: there may be too many large scores.
     pub(super) less: f64,
-    /// The part of the rare variance that walks meet.
-    pub(super) met: f64,
+    /// The part of the rare variance that walks observe.
+    pub(super) observed_rare: f64,
 }
 
 /// What few walks found.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
     pub(super) setting: Setting,
-    targets: Vec<Asked>,
+    targets: Vec<Observed>,
+    /// The number of walks of all targets.
     pub(super) walks: u64,
-    /// Of a walk, in the mean.
+    /// The mean number of states of a walk.
     states: f64,
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
@@ -184,6 +130,7 @@ pub(super) struct Pilot {
 }
 
 impl Pilot {
+    /// The pilot that had this answer.
     pub(super) fn new(
         setting: Setting,
         sample: &Sample,
@@ -193,7 +140,7 @@ impl Pilot {
         squares: &[f64],
         doubt: Doubt,
     ) -> Self {
-        // What a room needs besides stands in no target, and is all there.
+        // What else a room needs belongs to no target, and is never sampled.
         let all = || answer.outcome.statistics.iter().chain(&answer.others);
         let weights = sample.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
@@ -204,11 +151,11 @@ impl Pilot {
             Estimator::Absorption => absorption,
             Estimator::Collision => 1.0,
         };
-        let rare = RARE * doubt.met * score / (1.0 - absorption);
-        // Of walks from anywhere E η² may be larger than of those from a target that little light reaches.
+        let rare = RARE * doubt.observed_rare * score / (1.0 - absorption);
+        // E η² of walks from anywhere may be larger than that of walks from a target which little light reaches.
         let from_anywhere = model.mean_square_of_source() / score;
         let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
-            // Of plain walks both estimates are the same.
+            // Both estimates of plain walks are the same.
             let estimate = statistics.preconditioned();
             let bound = match tolerance {
                 Tolerance::Absolute(bound) => bound,
@@ -216,7 +163,7 @@ impl Pilot {
             };
             let scored = statistics.scored() as f64;
             let each = statistics.walks() as f64 / scored;
-            Asked {
+            Observed {
                 weight,
                 needed: (estimate.std_dev.unwrap_or(0.0) / bound).powi(2),
                 rare: rare * square * square.max(from_anywhere) / bound.powi(2),
@@ -237,7 +184,7 @@ impl Pilot {
         }
     }
 
-    /// As if the walks of another setting had its variance.
+    /// The pilot of another setting if its walks had the same variance.
     pub(super) fn shortened(&self, setting: Setting, doubt: Doubt) -> Self {
         Self {
             states: self.states * self.setting.absorption / setting.absorption,
@@ -247,46 +194,49 @@ impl Pilot {
         }
     }
 
-    /// The fewest walks of a target that scored.
+    /// The least number of scored walks of a target.
     pub(super) fn scored(&self) -> f64 {
-        let scored = self.targets.iter().map(|asked| asked.scored);
+        let scored = self.targets.iter().map(|observed| observed.scored);
         scored.fold(f64::INFINITY, f64::min)
     }
 
-    /// Walks that all targets take.
+    /// The number of walks that all targets take by their observed variance.
     pub(super) fn needed(&self) -> f64 {
         let targets = self.targets.iter();
-        targets.map(|asked| asked.weight * asked.needed).sum()
+        targets
+            .map(|observed| observed.weight * observed.needed)
+            .sum()
     }
 
-    /// Seconds of its walks.
+    /// Seconds of the pilot's walks.
     pub(super) fn seconds(&self, cost: &Cost) -> f64 {
-        self.walks as f64 * self.walk(cost, self.pointwise)
+        self.walks as f64 * self.seconds_per_walk(cost, self.pointwise)
     }
 
-    /// What its setting takes on these cells.
+    /// What the pilot's setting takes on these cells.
     pub(super) fn predict(&self, level: &Level, scales: &Scales, batch: u64) -> Prediction {
         let batch = batch as f64;
-        let walks = |seen: &dyn Fn(&Asked) -> f64, rare: f64| -> f64 {
-            let whole = |walks: f64| batch * batches(walks / batch);
-            let of = |asked: &Asked| asked.weight * whole(asked.walks(seen(asked), rare));
+        let walks = |multiple: &dyn Fn(&Observed) -> f64, rare: f64| -> f64 {
+            let whole = |walks: f64| batch * batches_of_whole_stages(walks / batch);
+            let of =
+                |target: &Observed| target.weight * whole(target.walks(multiple(target), rare));
             self.targets.iter().map(of).sum()
         };
-        let each = self.walk(&level.cost, self.pairs(level.unknowns));
+        let each = self.seconds_per_walk(&level.cost, self.pairs(level.unknowns));
         let [setup, source] = self.setting.setup(&level.cost);
-        let of = self.walks / self.targets.len().max(1) as u64;
-        let fast = |asked: &Asked| scales.fast / asked.times(self.doubt.less);
-        let slow = |asked: &Asked| scales.slow * asked.times(self.doubt.more);
-        let most = self
+        let pilot_walks = self.walks / self.targets.len().max(1) as u64;
+        let fast = |target: &Observed| scales.fast / target.times(self.doubt.less);
+        let slow = |target: &Observed| scales.slow * target.times(self.doubt.more);
+        let worst_case = self
             .targets
             .iter()
-            .map(|asked| asked.walks(slow(asked), scales.rare));
-        let most = most.fold(0.0, f64::max);
-        let prepared = |rare: f64| {
+            .map(|target| target.walks(slow(target), scales.rare));
+        let worst_case_walks = worst_case.fold(0.0, f64::max);
+        let risk_adjusted = |rare: f64| {
             let walks = walks(&|_| scales.observed, rare) + walks(&slow, rare);
             0.5 * walks * each
         };
-        let hoped = walks(&fast, scales.rare_luckily) * each;
+        let best_case = walks(&fast, scales.optimistic_rare) * each;
         let walks = walks(&|_| scales.observed, scales.rare);
         Prediction {
             setting: Setting {
@@ -295,112 +245,32 @@ impl Pilot {
             },
             setup,
             source,
-            each,
+            seconds_per_walk: each,
             walking: walks * each,
-            prepared: prepared(scales.rare),
-            luckily: prepared(scales.rare_luckily),
-            hoped,
-            of: if level.cells == self.setting.cells {
-                of
+            risk_adjusted: risk_adjusted(scales.rare),
+            optimistic: risk_adjusted(scales.optimistic_rare),
+            best_case,
+            pilot_walks: if level.cells == self.setting.cells {
+                pilot_walks
             } else {
                 0
             },
             scored: self.scored(),
-            most,
+            worst_case_walks,
             walks,
             states: walks * self.states,
         }
     }
 
-    /// Pointwise pairs of a row where there are so many unknowns.
+    /// The pointwise pairs of a row with this number of unknowns.
     pub(super) fn pairs(&self, unknowns: f64) -> PointwisePairs {
         let times = unknowns / self.unknowns;
         self.pointwise.on(self.setting.pairs, times)
     }
 
     /// Seconds of a walk.
-    fn walk(&self, cost: &Cost, pairs: PointwisePairs) -> f64 {
+    fn seconds_per_walk(&self, cost: &Cost, pairs: PointwisePairs) -> f64 {
         let walk = self.setting.walk(cost);
         walk.seconds(self.setting.estimator, self.states, pairs)
-    }
-}
-
-/// How many times the variance that a pilot saw other cells have.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scales {
-    /// If cells help most.
-    pub(super) fast: f64,
-    /// As they are seen to help.
-    pub(super) observed: f64,
-    /// If they help less.
-    pub(super) slow: f64,
-    /// Their own rare variance, and the least that it may be.
-    pub(super) rare: f64,
-    pub(super) rare_luckily: f64,
-}
-
-impl Scales {
-    /// Of plain walks, whatever the cells are.
-    pub(super) const PLAIN: Self = Self {
-        fast: 1.0,
-        observed: 1.0,
-        slow: 1.0,
-        rare: 0.0,
-        rare_luckily: 0.0,
-    };
-}
-
-/// Cells, with what they cost.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Level {
-    /// As the file counts them.
-    pub(super) cells: usize,
-    pub(super) unknowns: f64,
-    pub(super) cost: Cost,
-}
-
-/// What a setting will take.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prediction {
-    pub(super) setting: Setting,
-    /// Seconds on one thread: of the set-up, of what is left of it where the system is solved, of a walk, and of all.
-    pub(super) setup: f64,
-    pub(super) source: f64,
-    pub(super) each: f64,
-    pub(super) walking: f64,
-    /// The mean of that and of what it is if there are rare large scores, and cells help less than hoped.
-    pub(super) prepared: f64,
-    /// The same if the rare variance that is not known is the least that it may be.
-    pub(super) luckily: f64,
-    /// The same if there were rare large scores in the pilot, and cells help as they do by theory.
-    pub(super) hoped: f64,
-    /// Walks of a target that a pilot of this very setting had; 0 if there was none.
-    pub(super) of: u64,
-    /// The fewest of a target that scored, in whatever pilot.
-    pub(super) scored: f64,
-    /// Walks of the target that takes most if there are rare large scores, in no whole rounds.
-    pub(super) most: f64,
-    pub(super) walks: f64,
-    pub(super) states: f64,
-}
-
-impl Prediction {
-    /// Of all.
-    pub(super) fn seconds(&self) -> f64 {
-        self.setup + self.walking
-    }
-}
-
-/// Batches of the rounds that so many batches take: errors are looked at after whole rounds.
-fn batches(needed: f64) -> f64 {
-    if needed > MANY {
-        return needed;
-    }
-    let mut done = 0;
-    loop {
-        done += next_stage(done, u64::MAX);
-        if done as f64 >= needed {
-            return done as f64;
-        }
     }
 }

@@ -1,13 +1,13 @@
-//! What few walks miss of systems, whether they were solved or not.
+//! Rare variances: what few walks miss of systems, solved or not.
 
-use super::pilot::Setting;
+use super::setting::Setting;
 use crate::answer::Solved;
 use crate::{Error, Pairs, Partitioned};
 
-/// Rare variances by cells and degree.
+/// The rare variances that are known, by cells and degree.
 #[derive(Debug)]
 pub(super) struct RareVariances {
-    /// Whether there are corners: everywhere else they are zero.
+    /// Whether there are corners: without them all rare variances are zero.
     corners: bool,
     known: Vec<((usize, usize), f64)>,
 }
@@ -20,7 +20,7 @@ impl RareVariances {
         }
     }
 
-    /// That of a setting, if it is known; with all pairs pointwise S is empty.
+    /// The rare variance of a setting, if it is known. It is zero with all pairs pointwise: S is empty.
     pub(super) fn of(&self, setting: &Setting) -> Option<f64> {
         if !self.corners || setting.plain || setting.pairs == Pairs::Pointwise {
             return Some(0.0);
@@ -30,8 +30,8 @@ impl RareVariances {
         known.map(|&(_, rare)| rare)
     }
 
-    /// Asks the setting's cells, or its system if that is solved; not twice.
-    pub(super) fn ask(
+    /// Computes the rare variance of a setting, unless it is known, from its cells, or from its system if that is solved.
+    pub(super) fn measure(
         &mut self,
         cells: &dyn Partitioned<'_>,
         setting: &Setting,

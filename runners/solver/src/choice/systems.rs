@@ -1,13 +1,13 @@
-//! Solved systems that pilots have left: others walk on from them, and so does the answer.
+//! Solved systems of pilots: later pilots and the answer use them again.
 
-use super::pilot::Setting;
+use super::setting::Setting;
 use crate::answer::Solved;
 use crate::{Error, Goal, Partitioned};
 
-/// Bytes that may be kept.
+/// The most bytes that are kept.
 const MEMORY: usize = 1 << 30;
 
-/// The systems of all pilots, as long as there is memory for them.
+/// The systems of all pilots that fit into the memory for them.
 #[derive(Debug, Default)]
 pub(super) struct Systems<'m> {
     all: Vec<System<'m>>,
@@ -22,19 +22,19 @@ struct System<'m> {
 }
 
 impl<'m> Systems<'m> {
-    /// That of a setting, if there is one.
+    /// The system of a setting, if it is solved.
     pub(super) fn of(&self, setting: &Setting) -> Option<&Solved<'m>> {
         let at = self.position(setting)?;
         self.all.get(at).map(|system| &system.solved)
     }
 
-    /// The same, for good.
+    /// Removes and returns the system of a setting, if it is solved.
     pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved<'m>> {
         let at = self.position(setting)?;
         Some(self.all.swap_remove(at).solved)
     }
 
-    /// Solves the system of a setting, unless that was done.
+    /// Solves the system of a setting, unless it is solved.
     pub(super) fn solve(
         &mut self,
         cells: &(dyn Partitioned<'m> + 'm),
@@ -62,7 +62,7 @@ impl<'m> Systems<'m> {
             }
         };
         let system = self.all.get(at).map(|system| &system.solved);
-        system.ok_or_else(|| Error::Internal("a solved system was lost"))
+        system.ok_or(Error::Internal("a solved system was lost"))
     }
 
     fn position(&self, setting: &Setting) -> Option<usize> {

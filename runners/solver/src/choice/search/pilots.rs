@@ -1,0 +1,195 @@
+//! One pilot of the search: whether it pays, its walks, and its cost.
+
+use fredholm_core::MIN_BATCHES;
+use fredholm_rayon::Observer;
+
+use super::super::pilot::{self, Pilot};
+use super::super::setting::Setting;
+use super::Search;
+use crate::Error;
+use crate::answer::{Answer, Walks, Watch};
+use crate::cost::{Cost, PointwisePairs};
+use crate::model::Request;
+
+/// Seconds of a pilot apart from its walks and its set-up.
+pub(super) const PILOT_SECONDS: f64 = 0.1e-3;
+/// The least length of a walk over its mean length 1/q0.
+const LEAST_LENGTH: f64 = 0.9;
+/// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
+const SEED: u64 = 0x0070_696c_6f74;
+
+/// The walks of a pilot, and what it may take.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Allowance {
+    /// The number of walks of each target.
+    pub(super) walks: u64,
+    /// The share of the best prediction so far that the pilot may take.
+    one: f64,
+    /// The share of the best prediction so far that all pilots may take, this one included.
+    all: f64,
+    /// Whether the set-up counts. If the answer may use the set-up again, the pilot is judged by what it may save.
+    setup: bool,
+}
+
+/// The allowance of first pilots.
+pub(super) const FIRST: Allowance = Allowance {
+    walks: 256,
+    one: 0.03,
+    all: 0.2,
+    setup: true,
+};
+/// The allowance of pilots on finer cells of the best setting.
+pub(super) const FINER_BEST: Allowance = Allowance {
+    walks: 512,
+    one: 0.15,
+    all: 0.35,
+    setup: false,
+};
+/// The allowance of pilots on finer cells of other settings.
+pub(super) const FINER: Allowance = Allowance {
+    setup: true,
+    ..FINER_BEST
+};
+/// The allowance of pilots on the same cells with other walks.
+pub(super) const VARY: Allowance = Allowance { one: 0.01, ..FINER };
+/// The allowance of pilots that confirm other settings.
+pub(super) const CONFIRM: Allowance = Allowance {
+    walks: 2048,
+    all: 0.5,
+    ..FINER
+};
+/// The allowance of pilots that confirm the best setting.
+pub(super) const CONFIRM_BEST: Allowance = Allowance {
+    setup: false,
+    ..CONFIRM
+};
+
+/// Seconds of a walk of mean length.
+fn seconds_of_walk(setting: &Setting, cost: &Cost, pairs: PointwisePairs) -> f64 {
+    let walk = setting.walk(cost);
+    walk.seconds(setting.estimator, 1.0 / setting.absorption, pairs)
+}
+
+impl Search<'_> {
+    /// Whether a pilot is worth its time: it is cheap, and its setting is the best or takes less with one stage of walks.
+    pub(super) fn affords(
+        &self,
+        setting: &Setting,
+        cost: &Cost,
+        pairs: PointwisePairs,
+        allowance: Allowance,
+    ) -> bool {
+        if self.refuses(setting) {
+            return false;
+        }
+        let Some(best) = self.best() else {
+            return true;
+        };
+        let setup = self.remaining_setup(setting, setting.setup(cost));
+        let stage = (self.batch() * MIN_BATCHES) as f64 * self.sample.weight();
+        let stage = stage * seconds_of_walk(setting, cost, pairs);
+        let seconds = self.seconds(setting, cost, pairs, allowance);
+        (best.setting == *setting || setup + LEAST_LENGTH * stage <= self.price(&best))
+            && seconds <= allowance.one * best.seconds()
+            && self.spent + seconds <= allowance.all * best.seconds()
+    }
+
+    /// Seconds of a pilot that count.
+    pub(super) fn seconds(
+        &self,
+        setting: &Setting,
+        cost: &Cost,
+        pairs: PointwisePairs,
+        allowance: Allowance,
+    ) -> f64 {
+        let setup = self.remaining_setup(setting, setting.setup(cost));
+        let setup = if allowance.setup { setup } else { 0.0 };
+        let walks = (allowance.walks * self.sample.targets() as u64) as f64;
+        PILOT_SECONDS + setup + walks * seconds_of_walk(setting, cost, pairs)
+    }
+
+    /// A pilot of a setting. It is `None` if the problem refuses the setting, which is forgotten then.
+    pub(super) fn pilot(&mut self, setting: Setting, allowance: Allowance) -> Option<Pilot> {
+        if self.watch.cancelled() {
+            return None;
+        }
+        let pilot = self.try_pilot(setting, allowance);
+        let refused = |refusal| {
+            self.refuse(refusal);
+            self.forget(setting);
+        };
+        pilot.map_err(refused).ok()
+    }
+
+    fn try_pilot(&mut self, setting: Setting, allowance: Allowance) -> Result<Pilot, Error> {
+        let settings = setting.applied(self.settings);
+        let cells = self.cells(&setting)?;
+        let mut walk = settings.walk_options();
+        walk.walks = allowance.walks;
+        walk.tolerance = None;
+        walk.time_limit = None;
+        walk.seed ^= SEED;
+        let walks = Walks {
+            model: self.model,
+            scalar: self.settings.scalar,
+        };
+        let request = Request {
+            goals: &self.sample.goals,
+            walk: &walk,
+            only_u: false,
+        };
+        let watch = Quiet(self.watch);
+        let cost = cells.cost(setting.pairs);
+        let answer = if setting.plain {
+            walks.plain(&*cells, &request, &watch)?
+        } else {
+            if allowance.setup {
+                self.spent += self.remaining_setup(&setting, setting.setup(&cost));
+            }
+            let solved = self.systems.solve(&*cells, &setting, &self.sample.goals)?;
+            self.rare.measure(&*cells, &setting, Some(solved))?;
+            solved.walk(&walks, &request, &watch)?
+        };
+        let without = |radius: f64| radius * (1.0 - setting.absorption);
+        self.second_moment = self.second_moment.or(answer.neighbour_radius.map(without));
+        let squares = self.squares(&setting, &answer);
+        let pilot = Pilot::new(
+            setting,
+            &self.sample,
+            self.tolerance,
+            (self.model, cells.unknowns()),
+            &answer,
+            &squares,
+            self.doubt(setting.absorption),
+        );
+        self.pilots += 1;
+        self.walks += pilot.walks;
+        self.spent += PILOT_SECONDS + pilot.seconds(&cost);
+        Ok(pilot)
+    }
+
+    /// E η² of the first pilot with these walks. It does not depend on cells.
+    fn squares(&mut self, setting: &Setting, answer: &Answer) -> Vec<f64> {
+        let walks = (setting.absorption, setting.estimator);
+        let seen = self.squares.iter().find(|(of, _)| *of == walks);
+        if let Some((_, squares)) = seen {
+            return squares.clone();
+        }
+        let squares = pilot::squares(answer);
+        if squares.iter().all(|&square| square > 0.0) {
+            self.squares.push((walks, squares.clone()));
+        }
+        squares
+    }
+}
+
+/// A watch that observes nothing of pilots, and may end them.
+struct Quiet<'a>(&'a dyn Watch);
+
+impl Observer for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+impl Watch for Quiet<'_> {}

@@ -1,0 +1,78 @@
+//! What may be chosen.
+
+use fredholm_core::Estimator;
+
+use crate::cost::{Cost, WalkCost};
+use crate::{Pairs, Settings};
+
+/// One value for everything that may be chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Setting {
+    /// Whether walks follow no neighbour equation.
+    pub(super) plain: bool,
+    /// The number of cells as [`Settings`] count them: of a cube, per axis.
+    pub(super) cells: usize,
+    pub(super) degree: usize,
+    pub(super) pairs: Pairs,
+    pub(super) absorption: f64,
+    pub(super) estimator: Estimator,
+}
+
+impl Setting {
+    /// The settings with this choice, in which nothing is open.
+    pub(super) fn applied(&self, settings: &Settings) -> Settings {
+        Settings {
+            cells: Some(self.cells),
+            degree: Some(self.degree),
+            pairs: Some(self.pairs),
+            absorption: Some(self.absorption),
+            estimator: Some(self.estimator),
+            ..settings.clone()
+        }
+    }
+
+    /// Whether one solved system serves both settings.
+    pub(super) fn shares_system(&self, other: &Self) -> bool {
+        let of = |setting: &Self| (setting.plain, setting.cells, setting.degree);
+        of(self) == of(other)
+    }
+
+    /// Whether the settings have the same neighbour equation, but for the number of its cells.
+    pub(super) fn shares_order(&self, other: &Self) -> bool {
+        (self.degree, self.pairs) == (other.degree, other.pairs)
+    }
+
+    /// Whether a refusal of another setting holds for this one: it differs by longer walks or more cells alone.
+    pub(super) fn is_refused_with(&self, refused: &Self) -> bool {
+        let same = Self {
+            cells: self.cells,
+            absorption: self.absorption,
+            estimator: self.estimator,
+            ..*refused
+        };
+        same == *self && self.absorption >= refused.absorption && self.cells <= refused.cells
+    }
+
+    /// Seconds of the set-up, and of the part of it that is left once the system is solved.
+    pub(super) const fn setup(&self, cost: &Cost) -> [f64; 2] {
+        if self.plain {
+            [0.0; 2]
+        } else {
+            [cost.setup, cost.source]
+        }
+    }
+
+    /// The cost of a walk.
+    pub(super) const fn walk(&self, cost: &Cost) -> WalkCost {
+        if self.plain { cost.plain } else { cost.walk }
+    }
+
+    /// The method's name in the report.
+    pub(super) fn method(&self) -> &'static str {
+        if self.plain {
+            "plain"
+        } else {
+            "preconditioned"
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! The report of a run: its data, which serialises with stable names, and its text for people.
+
+mod text;
+
+use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
+use serde::Serialize;
+
+use crate::answer::Answer;
+use crate::choice::{ChoiceReport, Chosen};
+use crate::{Choices, Goal, Model, PairCounts, Partitioned, Region, Settings};
+
+/// The report of a run. The serialised names are stable; fields may be added.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The kind of the problem: "circle", "cube" or "room".
+    pub problem: &'static str,
+    /// The dimension d of a cube.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<usize>,
+    /// The number of cells as the settings count them: of a cube, per axis. It is 0 for plain walks.
+    pub cells: usize,
+    /// The number of all unknowns: that of the cells if their degree is 0.
+    pub unknowns: usize,
+    /// The degree of the polynomials on the cells.
+    pub degree: usize,
+    /// The name of the choice of pairs; "no" for plain walks.
+    pub pairs: &'static str,
+    /// The counts of pairs, if they were chosen one by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pair_counts: Option<PairCounts>,
+    /// The absorption probability q0.
+    pub absorption: f64,
+    /// The name of the estimator.
+    pub estimator: &'static str,
+    /// The name of the walks' floating-point type.
+    pub scalar: &'static str,
+    /// The name of the random number generator.
+    pub generator: &'static str,
+    /// The number of walks of a batch.
+    pub batch: u64,
+    /// The seed of the walks.
+    pub seed: u64,
+    /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
+    pub stop: &'static str,
+    /// The number of Gauss–Seidel sweeps of the Galerkin system.
+    pub sweeps: u32,
+    /// The largest residual of the Galerkin system after the last sweep.
+    pub residual: f64,
+    /// The number of visited states over all goals, starts included.
+    pub states: u64,
+    /// Seconds of the set-up.
+    pub setup_seconds: f64,
+    /// Seconds of the walks.
+    pub walk_seconds: f64,
+    /// The report of every goal.
+    #[serde(rename = "targets")]
+    pub goals: Vec<GoalReport>,
+    /// The report of the choice, if settings were chosen.
+    #[serde(rename = "split", skip_serializing_if = "Option::is_none")]
+    pub choice: Option<ChoiceReport>,
+    /// The choice in words, or nothing. It is not serialised.
+    #[serde(skip)]
+    pub choice_text: String,
+    /// The energy balance of a room with temperatures.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyReport>,
+}
+
+/// The report of one goal. A grid has one for every point.
+#[derive(Clone, Debug, Serialize)]
+pub struct GoalReport {
+    /// The goal's name.
+    pub name: String,
+    /// The point, if the goal is u at a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<Coordinates>,
+    /// The region, if the goal is a mean over one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over: Option<Over>,
+    /// The formula of the weight, if the goal is a weighted integral.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<String>,
+    /// The exact value, if it is known.
+    pub exact: Option<f64>,
+    /// The value (v, Φ) of the Galerkin solution; NaN if there is none.
+    pub galerkin: f64,
+    /// The number of walks.
+    pub walks: u64,
+    /// The error that rounding leaves, which more walks do not lower.
+    pub rounding_floor: f64,
+    /// The numbers of walks by how they ended.
+    pub endings: EndingsReport,
+    /// The estimate by plain walks.
+    pub plain: EstimateReport,
+    /// The estimate by preconditioned walks.
+    pub preconditioned: EstimateReport,
+    /// The irradiance ∫ of the arriving u, in rooms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub irradiance: Option<EstimateReport>,
+    /// The net flux out of the wall, in rooms with temperatures: of a surface in W per metre of depth, at a point in
+    /// W/m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub net_flux: Option<EstimateReport>,
+}
+
+/// A point: an angle, coordinates, or a place on a surface.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Coordinates {
+    /// An angle of a circle.
+    One(f64),
+    /// The coordinates of a point of a cube.
+    Many(Vec<f64>),
+    /// A place on a surface of a room.
+    On {
+        /// The surface's name.
+        surface: String,
+        /// The share of the surface's length.
+        t: f64,
+    },
+}
+
+/// The region of a mean.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Over {
+    /// An interval of angles.
+    Interval([f64; 2]),
+    /// The name of a part, or "all".
+    Word(String),
+}
+
+/// The numbers of walks by how they ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct EndingsReport {
+    /// The number of absorbed walks.
+    pub absorbed: u64,
+    /// The number of walks that the step limit cut off.
+    pub step_limit: u64,
+}
+
+/// An estimate. A number is `None` if there were too few walks for it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct EstimateReport {
+    /// The estimate.
+    pub estimate: Option<f64>,
+    /// The standard error of the estimate.
+    pub std_error: Option<f64>,
+    /// The standard deviation of one walk.
+    pub std_dev: Option<f64>,
+}
+
+/// The energy balance of a room.
+#[derive(Clone, Debug, Serialize)]
+pub struct EnergyReport {
+    /// The net flux of every surface.
+    pub surfaces: Vec<SurfaceReport>,
+    /// The sum of all net fluxes, in W per metre of depth: 0 in a closed room.
+    pub energy_balance: Option<EstimateReport>,
+}
+
+/// The net flux of one surface.
+#[derive(Clone, Debug, Serialize)]
+pub struct SurfaceReport {
+    /// The surface's name.
+    pub name: String,
+    /// The net flux out of the surface, in W per metre of depth; `None` if its material changes.
+    pub net_flux: Option<EstimateReport>,
+}
+
+/// A run: everything that a report tells, apart from the answer.
+#[derive(Clone, Copy)]
+pub struct Run<'a, 'm> {
+    /// The equation.
+    pub model: &'a dyn Model,
+    /// The goals of the walks.
+    pub goals: &'a [Goal],
+    /// The exact value of every goal, if it is known.
+    pub exact: &'a [Option<f64>],
+    /// The cells of the neighbour equation.
+    pub cells: &'a dyn Partitioned<'m>,
+    /// The settings, in which nothing is open.
+    pub settings: &'a Settings,
+    /// The choice, if settings were chosen.
+    pub chosen: Option<&'a Chosen<'m>>,
+}
+
+impl core::fmt::Debug for Run<'_, '_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Run")
+            .field("goals", &self.goals)
+            .field("exact", &self.exact)
+            .field("settings", &self.settings)
+            .field("chosen", &self.chosen)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Report {
+    /// The report of a run and its answer.
+    #[must_use]
+    pub fn new(run: &Run<'_, '_>, answer: Answer) -> Self {
+        let Run {
+            model,
+            goals,
+            exact,
+            cells,
+            settings,
+            chosen,
+        } = *run;
+        let (about, walk) = (model.about(), settings.walk_options());
+        let plain = chosen.is_some_and(|chosen| chosen.plain);
+        let statistics = answer.outcome.statistics.iter();
+        let mut reports: Vec<GoalReport> = goals
+            .iter()
+            .zip(exact.iter().zip(&answer.galerkin))
+            .zip(statistics.clone().zip(&answer.floors))
+            .map(|((goal, (&exact, &galerkin)), (statistics, &floor))| {
+                GoalReport::new(model, goal, exact, galerkin, statistics, floor)
+            })
+            .collect();
+        for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
+            let estimate = |estimate| EstimateReport::new(estimate, report.walks);
+            report.irradiance = heat.irradiance.map(estimate);
+            report.net_flux = heat.net_flux.map(estimate);
+        }
+        Self {
+            problem: about.kind,
+            dimension: about.dimension,
+            cells: if plain { 0 } else { cells.cells() },
+            unknowns: if plain { 0 } else { cells.unknowns() },
+            degree: settings.discretisation().degree,
+            pairs: if plain { "no" } else { walk.pairs.word() },
+            pair_counts: answer.pair_counts,
+            absorption: walk.absorption,
+            estimator: walk.estimator.word(),
+            scalar: settings.scalar.word(),
+            generator: DEFAULT_GENERATOR,
+            batch: walk.batch,
+            seed: walk.seed,
+            stop: word(answer.outcome.stop),
+            sweeps: answer.solve.sweeps,
+            residual: answer.solve.residual,
+            states: statistics.map(Statistics::states).sum(),
+            setup_seconds: answer.setup_seconds,
+            walk_seconds: answer.walk_seconds,
+            choice: chosen.map(|chosen| chosen.report.clone()),
+            choice_text: chosen.map_or(String::new(), |chosen| {
+                chosen.report.text(settings, &cells.cells_text())
+            }),
+            energy: EnergyReport::new(answer.derived.fluxes),
+            goals: reports,
+        }
+    }
+}
+
+/// The name of a reason why walks ended.
+const fn word(stop: StopReason) -> &'static str {
+    match stop {
+        StopReason::Done => "done",
+        StopReason::ToleranceNotReached => "error_not_reached",
+        StopReason::TimeLimit => "time_limit",
+        StopReason::Cancelled => "cancelled",
+    }
+}
+
+impl GoalReport {
+    fn new(
+        model: &dyn Model,
+        goal: &Goal,
+        exact: Option<f64>,
+        galerkin: f64,
+        statistics: &Statistics,
+        rounding_floor: f64,
+    ) -> Self {
+        let walks = statistics.walks();
+        Self {
+            name: goal.name.clone(),
+            at: Coordinates::new(model, &goal.region),
+            over: Over::new(model, &goal.region),
+            weight: match goal.region {
+                Region::Weight(number) => model.weight(number).map(str::to_owned),
+                _ => None,
+            },
+            exact,
+            galerkin,
+            walks,
+            rounding_floor,
+            endings: EndingsReport::new(statistics),
+            plain: EstimateReport::new(statistics.plain(), walks),
+            preconditioned: EstimateReport::new(statistics.preconditioned(), walks),
+            irradiance: None,
+            net_flux: None,
+        }
+    }
+}
+
+impl Coordinates {
+    fn new(model: &dyn Model, region: &Region) -> Option<Self> {
+        match region {
+            Region::Angle(s) => Some(Self::One(*s)),
+            Region::Point(x) => Some(Self::Many(x.clone())),
+            Region::On(surface, t) => model.part(*surface).map(|surface| Self::On {
+                surface: surface.to_owned(),
+                t: *t,
+            }),
+            _ => None,
+        }
+    }
+
+    /// The abscissa of a point of a grid.
+    #[must_use]
+    pub fn first(&self) -> Option<f64> {
+        match self {
+            Self::One(s) => Some(*s),
+            Self::Many(x) => x.first().copied(),
+            Self::On { t, .. } => Some(*t),
+        }
+    }
+}
+
+impl Over {
+    fn new(model: &dyn Model, region: &Region) -> Option<Self> {
+        match *region {
+            Region::Arc(from, to) => Some(Self::Interval([from, to])),
+            Region::Whole => Some(Self::Word("all".to_owned())),
+            Region::Part(surface) => model.part(surface).map(|name| Self::Word(name.to_owned())),
+            _ => None,
+        }
+    }
+}
+
+impl EndingsReport {
+    const fn new(statistics: &Statistics) -> Self {
+        let endings = statistics.endings();
+        Self {
+            absorbed: endings.absorbed,
+            step_limit: endings.step_limit,
+        }
+    }
+}
+
+impl EstimateReport {
+    /// The report of an estimate by this number of walks.
+    fn new(estimate: Estimate, walks: u64) -> Self {
+        Self {
+            estimate: (walks > 0).then_some(estimate.estimate),
+            std_error: estimate.std_error,
+            std_dev: estimate.std_dev,
+        }
+    }
+}
+
+impl EnergyReport {
+    /// The report of these fluxes, if there are any.
+    fn new(fluxes: Vec<(String, Option<Estimate>)>) -> Option<Self> {
+        if fluxes.is_empty() {
+            return None;
+        }
+        // Every surface has walks of its own: errors are independent.
+        let known: Option<Vec<Estimate>> = fluxes.iter().map(|(_, flux)| *flux).collect();
+        let square = |x: Option<f64>| x.map(|x| x * x);
+        let energy_balance = known.map(|known| {
+            let squares: Option<f64> = known.iter().map(|e| square(e.std_error)).sum();
+            EstimateReport {
+                estimate: Some(known.iter().map(|e| e.estimate).sum()),
+                std_error: squares.map(f64::sqrt),
+                std_dev: None,
+            }
+        });
+        let surface = |(name, flux): (String, Option<Estimate>)| SurfaceReport {
+            name,
+            net_flux: flux.map(|flux| EstimateReport {
+                estimate: Some(flux.estimate),
+                std_error: flux.std_error,
+                std_dev: flux.std_dev,
+            }),
+        };
+        Some(Self {
+            surfaces: fluxes.into_iter().map(surface).collect(),
+            energy_balance,
+        })
+    }
+}

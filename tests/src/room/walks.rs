@@ -1,0 +1,36 @@
+//! Walks in a room, and what is asserted of them.
+
+use fredholm_core::{DefaultGenerator, Estimator, Real, STEP_LIMIT, Stream, Task};
+use fredholm_room::Room;
+
+use super::{Drawing, RoomNeighbour};
+use crate::outcome::Outcome;
+
+/// Panics unless a check of a drawing has passed.
+///
+/// # Panics
+/// If the check has failed.
+pub fn assert_ok(drawing: &Drawing, what: &str, outcome: Outcome) {
+    if let Err(e) = outcome.ok() {
+        panic!("{}, {what}: {e}", drawing.name);
+    }
+}
+
+/// The walks of a room, with the step limit of the library.
+pub fn task<'a, F: Real, T>(
+    (room, neighbour): (&'a Room<'a, F>, &'a RoomNeighbour<'a, F>),
+    functional: &'a T,
+    neighbour_value: Option<f64>,
+    estimator: Estimator,
+    stream: Stream,
+) -> Task<'a, Room<'a, F>, RoomNeighbour<'a, F>, T, DefaultGenerator> {
+    Task {
+        equation: room,
+        neighbour,
+        functional,
+        neighbour_value,
+        estimator,
+        stream,
+        step_limit: STEP_LIMIT,
+    }
+}

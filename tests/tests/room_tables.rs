@@ -1,0 +1,129 @@
+//! Tables of a room: those that do not belong together, and none at all.
+
+use fredholm_core::galerkin::Piecewise;
+use fredholm_room::{
+    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Segment, Tables, Views, Wall,
+};
+use fredholm_tests::check::neighbour_equation;
+use fredholm_tests::room::{CHOICES, Setup, assert_ok, block, described};
+
+/// Without a table of views all pairs are partly seen: slower, and the same equation.
+#[test]
+fn no_views_are_right_too() {
+    let setup = Setup::new::<f64>(&block(), 24, Grading::default()).unwrap();
+    let tables = Tables::<f64>::new(&setup.scene, &setup.mesh);
+    let views = Views::none();
+    let room = Room::new(tables.geometry(), tables.cells(), views, 0.2).unwrap();
+    for choice in CHOICES {
+        let pairs = RoomPairs { views, choice };
+        let v = setup.solution.rounded::<f64>().unwrap();
+        let g = setup
+            .solution
+            .source::<f64>(&setup.matrix.coefficients(), &pairs)
+            .unwrap();
+        let dense = setup.matrix.coefficients();
+        let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
+        described::<f64, _>(&block(), 24, 1.0, |described| {
+            let result = neighbour_equation(described, &neighbour, 1);
+            assert_ok(&block(), &format!("{choice:?}"), result);
+        });
+    }
+}
+
+#[test]
+fn tables_that_do_not_belong_together() {
+    let wall = Wall {
+        ends: [[0.0, 0.0], [1.0, 0.0]],
+        vertices: [0, 1],
+        tangent: [1.0, 0.0],
+        length: 1.0,
+        reflectance: 0.5,
+        emission: 0.0,
+    };
+    let segment = |wall_number| Segment {
+        ends: wall.ends,
+        vertices: wall.vertices,
+        wall: wall_number,
+    };
+    let node = |first, count| Node {
+        centre: [0.5, 0.0],
+        half: [0.6, 0.1],
+        first,
+        count,
+    };
+    let geometry = |wall_number, nodes: &[Node<f64>]| {
+        Geometry::new(&[wall], &[segment(wall_number)], nodes, true).err()
+    };
+    let bad = Some(RoomError::Tables);
+    assert_eq!(geometry(0, &[node(0, 1)]), None);
+    assert_eq!(geometry(0, &[node(1, 0), node(0, 1), node(0, 1)]), None);
+    assert_eq!(geometry(1, &[node(0, 1)]), bad);
+    assert_eq!(geometry(0, &[node(0, 2)]), bad);
+    assert_eq!(geometry(0, &[node(1, 1)]), bad);
+    assert_eq!(geometry(0, &[]), bad);
+    // No materials, and a segment that is not its wall's.
+    let changed = |change: fn(&mut Wall<f64>)| {
+        let mut other = wall;
+        change(&mut other);
+        let (segments, nodes) = ([segment(0)], [node(0, 1)]);
+        Geometry::new(&[other], &segments, &nodes, true).err()
+    };
+    assert_eq!(changed(|_| ()), None);
+    assert_eq!(changed(|w| w.reflectance = 1.0), bad);
+    assert_eq!(changed(|w| w.reflectance = -0.1), bad);
+    assert_eq!(changed(|w| w.emission = f64::NAN), bad);
+    assert_eq!(changed(|w| w.ends[1][1] = 0.1), bad);
+    assert_eq!(changed(|w| w.vertices[1] = 2), bad);
+    let (segments, nodes) = ([segment(0)], [node(0, 1)]);
+    let unseen = Geometry::new(&[wall; 2], &segments, &nodes, true).err();
+    assert_eq!(unseen, bad);
+    // Children that are their own parents, and that have two.
+    assert_eq!(geometry(0, &[node(0, 0), node(0, 1), node(0, 1)]), bad);
+    assert_eq!(geometry(0, &[node(1, 0), node(1, 0), node(0, 1)]), bad);
+    let twice = [node(1, 0), node(3, 0), node(3, 0), node(0, 1), node(0, 1)];
+    assert_eq!(geometry(0, &twice), bad);
+    // A tree of more levels than a stack has room for.
+    let deep = |levels: u32| -> Vec<Node<f64>> {
+        let pair = |k: u32| {
+            let inner = if k + 1 < levels {
+                node(2 * k + 3, 0)
+            } else {
+                node(0, 1)
+            };
+            [inner, node(0, 1)]
+        };
+        let below = (0..levels).flat_map(pair);
+        core::iter::once(node(1, 0)).chain(below).collect()
+    };
+    assert_eq!(geometry(0, &deep(40)), None);
+    assert_eq!(geometry(0, &deep(41)), bad);
+
+    let (walls, segments, nodes) = ([wall], [segment(0)], [node(0, 1)]);
+    let good = Geometry::new(&walls, &segments, &nodes, true).unwrap();
+    let edge = |along| Edge {
+        along,
+        position: [along, 0.0],
+    };
+    let cells =
+        |edges: &[Edge<f64>], of: &[u32], first: &[u32]| Cells::new(&good, edges, of, first).err();
+    let edges = [edge(0.0), edge(0.5), edge(1.0)];
+    assert_eq!(cells(&edges, &[0, 0], &[0, 2]), None);
+    assert_eq!(cells(&edges, &[0, 1], &[0, 2]), bad);
+    assert_eq!(cells(&edges, &[0, 0], &[0, 1]), bad);
+    assert_eq!(cells(&edges[..2], &[0, 0], &[0, 2]), bad);
+    assert_eq!(cells(&edges[..2], &[0], &[0, 1]), bad);
+    let twice = [edge(0.0), edge(0.0), edge(1.0)];
+    assert_eq!(cells(&twice, &[0, 0], &[0, 2]), bad);
+    assert_eq!(Views::new(&[0; 4], 2).err(), None);
+    assert_eq!(Views::new(&[4; 4], 2).err(), bad);
+    let length = RoomError::Length {
+        expected: 4,
+        found: 3,
+    };
+    assert_eq!(Views::new(&[0; 3], 2).err(), Some(length));
+    for absorption in [0.0, 1.0, f64::NAN] {
+        let cells = Cells::new(&good, &edges, &[0, 0], &[0, 2]).unwrap();
+        let room = Room::new(good, cells, Views::none(), absorption);
+        assert_eq!(room.err(), Some(RoomError::Absorption));
+    }
+}
