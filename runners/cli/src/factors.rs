@@ -61,7 +61,7 @@ pub(crate) fn of_deck(name: &str, deck: &Deck) -> Result<Factors, Failure> {
 
 /// The form factors of the problem file of this name, which must be a room.
 pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
-    let Some(own) = file.problem_as::<file::Room>() else {
+    let Some(own) = file.problem_as::<file::kinds::Room>() else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));

@@ -14,7 +14,7 @@
 
 pub mod deck;
 pub mod formula;
-mod kinds;
+pub mod kinds;
 mod load;
 mod model;
 mod place;
@@ -29,9 +29,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use fredholm::{Choices, Estimator, Pairs, Scalar};
 
-pub use kinds::{
-    Circle, Cube, Emission, KINDS, KernelText, Kind, KindEntry, Material, Numbers, Room, Surface,
-};
+pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, Source};

@@ -17,6 +17,7 @@ mod options;
 mod pairs;
 pub mod room;
 mod settings;
+pub mod sphere;
 pub mod sweep;
 
 pub use error::{Error, Subject};

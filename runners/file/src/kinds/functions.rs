@@ -3,8 +3,9 @@
 use fredholm::cube::{CubeFunctions, CubeValues};
 use fredholm_core::Real;
 
+use super::{Cube, KernelText};
+use crate::Placed;
 use crate::formula::{Formula, Room, room, seconds};
-use crate::{Cube, KernelText, Placed};
 
 /// The formulas of a cube, which validation has checked.
 #[derive(Clone, Debug)]

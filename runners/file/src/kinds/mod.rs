@@ -4,6 +4,7 @@ mod circle;
 mod cube;
 mod functions;
 mod room;
+mod sphere;
 
 use core::any::Any;
 use core::fmt::Debug;
@@ -17,9 +18,10 @@ use crate::{InputError, Place, ProblemFile, Resolution, What};
 pub use circle::{Circle, Emission};
 pub use cube::{Cube, KernelText};
 pub use room::{Material, Numbers, Room, Surface};
+pub use sphere::Sphere;
 
 /// All kinds of problems, in the order in which they are listed.
-pub static KINDS: &[KindEntry] = &[circle::ENTRY, cube::ENTRY, room::ENTRY];
+pub static KINDS: &[KindEntry] = &[circle::ENTRY, cube::ENTRY, room::ENTRY, sphere::ENTRY];
 
 /// A kind of problem as files and `fredholm init` know it.
 #[derive(Debug)]

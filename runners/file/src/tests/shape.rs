@@ -187,7 +187,10 @@ fn missing_keys() {
 #[test]
 fn kinds() {
     let text = |kind: &str| format!("[problem]\nkind = {kind}\nsides = 3\n");
-    let words = ["`kind` must be \"circle\", \"cube\" or \"room\", found \"ball\""];
+    let words = ["`kind` must be \"circle\", \"cube\"", "found \"ball\""];
+    let mut words = words.map(str::to_owned).to_vec();
+    words.extend(KINDS.iter().map(|kind| format!("\"{}\"", kind.word)));
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
     fails(&text("'ball'"), 2, 8, "'ball'", &words);
     fails(
         &text("'circel'"),
@@ -290,4 +293,14 @@ fn wrong_types() {
         "found a boolean",
     ];
     fails(&small(problem, "", "", TARGET), 4, 12, "true", &words);
+}
+
+#[test]
+fn every_template_is_a_good_file_of_its_kind() {
+    for kind in KINDS {
+        let file = good(kind.template);
+        let resolved = file.resolve().unwrap();
+        assert_eq!(resolved.model.model().about().kind, kind.word);
+        assert!(!resolved.targets.is_empty());
+    }
 }
