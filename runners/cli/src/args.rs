@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Pairs, Scalar};
+use fredholm_file::KINDS;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -110,24 +111,14 @@ table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was f
     /// Print a commented problem file
     Init {
         /// The kind of problem
-        kind: Kind,
+        #[arg(value_parser = kinds())]
+        kind: String,
     },
     /// Print a completion script for a shell
     Completions {
         /// The shell
         shell: Shell,
     },
-}
-
-/// The kinds of problems.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum Kind {
-    /// Flatland radiosity on the unit circle
-    Circle,
-    /// Any kernel on [0, 1]^d, as a formula
-    Cube,
-    /// Light or heat in a room with straight walls
-    Room,
 }
 
 /// Options of `paper`.
@@ -314,6 +305,14 @@ pub(crate) struct SolveArgs {
     /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// The words of the kinds of problems, with what each is.
+fn kinds() -> PossibleValuesParser {
+    let values = KINDS
+        .iter()
+        .map(|kind| PossibleValue::new(kind.word).help(kind.about));
+    PossibleValuesParser::new(values)
 }
 
 /// The words of an option, with what each does.

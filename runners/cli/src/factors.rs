@@ -61,12 +61,12 @@ pub(crate) fn of_deck(name: &str, deck: &Deck) -> Result<Factors, Failure> {
 
 /// The form factors of the problem file of this name, which must be a room.
 pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
-    let file::Problem::Room(own) = &file.problem else {
+    let Some(own) = file.problem_as::<file::kinds::Room>() else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));
     };
-    let surfaces = file.surfaces(own)?;
+    let surfaces = own.all_surfaces(file)?;
     refuse_beyond_memory(surfaces.names.len())?;
     let scene = match file.walk.scalar.value {
         Scalar::F32 => surfaces.scene::<f32>(),

@@ -2,25 +2,14 @@
 
 use std::io::Write;
 
-use crate::args::Kind;
+use fredholm_file::KINDS;
+
 use crate::failure::{Ended, Failure};
 
-/// The commented file of a circle.
-pub(crate) const CIRCLE: &str = include_str!("../templates/circle.toml");
-
-/// The commented file of a cube.
-pub(crate) const CUBE: &str = include_str!("../templates/cube.toml");
-
-/// The commented file of a room.
-pub(crate) const ROOM: &str = include_str!("../templates/room.toml");
-
-/// Prints the file of a kind of problem.
-pub(crate) fn init(kind: Kind) -> Result<Ended, Failure> {
-    let template = match kind {
-        Kind::Circle => CIRCLE,
-        Kind::Cube => CUBE,
-        Kind::Room => ROOM,
-    };
+/// Prints the file of the kind of problem of this word, which the command line has checked.
+pub(crate) fn init(kind: &str) -> Result<Ended, Failure> {
+    let entry = KINDS.iter().find(|entry| entry.word == kind);
+    let template = entry.map_or("", |entry| entry.template);
     std::io::stdout().lock().write_all(template.as_bytes())?;
     Ok(Ended::Done)
 }

@@ -48,7 +48,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Verify(args) => verify::verify(args),
         Command::Check { file } => solve::check(file),
         Command::Export(args) => export::export(args),
-        Command::Init { kind } => init::init(*kind),
+        Command::Init { kind } => init::init(kind),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "fredholm", &mut script);

@@ -1,30 +1,27 @@
 #![doc = include_str!("../README.md")]
 
-mod circle;
-mod cube;
 pub mod deck;
 pub mod formula;
-mod functions;
+pub mod kinds;
 mod load;
 mod model;
 mod place;
-mod room;
 mod section;
 mod validate;
 
+use core::any::Any;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
 pub use fredholm::{Choices, Estimator, Pairs, Scalar};
 
-pub use circle::{Circle, Emission, common_multiple};
-pub use cube::{Cube, KernelText};
+pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, Source};
-pub use room::{Material, Numbers, Room, unknown_surface};
-use section::{Field, Section, unknown_word};
+use section::{Field, Section};
 
 /// The largest number of cells accepted.
 pub const MAX_CELLS: usize = 100_000_000;
@@ -38,8 +35,8 @@ const MAX_GRID: usize = 100_000;
 /// All that a problem file says.
 #[derive(Clone, Debug)]
 pub struct ProblemFile {
-    /// The section `[problem]`.
-    pub problem: Problem,
+    /// The section `[problem]`: what is to be solved.
+    pub problem: Arc<dyn Kind>,
     /// The section `[galerkin]`.
     pub galerkin: Galerkin,
     /// The section `[walk]`.
@@ -50,17 +47,6 @@ pub struct ProblemFile {
     targets_place: Place,
     /// Name and text of the file, for errors.
     source: Source,
-}
-
-/// What is to be solved: `[problem]`.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Problem {
-    /// Radiosity on the circle.
-    Circle(Circle),
-    /// An equation on [0, 1]^d.
-    Cube(Cube),
-    /// Light or heat in a room.
-    Room(Room),
 }
 
 /// The Galerkin scheme: `[galerkin]`.
@@ -132,6 +118,13 @@ pub enum What {
 }
 
 impl ProblemFile {
+    /// The section `[problem]`, if it is of this kind.
+    #[must_use]
+    pub fn problem_as<K: Kind>(&self) -> Option<&K> {
+        let problem: &dyn Any = &*self.problem;
+        problem.downcast_ref()
+    }
+
     /// A path that stands in the file, which means it from the file's own folder.
     pub fn beside(&self, path: &Path) -> PathBuf {
         let folder = Path::new(&self.source.name).parent();
@@ -163,7 +156,7 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
         Some(field) => field.span.clone(),
         None => text.len()..text.len(),
     };
-    let problem = read_problem(problem.section("in `[problem]`")?)?;
+    let problem = kinds::read(problem.section("in `[problem]`")?)?;
     let galerkin = read_galerkin(galerkin)?;
     let walk = read_walk(walk)?;
     let targets = targets.map_or(Ok(Vec::new()), read_targets)?;
@@ -175,18 +168,6 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
         targets_place: Place::File(targets_span),
         source,
     })
-}
-
-/// Reads `[problem]`, whose other keys depend on its `kind`.
-fn read_problem(mut section: Section<'_, '_>) -> Result<Problem, InputError> {
-    let kind = section.required("kind")?;
-    let known = ["circle", "cube", "room"].map(str::to_owned);
-    match kind.text()? {
-        "circle" => circle::read(section).map(Problem::Circle),
-        "cube" => cube::read(section).map(Problem::Cube),
-        "room" => room::read(section).map(Problem::Room),
-        other => Err(kind.error(unknown_word("kind", other, &known))),
-    }
 }
 
 /// Reads `[galerkin]`.

@@ -5,7 +5,7 @@ use core::ops::Range;
 use std::collections::HashMap;
 
 use crate::place::{InputError, Place, Placed};
-use crate::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, Problem, ProblemFile, Scalar};
+use crate::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, Scalar};
 
 impl ProblemFile {
     /// Checks every range, and what the values ask of one another.
@@ -13,11 +13,7 @@ impl ProblemFile {
     /// To be called after the flags of the command line have replaced values.
     pub fn validate(&self) -> Result<(), InputError> {
         self.validate_galerkin()?;
-        match &self.problem {
-            Problem::Circle(circle) => circle.validate(self)?,
-            Problem::Cube(cube) => cube.validate(self)?,
-            Problem::Room(room) => room.validate(self)?,
-        }
+        self.problem.validate(self)?;
         self.validate_walk()?;
         self.validate_targets()
     }
@@ -67,7 +63,7 @@ impl ProblemFile {
             shadow_cuts,
             ..
         } = &self.galerkin;
-        let (most, of) = self.most_degree();
+        let (most, of) = self.problem.most_degree();
         self.demand(
             degree,
             degree.value <= most,
@@ -83,7 +79,7 @@ impl ProblemFile {
         if let Some(grading) = grading {
             self.demand(
                 grading,
-                matches!(self.problem, Problem::Room(_)),
+                self.problem.has_walls(),
                 "`grading` belongs to rooms",
             )?;
             self.demand(
@@ -95,7 +91,7 @@ impl ProblemFile {
         if let Some(shadow_cuts) = shadow_cuts {
             self.demand(
                 shadow_cuts,
-                matches!(self.problem, Problem::Room(_)),
+                self.problem.has_walls(),
                 "`shadow_cuts` belongs to rooms",
             )?;
         }
@@ -109,18 +105,6 @@ impl ProblemFile {
                  beyond that the tables need more memory than this program asks for"
             ),
         )
-    }
-
-    /// The largest degree, and for what: every degree and dimension has code of its own.
-    pub fn most_degree(&self) -> (usize, &'static str) {
-        match &self.problem {
-            Problem::Circle(_) => (4, "on a circle"),
-            Problem::Cube(cube) if cube.dimension.value <= 3 => {
-                (4, "on a cube of up to 3 dimensions")
-            }
-            Problem::Cube(_) => (2, "on a cube of more than 3 dimensions"),
-            Problem::Room(_) => (4, "in a room"),
-        }
     }
 
     /// Checks the number of points of a grid.
@@ -203,11 +187,7 @@ impl ProblemFile {
                     format_args!("a second target named {:?}{first}", name.value),
                 ));
             }
-            match &self.problem {
-                Problem::Circle(circle) => circle.validate_what(self, &target.what)?,
-                Problem::Cube(cube) => cube.validate_what(self, &target.what)?,
-                Problem::Room(room) => room.validate_what(self, &target.what)?,
-            }
+            self.problem.validate_target(self, &target.what)?;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use fredholm_file::{self as file, InputError, deck};
 
 const DECK: &str = include_str!("../../../examples/facet.vs2");
 const FILES: [&str; 5] = [
-    include_str!("../../cli/templates/room.toml"),
+    include_str!("../templates/room.toml"),
     include_str!("../../../examples/furnished.toml"),
     include_str!("../../../examples/doorway.toml"),
     include_str!("../../../examples/furnace.toml"),
@@ -52,7 +52,7 @@ impl From<InputError> for Refusal {
 fn read_file(text: &str) -> Result<(), Refusal> {
     let file = file::read("room.toml", text)?;
     file.validate()?;
-    if !matches!(file.problem, file::Problem::Room(_)) {
+    if file.problem_as::<file::kinds::Room>().is_none() {
         return Ok(());
     }
     let resolved = file.resolve()?;

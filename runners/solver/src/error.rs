@@ -7,6 +7,7 @@ use fredholm_core::galerkin::GalerkinError;
 use fredholm_cube::CubeError;
 use fredholm_rayon::RunError;
 use fredholm_room::RoomError;
+use fredholm_sphere::SphereError;
 use fredholm_variance::VarianceError;
 
 use crate::numbers::short;
@@ -23,6 +24,8 @@ pub enum Error {
     Cube(CubeError),
     /// A room is not as it must be.
     Room(RoomError),
+    /// A sphere is not as it must be.
+    Sphere(SphereError),
     /// The variance cannot be predicted.
     Variance(VarianceError),
     /// The walks met an error.
@@ -171,6 +174,7 @@ impl Display for Error {
             Self::Circle(error) => error.fmt(f),
             Self::Cube(error) => error.fmt(f),
             Self::Room(error) => error.fmt(f),
+            Self::Sphere(error) => error.fmt(f),
             Self::Variance(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),
             Self::Scene { message, .. }
@@ -262,6 +266,7 @@ impl core::error::Error for Error {
             Self::Circle(error) => Some(error),
             Self::Cube(error) => Some(error),
             Self::Room(error) => Some(error),
+            Self::Sphere(error) => Some(error),
             Self::Variance(error) => Some(error),
             Self::Run(error) => Some(error),
             _ => None,
@@ -283,6 +288,7 @@ from!(
     Galerkin(GalerkinError),
     Circle(CircleError),
     Room(RoomError),
+    Sphere(SphereError),
     Variance(VarianceError),
     Run(RunError)
 );

@@ -18,6 +18,7 @@ mod pairs;
 pub mod report;
 pub mod room;
 mod settings;
+pub mod sphere;
 pub mod sweep;
 
 pub use error::{Error, Subject};

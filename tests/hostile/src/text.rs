@@ -42,7 +42,11 @@ pub fn problem_file(bytes: &[u8]) {
         Ok(file) => {
             let below = [bytes, b"\n# nothing more"].concat();
             let same = read(&below).expect("a comment is no error");
-            let parts = |file: ProblemFile| (file.problem, file.galerkin, file.walk, file.targets);
+            // Kinds differ in type; what they have read is printed to the last digit.
+            let parts = |file: ProblemFile| {
+                let problem = format!("{:?}", file.problem);
+                (problem, file.galerkin, file.walk, file.targets)
+            };
             assert_eq!(parts(same), parts(file), "a comment says nothing");
         }
     }

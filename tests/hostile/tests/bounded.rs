@@ -13,9 +13,9 @@ const FILES: [&[u8]; 8] = [
     include_bytes!("../../../examples/doorway.toml"),
     include_bytes!("../../../examples/facet.toml"),
     include_bytes!("../../../examples/furnished.toml"),
-    include_bytes!("../../../runners/cli/templates/circle.toml"),
-    include_bytes!("../../../runners/cli/templates/cube.toml"),
-    include_bytes!("../../../runners/cli/templates/room.toml"),
+    include_bytes!("../../../runners/file/templates/circle.toml"),
+    include_bytes!("../../../runners/file/templates/cube.toml"),
+    include_bytes!("../../../runners/file/templates/room.toml"),
 ];
 const DECKS: [&[u8]; 1] = [include_bytes!("../../../examples/facet.vs2")];
 const TABLES: [&[u8]; 3] = [

@@ -3,12 +3,13 @@
 use fredholm::cube::{CubeFunctions, CubeValues};
 use fredholm_core::Real;
 
+use super::{Cube, KernelText};
+use crate::Placed;
 use crate::formula::{Formula, Room, room, seconds};
-use crate::{Cube, KernelText, Placed};
 
 /// The formulas of a cube, which validation has checked.
 #[derive(Clone, Debug)]
-pub(crate) struct Formulas {
+pub(super) struct Formulas {
     dimension: usize,
     is_product: bool,
     /// K, or its factors.
@@ -22,7 +23,7 @@ pub(crate) struct Formulas {
 
 impl Formulas {
     /// The formulas of a cube, and of the weights of its targets.
-    pub(crate) fn new(cube: &Cube, weights: Vec<String>) -> Self {
+    pub(super) fn new(cube: &Cube, weights: Vec<String>) -> Self {
         let list = |text: &KernelText| match text {
             KernelText::General(text) => vec![text.value.clone()],
             KernelText::Factors(texts) => {

@@ -1,12 +1,26 @@
 //! `[problem]` with `kind = "room"`, and what it asks of the rest of the file.
 
 use std::collections::HashMap;
+use std::path::Path;
 
+use fredholm::room::{RoomModel, Surfaces};
+use fredholm::{Ask, Region, Subject, Target};
+use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
+use super::{Kind, KindEntry, shared};
+use crate::deck::{self, Deck};
+use crate::model::grid;
 use crate::place::{InputError, Place, Placed};
 use crate::section::{Field, Section, nearest};
-use crate::{ProblemFile, What};
+use crate::{ProblemFile, Resolution, What};
+
+pub(super) const ENTRY: KindEntry = KindEntry {
+    word: "room",
+    about: "Light or heat in a room with straight walls",
+    template: include_str!("../../templates/room.toml"),
+    read: |section| shared(read(section)),
+};
 
 /// Light or heat in a room: `[problem]` with `kind = "room"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +59,7 @@ pub enum Material {
 pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
 
 /// Reads the rest of `[problem]` for a room.
-pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
+fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     let deck = section.optional("deck").map(|f| f.string()).transpose()?;
     let open = section.optional("open").map(|f| f.boolean()).transpose()?;
     let surfaces = section.optional("surface").map(read_surfaces).transpose()?;
@@ -127,30 +141,55 @@ fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, In
 }
 
 impl Room {
-    /// Checks `[problem]`; what surfaces ask of one another is checked where the scene is made.
-    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
-        if self.surfaces.is_empty() && self.deck.is_none() {
-            let message = "a room needs surfaces: `[[problem.surface]]`, or a `deck`";
-            return Err(file.error(&self.place, message));
-        }
-        if let Some(points) = &file.galerkin.points {
-            let message = "`points` belongs to cubes; a room has its own rules";
-            return Err(file.refuse(points, message));
-        }
-        let mut seen = HashMap::new();
+    /// The surfaces, with those of the deck.
+    ///
+    /// # Errors
+    /// A deck that cannot be read, or that lacks a surface of the file.
+    pub fn all_surfaces(&self, file: &ProblemFile) -> Result<Surfaces, InputError> {
+        let mut all = match &self.deck {
+            Some(path) => self.surfaces_of_deck(file, path)?,
+            None => self.surfaces_of_file(),
+        };
+        all.open |= self.open.value;
+        Ok(all)
+    }
+
+    fn surfaces_of_deck(
+        &self,
+        file: &ProblemFile,
+        path: &Placed<String>,
+    ) -> Result<Surfaces, InputError> {
+        let whole = file.beside(Path::new(&path.value));
+        let deck = deck::read(&whole).map_err(|error| file.error(&path.place, error))?;
+        let mut all = deck.surfaces();
         for surface in &self.surfaces {
-            let name = &surface.name;
-            let good = !name.value.trim().is_empty() && name.value != "all";
-            let message = "the name of a surface must not be empty, nor \"all\"";
-            file.demand(name, good, message)?;
-            if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
-                let first = file.line(first);
-                let message = format!("a second surface named {:?}{first}", name.value);
-                return Err(file.refuse(name, message));
-            }
-            self.validate_surface(file, surface)?;
+            let known = all.names.iter();
+            let Some(i) = known.clone().position(|name| *name == surface.name.value) else {
+                return Err(unknown_surface(file, &surface.name, &all.names));
+            };
+            let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
+            all.materials[i] = materials(&surface.material, own);
+            all.heat |= matches!(surface.material, Material::Grey(..));
         }
-        Ok(())
+        Ok(all)
+    }
+
+    fn surfaces_of_file(&self) -> Surfaces {
+        let mut all = Surfaces::default();
+        for surface in &self.surfaces {
+            let points = surface.points.iter().flat_map(|points| &points.value);
+            all.names.push(surface.name.value.clone());
+            all.points.push(points.map(|point| point.value).collect());
+            all.materials.push(materials(&surface.material, 0.0));
+            all.heat |= matches!(surface.material, Material::Grey(..));
+        }
+        all
+    }
+
+    fn vertex(&self, at: fredholm_room::Place) -> Option<Place> {
+        let points = self.surfaces.get(at.surface)?.points.as_ref()?;
+        let point = points.value.get(at.vertex);
+        Some(point.map_or(&points.place, |point| &point.place).clone())
     }
 
     fn validate_surface(&self, file: &ProblemFile, surface: &Surface) -> Result<(), InputError> {
@@ -203,9 +242,37 @@ impl Room {
             }
         }
     }
+}
 
-    /// Checks what a target asks for; which surfaces there are is known where the scene is made.
-    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+impl Kind for Room {
+    /// What surfaces ask of one another is checked where the scene is made.
+    fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        if self.surfaces.is_empty() && self.deck.is_none() {
+            let message = "a room needs surfaces: `[[problem.surface]]`, or a `deck`";
+            return Err(file.error(&self.place, message));
+        }
+        if let Some(points) = &file.galerkin.points {
+            let message = "`points` belongs to cubes; a room has its own rules";
+            return Err(file.refuse(points, message));
+        }
+        let mut seen = HashMap::new();
+        for surface in &self.surfaces {
+            let name = &surface.name;
+            let good = !name.value.trim().is_empty() && name.value != "all";
+            let message = "the name of a surface must not be empty, nor \"all\"";
+            file.demand(name, good, message)?;
+            if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
+                let first = file.line(first);
+                let message = format!("a second surface named {:?}{first}", name.value);
+                return Err(file.refuse(name, message));
+            }
+            self.validate_surface(file, surface)?;
+        }
+        Ok(())
+    }
+
+    /// Which surfaces there are is known where the scene is made.
+    fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
             What::On(_, t) => {
                 let inside = (0.0..=1.0).contains(&t.value);
@@ -228,10 +295,108 @@ impl Room {
             What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
         }
     }
+
+    fn most_degree(&self) -> (usize, &'static str) {
+        (4, "in a room")
+    }
+
+    fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
+        let surfaces = self.all_surfaces(file)?;
+        let cut = file.settings().discretisation();
+        RoomModel::refuse_beyond_memory(&surfaces, &cut).map_err(|error| file.explain(&error))?;
+        let names = surfaces.names.clone();
+        let model = RoomModel::new(surfaces, file.walk.scalar.value);
+        let model = model.map_err(|error| file.explain(&error))?;
+        let mut unknown = None;
+        let mut find = |name: &Placed<String>| {
+            let found = names.iter().position(|known| *known == name.value);
+            if found.is_none() {
+                unknown.get_or_insert_with(|| unknown_surface(file, name, &names));
+            }
+            found
+        };
+        let targets = file.ask(|what| {
+            Some(Ask::One(match what {
+                What::On(surface, t) => Region::On(find(surface)?, t.value),
+                What::OverSurface(surface) => Region::Part(find(surface)?),
+                What::OverAll => Region::Whole,
+                What::Grid(points, Some(surface)) => return grid(points, Some(find(surface)?)),
+                _ => return None,
+            }))
+        });
+        match unknown {
+            Some(error) => Err(error),
+            None => Ok((Resolution::Room(model), targets)),
+        }
+    }
+
+    fn place(&self, subject: Subject) -> Option<Place> {
+        match subject {
+            Subject::Vertex(at) => Some(self.vertex(at).unwrap_or_else(|| self.place.clone())),
+            Subject::Problem => Some(self.place.clone()),
+            _ => None,
+        }
+    }
+
+    fn has_walls(&self) -> bool {
+        true
+    }
+}
+
+impl Deck {
+    /// The surfaces of a deck, which says nothing of temperatures: nothing emits.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces {
+        let mut all = Surfaces {
+            open: self.open,
+            ..Surfaces::default()
+        };
+        for surface in &self.surfaces {
+            all.names.push(surface.name.clone());
+            all.points.push(surface.ends.to_vec());
+            all.materials.push(vec![RoomMaterial {
+                reflectance: 1.0 - surface.emissivity,
+                emission: 0.0,
+            }]);
+        }
+        all
+    }
+}
+
+/// The materials of a surface; `own` is its reflectance where nothing is said of it.
+fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
+    let list = |numbers: &Numbers, default: f64| -> Vec<f64> {
+        numbers.as_ref().map_or(vec![default], |numbers| {
+            numbers.value.iter().map(|number| number.value).collect()
+        })
+    };
+    let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
+        Material::Light(reflectance, emission) => (
+            list(reflectance, own),
+            list(emission, 0.0),
+            |reflectance, emission| RoomMaterial {
+                reflectance,
+                emission,
+            },
+        ),
+        Material::Grey(emissivity, temperature) => (
+            list(emissivity, 1.0 - own),
+            list(temperature, 0.0),
+            RoomMaterial::grey,
+        ),
+    };
+    // A list of another length than the other's stays one: the scene refuses it.
+    let at = |list: &[f64], i: usize| match list {
+        [one] => *one,
+        many => many.get(i).copied().unwrap_or(f64::NAN),
+    };
+    (0..first.len().max(second.len()))
+        .map(|i| make(at(&first, i), at(&second, i)))
+        .collect()
 }
 
 /// The error for a name that no surface has.
-pub fn unknown_surface(file: &ProblemFile, name: &Placed<String>, known: &[String]) -> InputError {
+fn unknown_surface(file: &ProblemFile, name: &Placed<String>, known: &[String]) -> InputError {
     let hint = match nearest(&name.value, known) {
         Some(near) => format!("; did you mean \"{near}\"?"),
         None => String::new(),

@@ -2,11 +2,9 @@
 
 use core::f64::consts::PI;
 
-use fredholm_core::galerkin::{
-    OffDiagonal, PairKind, Partition, Rounded, Sweeps, gauss_seidel, neighbour_source,
-};
-use fredholm_core::{Located, Real, Source};
-use fredholm_sphere::{Midpoints, Parameters, Point, Sphere};
+use fredholm_core::galerkin::{OffDiagonal, PairKind, Rounded};
+use fredholm_core::{Located, Real};
+use fredholm_sphere::{MeanTable, Parameters, Point, Sphere};
 use fredholm_tests::quadrature::{gauss_legendre, tensor};
 use fredholm_tests::{Description, Offers, examine_both, examine_masses};
 
@@ -118,30 +116,20 @@ impl<F: Real> Description for Described<F> {
             },
         );
 
-        // As a user makes it: coefficients and F' from the middles of cells, G in f64 from the v that
-        // the walk sees.
+        // As a user makes it: all in f64, with v and G rounded to the scalar of the walks.
         let wide = Described::<f64>::new(self.bands as u32, self.sectors as u32, self.parameters);
-        let coefficients = Midpoints(wide.sphere);
-        let n = wide.sphere.cells();
-        let means: Vec<f64> = (0..n)
-            .map(|i| wide.sphere.source(&wide.point(i, &[0.5, 0.5])))
-            .collect();
-        let mut v = means.clone();
-        let sweeps = Sweeps::Fixed(20);
-        gauss_seidel(&coefficients, &means, &mut v, &mut [0.0; 2], sweeps).expect("a contraction");
-        let rounded: Vec<F> = v.iter().map(|&v| F::from_f64(v)).collect();
-        let seen: Vec<f64> = rounded.iter().map(|v| v.to_f64()).collect();
-        let mut g = vec![0.0; n];
-        neighbour_source(&coefficients, &all, &seen, &mut g).expect("sizes agree");
-        let g: Vec<F> = g.into_iter().map(F::from_f64).collect();
+        let coefficients = MeanTable::new(&wide.sphere).expect("memory");
+        let solution = wide.sphere.solve(&coefficients, 1e-14, 1000);
+        let vectors = solution.and_then(|solution| solution.for_walks::<F, _>(&coefficients, all));
+        let vectors = vectors.expect("a contraction");
         offers.piecewise(
-            "midpoints",
+            "two points an axis",
             &Rounded::<_, F>::new(&coefficients),
             all,
-            &rounded,
-            &g,
+            vectors.v(),
+            vectors.source(),
         );
-        offers.coefficients("midpoints", &coefficients, 0.02);
+        offers.coefficients("two points an axis", &coefficients, 0.02);
     }
 
     fn solution(&self, x: &Point<F>) -> Option<f64> {

@@ -2,13 +2,23 @@
 
 use core::f64::consts::TAU;
 
-use fredholm::Choices;
-
+use fredholm::circle::{CircleModel, Emission as CircleEmission, common_multiple};
+use fredholm::{Ask, Choices, Region, Target};
+use fredholm_circle::Harmonic;
 use toml::de::DeValue;
 
+use super::{Kind, KindEntry, shared};
+use crate::model::grid;
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
-use crate::{MAX_CELLS, ProblemFile, Scalar, What};
+use crate::{MAX_CELLS, ProblemFile, Resolution, Scalar, What};
+
+pub(super) const ENTRY: KindEntry = KindEntry {
+    word: "circle",
+    about: "Flatland radiosity on the unit circle",
+    template: include_str!("../../templates/circle.toml"),
+    read: |section| shared(read(section)),
+};
 
 /// Radiosity on the circle: `[problem]` with `kind = "circle"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +47,7 @@ pub enum Emission {
 }
 
 /// Reads the rest of `[problem]` for a circle.
-pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
+fn read(mut section: Section<'_, '_>) -> Result<Circle, InputError> {
     let reflectance = section.required("reflectance")?.numbers()?;
     let emission = read_emission(section.required("emission")?)?;
     section.finish()?;
@@ -74,9 +84,8 @@ fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
     })
 }
 
-impl Circle {
-    /// Checks `[problem]`.
-    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+impl Kind for Circle {
+    fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let Self {
             reflectance,
             emission,
@@ -124,6 +133,63 @@ impl Circle {
         self.validate_cells(file)
     }
 
+    fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+        match what {
+            What::At(at) => match at.value.as_slice() {
+                [angle] => file.demand(
+                    angle,
+                    (0.0..TAU).contains(&angle.value),
+                    format_args!("the angle `at` must be at least 0 and less than 2 pi = {TAU}"),
+                ),
+                _ => Err(file.error(&at.place, "`at` must be one angle on a circle")),
+            },
+            What::OverAll => Ok(()),
+            What::Over(from, to) => {
+                let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
+                let whole = 0.0..=TAU;
+                file.demand(from, whole.contains(&from.value), &message)?;
+                file.demand(to, whole.contains(&to.value), &message)?;
+                file.demand(
+                    to,
+                    from.value < to.value,
+                    "the second angle of `over` must be more than the first",
+                )
+            }
+            What::Grid(points, None) => file.validate_grid(points),
+            What::OverSurface(word) => Err(file.error(
+                &word.place,
+                "`over` must be \"all\", or two angles `[from, to]`",
+            )),
+            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
+                &surface.place,
+                "a circle has no surfaces: they belong to rooms",
+            )),
+            What::Weight(weight) => Err(file.error(
+                &weight.place,
+                "`weight` belongs to cubes; on a circle use `over = [from, to]`",
+            )),
+        }
+    }
+
+    fn most_degree(&self) -> (usize, &'static str) {
+        (4, "on a circle")
+    }
+
+    fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
+        let targets = file.ask(|what| {
+            Some(Ask::One(match what {
+                What::At(at) => Region::Angle(at.value.first()?.value),
+                What::OverAll => Region::Arc(0.0, TAU),
+                What::Over(from, to) => Region::Arc(from.value, to.value),
+                What::Grid(points, part) => return grid(points, part.as_ref().map(|_| 0)),
+                _ => return None,
+            }))
+        });
+        Ok((Resolution::Other(Box::new(self.model())), targets))
+    }
+}
+
+impl Circle {
     /// Cells must fit the arcs.
     fn validate_cells(&self, file: &ProblemFile) -> Result<(), InputError> {
         let reflectance = &self.reflectance;
@@ -161,43 +227,21 @@ impl Circle {
         )
     }
 
-    /// Checks what a target asks for.
-    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
-        match what {
-            What::At(at) => match at.value.as_slice() {
-                [angle] => file.demand(
-                    angle,
-                    (0.0..TAU).contains(&angle.value),
-                    format_args!("the angle `at` must be at least 0 and less than 2 pi = {TAU}"),
-                ),
-                _ => Err(file.error(&at.place, "`at` must be one angle on a circle")),
-            },
-            What::OverAll => Ok(()),
-            What::Over(from, to) => {
-                let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
-                let whole = 0.0..=TAU;
-                file.demand(from, whole.contains(&from.value), &message)?;
-                file.demand(to, whole.contains(&to.value), &message)?;
-                file.demand(
-                    to,
-                    from.value < to.value,
-                    "the second angle of `over` must be more than the first",
-                )
-            }
-            What::Grid(points, None) => file.validate_grid(points),
-            What::OverSurface(word) => Err(file.error(
-                &word.place,
-                "`over` must be \"all\", or two angles `[from, to]`",
-            )),
-            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
-                &surface.place,
-                "a circle has no surfaces: they belong to rooms",
-            )),
-            What::Weight(weight) => Err(file.error(
-                &weight.place,
-                "`weight` belongs to cubes; on a circle use `over = [from, to]`",
-            )),
-        }
+    fn model(&self) -> CircleModel {
+        let values = |array: &[Placed<f64>]| array.iter().map(|value| value.value).collect();
+        let emission = match &self.emission {
+            Emission::Harmonic {
+                constant,
+                amplitude,
+                frequency,
+            } => CircleEmission::Harmonic(Harmonic {
+                constant: constant.value,
+                amplitude: amplitude.value,
+                frequency: frequency.value,
+            }),
+            Emission::Arcs(array) => CircleEmission::Arcs(values(&array.value)),
+        };
+        CircleModel::new(values(&self.reflectance.value), emission)
     }
 }
 
@@ -223,15 +267,6 @@ fn emitted(file: &ProblemFile, name: &str, value: &Placed<f64>) -> Result<(), In
 fn counted(arcs: usize) -> String {
     let plural = if arcs == 1 { "" } else { "s" };
     format!("{arcs} arc{plural}")
-}
-
-/// The smallest number which both numbers divide; both are at least 1.
-pub fn common_multiple(a: usize, b: usize) -> usize {
-    let (mut divisor, mut rest) = (a, b);
-    while rest != 0 {
-        (divisor, rest) = (rest, divisor % rest);
-    }
-    (a / divisor).saturating_mul(b)
 }
 
 /// The multiples of `unit` below and above, where they are numbers of cells.

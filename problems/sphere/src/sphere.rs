@@ -1,33 +1,37 @@
-//! Scattering on the unit sphere S² of R³,
-//!
-//! ```text
-//! u(x) = ∫ K(x,y) u(y) dσ(y) + F(x),   K(x,y) = a (1 − g²) / (4π (1 + g² − 2g x·y)^{3/2}),
-//! ```
-//!
-//! with the phase function of Henyey and Greenstein, which is the Poisson kernel of the ball: the
-//! spherical harmonics of degree l are eigenfunctions with eigenvalue a gˡ. For
-//! F(x) = e₀ + e₁x₁ + e₂x₂ + e₃x₃ the solution is e₀/(1 − a) + (e₁x₁ + e₂x₂ + e₃x₃)/(1 − a g).
-//!
-//! μ is the area σ. The chain jumps with density p(x,y) = (1 − q)(1 + b x·y)/(4π). Cells are equal
-//! bands of height x₃, from the north pole down, times equal sectors of the azimuth, from −π to π:
-//! all have the same area. There are no exact integrals of K over cells, so no pointwise pairs.
+//! The equation, its chain and its cells.
 
-#![no_std]
-
-use fredholm_core::galerkin::{Basis, Coefficients, GalerkinMatrix, Partition, TransitionMoments};
+use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
+use crate::SphereError;
+
 /// A point of the sphere: a unit vector up to rounding.
 pub type Point<F> = [F; 3];
+
+/// The point of this colatitude, from the north pole, and this azimuth, from the axis x₁.
+///
+/// ```
+/// let equator = fredholm_sphere::point(core::f64::consts::FRAC_PI_2, 0.0);
+/// assert!((equator[0] - 1.0).abs() < 1e-15 && equator[2].abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn point<F: Real>(colatitude: F, azimuth: F) -> Point<F> {
+    let radius = colatitude.sin();
+    [
+        radius * azimuth.cos(),
+        radius * azimuth.sin(),
+        colatitude.cos(),
+    ]
+}
 
 /// What an equation and its chain depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// a, in (0, 1).
     pub albedo: f64,
-    /// g, in (0, ½).
+    /// g, in [0, ½); 0 scatters evenly.
     pub asymmetry: f64,
     /// e: F(x) = e₀ + e₁x₁ + e₂x₂ + e₃x₃.
     pub emission: [f64; 4],
@@ -36,40 +40,6 @@ pub struct Parameters {
     /// b, in [0, ½]: how much rather the chain jumps forward.
     pub forward: f64,
 }
-
-/// Why there is no such equation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SphereError {
-    /// There must be a band and a sector, and 2²⁴ cells at most.
-    Cells,
-    /// a must lie in (0, 1).
-    Albedo,
-    /// g must lie in (0, ½).
-    Asymmetry,
-    /// The emission must be finite.
-    Emission,
-    /// q must lie in (0, 1).
-    Absorption,
-    /// b must lie in [0, ½].
-    Forward,
-}
-
-impl core::fmt::Display for SphereError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Cells => {
-                "the numbers of bands and sectors must be positive, their product at most 2^24"
-            }
-            Self::Albedo => "the albedo must lie between 0 and 1",
-            Self::Asymmetry => "the asymmetry must lie between 0 and 1/2",
-            Self::Emission => "the emission must be finite",
-            Self::Absorption => "the absorption probability must lie between 0 and 1",
-            Self::Forward => "the forward preference must lie from 0 to 1/2",
-        })
-    }
-}
-
-impl core::error::Error for SphereError {}
 
 /// The equation, its chain and its cells.
 #[derive(Clone, Copy, Debug)]
@@ -80,12 +50,29 @@ pub struct Sphere<F> {
     sector: F,
     /// The mean of cos over a sector that lies symmetrically to 0.
     sector_mean: F,
+    albedo: F,
     asymmetry: F,
     /// 4πK times the power of the distance.
     strength: F,
     emission: [F; 4],
     absorption: F,
     forward: F,
+}
+
+impl Parameters {
+    /// u(x), the solution.
+    #[must_use]
+    pub fn solution(&self, x: &Point<f64>) -> f64 {
+        let [e0, e1, e2, e3] = self.emission;
+        e0 / (1.0 - self.albedo) + dot(&[e1, e2, e3], x) / (1.0 - self.albedo * self.asymmetry)
+    }
+
+    /// The mean of the solution over the sphere.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        let [e0, ..] = self.emission;
+        e0 / (1.0 - self.albedo)
+    }
 }
 
 impl<F: Real> Sphere<F> {
@@ -103,7 +90,7 @@ impl<F: Real> Sphere<F> {
             return Err(SphereError::Albedo);
         }
         let g = F::from_f64(parameters.asymmetry);
-        if !(g > zero && g < half) {
+        if !(g >= zero && g < half) {
             return Err(SphereError::Asymmetry);
         }
         let emission = parameters.emission.map(F::from_f64);
@@ -124,6 +111,7 @@ impl<F: Real> Sphere<F> {
             sectors,
             sector: half_sector + half_sector,
             sector_mean: half_sector.sin() / half_sector,
+            albedo: a,
             asymmetry: g,
             strength: a * (one - g) * (one + g),
             emission,
@@ -132,25 +120,62 @@ impl<F: Real> Sphere<F> {
         })
     }
 
-    fn survival(&self) -> F {
+    /// The number of bands.
+    #[must_use]
+    pub const fn bands(&self) -> u32 {
+        self.bands
+    }
+
+    /// The number of sectors of a band.
+    #[must_use]
+    pub const fn sectors(&self) -> u32 {
+        self.sectors
+    }
+
+    pub(crate) fn survival(&self) -> F {
         F::one() - self.absorption
     }
 
+    /// The same equation with other cells.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn with_cells(&self, bands: u32, sectors: u32) -> Self {
+        let half_sector = F::PI / F::from_u32(sectors);
+        Self {
+            bands,
+            sectors,
+            sector: half_sector + half_sector,
+            sector_mean: half_sector.sin() / half_sector,
+            ..*self
+        }
+    }
+
+    /// a and b.
+    #[cfg(feature = "alloc")]
+    pub(crate) const fn albedo_and_forward(&self) -> [F; 2] {
+        [self.albedo, self.forward]
+    }
+
+    /// The mean of F over cell `j`.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn source_mean(&self, j: usize) -> F {
+        self.source(&self.centroid(j))
+    }
+
     /// Band and sector of cell `j`.
-    fn band_and_sector(&self, j: usize) -> (u32, u32) {
+    pub(crate) fn band_and_sector(&self, j: usize) -> (u32, u32) {
         let j = j as u32;
         (j / self.sectors, j % self.sectors)
     }
 
     /// 4πK(x, y) of x·y.
-    fn phase(&self, cosine: F) -> F {
+    pub(crate) fn phase(&self, cosine: F) -> F {
         let g = self.asymmetry;
         let square = F::one() + g * g - (g + g) * cosine;
         self.strength / (square * square.sqrt())
     }
 
     /// The mean height over a band: that of its middle.
-    fn mean_height(&self, band: u32) -> F {
+    pub(crate) fn mean_height(&self, band: u32) -> F {
         let bands = F::from_u32(self.bands);
         (bands - F::from_u32(2 * band + 1)) / bands
     }
@@ -178,15 +203,6 @@ impl<F: Real> Sphere<F> {
         radii / two + minus_sine(two * half_angle) / (two * height)
     }
 
-    /// The point at the mean height and the middle azimuth of cell `j`.
-    fn middle(&self, j: usize) -> Point<F> {
-        let (band, sector) = self.band_and_sector(j);
-        let height = self.mean_height(band);
-        let radius = ((F::one() - height) * (F::one() + height)).sqrt();
-        let (sin, cos) = self.middle_azimuth(sector);
-        [radius * cos, radius * sin, height]
-    }
-
     /// Sine and cosine of the middle of a sector.
     fn middle_azimuth(&self, sector: u32) -> (F, F) {
         let angle = (F::from_u32(sector) + F::from_f64(0.5)) * self.sector - F::PI;
@@ -202,7 +218,7 @@ impl<F: Real> Sphere<F> {
     }
 }
 
-fn dot<F: Real>(x: &Point<F>, y: &Point<F>) -> F {
+pub(crate) fn dot<F: Real>(x: &Point<F>, y: &Point<F>) -> F {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
@@ -296,28 +312,5 @@ impl<F: Real> TransitionMoments for Sphere<F> {
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
         let preference = F::one() + self.forward * dot(&x.point, &self.centroid(j));
         [[self.survival() * preference / F::from_u32(self.bands * self.sectors)]]
-    }
-}
-
-/// K'_ij from the middles of the two cells: approximate, which costs variance and not correctness.
-#[derive(Clone, Copy, Debug)]
-pub struct Midpoints<F>(pub Sphere<F>);
-
-impl<F: Real> Coefficients for Midpoints<F> {}
-
-impl<F: Real> GalerkinMatrix for Midpoints<F> {
-    type Scalar = F;
-
-    fn cells(&self) -> usize {
-        self.0.cells()
-    }
-
-    fn functions(&self) -> usize {
-        1
-    }
-
-    fn entry(&self, [i, _]: [usize; 2], [j, _]: [usize; 2]) -> F {
-        let cosine = dot(&self.0.middle(i), &self.0.middle(j));
-        self.0.phase(cosine) / F::from_u32(self.0.bands * self.0.sectors)
     }
 }

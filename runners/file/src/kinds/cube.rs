@@ -1,11 +1,25 @@
 //! `[problem]` with `kind = "cube"`, and what it asks of the rest of the file.
 
+use std::sync::Arc;
+
+use fredholm::cube::CubeModel;
+use fredholm::{Ask, Region, Subject, Target};
 use toml::de::DeValue;
 
+use super::functions::Formulas;
+use super::{Kind, KindEntry, shared};
 use crate::formula::{self, Variables};
-use crate::place::{InputError, Placed};
+use crate::model::grid;
+use crate::place::{InputError, Place, Placed};
 use crate::section::{Field, Section};
-use crate::{ProblemFile, What};
+use crate::{ProblemFile, Resolution, What};
+
+pub(super) const ENTRY: KindEntry = KindEntry {
+    word: "cube",
+    about: "Any kernel on [0, 1]^d, as a formula",
+    template: include_str!("../../templates/cube.toml"),
+    read: |section| shared(read(section)),
+};
 
 /// The largest dimension: every one has walks of its own.
 const MAX_DIMENSION: usize = 6;
@@ -35,7 +49,7 @@ pub enum KernelText {
 }
 
 /// Reads the rest of `[problem]` for a cube.
-pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
+fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
     let dimension = section.required("dimension")?.integer()?;
     let (kernel, factors) = (
         section.optional("kernel"),
@@ -91,25 +105,6 @@ impl Cube {
         }
     }
 
-    /// Checks `[problem]`.
-    pub(crate) fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
-        let dimension = self.dimension.value;
-        file.demand(
-            &self.dimension,
-            (1..=MAX_DIMENSION).contains(&dimension),
-            format_args!("`dimension` must be from 1 to {MAX_DIMENSION}"),
-        )?;
-        self.validate_kernel(file, "kernel_factors", &self.kernel)?;
-        if let Some(integral) = &self.integral {
-            self.validate_integral(file, integral)?;
-        }
-        formula_is_good(file, &self.source, self.point())?;
-        if let Some(solution) = &self.solution {
-            formula_is_good(file, solution, self.point())?;
-        }
-        Ok(())
-    }
-
     fn validate_kernel(
         &self,
         file: &ProblemFile,
@@ -154,9 +149,28 @@ impl Cube {
             _ => self.validate_kernel(file, "kernel_integral", integral),
         }
     }
+}
 
-    /// Checks what a target asks for.
-    pub(crate) fn validate_what(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+impl Kind for Cube {
+    fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        let dimension = self.dimension.value;
+        file.demand(
+            &self.dimension,
+            (1..=MAX_DIMENSION).contains(&dimension),
+            format_args!("`dimension` must be from 1 to {MAX_DIMENSION}"),
+        )?;
+        self.validate_kernel(file, "kernel_factors", &self.kernel)?;
+        if let Some(integral) = &self.integral {
+            self.validate_integral(file, integral)?;
+        }
+        formula_is_good(file, &self.source, self.point())?;
+        if let Some(solution) = &self.solution {
+            formula_is_good(file, solution, self.point())?;
+        }
+        Ok(())
+    }
+
+    fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         let dimension = self.dimension.value;
         match what {
             What::At(at) if at.value.len() != dimension => {
@@ -187,6 +201,45 @@ impl Cube {
                 file.validate_grid(points)
             }
         }
+    }
+
+    fn most_degree(&self) -> (usize, &'static str) {
+        if self.dimension.value <= 3 {
+            (4, "on a cube of up to 3 dimensions")
+        } else {
+            (2, "on a cube of more than 3 dimensions")
+        }
+    }
+
+    fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
+        let mut weights = Vec::new();
+        let targets = file.ask(|what| {
+            Some(Ask::One(match what {
+                What::At(at) => Region::Point(at.value.iter().map(|x| x.value).collect()),
+                What::OverAll => Region::Whole,
+                What::Weight(text) => {
+                    weights.push(text.value.clone());
+                    Region::Weight(weights.len() - 1)
+                }
+                What::Grid(points, part) => return grid(points, part.as_ref().map(|_| 0)),
+                _ => return None,
+            }))
+        });
+        let model = CubeModel::new(Arc::new(Formulas::new(self, weights)));
+        Ok((Resolution::Other(Box::new(model)), targets))
+    }
+
+    fn place(&self, subject: Subject) -> Option<Place> {
+        let Subject::KernelIntegral(axis) = subject else {
+            return None;
+        };
+        Some(match self.integral.as_ref()? {
+            KernelText::General(text) => text.place.clone(),
+            KernelText::Factors(texts) => match texts.value.get(axis) {
+                Some(text) => text.place.clone(),
+                None => texts.place.clone(),
+            },
+        })
     }
 }
 

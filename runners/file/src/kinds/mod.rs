@@ -1,0 +1,90 @@
+//! The kinds of problems: one table. A further kind is a file here, and a line in [`KINDS`].
+
+mod circle;
+mod cube;
+mod functions;
+mod room;
+mod sphere;
+
+use core::any::Any;
+use core::fmt::Debug;
+use std::sync::Arc;
+
+use fredholm::{Subject, Target};
+
+use crate::section::{Section, unknown_word};
+use crate::{InputError, Place, ProblemFile, Resolution, What};
+
+pub use circle::{Circle, Emission};
+pub use cube::{Cube, KernelText};
+pub use room::{Material, Numbers, Room, Surface};
+pub use sphere::Sphere;
+
+/// All kinds of problems, in the order in which they are listed.
+pub static KINDS: &[KindEntry] = &[circle::ENTRY, cube::ENTRY, room::ENTRY, sphere::ENTRY];
+
+/// A kind of problem as files and `fredholm init` know it.
+#[derive(Debug)]
+pub struct KindEntry {
+    /// The word of the key `kind`.
+    pub word: &'static str,
+    /// What it is, in a few words.
+    pub about: &'static str,
+    /// A commented problem file.
+    pub template: &'static str,
+    /// Reads the rest of `[problem]`.
+    read: fn(Section<'_, '_>) -> Result<Arc<dyn Kind>, InputError>,
+}
+
+/// `[problem]` as a file has it, of one kind.
+pub trait Kind: Any + Debug + Send + Sync {
+    /// Checks `[problem]`, and what it asks of the rest of the file.
+    ///
+    /// # Errors
+    /// What is wrong, at its place.
+    fn validate(&self, file: &ProblemFile) -> Result<(), InputError>;
+
+    /// Checks what a target asks for.
+    ///
+    /// # Errors
+    /// What is wrong, at its place.
+    fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError>;
+
+    /// The largest degree, and for what: every degree and dimension has code of its own.
+    fn most_degree(&self) -> (usize, &'static str);
+
+    /// The model, and what is asked of it. Validation has passed.
+    ///
+    /// # Errors
+    /// What the model does not take, at its place.
+    fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError>;
+
+    /// Where the file speaks of what an error is about, if it is a part of `[problem]`.
+    fn place(&self, subject: Subject) -> Option<Place> {
+        let _ = subject;
+        None
+    }
+
+    /// Whether there are walls, whose cells may be graded and cut at shadows.
+    fn has_walls(&self) -> bool {
+        false
+    }
+}
+
+/// Reads `[problem]`, whose other keys depend on its `kind`.
+pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Arc<dyn Kind>, InputError> {
+    let kind = section.required("kind")?;
+    let word = kind.text()?;
+    match KINDS.iter().find(|entry| entry.word == word) {
+        Some(entry) => (entry.read)(section),
+        None => {
+            let known: Vec<String> = KINDS.iter().map(|entry| entry.word.to_owned()).collect();
+            Err(kind.error(unknown_word("kind", word, &known)))
+        }
+    }
+}
+
+/// What was read, of whichever kind.
+fn shared<K: Kind>(read: Result<K, InputError>) -> Result<Arc<dyn Kind>, InputError> {
+    Ok(Arc::new(read?))
+}
