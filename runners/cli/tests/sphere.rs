@@ -10,7 +10,7 @@ const POINTS: [[f64; 2]; 5] = [
     [0.7, -1.2],
     [1.571, 0.001],
     [2.4, 5.0],
-    [3.14159, 3.0],
+    [3.1, 3.0],
 ];
 
 /// A sphere with a, g and e, what else the file has before targets, and all points and the mean as targets.
