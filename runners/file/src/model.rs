@@ -21,7 +21,7 @@ pub struct Resolved {
 /// The model of a file.
 pub enum Resolution {
     /// Light or heat in a room, of which there are pictures too.
-    Room(RoomModel),
+    Room(Box<RoomModel>),
     /// Any other model.
     Other(Box<dyn Model>),
 }
@@ -31,7 +31,7 @@ impl Resolution {
     #[must_use]
     pub fn model(&self) -> &dyn Model {
         match self {
-            Self::Room(model) => model,
+            Self::Room(model) => &**model,
             Self::Other(model) => &**model,
         }
     }

@@ -224,7 +224,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
 
     fn cells_text(&self) -> String {
         let [bands, sectors] = [self.bands, self.sectors];
-        format!("{}, {bands} bands of {sectors} sectors", self.cells())
+        format!("{} ({bands} bands of {sectors} sectors)", self.cells())
     }
 
     fn memory(&self, goals: &[Goal], _: Pairs) -> usize {

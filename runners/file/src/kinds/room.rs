@@ -326,7 +326,7 @@ impl Kind for Room {
         });
         match unknown {
             Some(error) => Err(error),
-            None => Ok((Resolution::Room(model), targets)),
+            None => Ok((Resolution::Room(Box::new(model)), targets)),
         }
     }
 
