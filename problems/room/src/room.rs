@@ -186,7 +186,7 @@ impl<'a, F: Real> Room<'a, F> {
 
     /// Where a ray from `x` leads, or `None` where it leaves: the cosine law, by one uniform
     /// number.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn scatter(&self, x: &Point<F>, xi: F) -> Option<Point<F>> {
         let from = self.geometry.wall(x.wall)?;
         let direction = lambert(from, xi);

@@ -202,7 +202,8 @@ fn beyond<F: Real>(
 }
 
 /// The directions between `low` and `high` in which a segment hides a part: from right to left.
-#[inline]
+// Always: it is called for every segment of every sweep.
+#[inline(always)]
 fn shadow<F: Real>(
     segment: &Segment<F>,
     from: &Viewer<F>,

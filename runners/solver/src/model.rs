@@ -3,6 +3,7 @@
 use fredholm_core::galerkin::Solve;
 use fredholm_core::{Estimate, Job, Statistics};
 use fredholm_embedded::TableBuilder;
+use fredholm_variance::Start;
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::diagnosis::Subject;
@@ -271,6 +272,12 @@ pub struct Request<'a> {
 
 /// What is done with prepared walks.
 pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
+
+/// What is done with a job and (v, Φ) of each goal.
+pub(crate) type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
+
+/// What is done with the starts of all goals, in points P.
+pub(crate) type WithStarts<'a, P> = dyn FnMut(&[Start<'_, P>]) -> Result<(), Error> + 'a;
 
 /// Walks that are ready to run.
 #[derive(Clone, Copy)]

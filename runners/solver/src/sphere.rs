@@ -449,7 +449,7 @@ mod tests {
         assert_eq!(shape(200), [10, 20]);
         assert_eq!(shape(2), [1, 2]);
         assert_eq!(shape(1), [1, 1]);
-        assert_eq!(shape(24), [4, 6]);
+        assert_eq!(shape(18), [3, 6]);
         assert_eq!(shape(97), [1, 97]);
         assert_eq!(shape(4096), [64, 64]);
     }

@@ -19,7 +19,7 @@ use super::light::Light;
 use super::{CirclePartition, diagonal, export, of_degree};
 use crate::cost::PointwisePairs;
 use crate::diagnosis::Subject;
-use crate::model::{Prepared, Request, Then};
+use crate::model::{Prepared, Request, Then, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Goal, Pairs, Partitioned, Region, Scalar, System};
 
@@ -425,7 +425,7 @@ fn with_starts(
     goals: &[Goal],
     circle: &Circle<'_, f64, Light<'_>>,
     level: &CircleLevel<'_, '_, Light<'_>>,
-    then: &mut dyn FnMut(&[Begin<'_, Point<f64>>]) -> Result<(), Error>,
+    then: &mut WithStarts<'_, Point<f64>>,
 ) -> Result<(), Error> {
     let densities: Vec<_> = goals
         .iter()

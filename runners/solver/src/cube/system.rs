@@ -13,7 +13,7 @@ use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, Which, w
 use super::table::Table;
 use super::{CubePartition, export};
 use crate::diagnosis::Subject;
-use crate::model::{Prepared, Request, Then};
+use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
 
@@ -391,7 +391,7 @@ pub(super) fn with_job<F: Real, const D: usize>(
     request: &Request<'_>,
     weighted: &[WeightedStart<'_, F, D>],
     mean: f64,
-    then: &mut dyn FnMut(&dyn fredholm_core::Job, &[f64]) -> Result<(), Error>,
+    then: &mut WithJob<'_>,
 ) -> Result<(), Error> {
     let mut weighted = weighted.iter();
     let (mut goals, mut values) = (Vec::new(), Vec::new());
@@ -464,7 +464,7 @@ fn with_starts<const D: usize>(
     request: &Request<'_>,
     neighbour: &Boxed<'_, f64, D>,
     weighted: &[WeightedStart<'_, f64, D>],
-    then: &mut dyn FnMut(&[Begin<'_, [f64; D]>]) -> Result<(), Error>,
+    then: &mut WithStarts<'_, [f64; D]>,
 ) -> Result<(), Error> {
     let mean = |_: &[f64; D]| Density::uniform(1.0);
     let densities: Vec<_> = weighted

@@ -1,9 +1,7 @@
 //! A solved room: walks and predictions of every degree.
 
 use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
-use fredholm_core::{
-    At, Functional, Goals, Job, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
-};
+use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms, WalkOptions as CoreOptions};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
     Choice, Irradiance, Matrix, MeanOver, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
@@ -13,7 +11,7 @@ use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begi
 use super::{RoomModel, RoomPartition, choice, export, of_degree, pointwise_pairs};
 use crate::cost::PointwisePairs;
 use crate::diagnosis::Subject;
-use crate::model::{Prepared, Request, Then};
+use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Pairs, Region, Scalar, System};
 
@@ -166,7 +164,7 @@ impl RoomSystem<'_> {
         &self,
         request: &Request<'_>,
         room: &Room<'_, f64>,
-        then: &mut dyn FnMut(&[Begin<'_, Point<f64>>]) -> Result<(), Error>,
+        then: &mut WithStarts<'_, Point<f64>>,
     ) -> Result<(), Error> {
         let model = self.cut.model;
         let mut densities = Vec::new();
@@ -403,7 +401,7 @@ pub(super) fn with_job<'a, F: Real>(
     neighbour: &Boxed<'_, F>,
     solutions: &Solutions<'_, 'a, F>,
     request: &Request<'_>,
-    then: &mut dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error>,
+    then: &mut WithJob<'_>,
 ) -> Result<(), Error> {
     let mut goals = Vec::new();
     let mut galerkins = Vec::new();
