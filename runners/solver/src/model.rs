@@ -118,7 +118,7 @@ pub trait Model: Send + Sync {
     }
 
     /// What the statistics of a job say besides u: irradiances and net fluxes. They are those of the goals, and then of
-    /// what [`Prepared::besides`] counts.
+    /// what [`Model::besides`] counts.
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
         let _ = (goals, statistics);
         Derived::default()

@@ -16,7 +16,7 @@ struct Curved<'x, 'a, F, const B: usize> {
     claim: f64,
 }
 
-/// As [`examined`], with B functions on every cell.
+/// As [`examined`](super::examined), with B functions on every cell.
 ///
 /// # Panics
 /// If there is no such room.
