@@ -1,0 +1,72 @@
+//! A formula's memory ends with its model: many solves in one process take no more than few.
+#![cfg(target_os = "linux")]
+
+use fredholm::answer::{Solved, Walks};
+use fredholm::{Request, goals};
+
+/// Solves a cube whose formula nobody has seen before, and gives the estimate.
+fn solve(number: u32) -> f64 {
+    let text = format!(
+        "[problem]
+kind = 'cube'
+dimension = 1
+kernel = '0.5 * exp(-(x - y)^2) / (1 + {number} / 100000)'
+source = '1 + x / {}'
+[galerkin]
+cells = 4
+[walk]
+walks = 10
+[[target]]
+name = 'middle'
+at = 0.5
+",
+        number + 1
+    );
+    let file = fredholm_file::read("mine.toml", &text).unwrap();
+    file.validate().unwrap();
+    let resolved = file.resolve().unwrap();
+    let model = resolved.model.model();
+    let goals = goals(model, &resolved.targets).unwrap();
+    let walk = resolved.settings.walk_options();
+    let cells = model
+        .partition(&resolved.settings.discretisation())
+        .unwrap();
+    let solved = Solved::new(&*cells, walk.absorption).unwrap();
+    let request = Request {
+        goals: &goals,
+        walk: &walk,
+        only_u: false,
+    };
+    let walks = Walks {
+        model,
+        scalar: resolved.settings.scalar,
+    };
+    let answer = solved.walk(&walks, &request, &()).unwrap();
+    answer.outcome.statistics[0].preconditioned().estimate
+}
+
+/// Pages of this process that are in memory.
+fn resident() -> f64 {
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
+    statm.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+#[test]
+fn ten_thousand_formulas_take_the_memory_of_a_thousand() {
+    let mut after_a_thousand = f64::NAN;
+    // In memory from the start, so that it is not counted.
+    let mut estimates = vec![1_u64; 10_000];
+    for (number, estimate) in (1..).zip(&mut estimates) {
+        *estimate = solve(number).to_bits();
+        if number == 1000 {
+            after_a_thousand = resident();
+        }
+    }
+    let ratio = resident() / after_a_thousand;
+    println!("{after_a_thousand} pages after 1000 solves, {ratio:.4} times as many after 10,000");
+    assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    // Each was another equation: all but a few results differ.
+    estimates.sort_unstable();
+    estimates.dedup();
+    assert!(estimates.len() > 9_900, "{}", estimates.len());
+}
