@@ -124,7 +124,6 @@ fn agrees(text: &str, options: &[&str]) {
 }
 
 #[test]
-#[ignore = "takes a minute: .ci/long"]
 fn predictions_are_what_solve_measures() {
     agrees(CIRCLE, &[]);
     agrees(CIRCLE, &["--degree", "2", "--estimator", "collision"]);
@@ -249,7 +248,6 @@ fn advice_names_what_hides() {
 
 /// Without a variance there is nothing to predict, which is no error: it says what may help.
 #[test]
-#[ignore = "takes a minute: .ci/long"]
 fn an_infinite_variance_is_said() {
     let folder = Folder::new();
     let text = "[problem]

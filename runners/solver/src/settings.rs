@@ -149,3 +149,14 @@ pub struct WalkOptions {
     /// Whether walks of infinite variance are wanted.
     pub allow_infinite_variance: bool,
 }
+
+impl WalkOptions {
+    /// What a job of the core takes of them.
+    pub(crate) fn for_core(&self) -> fredholm_core::WalkOptions {
+        fredholm_core::WalkOptions {
+            seed: self.seed,
+            estimator: self.estimator,
+            ..fredholm_core::WalkOptions::default()
+        }
+    }
+}

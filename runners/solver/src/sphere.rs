@@ -5,9 +5,7 @@ use core::f64::consts::PI;
 use fredholm_core::galerkin::{
     GalerkinMatrix, OffDiagonal, PairKind, Piecewise, Rounded, Solution,
 };
-use fredholm_core::{
-    At, Functional, Goals, Job, Neighbour, NoNeighbour, Real, Uniforms, WalkOptions as CoreOptions,
-};
+use fredholm_core::{At, Functional, Goals, Job, Neighbour, NoNeighbour, Real, Uniforms};
 use fredholm_embedded::TableBuilder;
 use fredholm_sphere::{Mean, MeanTable, Point, Sphere, SphereLevel, point};
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin};
@@ -416,11 +414,7 @@ where
     };
     let goals = request.goals.iter().zip(galerkin).map(goal);
     let goals = goals.collect::<Result<Vec<_>, Error>>()?;
-    let options = CoreOptions {
-        seed: request.walk.seed,
-        estimator: request.walk.estimator,
-        ..CoreOptions::default()
-    };
+    let options = request.walk.for_core();
     then(&Goals::new(sphere, neighbour, &goals, options))
 }
 

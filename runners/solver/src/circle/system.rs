@@ -9,9 +9,7 @@ use fredholm_circle::{
 use fredholm_core::galerkin::{
     Basis, GalerkinMatrix, OffDiagonal, PairKind, PairTable, Piecewise, Solution,
 };
-use fredholm_core::{
-    At, Functional, Goals, Job, Located, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
-};
+use fredholm_core::{At, Functional, Goals, Job, Located, Neighbour, Real, Uniforms};
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
@@ -396,11 +394,7 @@ where
             neighbour_value: Some(galerkin),
         });
     }
-    let options = CoreOptions {
-        seed: request.walk.seed,
-        estimator: request.walk.estimator,
-        ..CoreOptions::default()
-    };
+    let options = request.walk.for_core();
     then(&Goals::new(circle, neighbour, &goals, options))
 }
 

@@ -1,9 +1,7 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
-use fredholm_core::{
-    At, Functional, Goals, Located, Neighbour, Real, Uniforms, WalkOptions as CoreOptions,
-};
+use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, Uniforms};
 use fredholm_cube::{CubeLevel, Function, Mean};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
@@ -418,11 +416,7 @@ pub(super) fn with_job<F: Real, const D: usize>(
             functional,
         });
     }
-    let options = CoreOptions {
-        seed: request.walk.seed,
-        estimator: request.walk.estimator,
-        ..CoreOptions::default()
-    };
+    let options = request.walk.for_core();
     then(&Goals::new(cube, neighbour, &goals, options), &values)
 }
 

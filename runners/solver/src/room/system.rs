@@ -1,7 +1,7 @@
 //! A solved room: walks and predictions of every degree.
 
 use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
-use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms, WalkOptions as CoreOptions};
+use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
     Choice, Irradiance, Matrix, MeanOver, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
@@ -439,11 +439,7 @@ pub(super) fn with_job<'a, F: Real>(
         }
     }
     galerkins.truncate(request.goals.len());
-    let options = CoreOptions {
-        seed: request.walk.seed,
-        estimator: request.walk.estimator,
-        ..CoreOptions::default()
-    };
+    let options = request.walk.for_core();
     then(&Goals::new(room, neighbour, &goals, options), &galerkins)
 }
 
