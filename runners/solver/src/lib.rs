@@ -8,6 +8,7 @@ pub mod cube;
 mod device;
 pub mod diagnosis;
 mod error;
+mod examined;
 mod finite;
 mod goal;
 mod memory;
@@ -22,6 +23,7 @@ pub mod sphere;
 pub mod sweep;
 
 pub use error::{Error, Subject};
+pub use examined::Examined;
 pub use fredholm_core::{Estimator, Tolerance};
 pub use goal::{Ask, Goal, Region, Target, goals};
 pub use memory::{bytes, refuse_beyond_memory};

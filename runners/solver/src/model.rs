@@ -6,7 +6,7 @@ use fredholm_embedded::TableBuilder;
 use fredholm_variance::Start;
 
 use crate::cost::{Cost, PointwisePairs};
-use crate::diagnosis::Subject;
+use crate::examined::Examined;
 use crate::pairs::PairCounts;
 use crate::sweep::Deterministic;
 use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions};
@@ -249,7 +249,7 @@ pub trait System: Send + Sync {
         &self,
         request: &Request<'_>,
         nodes: usize,
-        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error>;
 
     /// The neighbour equation as tables for a device.

@@ -6,8 +6,8 @@ use fredholm_room::RoomPairs;
 use fredholm_variance::{Analysis, Chosen, Terms, VarianceModel, Worth};
 use serde::Serialize;
 
-use crate::diagnosis::in_parallel;
 use crate::error::Subject;
+use crate::examined::in_parallel;
 use crate::{Error, Pairs};
 
 /// The most nodes, whose pairs are gone through some thirty times.

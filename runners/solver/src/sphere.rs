@@ -11,7 +11,7 @@ use fredholm_sphere::{Mean, MeanTable, Point, Sphere, SphereLevel, point};
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin};
 
 use crate::cost::{Cost, PointwisePairs, WalkCost};
-use crate::diagnosis::Subject as Examined;
+use crate::examined::Examined;
 use crate::model::{About, Prepared, Request, Then};
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,

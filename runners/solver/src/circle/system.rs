@@ -16,7 +16,7 @@ use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begi
 use super::light::Light;
 use super::{CirclePartition, diagonal, export, of_degree};
 use crate::cost::PointwisePairs;
-use crate::diagnosis::Subject;
+use crate::examined::Examined;
 use crate::model::{Prepared, Request, Then, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Goal, Pairs, Partitioned, Region, Scalar, System};
@@ -324,7 +324,7 @@ impl System for CircleSystem<'_> {
         &self,
         request: &Request<'_>,
         nodes: usize,
-        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let setup = self.set_up_for::<f64>(request)?;
         let circle = self.cut.circle(&setup.tables, request.walk.absorption)?;
@@ -346,7 +346,7 @@ impl System for CircleSystem<'_> {
                     level: &level,
                     galerkin: None,
                 };
-                then(&Subject {
+                then(&Examined {
                     model: &setting.with_starts(starts)?,
                     coefficients,
                     hides: None,

@@ -10,7 +10,7 @@ use super::degree::{AnyDegree, Of};
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, Which, with_values};
 use super::table::Table;
 use super::{CubePartition, export};
-use crate::diagnosis::Subject;
+use crate::examined::Examined;
 use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
@@ -251,7 +251,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         &self,
         request: &Request<'_>,
         nodes: usize,
-        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let cells = self.cut.all_cells();
         let points = (self.cut.degree + 2).saturating_pow(D as u32);
@@ -294,7 +294,7 @@ impl<const D: usize> CubeSystem<'_, D> {
                         level: &level,
                         galerkin: None,
                     };
-                    then(&Subject {
+                    then(&Examined {
                         model: &setting.with_starts(starts)?,
                         coefficients,
                         hides: None,
@@ -369,7 +369,7 @@ impl<const D: usize> System for CubeSystem<'_, D> {
         &self,
         request: &Request<'_>,
         nodes: usize,
-        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         self.examine_in(request, nodes, then)
     }

@@ -7,10 +7,8 @@ mod target;
 use std::time::Instant;
 
 use fredholm_core::Estimator;
-use fredholm_rayon::fill_rows;
 use fredholm_variance::{
-    Analysis, Contribution, MeanCoefficients, PairQuantities, Pass, Prediction, Quantities, Site,
-    VarianceModel, pair_quantities,
+    Analysis, Contribution, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
 };
 use serde::Serialize;
 
@@ -19,6 +17,7 @@ pub use quantities::{PairsReport, PowerReport, QuantitiesReport};
 pub use target::{BoundsReport, GoalDiagnosis, PlaceReport, Shares};
 
 use crate::answer::{Solved, Watch};
+use crate::examined::{Examined, in_parallel};
 use crate::model::Request;
 use crate::numbers::short;
 use crate::{
@@ -34,31 +33,6 @@ pub const DETAILED: usize = 3;
 const COMPARED: usize = 300;
 /// So many pairs of sites are asked for what is between them.
 const MOST_PAIRS: usize = 200;
-
-/// A prediction of variances, with what is asked of it.
-pub struct Subject<'a> {
-    /// The equation, its neighbour and the sites, by numbers.
-    pub model: &'a dyn VarianceModel,
-    /// K' of piecewise constants, for the quantities of section 4.
-    pub coefficients: Option<MeanCoefficients<'a>>,
-    /// The goals, in the order of the model's starts.
-    pub goals: &'a [Goal],
-    /// What the place of a site is called: contributions are summed over the sites of a place.
-    pub place: &'a dyn Fn(usize) -> String,
-    /// What hides a site from another in part, if something can.
-    pub hides: Option<&'a dyn Fn(usize, usize) -> Option<String>>,
-    /// The wall of every site, where on it in fractions of it, and its length: for a picture.
-    pub pieces: Option<&'a [(usize, [f64; 2], f64)]>,
-}
-
-impl core::fmt::Debug for Subject<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Subject")
-            .field("sites", &self.model.sites())
-            .field("goals", &self.goals)
-            .finish_non_exhaustive()
-    }
-}
 
 /// What a diagnosis found.
 #[derive(Clone, Debug, Serialize)]
@@ -186,7 +160,7 @@ struct Inquiry<'a> {
 
 impl Inquiry<'_> {
     /// Takes all integrals, and says what they come to.
-    fn examine(&self, subject: &Subject<'_>) -> Result<Diagnosis, Error> {
+    fn examine(&self, subject: &Examined<'_>) -> Result<Diagnosis, Error> {
         let clock = Instant::now();
         // Not every level has as many sites as nodes were asked for.
         refuse_pairs(subject.model.sites())?;
@@ -234,7 +208,7 @@ impl Inquiry<'_> {
     }
 }
 
-impl Subject<'_> {
+impl Examined<'_> {
     /// What stands between the pairs that contribute most, where something does between a tenth of them.
     fn hider(&self, contributions: &[Contribution]) -> Option<String> {
         let hides = self.hides?;
@@ -284,16 +258,4 @@ fn refuse_pairs(sites: usize) -> Result<(), Error> {
     let needed = sites.saturating_mul(sites).saturating_mul(PAIR);
     let advice = ": use fewer `--nodes`, or fewer cells (`--cells`)";
     refuse_beyond_memory(|| format!("{sites} sites"), needed, advice)
-}
-
-/// Does something to all of them on the threads of the pool.
-pub(crate) fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
-    let each = |i: usize, one: &mut [T]| {
-        one.iter_mut().for_each(|one| pass(i, one));
-        Ok::<(), core::convert::Infallible>(())
-    };
-    match fill_rows(all, 1, each) {
-        Ok(()) => {}
-        Err(never) => match never {},
-    }
 }

@@ -10,7 +10,7 @@ use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begi
 
 use super::{RoomModel, RoomPartition, choice, export, of_degree, pointwise_pairs};
 use crate::cost::PointwisePairs;
-use crate::diagnosis::Subject;
+use crate::examined::Examined;
 use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Pairs, Region, Scalar, System};
@@ -332,7 +332,7 @@ impl System for RoomSystem<'_> {
         &self,
         request: &Request<'_>,
         nodes: usize,
-        then: &mut dyn FnMut(&Subject<'_>) -> Result<(), Error>,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let setup = self.set_up_for::<f64>(request)?;
         let room = setup.room()?;
@@ -365,7 +365,7 @@ impl System for RoomSystem<'_> {
                     level: &level,
                     galerkin: None,
                 };
-                then(&Subject {
+                then(&Examined {
                     model: &setting.with_starts(starts)?,
                     coefficients: is_constant.then_some(coefficients),
                     hides: Some(&|from, into| self.hides(&level, from, into)),
