@@ -6,6 +6,7 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+pub mod array;
 mod batch;
 mod draws;
 mod equation;

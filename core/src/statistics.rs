@@ -1,5 +1,6 @@
 //! What is kept of many walks: f64 means, variances and covariances that merge.
 
+use crate::array::from_fn;
 use crate::{Ending, Real, Walk};
 
 /// The most walks, and states, that anyone can have run: 10⁹ a second for 36 years.
@@ -164,13 +165,13 @@ impl Statistics {
         let (chunks, _) = bytes.as_chunks::<8>();
         let mut words = chunks.iter().map(|bytes| u64::from_le_bytes(*bytes));
         let mut next = || words.next().unwrap_or(0);
-        let [walks, states, left, step_limit, scored] = core::array::from_fn(|_| next());
+        let [walks, states, left, step_limit, scored] = from_fn(|_| next());
         let mut float = || f64::from_bits(next());
         let mut moments = || Moments {
             mean: float(),
             squares: float(),
         };
-        let [plain, control, zeta] = core::array::from_fn(|_| moments());
+        let [plain, control, zeta] = from_fn(|_| moments());
         let statistics = Self {
             walks,
             states,

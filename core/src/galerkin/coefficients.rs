@@ -1,5 +1,6 @@
 //! Galerkin coefficients as capabilities: a matrix that is solved, and rows that a walk contracts.
 
+use crate::array::{Each, from_fn};
 use num_traits::{one, zero};
 
 use super::small::{self, dot};
@@ -153,8 +154,8 @@ pub trait Coefficients<const B: usize = 1>: GalerkinMatrix {
     /// Σ_a left_a K'_(ia)(jb) for every b.
     #[inline]
     fn left_times_block(&self, i: usize, j: usize, left: &[Self::Scalar; B]) -> [Self::Scalar; B] {
-        core::array::from_fn(|b| {
-            let column: [Self::Scalar; B] = core::array::from_fn(|a| self.entry([i, a], [j, b]));
+        from_fn(|b| {
+            let column: [Self::Scalar; B] = from_fn(|a| self.entry([i, a], [j, b]));
             dot(left, &column)
         })
     }
@@ -209,9 +210,9 @@ impl<C: Coefficients<B, Scalar = f64> + ?Sized, F: Real, const B: usize> Coeffic
 {
     #[inline]
     fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
-        let left = left.map(|left| left.to_f64());
+        let left = left.each(|left| left.to_f64());
         let right = self.coefficients.left_times_block(i, j, &left);
-        right.map(F::from_f64)
+        right.each(F::from_f64)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which pairs of cells the neighbour equation treats how.
 
 use super::GalerkinError;
+use crate::array::Each;
 
 /// How the neighbour equation treats steps from cell i to cell j.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -177,7 +178,7 @@ impl Pairs for PairTable<'_> {
 /// most rows few are marked. No sum may exceed 255.
 #[inline]
 pub fn marked(row: &[u8], add: u8, bit: u8) -> impl Iterator<Item = usize> {
-    let [add, bit] = [add, bit].map(|byte| u64::from(byte) * EVERY);
+    let [add, bit] = [add, bit].each(|byte| u64::from(byte) * EVERY);
     row.chunks(8).enumerate().flat_map(move |(k, chunk)| {
         // The last word may be padded with bytes 0, which are marked where `add` has the bit.
         let mut marks = word(chunk).wrapping_add(add) & bit;

@@ -1,5 +1,6 @@
 //! The neighbour equation of a piecewise polynomial Galerkin solution.
 
+use crate::array::Each;
 use num_traits::zero;
 
 use super::{
@@ -144,7 +145,7 @@ fn check_sizes<P: Basis<B>, C: Coefficients<B, Scalar = P::Scalar>, const B: usi
     vectors: [&[P::Scalar]; 2],
 ) -> Result<(), GalerkinError> {
     let expected = problem.cells() * B;
-    let [v, g] = vectors.map(<[_]>::len);
+    let [v, g] = vectors.each(<[_]>::len);
     let found = coefficients.functions();
     if found != B {
         return Err(GalerkinError::Functions { expected: B, found });
@@ -166,7 +167,7 @@ impl<F: Real, P: StateSpace<Scalar = F>, const B: usize> StateSpace for SourceTa
 impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSource
     for SourceTable<'_, F, P, B>
 {
-    #[inline]
+    #[inline(always)]
     fn source(&self, x: &Located<P::Point>) -> F {
         small::dot(&small::block(self.values, x.cell), &self.problem.basis(x))
     }
@@ -185,7 +186,7 @@ where
     P: PairIntegral<B> + StateSpace<Scalar = F>,
     S: Pairs,
 {
-    #[inline]
+    #[inline(always)]
     fn source(&self, x: &Located<P::Point>) -> F {
         let problem = self.table.problem;
         let mut g = self.table.source(x);
@@ -204,6 +205,8 @@ impl<F: Real, P: StateSpace<Scalar = F>, C, S, G, const B: usize> StateSpace
     type Point = P::Point;
 }
 
+// What every step of every walk calls is always inlined, here and in the problems: the walk's loop is of many small
+// functions, and a compiler that does not optimise across crates leaves some of them as calls, 20 instructions each.
 impl<F, P, C, S, G, const B: usize> Neighbour for Piecewise<'_, F, P, C, S, G, B>
 where
     F: Real,
@@ -220,7 +223,7 @@ where
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn kernel(&self, x: &Located<P::Point>, y: &Located<P::Point>, k: F) -> F {
         match self.pairs.kind(x.cell, y.cell) {
             PairKind::Galerkin => {
@@ -234,7 +237,7 @@ where
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn source(&self, x: &Located<P::Point>) -> F {
         self.source.source(x)
     }

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 use core::fmt;
+use fredholm_core::array::Each;
 
 use fredholm_core::Estimator;
 use fredholm_core::galerkin::{buffer, reserve};
@@ -111,7 +112,7 @@ impl<'a> Analysis<'a> {
         let passes = self.passes();
         let rough = self.rough_totals()?;
         for site in &mut self.sites {
-            let reflected = [0, 1].map(|k| {
+            let reflected = [0, 1].each(|k| {
                 let of = site.row.iter().zip(&rough);
                 of.map(|(m, totals)| m.kk * totals[k]).sum::<f64>()
             });
@@ -213,7 +214,7 @@ impl<'a> Analysis<'a> {
     /// E η(k,f)² and w in the mean over sites, from what they are in the nodes.
     fn mean_totals(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
         let mut means = reserve(self.sites.len())?;
-        let of = |site: &Site| [0, 1].map(|k| site.mean(|x| x.totals[k]));
+        let of = |site: &Site| [0, 1].each(|k| site.mean(|x| x.totals[k]));
         means.extend(self.sites.iter().map(of));
         Ok(means)
     }

@@ -1,6 +1,7 @@
 //! The quantities of sections 3 and 4 of Heinrich 1995, and the bounds of Var ζ that they give.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{GalerkinMatrix, buffer};
@@ -125,7 +126,7 @@ impl Analysis<'_> {
             scored(difference * difference, x.absorption)
         };
         let squares = |x: &Node| x.squares.iter().sum::<f64>();
-        let scores = |x: &Node| [x.source, x.neighbour_source].map(f64::abs);
+        let scores = |x: &Node| [x.source, x.neighbour_source].each(f64::abs);
         let largest = |x: &Node| scores(x).into_iter().fold(0.0, |m: f64, f| Real::max(m, f));
         let of_kernel = |which: usize| {
             let all = self.sites.iter().map(|site| site.largest[which]);
@@ -221,7 +222,7 @@ impl Analysis<'_> {
             if !(norm < 1e100) {
                 break;
             }
-            let betas = sums.map(|sum| sum / (1.0 - norm));
+            let betas = sums.each(|sum| sum / (1.0 - norm));
             let before = best.map_or(f64::INFINITY, |(_, [beta_0, _])| beta_0);
             if norm < 1.0 && betas[0] < before {
                 best = Some((Power { exponent, norm }, betas));

@@ -1,6 +1,7 @@
 //! The kinds of the pairs of one row, for given λ.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Estimator;
 use fredholm_core::galerkin::{GalerkinError, PairKind, buffer, reserve};
@@ -50,7 +51,7 @@ impl Place {
         let g = self.source - difference;
         let [squared, mixed] = match estimator {
             Estimator::Absorption => {
-                [difference, g].map(|by| difference * by * self.per_absorption)
+                [difference, g].each(|by| difference * by * self.per_absorption)
             }
             Estimator::Collision => [
                 difference * (2.0 * self.error - difference),

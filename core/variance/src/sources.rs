@@ -1,6 +1,7 @@
 //! What walks score, as sources of the equations.
 
 use fredholm_core::Estimator;
+use fredholm_core::array::Each;
 
 use crate::Node;
 
@@ -27,7 +28,7 @@ pub(crate) fn total_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
 pub(crate) fn second_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
     let (g, difference) = (x.neighbour_source, x.difference());
     match estimator {
-        Estimator::Absorption => [g * g, difference * g].map(|s| scored(s, x.absorption)),
+        Estimator::Absorption => [g * g, difference * g].each(|s| scored(s, x.absorption)),
         Estimator::Collision => [
             g * (2.0 * x.value - g),
             difference * x.value + g * (x.error - difference),

@@ -1,6 +1,7 @@
 //! The variance of one functional.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::{buffer, reserve};
 
@@ -154,7 +155,7 @@ impl Prediction {
         } else {
             1.0
         };
-        let [sources, kernel, left_out] = [sources, kernel, left_out].map(|part| scale * part);
+        let [sources, kernel, left_out] = [sources, kernel, left_out].each(|part| scale * part);
         Ok(Some(Attribution {
             parts: Parts {
                 sources,
@@ -282,7 +283,7 @@ impl Sums {
         let mut mass = 0.0;
         for node in &site.nodes {
             let at = density(node);
-            let [functional, square] = [at.functional, at.square].map(|phi| node.weight * phi);
+            let [functional, square] = [at.functional, at.square].each(|phi| node.weight * phi);
             let twice = node.weight * at.initial * at.fluctuation + 2.0 * functional * node.error;
             self.start += at.fluctuation * twice;
             self.value += functional * node.value;

@@ -1,5 +1,6 @@
 //! The equation (56), its chain, its partition and its Galerkin coefficients.
 
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::{
     Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
 };
@@ -415,7 +416,7 @@ impl<F: Real, E: Emission<F>> Basis for Circle<'_, F, E> {
 }
 
 impl<F: Real, E: Emission<F>> TransitionMoments for Circle<'_, F, E> {
-    #[inline]
+    #[inline(always)]
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
         [[if j == x.cell {
             self.constants.survival * self.own_cell(&x.point, j)
@@ -426,7 +427,7 @@ impl<F: Real, E: Emission<F>> TransitionMoments for Circle<'_, F, E> {
 }
 
 impl<F: Real, E: Emission<F>> PairIntegral for Circle<'_, F, E> {
-    #[inline]
+    #[inline(always)]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; 1] {
         let [[mass]] = self.moments(x, j);
         [self.weight(x.cell) * mass]
@@ -444,7 +445,7 @@ impl<F: Real, E: Emission<F>> Coefficients for Circle<'_, F, E> {
         } else {
             from.reflectance * self.constants.galerkin * to.middle.rough_sine(&from.middle)
         };
-        left.map(|left| left * entry)
+        left.each(|left| left * entry)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Galerkin coefficients of piecewise polynomials in closed form.
 
 use fredholm_core::Real;
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Coefficients, GalerkinMatrix};
 
 use crate::cells::Direction;
@@ -17,7 +18,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
         let re = after.turn_to(&turned) - before.turn_to(&turned);
         let reflectance = self.circle.reflectance(i);
         let mut a = 0;
-        self.factors.map(|f| {
+        self.factors.each(|f| {
             let part = match a % 4 {
                 0 => im,
                 1 => -re,
@@ -40,7 +41,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
     #[inline]
     fn diagonal_times(&self, i: usize, v: &[F]) -> [F; B] {
         let reflectance = self.circle.reflectance(i);
-        self.diagonal.map(|row| {
+        self.diagonal.each(|row| {
             let products = row.iter().zip(v).map(|(&k, &v)| k * v);
             reflectance * products.fold(F::zero(), |sum, x| sum + x)
         })
@@ -56,7 +57,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_
             return [F::NAN; B];
         };
         if i == j {
-            return core::array::from_fn(|b| {
+            return from_fn(|b| {
                 let rows = left.iter().zip(&self.diagonal);
                 let products = rows.map(|(&l, row)| l * (from.reflectance * row[b]));
                 products.fold(F::zero(), |sum, x| sum + x)
@@ -70,7 +71,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_
         let value = from.reflectance * (re * sine - im * cosine);
         let slope = from.reflectance * (re * cosine + im * sine);
         let mut b = 0;
-        self.factors.map(|f| {
+        self.factors.each(|f| {
             let phase = match b % 4 {
                 0 => value,
                 1 => slope,
@@ -178,5 +179,5 @@ impl<F: Real, E: Emission<F>, const B: usize> GalerkinMatrix for Polynomials<'_,
 
 fn negated<F: Real, const B: usize>(v: &[F]) -> [F; B] {
     let mut v = v.iter();
-    core::array::from_fn(|_| v.next().map_or(F::NAN, |&v| -v))
+    from_fn(|_| v.next().map_or(F::NAN, |&v| -v))
 }

@@ -1,5 +1,6 @@
 //! Piecewise polynomials of any degree on the circle.
 
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
@@ -103,7 +104,7 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
                 F::from_f64(scale * integrate(-1.0, 1.0, product))
             })
         };
-        let mut factors = bessel(quarter).map(|j| Real::sqrt(quarter) * j);
+        let mut factors = bessel(quarter).each(|j| Real::sqrt(quarter) * j);
         for (f, root) in factors.iter_mut().zip(legendre::<f64, B>(1.0)) {
             *f *= root;
         }
@@ -111,13 +112,13 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
         Self {
             circle,
             // sin² A < 0.04 to the power 12 is no more than a rounding error.
-            coordinate: (quarter < 0.2).then(|| arcsine(quarter).map(F::from_f64)),
+            coordinate: (quarter < 0.2).then(|| arcsine(quarter).each(F::from_f64)),
             coordinate_terms: arcsine_terms(quarter),
             quarter: F::from_f64(quarter),
             root: F::from_f64(Real::sqrt(quarter)),
             even: moments(Real::cos),
             odd: moments(Real::sin),
-            factors: factors.map(F::from_f64),
+            factors: factors.each(F::from_f64),
             diagonal: matrix(|a, b| {
                 // |sin| in both of its arguments: the mean over τ of what y brings.
                 let product = |tau| {
@@ -127,7 +128,7 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
                 F::from_f64(0.5 * integrate(-1.0, 1.0, product))
             }),
             terms: terms(&own),
-            own: own.map(|row| row.map(F::from_f64)),
+            own: own.each(|row| row.each(F::from_f64)),
         }
     }
 
@@ -198,7 +199,7 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
     #[inline]
     fn own_cell(&self, tau: F) -> [F; B] {
         let mut b = 0;
-        self.own.map(|row| {
+        self.own.each(|row| {
             let value = series(&row, self.terms, b, tau);
             b += 1;
             value
@@ -222,8 +223,8 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, 
 }
 
 /// The matrix with these entries.
-fn matrix<F, const B: usize>(entry: impl Fn(usize, usize) -> F) -> [[F; B]; B] {
-    core::array::from_fn(|b| core::array::from_fn(|c| entry(b, c)))
+fn matrix<F: Copy, const B: usize>(entry: impl Fn(usize, usize) -> F) -> [[F; B]; B] {
+    from_fn(|b| from_fn(|c| entry(b, c)))
 }
 
 impl<F: Real, E, const B: usize> StateSpace for Polynomials<'_, '_, F, E, B> {
@@ -304,13 +305,13 @@ impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B> for Polynomials<'_
         if j == x.cell {
             let reflectance = self.circle.reflectance(j);
             let own = self.own_cell(self.coordinate(&x.point, j));
-            return own.map(|integral| reflectance * integral);
+            return own.each(|integral| reflectance * integral);
         }
         let (sine, cosine) = (self.circle.sine(&x.point, j), self.signed_cosine(x, j));
         let weight = self.circle.weight(x.cell);
         // Against ψ_0 = 1.
-        let [even, odd] = [self.even, self.odd].map(|m| m.first().copied().unwrap_or([F::NAN; B]));
-        core::array::from_fn(|b| weight * (sine * even[b] + cosine * odd[b]))
+        let [even, odd] = [self.even, self.odd].each(|m| m.first().copied().unwrap_or([F::NAN; B]));
+        from_fn(|b| weight * (sine * even[b] + cosine * odd[b]))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What is computed once: Gauss sums, and spherical Bessel functions.
 
+use fredholm_core::array::from_fn;
+
 /// The Gauss–Legendre rule of 16 points on [−1, 1], positive half: nodes and weights. Abramowitz and
 /// Stegun 1964, table 25.4, to the digits of f64.
 const RULE: [(f64, f64); 8] = [
@@ -33,7 +35,7 @@ pub(crate) fn integrate_from(start: f64, end: f64, function: impl Fn(f64, f64) -
 /// x^b/(2b + 1)!! Σ_k (−x²/2)^k/(k! (2b + 3)(2b + 5) … (2b + 2k + 1)).
 pub(crate) fn bessel<const B: usize>(x: f64) -> [f64; B] {
     let mut scale = 1.0;
-    core::array::from_fn(|b| {
+    from_fn(|b| {
         if b > 0 {
             scale *= x / (2 * b + 1) as f64;
         }

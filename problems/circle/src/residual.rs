@@ -1,5 +1,6 @@
 //! All pairs pointwise: the neighbour source in closed form, in O(1) at any n.
 
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::Basis;
 use fredholm_core::{Located, Neighbour, Real, StateSpace};
 
@@ -135,7 +136,7 @@ pub fn moments<F: Real, P: ClosedForm<F, B>, const B: usize>(
     let mut before = Sum::default();
     for ((out, v), cell) in out.iter_mut().zip(v.chunks_exact(B)).zip(cells.iter()) {
         let amplitude = problem.amplitude(v);
-        add(&mut after, &cell.middle, amplitude.map(|part| -part));
+        add(&mut after, &cell.middle, amplitude.each(|part| -part));
         *out = Moment::between(&before, &after);
         add(&mut before, &cell.middle, amplitude);
     }

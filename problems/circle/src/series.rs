@@ -1,6 +1,7 @@
 //! Power series of the functions on a cell.
 
 use fredholm_core::Real;
+use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::legendre;
 
 use crate::quadrature::integrate;
@@ -11,7 +12,7 @@ pub(crate) const TERMS: usize = 12;
 /// The series of asin(z)/A in z, z³, z⁵, …
 pub(crate) fn arcsine(quarter: f64) -> [f64; TERMS] {
     let mut coefficient = 1.0;
-    core::array::from_fn(|k| {
+    from_fn(|k| {
         let power = 2.0 * k as f64;
         let value = coefficient / ((power + 1.0) * quarter);
         coefficient *= (power + 1.0) / (power + 2.0);
@@ -33,7 +34,7 @@ pub(crate) fn arcsine_terms(quarter: f64) -> usize {
 /// (A/2) I_b(τ) with I_b(τ) = ∫ ψ_b(t) |sin A(t − τ)| dt as power series in τ, each in powers of its own
 /// parity. They come from I'' = −A² I + 2A ψ_b(τ), and from I(0) or I'(0) by quadrature.
 pub(crate) fn own_integrals<const B: usize>(quarter: f64) -> [[f64; TERMS]; B] {
-    core::array::from_fn(|b| {
+    from_fn(|b| {
         let half = |weight: fn(f64) -> f64| {
             let product = |t| legendre::<f64, B>(t)[b] * weight(quarter * t);
             2.0 * integrate(0.0, 1.0, product)
@@ -45,7 +46,7 @@ pub(crate) fn own_integrals<const B: usize>(quarter: f64) -> [[f64; TERMS]; B] {
         };
         let psi = powers(b);
         let mut next = 0.5 * quarter * first;
-        core::array::from_fn(|k| {
+        from_fn(|k| {
             let value = next;
             let power = (2 * k + b % 2) as f64;
             let own = psi.get(k).copied().unwrap_or(0.0);

@@ -1,6 +1,7 @@
 //! Owned tables, and the whole deterministic part in one call.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
@@ -140,7 +141,7 @@ pub fn neighbour_second_moment_radius<E: Emission<f64>, const B: usize>(
         polynomials,
         pairs,
         // Within the cell: at its very ends a point belongs to the next.
-        |i| [1e-6, 0.5, 1.0 - 1e-6].map(|t| point(i, t)),
+        |i| [1e-6, 0.5, 1.0 - 1e-6].each(|t| point(i, t)),
         |x, j| {
             let [first] = <_ as PairIntegral<B>>::pair_integral(polynomials, x, j)
                 .first_chunk()

@@ -1,6 +1,7 @@
 //! The equation on [0, 1]^D, its chain and its partition.
 
 use core::fmt;
+use fredholm_core::array::{Each, from_fn};
 
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
 use fredholm_core::{
@@ -154,8 +155,8 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
     pub fn cell_box(&self, cell: usize) -> ([F; D], [F; D]) {
         let places = self.mesh.places(cell);
         (
-            places.map(|i| F::from_u32(i) / self.per_axis),
-            places.map(|i| (F::from_u32(i) + F::one()) / self.per_axis),
+            places.each(|i| F::from_u32(i) / self.per_axis),
+            places.each(|i| (F::from_u32(i) + F::one()) / self.per_axis),
         )
     }
 
@@ -189,7 +190,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> Sampler for Cube<F, D, K, S,
 
     #[inline]
     fn step<U: Uniforms<F>>(&self, _: &[F; D], uniforms: &mut U) -> Option<[F; D]> {
-        Some(core::array::from_fn(|_| uniforms.uniform()))
+        Some(from_fn(|_| uniforms.uniform()))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Galerkin coefficients of a product kernel, from borrowed tables.
 
 use core::slice;
+use fredholm_core::array::{Each, from_fn};
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, GalerkinMatrix};
@@ -88,7 +89,7 @@ impl<'a, F: Real, const D: usize, const B: usize> FactorTables<'a, F, D, B> {
             return out(*first);
         };
         let per_axis = Functions::<D, B>::PER_AXIS;
-        let [row, column] = places.map(|places| {
+        let [row, column] = places.each(|places| {
             let place = places.get(axis).copied().unwrap_or(0);
             place as usize * per_axis
         });
@@ -126,10 +127,10 @@ impl<F: Real, const D: usize, const B: usize> Coefficients<B> for FactorTables<'
     fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let places = [self.axes.mesh.places(i), self.axes.mesh.places(j)];
         if const { B == 1 } {
-            let [from, to] = places.map(|places| places.map(|place| place as usize));
+            let [from, to] = places.each(|places| places.each(|place| place as usize));
             let number = |axis: usize| self.axes.number(axis, from[axis], to[axis]);
-            let mean = product(core::array::from_fn::<_, D, _>(number));
-            return left.map(|left| left * mean);
+            let mean = product(from_fn::<_, D>(number));
+            return left.each(|left| left * mean);
         }
         let mut out = [F::NAN; B];
         let mut turned = Functions::<D, B>::TURNED.iter();
@@ -216,7 +217,7 @@ impl<'a, F: Real, const D: usize> Axes<'a, F, D> {
             place as usize * self.functions.per_axis() + degree as usize
         };
         let number = |axis: usize| self.number(axis, at(0, axis), at(1, axis));
-        product(core::array::from_fn::<_, D, _>(number))
+        product(from_fn::<_, D>(number))
     }
 
     /// K'_(ia)(ia) for all a.
@@ -240,7 +241,7 @@ impl<F: Real, const D: usize> GalerkinMatrix for Axes<'_, F, D> {
     }
 
     fn entry(&self, [i, a]: [usize; 2], [j, b]: [usize; 2]) -> F {
-        let [from, to] = [a, b].map(|a| self.functions.degrees.get(a));
+        let [from, to] = [a, b].each(|a| self.functions.degrees.get(a));
         let (Some(from), Some(to)) = (from, to) else {
             return F::NAN;
         };
@@ -252,7 +253,7 @@ impl<F: Real, const D: usize> GalerkinMatrix for Axes<'_, F, D> {
     fn row_sum(&self, i: usize) -> F {
         let places = self.mesh.places(i);
         let per_axis = self.functions.per_axis();
-        product(core::array::from_fn::<_, D, _>(|a| {
+        product(from_fn::<_, D>(|a| {
             let row = self.row(a, places[a] as usize * per_axis);
             let means = row.iter().step_by(per_axis);
             means.fold(F::zero(), |sum, k| sum + k.abs())

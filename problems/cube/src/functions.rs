@@ -1,6 +1,7 @@
 //! The functions on a cell: products of Legendre polynomials of bounded total degree.
 
 use core::slice;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::{Legendre, legendre};
 use fredholm_core::{Located, Real};
@@ -184,9 +185,9 @@ impl<const D: usize, const B: usize> Functions<D, B> {
             [F::one(); B]
         } else if const { Self::DEGREE < FEW } {
             // What is not used of it is not computed.
-            Self::products(&t.map(legendre::<F, FEW>))
+            Self::products(&t.each(legendre::<F, FEW>))
         } else {
-            Self::products(&t.map(legendre::<F, B>))
+            Self::products(&t.each(legendre::<F, B>))
         }
     }
 
@@ -197,7 +198,7 @@ impl<const D: usize, const B: usize> Functions<D, B> {
             return [F::one(); B];
         }
         let per_axis = F::from_u32(mesh.per_axis());
-        let mut t = mesh.places(x.cell).map(F::from_u32);
+        let mut t = mesh.places(x.cell).each(F::from_u32);
         for (t, &x) in t.iter_mut().zip(&x.point) {
             *t = F::from_f64(2.0) * (x * per_axis - *t) - F::one();
         }

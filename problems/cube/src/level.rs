@@ -1,6 +1,7 @@
 //! Quadrature on the cube, to predict variances with.
 
 use alloc::vec::Vec;
+use fredholm_core::array::from_fn;
 
 use fredholm_core::StateSpace;
 use fredholm_core::galerkin::{GalerkinError, reserve};
@@ -48,7 +49,7 @@ impl<const D: usize> CubeLevel<D> {
             let corner = mesh.places(site);
             all.extend(rule.iter().map(|(place, weight)| {
                 let at = |a: usize| (f64::from(corner[a]) + place[a]) * scale;
-                (core::array::from_fn(at), volume * weight)
+                (from_fn(at), volume * weight)
             }));
         }
         Ok(Self {
@@ -84,7 +85,7 @@ fn tensor<const D: usize>(points: usize) -> Result<Vec<([f64; D], f64)>, Galerki
     let mut rule = reserve(count.unwrap_or(usize::MAX))?;
     for mut number in 0..count.unwrap_or(0) {
         let mut weight = 1.0;
-        let place = core::array::from_fn(|_| {
+        let place = from_fn(|_| {
             let (t, w) = axis.get(number % points).copied().unwrap_or_default();
             number /= points;
             weight *= 0.5 * w;

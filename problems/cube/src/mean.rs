@@ -1,5 +1,6 @@
 //! Means over the cube, as functionals.
 
+use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::Partition;
 use fredholm_core::{Functional, Located, Real, Uniforms};
 
@@ -30,7 +31,7 @@ impl Mean {
 impl<F: Real, const D: usize, K, S, const B: usize> Functional<Cube<F, D, K, S, B>> for Mean {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
-        (core::array::from_fn(|_| uniforms.uniform()), F::one())
+        (from_fn(|_| uniforms.uniform()), F::one())
     }
 }
 
@@ -95,7 +96,7 @@ where
 {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
-        let x: [F; D] = core::array::from_fn(|_| uniforms.uniform());
+        let x: [F; D] = from_fn(|_| uniforms.uniform());
         (x, self.weight.value(&x))
     }
 

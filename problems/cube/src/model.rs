@@ -8,6 +8,7 @@
 //! Values are computed in f64 and rounded, so that the equation is the same in every scalar.
 
 use core::f64::consts::{FRAC_1_PI, LN_2, PI};
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
@@ -295,7 +296,7 @@ impl<F: Real> KernelFactors<F> for ModelKernel {
 impl<F: Real> FactorIntegral<F> for ModelKernel {
     #[inline]
     fn factor_integral(&self, axis: usize, x: F, low: F, high: F) -> F {
-        let [x, low, high] = [x, low, high].map(Real::to_f64);
+        let [x, low, high] = [x, low, high].each(Real::to_f64);
         F::from_f64(self.scale(axis) * self.factor.integral(x, low, high))
     }
 }

@@ -1,6 +1,7 @@
 //! Product kernels.
 
 use fredholm_core::Real;
+use fredholm_core::array::from_fn;
 
 use crate::{CellIntegral, IntegralKernel};
 
@@ -33,16 +34,14 @@ pub struct Product<T>(pub T);
 impl<F: Real, const D: usize, T: KernelFactors<F>> IntegralKernel<F, D> for Product<T> {
     #[inline]
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
-        product(core::array::from_fn::<_, D, _>(|a| {
-            self.0.factor(a, x[a], y[a])
-        }))
+        product(from_fn::<_, D>(|a| self.0.factor(a, x[a], y[a])))
     }
 }
 
 impl<F: Real, const D: usize, T: FactorIntegral<F>> CellIntegral<F, D> for Product<T> {
     #[inline]
     fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F {
-        product(core::array::from_fn::<_, D, _>(|a| {
+        product(from_fn::<_, D>(|a| {
             self.0.factor_integral(a, x[a], low[a], high[a])
         }))
     }

@@ -1,6 +1,7 @@
 //! Galerkin coefficients of a product kernel.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, GalerkinError, GalerkinMatrix, buffer, rounded};
@@ -62,7 +63,7 @@ impl<const D: usize> ProductTables<f64, D> {
         for (axis, table) in entries.chunks_exact_mut(width * width).enumerate() {
             for (row, rows) in table.chunks_exact_mut(per_axis * width).enumerate() {
                 for column in 0..m {
-                    let pair = [row, column].map(|place| [place as u32]);
+                    let pair = [row, column].each(|place| [place as u32]);
                     let factor = |x, y| factors.factor(axis, x, y);
                     block.integrate(pair, mesh.per_axis(), rule, &factor);
                     let out = rows
@@ -244,9 +245,9 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
         };
         (0..mesh.cells()).flat_map(move |i| {
             let places = mesh.places(i);
-            let first = number(places.map(|place| place as usize * functions.per_axis()));
+            let first = number(places.each(|place| place as usize * functions.per_axis()));
             let degrees = functions.degrees.iter();
-            degrees.map(move |degrees| first + number(degrees.map(usize::from)))
+            degrees.map(move |degrees| first + number(degrees.each(usize::from)))
         })
     }
 

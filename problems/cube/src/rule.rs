@@ -1,6 +1,7 @@
 //! Tensor Gauss–Legendre rules.
 
 use crate::CubeError;
+use fredholm_core::array::Each;
 
 /// The Gauss–Legendre rule of 1 to 5 points per axis, exact for polynomials of degree 2g − 1 in each
 /// variable.
@@ -44,7 +45,7 @@ impl Rule {
             nodes: self.nodes,
             // (i + (1 + t)/2)/m
             scale: 0.5 / f64::from(per_axis),
-            middle: places.map(|i| (f64::from(i) + 0.5) / f64::from(per_axis)),
+            middle: places.each(|i| (f64::from(i) + 0.5) / f64::from(per_axis)),
             next: Some([0; D]),
         }
     }

@@ -1,6 +1,7 @@
 //! Galerkin coefficients of any kernel, by quadrature.
 
 use core::ops::Range;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::Partition;
 
@@ -164,7 +165,7 @@ impl<const D: usize> Quadrature<D> {
         [inner, outer, psi]: &mut [&mut [f64]; 3],
     ) {
         let (per_axis, degree) = (self.mesh.per_axis(), self.functions.degree);
-        let [from, to] = cells.map(|cell| self.mesh.places(cell));
+        let [from, to] = cells.each(|cell| self.mesh.places(cell));
         for x in self.rule.in_cell(from, per_axis) {
             inner.fill(0.0);
             for y in self.rule.in_cell(to, per_axis) {

@@ -1,6 +1,7 @@
 //! The partition: every wall cut into cells.
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 
 use crate::RoomError;
 use crate::geometry::Geometry;
@@ -51,7 +52,7 @@ impl<'a, F: Real> Cells<'a, F> {
             first,
         };
         let belongs = |(w, wall): (usize, &crate::Wall<F>)| {
-            let [from, to] = [first.get(w), first.get(w + 1)].map(|c| c.map(|&c| c as usize));
+            let [from, to] = [first.get(w), first.get(w + 1)].each(|c| c.map(|&c| c as usize));
             let (Some(from), Some(to)) = (from, to) else {
                 return false;
             };

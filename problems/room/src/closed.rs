@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
+use fredholm_core::array::Each;
 
 use crate::error::Place;
 use crate::geometry::{Backs, Wall, nobody};
@@ -98,7 +99,7 @@ fn check_outside(scene: &Scene, last: &Spoke) -> Result<(), RoomError> {
 
 fn spokes(walls: &[Wall<f64>]) -> Vec<Spoke> {
     let of = |(w, wall): (usize, &Wall<f64>)| {
-        [(0, 1, true), (1, 0, false)].map(|(at, to, leaves)| Spoke {
+        [(0, 1, true), (1, 0, false)].each(|(at, to, leaves)| Spoke {
             vertex: wall.vertices[at],
             leaves,
             wall: w as u32,
@@ -162,7 +163,7 @@ fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
             }
         }
         // To the back of this one, from what is behind it.
-        let behind = normal.map(|x| -x);
+        let behind = normal.each(|x| -x);
         if let Some(hit) = scene.probe(spoke.wall as usize, from, behind)
             && !hit.back
         {

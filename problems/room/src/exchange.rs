@@ -1,6 +1,7 @@
 //! What two cells exchange, and how evenly.
 
 use fredholm_core::Real;
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::legendre;
 
 use crate::geometry::Geometry;
@@ -15,7 +16,7 @@ pub(crate) type Block = [[f64; MOST]; MOST];
 
 /// The same with rows and columns exchanged.
 pub(crate) fn transposed(block: &Block) -> Block {
-    core::array::from_fn(|b| block.map(|row| row[b]))
+    from_fn(|b| block.each(|row| row[b]))
 }
 
 /// The point at the fraction `t` of a part.
@@ -222,7 +223,7 @@ fn wholly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
         .chain(&diagonals)
         .fold(f64::INFINITY, |m, &d| m.min(d));
     if nearest > 4.0 * small.length {
-        let terms = THREE.map(|(t, weight)| weight * geometry.unobstructed(&at(small, t), large));
+        let terms = THREE.each(|(t, weight)| weight * geometry.unobstructed(&at(small, t), large));
         return small.length * terms.iter().sum::<f64>();
     }
     // Where strings cancel to nothing, nothing is what the pair exchanges.
@@ -235,6 +236,6 @@ fn wholly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
 /// Length times form factor of two other parts.
 fn partly(geometry: &Geometry<'_, f64>, a: &Part<f64>, b: &Part<f64>) -> f64 {
     let (small, large) = if a.length <= b.length { (a, b) } else { (b, a) };
-    let terms = FOUR.map(|(t, weight)| weight * geometry.visible(&at(small, t), large));
+    let terms = FOUR.each(|(t, weight)| weight * geometry.visible(&at(small, t), large));
     small.length * terms.iter().sum::<f64>()
 }

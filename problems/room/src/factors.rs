@@ -1,6 +1,7 @@
 //! Form factors between walls, exact with occlusion.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use crate::geometry::Backs;
 use crate::scene::Scene;
@@ -127,7 +128,7 @@ impl Observer<'_> {
             self.integrate([at(0.5), to], halvings, add);
             return;
         }
-        let ends = [from, to].map(|s| along(self.wall.ends[0], s, self.wall.tangent));
+        let ends = [from, to].each(|s| along(self.wall.ends[0], s, self.wall.tangent));
         for glimpse in glimpses {
             let right = self.sines(glimpse.right, ends, to - from);
             let left = self.sines(glimpse.left, ends, from - to);

@@ -1,6 +1,7 @@
 //! Means, and irradiance, as functionals of u.
 
 use core::ops::Range;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::legendre;
 use fredholm_core::{Functional, Real, Uniforms};
@@ -139,7 +140,7 @@ impl<F: Real> Seen<'_, '_, F> {
         for (w, wall) in (0..).zip(geometry.walls()) {
             geometry.seen_pieces(x, w, |right, left| {
                 // Where the first direction meets the wall.
-                let [a, b] = wall.ends.map(|end| cross(right, sub(end, x)).abs());
+                let [a, b] = wall.ends.each(|end| cross(right, sub(end, x)).abs());
                 let sum = a + b;
                 let fraction = if sum > zero() { a / sum } else { zero() };
                 let first = cells.find(w, fraction * wall.length);
@@ -180,7 +181,7 @@ impl<F: Real> Seen<'_, '_, F> {
                 _ => f64::NAN,
             };
         });
-        [sum, share].map(|x| x / core::f64::consts::TAU)
+        [sum, share].each(|x| x / core::f64::consts::TAU)
     }
 
     /// ∫ v dω of a polynomial on a cell, between two directions: dω = d ds/(s² + d²) at the place s
@@ -198,7 +199,7 @@ impl<F: Real> Seen<'_, '_, F> {
             return f64::NAN;
         };
         let sight = Sight::new([zero(); 2], self.position, &part, wall);
-        let (ends, d) = (directions.map(|a| sight.meets(a, wall)), sight.distance());
+        let (ends, d) = (directions.each(|a| sight.meets(a, wall)), sight.distance());
         let mut sum = 0.0;
         panels.points(ends, d, |s, ds| {
             let [before, behind] = sight.fractions(s);
@@ -219,7 +220,7 @@ fn angle<F: Real>(a: [F; 2], b: [F; 2]) -> F {
     // Most cells are seen under small angles, where three terms have all digits.
     if cosine > zero() && t < F::from_f64(1.0 / 256.0) {
         let s = t * t;
-        let [c3, c5] = [1.0 / 3.0, 1.0 / 5.0].map(F::from_f64);
+        let [c3, c5] = [1.0 / 3.0, 1.0 / 5.0].each(F::from_f64);
         t * (one::<F>() - s * (c3 - s * c5))
     } else {
         sine.atan2(cosine)

@@ -1,6 +1,7 @@
 //! Walls, the hierarchy over them, and what a ray meets.
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 use num_traits::{one, zero};
 
 use crate::RoomError;
@@ -235,7 +236,7 @@ impl<'a, F: Real> Geometry<'a, F> {
     ///
     /// In a closed room walls are not met from behind: an active side comes first. In an open one
     /// they are, and a ray that meets a back first has left.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn cast(&self, from: u32, origin: [F; 2], direction: [F; 2]) -> Option<Hit<F>> {
         let emitter = self.wall(from)?;
@@ -355,7 +356,10 @@ impl<'a, F: Real> Geometry<'a, F> {
             let first = node.first as usize;
             if node.count > 0 {
                 let leaf = self.segments.get(first..first + node.count as usize);
-                leaf.unwrap_or(&[]).iter().for_each(&mut each);
+                // Not `for_each`, which calls the closure through a reference and keeps it from being inlined.
+                for segment in leaf.unwrap_or(&[]) {
+                    each(segment);
+                }
             } else if let Some(places) = stack.get_mut(top..top + 2) {
                 places.copy_from_slice(&[node.first, node.first + 1]);
                 top += 2;
@@ -379,8 +383,8 @@ fn meets<F: Real>(
     direction: Vector<F>,
     backs: Backs,
 ) -> Option<Hit<F>> {
-    let to = segment.ends.map(|end| sub(end, origin));
-    let turn = to.map(|to| cross(direction, to));
+    let to = segment.ends.each(|end| sub(end, origin));
+    let turn = to.each(|to| cross(direction, to));
     let [start, end] = emitter.vertices;
     // Whether a vertex is on the left.
     let left = |k: usize| {

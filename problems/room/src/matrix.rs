@@ -1,6 +1,7 @@
 //! Views and Galerkin coefficients of all pairs of cells.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, buffer};
@@ -322,7 +323,7 @@ impl Facing {
 
 /// The smallest and the largest distance of two points from the line of a wall.
 fn heights(wall: &Wall<f64>, ends: [Vector<f64>; 2]) -> [f64; 2] {
-    let [a, b] = ends.map(|end| wall.height(end));
+    let [a, b] = ends.each(|end| wall.height(end));
     if a <= b { [a, b] } else { [b, a] }
 }
 
@@ -423,7 +424,7 @@ fn between([x, y]: [[Vector<f64>; 2]; 2], segment: [Vector<f64>; 2]) -> Between 
             across += u8::from(cuts && ((c < 0.0 && d > 0.0) || (c > 0.0 && d < 0.0)));
         }
     }
-    let turns = corners.map(|corner| cross(line, sub(corner, p)));
+    let turns = corners.each(|corner| cross(line, sub(corner, p)));
     outside |= turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
     if outside {
         Between::Outside

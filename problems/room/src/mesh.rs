@@ -1,6 +1,7 @@
 //! Cutting walls into cells.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
@@ -117,7 +118,7 @@ impl Mesh {
             };
             self.edges.push(Edge {
                 along: at,
-                position: position.map(round),
+                position: position.each(round),
             });
             self.walls.push(w);
             last = at;
@@ -175,7 +176,7 @@ fn cuts(m: usize, corners: [bool; 2], exponent: f64) -> Vec<f64> {
 fn corners(scene: &Scene) -> Vec<[bool; 2]> {
     let mut at: Vec<(u32, u32)> = Vec::new();
     for (w, wall) in scene.walls.iter().enumerate() {
-        at.extend(wall.vertices.map(|v| (v, w as u32)));
+        at.extend(wall.vertices.each(|v| (v, w as u32)));
     }
     at.sort_unstable();
     let meets = |w: usize, wall: &crate::Wall<f64>, k: usize| {

@@ -1,6 +1,7 @@
 //! Moments of the cosine law over what a point sees of a part of a wall.
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::legendre;
 use num_traits::{one, zero};
 
@@ -32,12 +33,12 @@ impl<F: Real> Sight<F> {
         part: &Part<F>,
         wall: &Wall<F>,
     ) -> Self {
-        let ends = part.ends.map(|end| sub(end, position));
+        let ends = part.ends.each(|end| sub(end, position));
         Self {
-            ends: ends.map(|end| dot(wall.tangent, end)),
+            ends: ends.each(|end| dot(wall.tangent, end)),
             length: part.length,
             distance: wall.height(position),
-            heights: ends.map(|end| dot(normal, end)),
+            heights: ends.each(|end| dot(normal, end)),
         }
     }
 
@@ -129,7 +130,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
                 *point = Point {
                     t: F::from_f64(0.5 + 0.5 * place),
                     weight: F::from_f64(0.5 * weight),
-                    basis: legendre::<f64, B>(place).map(F::from_f64),
+                    basis: legendre::<f64, B>(place).each(F::from_f64),
                 };
                 *count += 1;
             }
@@ -208,7 +209,7 @@ impl<F: Real> Geometry<'_, F> {
                     // As in `visible`: a gap between shadows that rounding left is none.
                     let gap = F::from_f64(4.0) * F::EPSILON;
                     if factor(own.normal(), right, left, cross(right, left)) > gap {
-                        let ends = [right, left].map(|d| sight.meets(d, other));
+                        let ends = [right, left].each(|d| sight.meets(d, other));
                         rules.between(&sight, ends, &mut each);
                     }
                 });

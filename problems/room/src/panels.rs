@@ -11,6 +11,7 @@
 //! of degree 2N − 1 − (2B − 2), of the order ρ^−(2N − 2B + 2).
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 use num_traits::{one, zero};
 
 /// The number of rules.
@@ -68,7 +69,7 @@ const GAUSS: [&[[f64; 2]]; RULES] = [
 #[inline]
 pub(crate) fn gauss<F: Real>(rule: usize) -> impl Iterator<Item = (F, F)> {
     let half = GAUSS.get(rule).copied().unwrap_or(&[]).iter();
-    half.flat_map(|&[t, weight]| [-t, t].map(|t| (F::from_f64(t), F::from_f64(weight))))
+    half.flat_map(|&[t, weight]| [-t, t].each(|t| (F::from_f64(t), F::from_f64(weight))))
 }
 
 /// Which rule serves where, for polynomials of degree 2B − 2.
@@ -81,7 +82,7 @@ pub(crate) struct Panels<F> {
 impl<F: Real> Panels<F> {
     /// For B = `functions`, at most 5.
     pub(crate) fn new(functions: usize) -> Self {
-        let nearest = GAUSS.map(|half| {
+        let nearest = GAUSS.each(|half| {
             let order = 4 * half.len() as i32 - 2 * functions as i32 + 2;
             if order < 6 {
                 return F::from_f64(f64::INFINITY);

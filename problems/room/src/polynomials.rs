@@ -1,5 +1,6 @@
 //! Piecewise polynomials of any degree on the walls.
 
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
@@ -149,7 +150,7 @@ impl<F: Real, const B: usize> TransitionMoments<B> for Polynomials<'_, '_, F, B>
             add(&mut sums, share, psi);
         });
         let survival = self.room.survival();
-        sums.map(|row| row.map(|sum| survival * sum))
+        sums.each(|row| row.each(|sum| survival * sum))
     }
 }
 
@@ -168,6 +169,6 @@ impl<F: Real, const B: usize> PairIntegral<B> for Polynomials<'_, '_, F, B> {
     #[inline]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
         let reflectance = self.room.reflectance(&x.point);
-        self.form_factors(&x.point, j).map(|f| reflectance * f)
+        self.form_factors(&x.point, j).each(|f| reflectance * f)
     }
 }

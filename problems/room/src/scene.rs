@@ -3,6 +3,7 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::cell::Cell;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use robust::{Coord, orient2d};
@@ -320,7 +321,7 @@ pub(crate) fn margin(walls: &[Wall<f64>], epsilon: f64) -> f64 {
 
 fn wall(piece: &Piece, points: &[Vector<f64>], material: Material) -> Wall<f64> {
     let at = |v: u32| points.get(v as usize).copied().unwrap_or_default();
-    let ends = piece.vertices.map(at);
+    let ends = piece.vertices.each(at);
     let span = sub(ends[1], ends[0]);
     let length = norm(span);
     Wall {
@@ -376,7 +377,7 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>
             if !F::from_f64(material.emission).is_finite() {
                 return Err(RoomError::Emission(place(v)));
             }
-            let ends = [pair[0].map(round), pair[1].map(round)];
+            let ends = [pair[0].each(round), pair[1].each(round)];
             let number = u32::try_from(base + v).map_err(|_| RoomError::Cells)?;
             raw.push(Raw {
                 place: place(v),
@@ -464,7 +465,7 @@ fn join(
     let (mut pieces, mut materials) = (Vec::with_capacity(raw.len()), Vec::new());
     let mut splits = splits.into_iter().peekable();
     for (i, r) in raw.iter().enumerate() {
-        let [start, end] = r.vertices.map(|v| root(&mut parent, v));
+        let [start, end] = r.vertices.each(|v| root(&mut parent, v));
         let mut from = start;
         let mut push = |from: u32, to: u32| {
             pieces.push(Piece {
@@ -526,7 +527,7 @@ fn passes(node: &Node<f64>, wall: &Wall<f64>) -> bool {
 /// Whether two segments have a point in common.
 fn touch(a: [Vector<f64>; 2], b: [Vector<f64>; 2]) -> bool {
     let apart = |s: [Vector<f64>; 2], t: [Vector<f64>; 2]| {
-        let signs = t.map(|p| turn(s[0], s[1], p));
+        let signs = t.each(|p| turn(s[0], s[1], p));
         (signs[0] > 0.0 && signs[1] > 0.0) || (signs[0] < 0.0 && signs[1] < 0.0)
     };
     let [la, ha] = bounds(a[0], a[1]);
@@ -537,7 +538,7 @@ fn touch(a: [Vector<f64>; 2], b: [Vector<f64>; 2]) -> bool {
 
 /// The sign of the turn a → b → c, exact: positive to the left.
 pub(crate) fn turn(a: Vector<f64>, b: Vector<f64>, c: Vector<f64>) -> f64 {
-    let [a, b, c] = [a, b, c].map(|[x, y]| Coord { x, y });
+    let [a, b, c] = [a, b, c].each(|[x, y]| Coord { x, y });
     orient2d(a, b, c)
 }
 

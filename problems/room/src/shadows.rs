@@ -1,6 +1,7 @@
 //! Where the edges of shadows meet walls.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use crate::closed::standing_out;
 use crate::geometry::{Backs, nobody};
@@ -70,7 +71,7 @@ fn lines(scene: &Scene, near: &[u32], far: &[u32]) -> Vec<Vec<f64>> {
             let d = [to[0] / length, to[1] / length];
             // A ray through a vertex passes it on one side; vertices are often in line, and this is
             // about what can be seen from either side.
-            let either = [0.0, 1e-9, -1e-9].map(|turn| [d[0] - turn * d[1], d[1] + turn * d[0]]);
+            let either = [0.0, 1e-9, -1e-9].each(|turn| [d[0] - turn * d[1], d[1] + turn * d[0]]);
             let seen =
                 |d: &Vector<f64>| cast(*d).is_none_or(|hit| hit.distance >= length * (1.0 - 1e-6));
             if !either.iter().any(seen) {

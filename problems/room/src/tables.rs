@@ -1,6 +1,7 @@
 //! Owned tables for walks.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
@@ -27,9 +28,9 @@ impl<F: Real> Tables<F> {
     #[must_use]
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let to = F::from_f64;
-        let pair = |p: [f64; 2]| p.map(to);
+        let pair = |p: [f64; 2]| p.each(to);
         let wall = |w: &Wall<f64>| Wall {
-            ends: w.ends.map(pair),
+            ends: w.ends.each(pair),
             vertices: w.vertices,
             tangent: pair(w.tangent),
             length: to(w.length),
@@ -37,7 +38,7 @@ impl<F: Real> Tables<F> {
             emission: to(w.emission),
         };
         let segment = |s: &Segment<f64>| Segment {
-            ends: s.ends.map(pair),
+            ends: s.ends.each(pair),
             vertices: s.vertices,
             wall: s.wall,
         };
@@ -45,7 +46,7 @@ impl<F: Real> Tables<F> {
         let margin = margin(&scene.walls, F::EPSILON.to_f64());
         let node = |n: &Node<f64>| Node {
             centre: pair(n.centre),
-            half: n.half.map(|h| to(h + margin)),
+            half: n.half.each(|h| to(h + margin)),
             first: n.first,
             count: n.count,
         };

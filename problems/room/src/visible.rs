@@ -1,6 +1,7 @@
 //! What a point sees of a part of a wall: exact, by visible intervals.
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 use num_traits::zero;
 
 use crate::geometry::{Geometry, Node, Segment, Wall, factor, nobody};
@@ -34,8 +35,8 @@ fn directions<F: Real>(
         return None;
     }
     let normal = from.normal();
-    let mut directions = part.ends.map(|end| sub(end, position));
-    let heights = directions.map(|d| dot(normal, d));
+    let mut directions = part.ends.each(|end| sub(end, position));
+    let heights = directions.each(|d| dot(normal, d));
     if !(heights[0] > zero() || heights[1] > zero()) {
         return None;
     }
@@ -53,13 +54,13 @@ fn directions<F: Real>(
 impl<F: Real> Geometry<'_, F> {
     /// The form factor from a point to a part that it sees wholly, where nothing but the two walls'
     /// own half planes is in the way.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn unobstructed(&self, from: &Viewer<F>, part: &Part<F>) -> F {
         let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
             return F::NAN;
         };
         let height = other.height(from.position);
-        let [a, b] = part.ends.map(|end| sub(end, from.position));
+        let [a, b] = part.ends.each(|end| sub(end, from.position));
         let nothing = [zero(); 2];
         if height > zero() && a != nothing && b != nothing {
             return factor(own.normal(), a, b, height * part.length);
@@ -126,7 +127,7 @@ impl<F: Real> Geometry<'_, F> {
         let Some(other) = self.wall(wall) else {
             return;
         };
-        let directions = other.ends.map(|end| sub(end, position));
+        let directions = other.ends.each(|end| sub(end, position));
         if !(other.height(position) > zero() && cross(directions[0], directions[1]) > zero()) {
             return;
         }
@@ -154,7 +155,7 @@ impl<F: Real> Geometry<'_, F> {
         mut piece: impl FnMut(bool, Vector<F>, Vector<F>),
     ) {
         let x = from.position;
-        let uncut = part.ends.map(|end| sub(end, x));
+        let uncut = part.ends.each(|end| sub(end, x));
         let mut low = right;
         // Every turn of the loop passes at least one end of a shadow.
         for _ in 0..=2 * self.walls().len() {
@@ -216,7 +217,7 @@ fn shadow<F: Real>(
     if twins(segment.vertices, own.vertices) || twins(segment.vertices, other.vertices) {
         return None;
     }
-    let [mut a, mut b] = segment.ends.map(|end| sub(end, from.position));
+    let [mut a, mut b] = segment.ends.each(|end| sub(end, from.position));
     let turn = cross(a, b);
     if turn < zero() {
         (a, b) = (b, a);

@@ -1,6 +1,7 @@
 //! The Galerkin coefficients.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Coefficients, GalerkinError, GalerkinMatrix, buffer};
@@ -62,7 +63,7 @@ impl MeanTable {
 fn heights(sphere: &Sphere<f64>, band: usize) -> [(f64, f64); 2] {
     let middle = sphere.mean_height(band as u32);
     let half = 1.0 / f64::from(sphere.bands());
-    [-NODE, NODE].map(|t| {
+    [-NODE, NODE].each(|t| {
         let height = middle + half * t;
         (height, Real::sqrt((1.0 - height) * (1.0 + height)))
     })

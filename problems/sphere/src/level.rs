@@ -1,6 +1,7 @@
 //! Quadrature on the sphere, to predict variances with.
 
 use alloc::vec::Vec;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::{GalerkinError, Partition, reserve};
 use fredholm_core::{Real, StateSpace, TransitionDensity};
@@ -52,7 +53,7 @@ impl SphereLevel {
         for site in 0..sites.cells() {
             let [band, sector] = level.first_piece(site);
             let nodes = level.rule(band + group[0] / 2, sector + group[1] / 2);
-            let weighted = nodes.map(|(x, weight)| (x, pieces_of_site * weight));
+            let weighted = nodes.each(|(x, weight)| (x, pieces_of_site * weight));
             level.nodes.extend(weighted);
         }
         Ok(level)
@@ -75,10 +76,10 @@ impl SphereLevel {
 
     /// The nodes of a piece, in height and azimuth, with weights that sum to its area.
     fn rule(&self, band: u32, sector: u32) -> [(Point<f64>, f64); NODES] {
-        let [bands, sectors] = [self.pieces.bands(), self.pieces.sectors()].map(f64::from);
+        let [bands, sectors] = [self.pieces.bands(), self.pieces.sectors()].each(f64::from);
         let middle = self.pieces.mean_height(band);
         let weight = core::f64::consts::PI / (bands * sectors);
-        [[-NODE, -NODE], [-NODE, NODE], [NODE, -NODE], [NODE, NODE]].map(|[t, s]| {
+        [[-NODE, -NODE], [-NODE, NODE], [NODE, -NODE], [NODE, NODE]].each(|[t, s]| {
             let height = middle + t / bands;
             let radius = Real::sqrt((1.0 - height) * (1.0 + height));
             let turn = (f64::from(sector) + 0.5 + 0.5 * s) / sectors;

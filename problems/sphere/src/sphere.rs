@@ -1,5 +1,6 @@
 //! The equation, its chain and its cells.
 
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
@@ -93,7 +94,7 @@ impl<F: Real> Sphere<F> {
         if !(g >= zero && g < half) {
             return Err(SphereError::Asymmetry);
         }
-        let emission = parameters.emission.map(F::from_f64);
+        let emission = parameters.emission.each(F::from_f64);
         if !emission.iter().all(|e| e.is_finite()) {
             return Err(SphereError::Emission);
         }
@@ -260,10 +261,10 @@ impl<F: Real> Sampler for Sphere<F> {
         let t = x[0] * x[1] * s;
         let e1 = [one + sign * x[0] * x[0] * s, sign * t, -sign * x[0]];
         let e2 = [t, sign + x[1] * x[1] * s, -x[1]];
-        let y: Point<F> = core::array::from_fn(|d| cosine * x[d] + along * e1[d] + across * e2[d]);
+        let y: Point<F> = from_fn(|d| cosine * x[d] + along * e1[d] + across * e2[d]);
         // Or rounding would add up along a walk.
         let norm = dot(&y, &y).sqrt();
-        Some(y.map(|y| y / norm))
+        Some(y.each(|y| y / norm))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Scattering on the unit sphere, with sizes chosen at run time.
 
 use core::f64::consts::PI;
+use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::{
     GalerkinMatrix, OffDiagonal, PairKind, Piecewise, Rounded, Solution,
@@ -163,7 +164,7 @@ impl Model for SphereModel {
 fn place<F: Real>(angles: &[f64]) -> Result<Point<F>, Error> {
     match *angles {
         // In f64, as a rounded angle moves a point further than a rounded coordinate.
-        [colatitude, azimuth] => Ok(point(colatitude, azimuth).map(F::from_f64)),
+        [colatitude, azimuth] => Ok(point(colatitude, azimuth).each(F::from_f64)),
         _ => Err(Error::Internal(
             "a point of a sphere has a colatitude and an azimuth",
         )),

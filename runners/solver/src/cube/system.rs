@@ -1,5 +1,6 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
+use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
 use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, Uniforms};
 use fredholm_cube::{CubeLevel, Function, Mean};
@@ -450,7 +451,7 @@ impl<'k, F: Real, const D: usize> Functional<ModelCube<'k, F, D>> for Start<'_, 
 
 /// A point as an array.
 pub(super) fn coordinates<F: Real, const D: usize>(x: &[f64]) -> [F; D] {
-    core::array::from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)))
+    from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)))
 }
 
 /// With where the walks of all goals start, as an analysis sees it.
