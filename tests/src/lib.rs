@@ -9,7 +9,6 @@ pub mod device;
 pub mod examine;
 pub mod fit;
 pub mod galerkin;
-pub mod matrix;
 pub mod outcome;
 pub mod quadrature;
 pub mod room;

@@ -5,9 +5,9 @@ use core::f64::consts::TAU;
 use fredholm_circle::{Circle, Tables};
 use fredholm_core::galerkin::{AllPointwise, Partition, TransitionMoments};
 use fredholm_core::{DefaultGenerator, Draws, Located, Neighbour, Real, Sampler, Stream};
+use fredholm_tests::check::SEEDS;
 use fredholm_tests::circle::{LIGHT, RHO, described, with_piecewise, with_residual};
 use fredholm_tests::examine;
-use fredholm_tests::matrix::SEEDS;
 
 #[test]
 fn one_cell_is_a_partition_too() {

@@ -12,11 +12,11 @@ use fredholm_core::{
     DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
     StateSpace, Statistics, Stream, Task, TransitionDensity, Uniforms,
 };
+use fredholm_tests::check::SEEDS;
 use fredholm_tests::check::{self, Among};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
 use fredholm_tests::examine::{CHECKS, SCALARS};
 use fredholm_tests::galerkin::Tables;
-use fredholm_tests::matrix::SEEDS;
 use fredholm_tests::quadrature::{gauss_legendre, split};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Offers, Report, examine, examine_both, examine_masses};

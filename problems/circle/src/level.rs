@@ -91,7 +91,7 @@ impl<'c, 'a, E: Emission<f64>> CircleLevel<'c, 'a, E> {
     }
 
     /// What a pair may be: anything. An exact integral costs 0.05 to 0.07 of a state at every degree (`cargo bench -p
-    /// fredholm-tests --bench pairs`).
+    /// fredholm-benches --bench pairs`).
     ///
     /// ```
     /// # use fredholm_circle::{Circle, CircleLevel, Harmonic, Tables};

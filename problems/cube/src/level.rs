@@ -61,7 +61,7 @@ impl<const D: usize> CubeLevel<D> {
     }
 
     /// What a pair may be: anything, if there are exact integrals. Such a one costs 0.8 to 1.2 of a state for kernels that
-    /// are cheap (`cargo bench -p fredholm-tests --bench pairs`), where it is two to eight values of a primitive beside one of the kernel.
+    /// are cheap (`cargo bench -p fredholm-benches --bench pairs`), where it is two to eight values of a primitive beside one of the kernel.
     #[must_use]
     pub fn possible(&self, integrals: bool) -> Possible {
         Possible {

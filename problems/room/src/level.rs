@@ -87,7 +87,7 @@ impl<'r, 'a> RoomLevel<'r, 'a> {
     /// variance, and into a cell that is not seen from everywhere none that is exact. Left out is what none of the nodes of a
     /// cell misses: of what only others see the level knows nothing, and a rare large score would come of it.
     ///
-    /// The prices are those of a furnished room of 400 cells (`cargo bench -p fredholm-tests --bench pairs`): a cell that is
+    /// The prices are those of a furnished room of 400 cells (`cargo bench -p fredholm-benches --bench pairs`): a cell that is
     /// seen in part costs 0.9, 0.8, 0.7, 0.6 and 0.5 of a state by degree, for its silhouettes; one that is seen wholly a
     /// closed form.
     #[must_use]

@@ -75,6 +75,9 @@ pub fn long() -> bool {
     std::env::var_os("FREDHOLM_LONG").is_some()
 }
 
+/// The base seeds for which every problem must pass.
+pub const SEEDS: [u64; 3] = [1, 2, 3];
+
 /// Rounding units as a unit.
 const UNITS: &str = "rounding units";
 
