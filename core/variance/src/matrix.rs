@@ -118,6 +118,8 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
     }
 
     /// The smallest power whose norm is below 1: ‖A^m‖ = max A^m 1, where A has no negative entries.
+    ///
+    /// None has, and the search ends, once A w ≥ w for a w ≥ 0 that is not 0: then ρ(A) ≥ 1 (Collatz 1942).
     pub(crate) fn contracting_power(&self) -> Result<Option<Power>, GalerkinError> {
         let (mut w, mut next) = (buffer(self.sites.len())?, buffer(self.sites.len())?);
         w.fill(1.0);
@@ -127,7 +129,9 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
             if norm < 1.0 {
                 return Ok(Some(Power { exponent, norm }));
             }
-            if !(norm < 1e100) {
+            // More than the rounding of a row's sum.
+            let grows = |(next, w): (&f64, &f64)| *next >= (1.0 + 1e-9) * w;
+            if !(norm < 1e100) || next.iter().zip(&w).all(grows) {
                 break;
             }
             core::mem::swap(&mut w, &mut next);

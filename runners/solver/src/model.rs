@@ -202,6 +202,14 @@ pub trait Partitioned<'m>: Send + Sync {
         Ok(0.0)
     }
 
+    /// Refuses an examination ([`System::examine`]) that takes too long, before anything is solved.
+    ///
+    /// # Errors
+    /// [`Error::TooMuch`].
+    fn check_examination(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
     /// Solves the Galerkin system. It serves every absorption; which one it is computed with moves last digits at most.
     ///
     /// # Errors

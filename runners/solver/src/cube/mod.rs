@@ -42,6 +42,8 @@ const SWEEPS: u32 = 1000;
 const VALUE: f64 = 1e-9;
 /// Numbers of a table that caches hold.
 const CACHED: f64 = 1e5;
+/// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
+const MOST_NODES: usize = 20_000;
 /// The most unknowns of a level of a sweep at degrees above 0.
 const LEVEL: usize = 1300;
 /// About so many unknowns in all where nothing is said of cells.
@@ -487,6 +489,21 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
         crate::finite::check_plain("K²/(1 − absorption)", absorption, || {
             self.plain_radius(absorption)
         })
+    }
+
+    fn check_examination(&self) -> Result<(), Error> {
+        let cells = self.all_cells();
+        let points = (self.degree + 2).saturating_pow(self.model.dimension as u32);
+        let least = cells.saturating_mul(points);
+        if least > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "a diagnosis on {cells} cells takes integrals in {least} points, and more than {MOST_NODES} take \
+                     too long: use fewer cells (`--cells`), which shows the same at a coarser level"
+                ),
+            });
+        }
+        Ok(())
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {

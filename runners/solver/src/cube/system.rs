@@ -16,9 +16,6 @@ use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
 use crate::pairs::{self, AnyPairs, PairCounts};
 use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
 
-/// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
-const MOST_NODES: usize = 20_000;
-
 /// Coefficients and Galerkin solution of a cube.
 pub(super) struct CubeSystem<'m, const D: usize> {
     pub(super) cut: CubePartition<'m>,
@@ -255,16 +252,6 @@ impl<const D: usize> CubeSystem<'_, D> {
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let cells = self.cut.all_cells();
-        let points = (self.cut.degree + 2).saturating_pow(D as u32);
-        let least = cells.saturating_mul(points);
-        if least > MOST_NODES {
-            return Err(Error::TooMuch {
-                message: format!(
-                    "a diagnosis on {cells} cells takes integrals in {least} points, and more than {MOST_NODES} take \
-                     too long: use fewer cells (`--cells`), which shows the same at a coarser level"
-                ),
-            });
-        }
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<f64>(request)?;
         with_values::<f64, _>(self.cut.functions(), |values| {

@@ -81,6 +81,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, Error> {
     let (cut, walk) = (settings.discretisation(), settings.walk_options());
     let cells = model.partition(&cut)?;
+    cells.check_examination()?;
     let solved = Solved::new(&*cells, walk.absorption)?;
     let look = |pairs: Pairs, is_brief: bool| {
         let inquiry = Inquiry {
