@@ -10,6 +10,7 @@ use fredholm_core::{
 use fredholm_cube::{CubeLevel, Mean, model};
 use fredholm_rayon::{fill_rows, run};
 use fredholm_room::{Choice, Grading, RoomLevel};
+use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, RHO, with_piecewise, with_polynomials};
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
@@ -24,11 +25,17 @@ const GROUPS: u64 = 64;
 /// Walks for a standard deviation. On a thousand cells of the circle steps into the next cell, of which one walk in
 /// 40,000 has one, carry half of the variance: a sample of 10⁶ is too small for them.
 fn walks(rare: bool) -> u64 {
-    match (std::env::var_os("FREDHOLM_LONG").is_some(), rare) {
+    match (long(), rare) {
         (true, true) => 1 << 26,
         (true, false) => 1 << 20,
         (false, _) => 1 << 16,
     }
+}
+
+/// Nodes of an analysis, whose work grows with their square. A third of them is accurate enough for what a day's walks
+/// can tell.
+fn nodes() -> usize {
+    if long() { 2400 } else { 800 }
 }
 
 fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
@@ -191,10 +198,10 @@ fn bounded(what: &str, analysis: &Analysis<'_>, prediction: &Prediction, sd: f64
     assert!(theorem_5.is_none() || five > 1.0, "{what}");
 }
 
-fn on_circle(cells: usize, nodes: usize) {
+fn on_circle(cells: usize) {
     for (pairs, name) in [(DEFAULT, ""), (PAPER, ", paper's pairs")] {
         with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, v| {
-            let level = CircleLevel::new(circle, nodes, 0).unwrap();
+            let level = CircleLevel::new(circle, nodes(), 0).unwrap();
             let setting = Setting {
                 equation: circle,
                 neighbour,
@@ -226,8 +233,11 @@ fn on_circle(cells: usize, nodes: usize) {
 
 #[test]
 fn circles() {
-    for cells in [10, 100, 1000] {
-        on_circle(cells, 2000);
+    on_circle(10);
+    on_circle(100);
+    // Which takes at least as many nodes.
+    if long() {
+        on_circle(1000);
     }
 }
 
@@ -260,7 +270,7 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
         (model.kernel.0, model.source),
         cells,
         |cube, neighbour, v| {
-            let level = CubeLevel::new(cube, 2400, cube.degree()).unwrap();
+            let level = CubeLevel::new(cube, nodes(), cube.degree()).unwrap();
             let pairs = ALL;
             let setting = Setting {
                 equation: cube,
