@@ -41,7 +41,7 @@ impl<F: Real> Direction<F> {
 
     /// sin of the angle from another direction to this one, with a relative error of about 4 ε however
     /// small it is.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn small_sine(&self, other: &Self) -> F {
         let (left, right) = (self.sin * other.cos, self.cos * other.sin);
         let left_low = self.sin.product_error(other.cos);
