@@ -7,7 +7,7 @@ use std::io::IsTerminal;
 use fredholm::answer::Watch;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::failure::Failure;
 
@@ -51,9 +51,16 @@ impl Progress {
         let bar =
             ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
         let template =
-            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {eta} left {msg}";
+            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {left} left {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
+            // Nothing is known before the first walks are done.
+            let left = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+                let _ = match state.pos() {
+                    0 => text.write_str("?"),
+                    _ => write!(text, "{}", HumanDuration(state.eta())),
+                };
+            };
+            bar.set_style(style.with_key("left", left));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
@@ -118,6 +125,7 @@ impl Observer for Progress {
 
 impl Watch for Progress {
     fn walking(&self) {
+        self.say(String::new());
         WALKING.store(true, Ordering::Relaxed);
     }
 }

@@ -39,6 +39,18 @@ impl Scale {
         Self { low, high, log }
     }
 
+    /// A scale from one number to another, which must be finite and more, and for a logarithmic one both above 0.
+    #[must_use]
+    pub fn between(low: f64, high: f64, log: bool) -> Option<Self> {
+        let good = low < high && (high - low).is_finite() && (!log || low > 0.0);
+        good.then_some(Self { low, high, log })
+    }
+
+    /// The smallest number that has a colour of its own.
+    pub const fn low(&self) -> f64 {
+        self.low
+    }
+
     /// The largest number that has a colour of its own.
     pub const fn high(&self) -> f64 {
         self.high

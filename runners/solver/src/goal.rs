@@ -20,6 +20,8 @@ pub enum Region {
     On(usize, f64),
     /// The mean of u over the part of this number.
     Part(usize),
+    /// The mean of u over the parts of these numbers together.
+    Parts(Vec<usize>),
 }
 
 /// A functional of the solution, with the name that results give it.

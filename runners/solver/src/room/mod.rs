@@ -4,6 +4,8 @@ mod corners;
 mod export;
 mod field;
 mod heat;
+mod leaks;
+mod means;
 mod surfaces;
 mod system;
 
@@ -142,12 +144,14 @@ impl RoomModel {
         walls.map(|wall| wall.length * wall.emission.powi(2)).sum()
     }
 
-    /// The walls of a mean.
-    fn walls(&self, region: &Region) -> Result<core::ops::Range<usize>, Error> {
-        Ok(match region {
-            Region::Part(surface) => self.scene.walls_of(*surface)?,
-            _ => 0..self.scene.walls_of(self.scene.surfaces() - 1)?.end,
-        })
+    /// The walls of a mean, of every surface a range.
+    fn walls(&self, region: &Region) -> Result<Vec<core::ops::Range<usize>>, Error> {
+        let of = |surface: &usize| Ok::<_, Error>(self.scene.walls_of(*surface)?);
+        match region {
+            Region::Part(surface) => Ok(vec![of(surface)?]),
+            Region::Parts(surfaces) => surfaces.iter().map(of).collect(),
+            _ => Ok(vec![0..of(&(self.scene.surfaces() - 1))?.end]),
+        }
     }
 }
 
@@ -221,6 +225,20 @@ impl Model for RoomModel {
 
     fn part(&self, number: usize) -> Option<&str> {
         self.surfaces.names.get(number).map(String::as_str)
+    }
+
+    fn unit(&self) -> Option<&'static str> {
+        self.surfaces.heat.then_some("W/m2")
+    }
+
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        let Region::On(surface, t) = *region else {
+            return None;
+        };
+        let (wall, fraction) = self.scene.along(surface, t).ok()?;
+        let [a, b] = self.scene.geometry().walls().get(wall)?.ends;
+        let between = |k: usize| (1.0 - fraction) * a[k] + fraction * b[k];
+        Some(vec![between(0), between(1)])
     }
 
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {
@@ -431,7 +449,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn cells_text(&self) -> String {
-        format!("{} asked for, {} in all", self.cells, self.mesh.len())
+        format!("{} ({} requested)", self.mesh.len(), self.cells)
     }
 
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {

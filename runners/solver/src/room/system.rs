@@ -4,10 +4,11 @@ use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Round
 use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    Choice, Irradiance, Matrix, MeanOver, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
+    Choice, Irradiance, Matrix, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
 };
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
+use super::means::Means;
 use super::{RoomModel, RoomPartition, choice, export, of_degree, pointwise_pairs};
 use crate::cost::PointwisePairs;
 use crate::examined::Examined;
@@ -171,10 +172,12 @@ impl RoomSystem<'_> {
         for goal in request.goals {
             let walls = model.walls(&goal.region)?;
             let own = model.scene.geometry();
-            let own = own.walls().get(walls.clone()).unwrap_or(&[]);
-            let length = own.iter().map(|wall| wall.length).sum();
+            let own = walls
+                .iter()
+                .flat_map(|walls| own.walls().get(walls.clone()));
+            let length = own.flatten().map(|wall| wall.length).sum();
             densities.push(move |x: &Point<f64>| {
-                if walls.contains(&x.wall()) {
+                if walls.iter().any(|walls| walls.contains(&x.wall())) {
                     Density::uniform(length)
                 } else {
                     Density::nothing()
@@ -388,7 +391,7 @@ impl System for RoomSystem<'_> {
 /// What v gives where walks start.
 pub(super) struct Solutions<'s, 'a, F> {
     /// Its mean.
-    pub(super) mean: &'s dyn Fn(&MeanOver<'_, 'a, F>) -> f64,
+    pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
     /// The irradiance that it makes.
     pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
 }
@@ -456,7 +459,7 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.point(wall, fraction)?))
             }
-            region => Start::Mean(MeanOver::new(room, lengths, self.walls(region)?)?),
+            region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
         })
     }
 }
@@ -464,9 +467,9 @@ impl RoomModel {
 /// Where the walks of a goal start.
 pub(super) enum Start<'r, 'a, F> {
     Point(At<Point<F>>),
-    Mean(MeanOver<'r, 'a, F>),
+    Mean(Means<'r, 'a, F>),
     Light(Irradiance<'r, 'a, F, At<Point<F>>>),
-    LightMean(Irradiance<'r, 'a, F, MeanOver<'r, 'a, F>>),
+    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
 }
 
 impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
