@@ -290,7 +290,13 @@ mod tests {
                 .wrapping_add(1_442_695_040_888_963_407);
             1.0 + ((*state >> 33) % 8) as f64
         };
-        let mut outlines = vec![vec![[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0], [0.0; 2]]];
+        let mut outlines = vec![vec![
+            [0.0, 0.0],
+            [40.0, 0.0],
+            [40.0, 40.0],
+            [0.0, 40.0],
+            [0.0; 2],
+        ]];
         for place in 0..16_u32 {
             let [x, y] = [place / 4, place % 4].map(|k| 10.0 * f64::from(k));
             let [a, b, c] = [(); 3].map(|()| [x + next(), y + next()]);

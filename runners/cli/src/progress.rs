@@ -130,11 +130,33 @@ impl Watch for Progress {
     }
 }
 
-/// The watch of work whose walks are not the answer: it sees nothing, and is not interrupted half-way.
+/// The watch of walks that are not the answer: it counts them.
 #[derive(Debug)]
-pub(crate) struct Pilots;
+pub(crate) struct Pilots(ProgressBar);
+
+impl Pilots {
+    /// A bar; silent where stderr is no terminal.
+    pub(crate) fn new() -> Self {
+        let bar = counting("walks");
+        if let Ok(style) =
+            ProgressStyle::with_template("choosing cells: {human_pos} walks of pilots, {elapsed}")
+        {
+            bar.set_style(style);
+        }
+        Self(bar)
+    }
+
+    /// Removes the bar.
+    pub(crate) fn done(&self) {
+        self.0.finish_and_clear();
+    }
+}
 
 impl Observer for Pilots {
+    fn walked(&self, walks: u64) {
+        self.0.inc(walks);
+    }
+
     fn cancelled(&self) -> bool {
         interrupted()
     }

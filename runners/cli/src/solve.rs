@@ -150,11 +150,13 @@ impl Problem {
     }
 
     /// What is chosen, where the file gives an error and no cells.
-    fn choose(&self) -> Result<Option<Chosen<'_>>, Error> {
+    fn choose<'a>(&'a self, pilots: &'a Pilots) -> Result<Option<Chosen<'a>>, Error> {
         let Resolved {
             targets, settings, ..
         } = &self.resolved;
-        choose(self.model(), targets, settings, &Pilots)
+        let chosen = choose(self.model(), targets, settings, pilots);
+        pilots.done();
+        chosen
     }
 }
 
@@ -218,7 +220,8 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
 fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let fail = Failure::of(&problem.file);
-    let chosen = match problem.choose() {
+    let pilots = Pilots::new();
+    let chosen = match problem.choose(&pilots) {
         Err(Error::Cancelled) => return Ok(None),
         chosen => chosen.map_err(&fail)?,
     };
@@ -322,7 +325,8 @@ pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
     }
     let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
-    let chosen = match problem.choose() {
+    let pilots = Pilots::new();
+    let chosen = match problem.choose(&pilots) {
         Err(Error::Cancelled) => {
             say("warning: interrupted");
             return Ok(Ended::Interrupted);

@@ -264,3 +264,24 @@ fn a_mean_over_several_surfaces_is_that_of_their_lengths() {
     let path = folder.at("problem.toml");
     assert_eq!(fredholm(&["check", &path]).status, Some(2));
 }
+
+#[test]
+fn what_takes_long_is_said_beforehand() {
+    let folder = Folder::new();
+    let sum = vec!["0.001 * exp(-x * y)"; 300].join(" + ");
+    let target = "[[target]]\nname = 'a'\nat = 0.5\n";
+    let text = cube(
+        &format!("dimension = 1\nkernel = '{sum}'\nsource = '1'"),
+        target,
+    );
+    let text = text.replace("walks = 20000", "walks = 10");
+    folder
+        .solve(&text, &[])
+        .warning(0, &["problem.toml:4: ", "microseconds"]);
+    let solid = "dimension = 3\nkernel = '0.1 * x1 * y2'\nsource = 'x3'";
+    let target = "[[target]]\nname = 'a'\nover = 'all'\n";
+    let text = cube(solid, target).replace("cells = 12", "cells = 3");
+    let path = folder.file("solid.toml", text);
+    let args = ["diagnose", &path, "--degree", "1", "--nodes", "100"];
+    fredholm(&args).warning(0, &["729 points instead of 100"]);
+}

@@ -283,3 +283,82 @@ fn a_picture_has_the_range_that_is_asked_for() {
         assert!(ran.stderr.contains(words), "{ran:?}");
     }
 }
+
+#[test]
+fn points_in_the_air_have_a_radiant_temperature() {
+    let folder = Folder::new();
+    let of = |right: &str, targets: &str| {
+        [
+            "[problem]\nkind = 'room'\nnet_fluxes = false\n".to_owned(),
+            grey("floor", "[[0, 0], [4, 0]]", "300"),
+            grey("right", "[[4, 0], [4, 3]]", right),
+            grey("rest", "[[4, 3], [0, 3], [0, 0]]", "300"),
+            grey("block", "[[1, 1], [1, 2], [2, 2], [2, 1], [1, 1]]", "300"),
+            format!("[galerkin]\ncells = 60\n[walk]\nwalks = 20000\n{targets}"),
+        ]
+        .concat()
+    };
+    let target = |name: &str, at: &str| format!("[[target]]\nname = '{name}'\nat = {at}\n");
+    folder.file("points.csv", "0.5, 0.5\n\"right\", 0.5\n3.5, 2.5\n");
+    let targets = target("a", "[3.0, 1.5]") + &target("p", "'points.csv'");
+    let csv = folder.at("out.csv");
+    // Where all is 300 K, so is what is seen.
+    let ran = folder
+        .solve(&of("300", &targets), &["--json", "--out", &csv])
+        .quietly(0);
+    let json = ran.json();
+    for i in [0, 1, 3] {
+        let found = &list(&json, "targets")[i]["radiant_temperature"];
+        let allowed = 4.9 * number(found, "std_error") + 1e-9;
+        assert!(
+            (number(found, "estimate") - 300.0).abs() < allowed,
+            "{found}"
+        );
+        assert_eq!(found["unit"], "K");
+    }
+    let rows = csv_rows(csv.as_ref());
+    let column = |name: &str| rows[0].iter().position(|key| key == name).unwrap();
+    let place =
+        |row: usize| ["surface", "t", "x", "y"].map(|name| rows[row][column(name)].as_str());
+    assert_eq!(place(1), ["", "", "3", "1.5"]);
+    assert_eq!(place(3), ["right", "0.5", "4", "1.5"]);
+    // A warm wall is felt near it, and both estimates agree.
+    let warm = folder
+        .solve(&of("340", &targets), &["--json"])
+        .quietly(0)
+        .json();
+    let targets = list(&warm, "targets");
+    let temperature = |i: usize| number(&targets[i]["radiant_temperature"], "estimate");
+    assert!(temperature(0) > temperature(1) + 5.0, "{warm}");
+    for i in [0, 1, 3] {
+        let (plain, best) = (&targets[i]["plain"], &targets[i]["preconditioned"]);
+        let [one, other] = [plain, best].map(|from| number(from, "estimate"));
+        let error = number(plain, "std_error") + number(best, "std_error");
+        assert!((one - other).abs() < 4.9 * error, "{warm}");
+        let galerkin = number(&targets[i], "galerkin");
+        assert!((galerkin - other).abs() < 0.05 * other, "{warm}");
+    }
+    let table = folder
+        .solve(&of("340", &target("a", "[3.0, 1.5]")), &[])
+        .quietly(0)
+        .stdout;
+    assert!(table.contains("mean radiant temperature, K"), "{table}");
+    for (at, words) in [
+        ("[1.5, 1.5]", "not between the walls"),
+        ("[5, 1]", "not between the walls"),
+        ("[1]", "or a point in the air, [x, y]"),
+    ] {
+        let ran = folder.solve(&of("300", &target("a", at)), &[]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    }
+    folder.file("points.csv", "0.5, 0.5\n1.5, 1.5\n");
+    let ran = folder.solve(&of("300", &target("p", "'points.csv'")), &[]);
+    assert!(
+        ran.stderr.contains("points.csv:2:1: this point is not"),
+        "{ran:?}"
+    );
+    let path = folder.file("d.toml", of("300", &target("a", "[3.0, 1.5]")));
+    let ran = fredholm(&["diagnose", &path]);
+    assert!(ran.stderr.contains("is in the air"), "{ran:?}");
+}

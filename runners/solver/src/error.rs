@@ -39,7 +39,7 @@ pub enum Error {
     },
     /// A function has a value that is not finite.
     NotFinite {
-        /// Which function, which value, where.
+        /// Which function, between backticks and first, which value, where.
         what: String,
     },
     /// The variance of a walk is infinite.

@@ -12,7 +12,8 @@ pub enum Region {
     Angle(f64),
     /// The mean of u over an interval of angles.
     Arc(f64, f64),
-    /// u at a point, by its coordinates.
+    /// u at a point, by its coordinates; in a room the mean of u over all directions in which the point, between the walls,
+    /// sees them.
     Point(Vec<f64>),
     /// ∫ u w for the weight of this number, which the model knows.
     Weight(usize),

@@ -169,6 +169,8 @@ pub struct Heat {
     pub irradiance: Option<Estimate>,
     /// The net flux out of the wall in W/m², of a surface in the mean.
     pub net_flux: Option<Estimate>,
+    /// The mean radiant temperature in kelvin, of a point in the air.
+    pub radiant_temperature: Option<Estimate>,
 }
 
 /// Cells cut, nothing solved.

@@ -124,6 +124,9 @@ pub struct GoalReport {
     /// The net flux out of the wall in W/m², of a surface in the mean, in rooms with temperatures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub net_flux: Option<EstimateReport>,
+    /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radiant_temperature: Option<EstimateReport>,
 }
 
 /// A point: an angle, coordinates, or a place on a surface.
@@ -132,7 +135,7 @@ pub struct GoalReport {
 pub enum Coordinates {
     /// An angle of a circle.
     One(f64),
-    /// The coordinates of a point of a cube.
+    /// The coordinates of a point of a cube, or of one between the walls of a room.
     Many(Vec<f64>),
     /// A place on a surface of a room.
     On {
@@ -253,6 +256,8 @@ impl Report {
             let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
             report.irradiance = heat.irradiance.map(estimate);
             report.net_flux = heat.net_flux.map(estimate);
+            let kelvin = |estimate| EstimateReport::new(estimate, report.walks, Some("K"));
+            report.radiant_temperature = heat.radiant_temperature.map(kelvin);
         }
         Self {
             problem: about.kind,
@@ -336,6 +341,7 @@ impl GoalReport {
             z: error.zip(bar).map(|(error, bar)| error / bar),
             irradiance: None,
             net_flux: None,
+            radiant_temperature: None,
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fredholm::cube::CubeModel;
-use fredholm::{Ask, Region, Subject, Target};
+use fredholm::{Ask, Error, Region, Subject, Target};
 use toml::de::DeValue;
 
 use super::functions::Formulas;
@@ -22,6 +22,8 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     read: |section| shared(read(section)),
 };
 
+/// Microseconds of a formula from which on a set-up takes seconds.
+const SLOW: f64 = 5.0;
 /// The largest dimension: every one has walks of its own.
 const MAX_DIMENSION: usize = 6;
 
@@ -94,6 +96,25 @@ fn read_integral(field: Field<'_, '_>) -> Result<KernelText, InputError> {
 }
 
 impl Cube {
+    /// Where the formula stands of which an error speaks first, between backticks.
+    fn formula(&self, what: &str) -> Option<Place> {
+        let name = what.split('`').nth(1)?;
+        let (name, axis) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
+            Some((name, axis)) => (name, axis.parse().ok()?),
+            None => (name, 0),
+        };
+        let of = |text: &KernelText| match text {
+            KernelText::General(text) => Some(text.place.clone()),
+            KernelText::Factors(texts) => Some(texts.value.get(axis)?.place.clone()),
+        };
+        match name {
+            "kernel" | "kernel_factors" => of(&self.kernel),
+            "source" => Some(self.source.place.clone()),
+            "solution" => Some(self.solution.as_ref()?.place.clone()),
+            _ => None,
+        }
+    }
+
     /// The names in functions of two points.
     fn pair(&self) -> Variables {
         Variables {
@@ -348,6 +369,30 @@ impl Kind for Cube {
         })?;
         let model = CubeModel::new(Arc::new(Formulas::new(self, weights)));
         Ok((Resolution::Other(Box::new(model)), targets))
+    }
+
+    /// A value that is not finite is shown at its formula.
+    fn explain(&self, file: &ProblemFile, error: &Error) -> Option<InputError> {
+        let Error::NotFinite { what } = error else {
+            return None;
+        };
+        Some(file.error(&self.formula(what)?, error))
+    }
+
+    fn remarks(&self, file: &ProblemFile) -> Vec<String> {
+        let texts = match &self.kernel {
+            KernelText::General(text) => core::slice::from_ref(text),
+            KernelText::Factors(texts) => texts.value.as_slice(),
+        };
+        let slow = texts.iter().filter_map(|text| {
+            let micros = 1e6 * formula::seconds(&text.value);
+            let message = format!(
+                "a value of this formula takes about {micros:.0} microseconds, and setting up asks for hundreds of \
+                 thousands of them"
+            );
+            (micros > SLOW).then(|| file.remark(&text.place, message))
+        });
+        slow.collect()
     }
 
     fn place(&self, subject: Subject) -> Option<Place> {

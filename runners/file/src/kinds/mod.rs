@@ -65,7 +65,7 @@ pub trait Kind: Any + Debug + Send + Sync {
         None
     }
 
-    /// An error of the solution, at a place of its own outside of the problem file.
+    /// An error of the solution at a place that only the kind knows, perhaps outside of the problem file.
     fn explain(&self, file: &ProblemFile, error: &Error) -> Option<InputError> {
         let _ = (file, error);
         None

@@ -304,9 +304,10 @@ impl Kind for Room {
                 &points.place,
                 "a surface has one coordinate: `grid` must be one number of points",
             )),
+            What::At(at) if at.value.len() == 2 => Ok(()),
             What::At(at) => Err(file.error(
                 &at.place,
-                "`at` must be a place on a surface: { surface = \"name\", t = 0.5 }",
+                "`at` must be a place on a surface, { surface = \"name\", t = 0.5 }, or a point in the air, [x, y]",
             )),
             What::Over(from, _) => Err(file.error(
                 &from.place,
@@ -334,6 +335,11 @@ impl Kind for Room {
         let targets = file.ask(|what| {
             let region = match what {
                 What::On(surface, t) => Region::On(find(surface)?, t.value),
+                What::At(at) => {
+                    let x: Vec<f64> = at.value.iter().map(|x| x.value).collect();
+                    check_inside(&model, &x).map_err(|message| file.error(&at.place, message))?;
+                    Region::Point(x)
+                }
                 What::OverSurface(surface) => Region::Part(find(surface)?),
                 What::OverSurfaces(surfaces) => {
                     Region::Parts(surfaces.value.iter().map(find).collect::<Result<_, _>>()?)
@@ -341,7 +347,7 @@ impl Kind for Room {
                 What::OverAll => Region::Whole,
                 What::Grid(points, Some(surface)) => return Ok(grid(points, Some(find(surface)?))),
                 What::Listed(path) => {
-                    return file.listed(path, &mut |fields| listed_place(fields, &names));
+                    return file.listed(path, &mut |fields| listed_place(fields, &names, &model));
                 }
                 _ => return Ok(NOTHING),
             };
@@ -508,12 +514,34 @@ fn validate_names(
     })
 }
 
-/// The place on a surface in a line of a CSV file: `name, t`.
-fn listed_place(fields: &[&str], names: &[String]) -> Result<Region, String> {
+/// Refuses a point that is behind the walls.
+fn check_inside(model: &RoomModel, x: &[f64]) -> Result<(), String> {
+    let &[x, y] = x else {
+        return Err("a point has two coordinates: [x, y]".to_owned());
+    };
+    match model.are_inside(&[[x, y]]) {
+        Ok(inside) if inside.contains(&true) => Ok(()),
+        Ok(_) => Err(
+            "this point is not between the walls: it is on one, behind one, or within an obstacle"
+                .to_owned(),
+        ),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// The place on a surface in a line of a CSV file, `name, t`, or the point in the air, `x, y`.
+fn listed_place(fields: &[&str], names: &[String], model: &RoomModel) -> Result<Region, String> {
     let [name, t] = *fields else {
-        return Err("a line must be the name of a surface and t: `floor, 0.5`".to_owned());
+        return Err(
+            "a line must be the name of a surface and t, `floor, 0.5`, or a point in the air, `1.5, 2`".to_owned(),
+        );
     };
     let t = number(t)?;
+    let is_name = names.iter().any(|known| known == name);
+    if let Some(x) = number(name).ok().filter(|_| !is_name) {
+        check_inside(model, &[x, t])?;
+        return Ok(Region::Point(vec![x, t]));
+    }
     if !(0.0..=1.0).contains(&t) {
         return Err("`t` must be from 0 to 1, along the surface".to_owned());
     }

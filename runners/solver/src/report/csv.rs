@@ -81,7 +81,12 @@ fn places(target: &GoalReport, columns: usize) -> Vec<String> {
     let mut places = match &target.at {
         None => Vec::new(),
         Some(Coordinates::One(s)) => vec![s.to_string()],
-        Some(Coordinates::Many(x)) => numbers(x),
+        // Of a room: a point in the air is on no surface.
+        Some(Coordinates::Many(x)) => {
+            let mut places = vec![String::new(); columns.saturating_sub(x.len())];
+            places.extend(numbers(x));
+            places
+        }
         Some(Coordinates::On { surface, t }) => vec![surface.clone(), t.to_string()],
     };
     places.extend(numbers(target.position.as_deref().unwrap_or(&[])));
@@ -90,7 +95,7 @@ fn places(target: &GoalReport, columns: usize) -> Vec<String> {
 }
 
 /// The columns that all problems have, those of [`CsvRow`].
-const COLUMNS: [&str; 23] = [
+const COLUMNS: [&str; 25] = [
     "name",
     "at",
     "from",
@@ -114,6 +119,8 @@ const COLUMNS: [&str; 23] = [
     "step_limit",
     "error",
     "z",
+    "radiant_temperature",
+    "radiant_temperature_std_error",
 ];
 
 /// A target in one line.
@@ -142,6 +149,8 @@ struct CsvRow<'a> {
     step_limit: u64,
     error: Option<f64>,
     z: Option<f64>,
+    radiant_temperature: Option<f64>,
+    radiant_temperature_std_error: Option<f64>,
 }
 
 impl<'a> CsvRow<'a> {
@@ -174,6 +183,8 @@ impl<'a> CsvRow<'a> {
             step_limit: target.endings.step_limit,
             error: target.error,
             z: target.z,
+            radiant_temperature: target.radiant_temperature.and_then(|t| t.estimate),
+            radiant_temperature_std_error: target.radiant_temperature.and_then(|t| t.std_error),
         }
     }
 }

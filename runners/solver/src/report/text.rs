@@ -79,14 +79,24 @@ impl Report {
         if errors {
             head.extend([own("error"), "z".to_owned()]);
         }
-        if any(|t| t.irradiance.is_some()) {
-            head.push(own("irradiance"));
-        }
-        if any(|t| t.net_flux.is_some()) {
-            head.push(own("net flux"));
-        }
+        let heats = [
+            any(|t| t.irradiance.is_some()),
+            any(|t| t.net_flux.is_some()),
+            any(|t| t.radiant_temperature.is_some()),
+        ];
+        let names = [
+            own("irradiance"),
+            own("net flux"),
+            "mean radiant temperature, K".to_owned(),
+        ];
+        let names = names.into_iter().zip(heats);
+        head.extend(names.filter_map(|(name, is_there)| is_there.then_some(name)));
         let mut rows = vec![head];
-        rows.extend(self.goals.iter().map(|goal| goal.row(places, errors)));
+        rows.extend(
+            self.goals
+                .iter()
+                .map(|goal| goal.row(places, errors, heats)),
+        );
         rows
     }
 
@@ -146,8 +156,8 @@ impl GoalReport {
         }
     }
 
-    /// The row of the table, with the place and the error if other rows have them.
-    fn row(&self, places: bool, errors: bool) -> Vec<String> {
+    /// The row of the table, with the place, the error and what there is of heat if other rows have them.
+    fn row(&self, places: bool, errors: bool, heats: [bool; 3]) -> Vec<String> {
         let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
             (Some(plain), Some(preconditioned)) if preconditioned > 0.0 && plain > 0.0 => {
                 short(plain / preconditioned)
@@ -172,9 +182,14 @@ impl GoalReport {
             );
             row.push(self.z.map_or("-".to_owned(), |z| format!("{z:.1}")));
         }
-        let heat = [&self.irradiance, &self.net_flux];
-        for report in heat.into_iter().flatten() {
-            row.push(report.text(self.rounding_floor));
+        let heat = [&self.irradiance, &self.net_flux, &self.radiant_temperature];
+        for (report, is_there) in heat.into_iter().zip(heats) {
+            if is_there {
+                let text = report
+                    .as_ref()
+                    .map(|report| report.text(self.rounding_floor));
+                row.push(text.unwrap_or_else(|| "-".to_owned()));
+            }
         }
         row
     }

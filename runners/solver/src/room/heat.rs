@@ -1,7 +1,7 @@
 //! Irradiances and net fluxes: what a room says besides u.
 
 use fredholm_core::{Estimate, Statistics};
-use fredholm_room::{Enclosure, Material};
+use fredholm_room::{Enclosure, Material, STEFAN_BOLTZMANN};
 
 use super::RoomModel;
 use crate::model::{Derived, Flux, Heat};
@@ -24,6 +24,11 @@ impl ThroughRadiosity {
     }
 }
 
+/// Whether a region is a point between the walls.
+const fn is_in_air(region: &Region) -> bool {
+    matches!(region, Region::Point(_))
+}
+
 impl RoomModel {
     /// The regions of the goals and, with temperatures, every surface, for its net flux unless they are left out.
     pub(super) fn regions(&self, goals: &[Goal], only_u: bool) -> Vec<Region> {
@@ -36,7 +41,8 @@ impl RoomModel {
 
     /// Whether the irradiance of a region takes walks of its own.
     pub(super) fn takes_walks(&self, region: &Region, only_u: bool) -> bool {
-        !only_u && self.through_radiosity(region).is_none()
+        // In the air there is no wall on which light falls.
+        !only_u && !is_in_air(region) && self.through_radiosity(region).is_none()
     }
 
     /// How the irradiance of a region follows from u there, if it does.
@@ -94,6 +100,7 @@ impl RoomModel {
             let through = self.through_radiosity(region);
             let walked = match through {
                 Some(_) => Some(u),
+                None if is_in_air(region) => None,
                 None => own.next(),
             };
             let estimate = walked.map(Statistics::preconditioned);
@@ -105,6 +112,9 @@ impl RoomModel {
                 None => heat.push(Heat {
                     irradiance,
                     net_flux: self.net_flux(region, irradiance, 1.0),
+                    radiant_temperature: is_in_air(region)
+                        .then(|| self.radiant_temperature(u.preconditioned()))
+                        .flatten(),
                 }),
                 // Then come all surfaces, of which the flux is that of their length.
                 Some(surface) => fluxes.push(Flux {
@@ -119,6 +129,18 @@ impl RoomModel {
             }
         }
         Derived { heat, fluxes }
+    }
+
+    /// With temperatures the mean radiant temperature T in kelvin, where σT⁴ is the mean radiosity in view.
+    fn radiant_temperature(&self, u: Estimate) -> Option<Estimate> {
+        let mean = Some(u.estimate).filter(|&mean| self.surfaces.heat && mean > 0.0)?;
+        let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
+        let scale = |x: Option<f64>| x.map(|x| 0.25 * temperature / mean * x);
+        Some(Estimate {
+            estimate: temperature,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        })
     }
 
     /// With temperatures the net flux out of this length of a wall.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use fredholm_core::{NoNeighbour, Real, Statistics};
 use fredholm_room::{
-    Cells, Choice, Grading, Matrix, Mesh, R_MIN, Room, RoomPairs, Scene, Tables, View, Views,
+    Cells, Choice, Grading, Matrix, Mesh, R_MIN, Room, RoomPairs, Scene, Seen, Tables, View, Views,
     r_min, second_moment_radius,
 };
 
@@ -130,6 +130,22 @@ impl RoomModel {
         &self.scene
     }
 
+    /// Whether points are between the walls: not behind them nor within an obstacle.
+    ///
+    /// # Errors
+    /// [`Error::Room`].
+    pub fn are_inside(&self, positions: &[[f64; 2]]) -> Result<Vec<bool>, Error> {
+        let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
+        let tables = Tables::<f64>::new(&self.scene, &mesh);
+        let room = &Room::new(tables.geometry(), tables.cells(), Views::none(), 0.5)?;
+        let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
+        let sees = |&position: &[f64; 2]| {
+            let [_, share] = Seen { room, position }.of(&ones);
+            field::is_inside(share, closed, f64::EPSILON)
+        };
+        Ok(positions.iter().map(sees).collect())
+    }
+
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         let grading = grading(cut);
         Ok(match cut.scalar {
@@ -150,7 +166,10 @@ impl RoomModel {
         match region {
             Region::Part(surface) => Ok(vec![of(surface)?]),
             Region::Parts(surfaces) => surfaces.iter().map(of).collect(),
-            _ => Ok(vec![0..of(&(self.scene.surfaces() - 1))?.end]),
+            _ => {
+                let all = 0..of(&(self.scene.surfaces() - 1))?.end;
+                Ok(vec![all])
+            }
         }
     }
 }
@@ -425,6 +444,7 @@ impl<'m> RoomPartition<'m> {
         let none: &Boxed<'_, F> = &NoNeighbour::<Room<'_, F>>::new();
         let dark = Solutions {
             mean: &|_| 0.0,
+            air: &|_| 0.0,
             irradiance: &|_| 0.0,
         };
         with_job(

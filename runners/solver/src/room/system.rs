@@ -4,7 +4,7 @@ use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Round
 use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    Choice, Irradiance, Matrix, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
+    Choice, Irradiance, Matrix, Point, Polynomials, Room, RoomLevel, RoomPairs, Seen, Tables,
 };
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
@@ -135,6 +135,7 @@ impl RoomSystem<'_> {
         setup.with_neighbour(&room, &mut |neighbour, irradiance| {
             let solutions = Solutions {
                 mean: &|mean| mean.of(&setup.v),
+                air: &|seen| seen.of(&setup.v)[0],
                 irradiance,
             };
             with_job(
@@ -170,6 +171,14 @@ impl RoomSystem<'_> {
         let model = self.cut.model;
         let mut densities = Vec::new();
         for goal in request.goals {
+            if matches!(goal.region, Region::Point(_)) {
+                let message = format!(
+                    "target {:?} is in the air: a prediction of variances, and `pairs = \"theory\"`, take targets on \
+                     walls alone",
+                    goal.name
+                );
+                return Err(Error::TooMuch { message });
+            }
             let walls = model.walls(&goal.region)?;
             let own = model.scene.geometry();
             let own = walls
@@ -392,6 +401,8 @@ impl System for RoomSystem<'_> {
 pub(super) struct Solutions<'s, 'a, F> {
     /// Its mean.
     pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
+    /// What a point between the walls sees of it.
+    pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
     /// The irradiance that it makes.
     pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
 }
@@ -414,6 +425,7 @@ pub(super) fn with_job<'a, F: Real>(
         let galerkin = match &start {
             Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
             Start::Mean(mean) => (solutions.mean)(mean),
+            Start::Air(seen) => (solutions.air)(seen),
             Start::Light(_) | Start::LightMean(_) => f64::NAN,
         };
         galerkins.push(galerkin);
@@ -459,6 +471,10 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.point(wall, fraction)?))
             }
+            Region::Point(x) => Start::Air(Seen {
+                room,
+                position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
+            }),
             region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
         })
     }
@@ -468,6 +484,7 @@ impl RoomModel {
 pub(super) enum Start<'r, 'a, F> {
     Point(At<Point<F>>),
     Mean(Means<'r, 'a, F>),
+    Air(Seen<'r, 'a, F>),
     Light(Irradiance<'r, 'a, F, At<Point<F>>>),
     LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
 }
@@ -478,6 +495,7 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
         match self {
             Self::Point(At(x)) => (*x, F::one()),
             Self::Mean(mean) => mean.start(uniforms),
+            Self::Air(seen) => seen.start(uniforms),
             Self::Light(light) => light.start(uniforms),
             Self::LightMean(light) => light.start(uniforms),
         }
