@@ -243,7 +243,7 @@ impl<'s, 'i> Field<'s, 'i> {
     /// The pairs of numbers here: an array of pairs, or one pair.
     pub(crate) fn pairs(&self) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
         if let DeValue::Array(array) = &self.value
-            && array.iter().any(|item| !item.get_ref().is_array())
+            && !array.iter().any(|item| item.get_ref().is_array())
         {
             let pair = self.pair()?;
             return Ok(Placed::file(self.span.clone(), vec![pair]));

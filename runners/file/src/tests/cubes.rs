@@ -187,27 +187,27 @@ fn what_domains_refuse() {
         "[-1, 1]",
         &["2 intervals", "not 1"],
     );
-    fails(&of("[[0, 1], [0]]", all), 4, 18, "[0]", &["two numbers"]);
+    fails(&of("[[0, 1], [0]]", all), 4, 19, "[0]", &["two numbers"]);
     fails(
         &of("[[0, 1], [2, 1]]", all),
         4,
-        18,
+        19,
         "[2, 1]",
         &["the lower end first"],
     );
     fails(
         &of("[[0, 1], [2, 2]]", all),
         4,
-        18,
+        19,
         "[2, 2]",
         &["the lower end first"],
     );
     fails(
         &of("[[0, 1], 'a']", all),
         4,
-        10,
-        "[[0, 1], 'a']",
-        &["must be"],
+        19,
+        "'a'",
+        &["`domain[1]` must be"],
     );
     let outside = of("[[-1, 1], [0, 3.5]]", "at = [-1, 4]");
     fails(&outside, 10, 11, "4", &["from 0 to 3.5"]);

@@ -145,11 +145,11 @@ impl<F> Debug for Watched<'_, F> {
 }
 
 /// What helps where the kernel is not finite at x = y, if its integral can be given.
-const AT_X_EQUALS_Y: &str = ", where x = y: if the singularity there is integrable, give its exact integral as \
-     `kernel_integral`, or if the kernel has a limit there, write `x == y ? limit : …`";
+const AT_X_EQUALS_Y: &str = ", where x = y (give the exact integral of an integrable singularity as `kernel_integral`; \
+     if the kernel has a limit there, write `x == y ? limit : …`)";
 /// The same in several dimensions, where no integral can be given.
-const AT_X_EQUALS_Y_OF_MANY: &str = ", where x = y: if the kernel has a limit there, write it as a case, \
-     `condition ? limit : …`; a singularity must be one of factors, `kernel_factors` with their `kernel_integral`";
+const AT_X_EQUALS_Y_OF_MANY: &str = ", where x = y (if the kernel has a limit there, write it as a case, \
+     `condition ? limit : …`; a singularity must be one of factors, `kernel_factors` with their `kernel_integral`)";
 
 /// A value, watched.
 #[inline]
