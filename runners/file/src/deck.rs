@@ -16,8 +16,8 @@ const MAX_SURFACES: usize = 1_000_000;
 /// The most bytes of a deck: so many surfaces and their vertices, on long lines.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What a deck says.
-#[derive(Clone, Debug, PartialEq)]
+/// What a deck says. Two are equal that say the same, wherever it stands.
+#[derive(Clone, Debug)]
 pub struct Deck {
     /// Its surfaces, in its order.
     pub surfaces: Vec<DeckSurface>,
@@ -27,8 +27,8 @@ pub struct Deck {
     source: Source,
 }
 
-/// A surface of a deck.
-#[derive(Clone, Debug, PartialEq)]
+/// A surface of a deck. Two are equal that are the same, wherever they stand.
+#[derive(Clone, Debug)]
 pub struct DeckSurface {
     /// What targets and results call it.
     pub name: String,
@@ -38,6 +38,19 @@ pub struct DeckSurface {
     pub emissivity: f64,
     /// Its line, as bytes of the deck.
     place: Range<usize>,
+}
+
+impl PartialEq for Deck {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.surfaces, self.open) == (&other.surfaces, other.open)
+    }
+}
+
+impl PartialEq for DeckSurface {
+    fn eq(&self, other: &Self) -> bool {
+        let parts = |of: &Self| (of.ends, of.emissivity);
+        self.name == other.name && parts(self) == parts(other)
+    }
 }
 
 impl Deck {
@@ -251,7 +264,7 @@ fn surface(
         return Err(words.wrong(start, "an emissivity must be more than 0 and at most 1"));
     }
     // What moves the caret of a terminal is no part of a name.
-    let name = words.rest.trim().replace(char::is_control, " ");
+    let name = words.rest.replace(char::is_control, " ").trim().to_owned();
     Ok(DeckSurface {
         name: if name.is_empty() {
             format!("S{id}")

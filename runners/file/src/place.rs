@@ -76,7 +76,7 @@ impl Display for InputError {
 impl core::error::Error for InputError {}
 
 /// Name and text of a file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Source {
     /// What errors call the file.
     pub name: String,
