@@ -1,4 +1,4 @@
-//! Which pairs of cells the neighbour equation treats how.
+//! How the neighbour equation treats pairs of cells.
 
 use super::GalerkinError;
 use crate::array::Each;

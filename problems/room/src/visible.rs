@@ -233,11 +233,9 @@ fn shadow<F: Real>(
     } else {
         return None;
     };
-    let end = if cross(low, b) > zero() && cross(b, high) >= zero() {
-        b
-    } else {
-        high
-    };
+    // From a point in line with the segment its two ends may be one direction up to rounding, and then so may the second
+    // and `low`: it ends there, and hides nothing beyond.
+    let end = if cross(b, high) >= zero() { b } else { high };
     (cross(begin, end) > zero() && is_before(segment, from, part, other)).then_some([begin, end])
 }
 
@@ -274,4 +272,77 @@ fn is_before<F: Real>(
     let beyond = side(part.ends[0]) + side(part.ends[1]);
     let here = side(from.position);
     (here > zero()) != (beyond > zero())
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec;
+    use alloc::vec::Vec;
+    use core::f64::consts::{PI, TAU};
+
+    use crate::{Enclosure, Grading, Material, Mesh, Room, Scene, Seen, Surface, Tables, Views};
+
+    /// A square of this size with 16 triangles in it whose vertices are on a lattice, as drawings are.
+    fn outlines(state: &mut u64, unit: f64) -> Vec<Vec<[f64; 2]>> {
+        let mut next = || {
+            *state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            1.0 + ((*state >> 33) % 8) as f64
+        };
+        let mut outlines = vec![vec![
+            [0.0, 0.0],
+            [40.0, 0.0],
+            [40.0, 40.0],
+            [0.0, 40.0],
+            [0.0; 2],
+        ]];
+        for place in 0..16_u32 {
+            let [x, y] = [place / 4, place % 4].map(|k| 10.0 * f64::from(k));
+            let [a, b, c] = [(); 3].map(|()| [x + next(), y + next()]);
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            // The active side is outside.
+            if area < 0.0 {
+                outlines.push(vec![a, b, c, a]);
+            } else if area > 0.0 {
+                outlines.push(vec![a, c, b, a]);
+            }
+        }
+        let scaled = |points: &Vec<[f64; 2]>| points.iter().map(|p| p.map(|x| x * unit)).collect();
+        outlines.iter().map(scaled).collect()
+    }
+
+    /// Points in line with walls see walls all around, as others do: what is seen edge on hides nothing, whichever way
+    /// rounding turns it.
+    #[test]
+    fn points_in_line_with_walls_see_all_around() {
+        let material = [Material {
+            reflectance: 0.5,
+            emission: 1.0,
+        }];
+        let mut state = 1;
+        for layout in 0..6 {
+            let unit = [0.05, 0.1, 0.025][layout % 3];
+            let outlines = outlines(&mut state, unit);
+            let of = |points| Surface {
+                points,
+                materials: &material,
+            };
+            let surfaces: Vec<Surface<'_>> = outlines.iter().map(|points| of(points)).collect();
+            let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
+            let mesh = Mesh::new::<f64>(&scene, 10, Grading::default()).unwrap();
+            let tables = Tables::<f64>::new(&scene, &mesh);
+            let (geometry, cells) = (tables.geometry(), tables.cells());
+            let room = &Room::new(geometry, cells, Views::none(), 0.2).unwrap();
+            for number in 0..160 * 160 {
+                let pixel = 40.0 * unit / 160.0;
+                let position = [number / 160, number % 160].map(|k| (f64::from(k) + 0.5) * pixel);
+                let mut sum = 0.0;
+                Seen { room, position }.cells(|_, angle| sum += angle);
+                // Nothing within an obstacle, and one half on the edge of one.
+                let good = [0.0, PI, TAU].iter().any(|all| (sum - all).abs() < 1e-9);
+                assert!(good, "{layout}: {position:?} sees {sum}");
+            }
+        }
+    }
 }

@@ -23,7 +23,7 @@ Begin with:
   fredholm solve a.toml          solve it
   fredholm render room.toml -o room.png   a room with its light and shadows
 
-Exit status: 0 done; 1 a failure on the way; 2 bad usage or input; 3 the asked error was not
+Exit status: 0 done; 1 a failure on the way; 2 bad usage or input; 3 the requested error was not \
 reached (results are printed); 130 interrupted (what was finished is printed)."
 )]
 pub(crate) struct Cli {
@@ -38,39 +38,42 @@ pub(crate) enum Command {
     Paper(PaperArgs),
     /// Solve the problem of a file
     #[command(after_help = "\
-Options override the file's values; the file's keys have the same names (`fredholm init circle`).
-A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and
+Options override the file's values; the file's keys have the same names (`fredholm init circle`). \
+A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and \
 about 95 % of those twice as wide.
 
-With a target error and without cells, cells, degree, pairs, absorption and estimator are chosen, as far
-as the file does not give them: few walks on few cells measure the variance, and what promises the error in the
-least time is taken, plain walks if no neighbour equation pays. The choice is printed, follows from the
-file alone, and may be written into it.")]
+With a target error and without cells, anything the file leaves out (cells, degree, pairs, absorption, \
+estimator) is chosen automatically: few walks on few cells measure the variance, and the fastest setting wins, \
+plain Monte Carlo if preconditioning is not worth its cost. The choice is printed, follows from the file alone, \
+and may be written into it.")]
     Solve(SolveArgs),
     /// Validate a file; print cells, memory and predicted time
     #[command(after_help = "\
-Nothing is run, except the pilot walks of a file that gives a target error and leaves cells open: what
+Nothing is run, except the pilot walks of a file that gives a target error and leaves cells open: what \
 `solve` would choose is printed.")]
     Check {
         /// The problem file (TOML)
         file: PathBuf,
+        /// Rooms: draw the surfaces with their names and active sides, and where light leaves, into this file (.svg)
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
     },
     /// Measure how fast the error falls with cells and walks, beside theory and other methods
     #[command(after_help = "\
-A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and
-the error against work, set-up counted, of preconditioned walks, of plain walks, of the Galerkin
-solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's. Work is
-kernel evaluations; for rooms, whose shadows cost more than their kernel, measured seconds, and so for
-several degrees, which are put into one table and one figure: --degree 0,1,2,3,4 shows which pays. The
-file's cells and targets are not used. With --walks, n² walks are what error and work are said of, and the
+A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and \
+the error against work, set-up counted, of preconditioned walks, of plain walks, of the Galerkin \
+solution alone and, for cubes, of Gauss-Nyström, and the fitted exponents beside theory's. Work is \
+kernel evaluations; for rooms, whose shadows cost more than their kernel, measured seconds, and so for \
+several degrees, which are put into one table and one figure: --degree 0,1,2,3,4 shows which pays. The \
+file's cells and targets are not used. With --walks, n² walks are what error and work are said of, and the \
 standard deviation and the time of a walk come from as many as it says.")]
     Rates(RatesArgs),
     /// Predict the variance before any walk, and say what limits it
     #[command(after_help = "\
-The standard deviations of plain and preconditioned walks for every target of the file, by the theory of
-Heinrich 1995 (Proposition 2), with integrals in about --nodes points; what the variance of the preconditioned walks is
-made of, and where: pairs of places between which kernels differ, and places at which the sources do; the
-quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. The
+The standard deviations of plain and preconditioned walks for every target of the file, by the theory of \
+Heinrich 1995 (Proposition 2), with integrals in about --nodes points; what the variance of the preconditioned walks is \
+made of, and where: pairs of places between which kernels differ, and places at which the sources do; the \
+quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. The \
 file's scalar and walks are not used.")]
     Diagnose(DiagnoseArgs),
     /// Draw a room with its light and shadows
@@ -78,13 +81,13 @@ file's scalar and walks are not used.")]
 Example:
   fredholm render examples/furnished.toml -o room.png
 
-The walls have the colour of their radiosity u, on their active side. Between them every pixel shows
-the mean radiosity that it sees, (1/2π) ∫ u dω over all directions (π times that is the fluence): from
-the Galerkin solution exactly, by visible angles, so that shadows have no noise, plus what --walks walks
-a pixel find to be missing, so that the picture is unbiased. What no light reaches, behind walls and
-within obstacles, is blank. The same file gives the same bytes for any number of threads, except with
---side-by-side, which compares what plain and preconditioned walks do in the same time. The file's
-targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which
+The walls have the colour of their radiosity u, on their active side. Between them every pixel shows \
+the mean radiosity that it sees, (1/2π) ∫ u dω over all directions (π times that is the fluence): from \
+the Galerkin solution exactly, by visible angles, so that shadows have no noise, plus what --walks walks \
+a pixel find to be missing, so that the picture is unbiased. What no light reaches, behind walls and \
+within obstacles, is blank. The same file gives the same bytes for any number of threads, except with \
+--side-by-side, which compares what plain and preconditioned walks do in the same time. The file's \
+targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which \
 would be dots in the picture.
 
   fredholm render FILE.toml -o field.csv           the numbers behind the pixels
@@ -94,18 +97,18 @@ would be dots in the picture.
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
-A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as
+A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as \
 constants. Kernel and source of a cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
     /// Compare published numbers with what this program finds
     #[command(after_help = "\
-Some ninety numbers that others published or derived, each with its source: exact solutions on the circle
-and on the cube, form factors to twelve digits, light in rooms, the paper's deviations and rates. Every
+Some ninety numbers that others published or derived, each with its source: exact solutions on the circle \
+and on the cube, form factors to twelve digits, light in rooms, the paper's deviations and rates. Every \
 one is asked for as you would ask: by a problem file, which is built in, with fixed seeds.
 
-An estimate agrees if it is at most 4 of its standard errors off, and so must be that of plain walks (z and
-plain z are the distances in standard errors); an exact number if it has every printed digit; a rate or
-a size that depends on random choices which were not printed, if it is within the latitude that the
+An estimate agrees if it is at most 4 of its standard errors off, and so must be that of plain walks (z and \
+plain z are the distances in standard errors); an exact number if it has every printed digit; a rate or \
+a size that depends on random choices which were not printed, if it is within the latitude that the \
 table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was finished is printed).")]
     Verify(Common),
     /// Print a commented problem file
@@ -146,14 +149,14 @@ pub(crate) struct PaperArgs {
 pub(crate) struct RatesArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Cells of the levels; of a cube per axis [default: some that take seconds]
+    /// Cells of the levels (per axis for cubes) [default: some that take seconds]
     #[arg(long, value_name = "n,…", value_delimiter = ',')]
     pub(crate) cells: Vec<usize>,
     /// Walks that every level's standard deviation is measured on [default: n² and at least 65536, at
     /// the finest 4194304]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) walks: Option<u64>,
-    /// Which pairs of cells the neighbour equation treats how
+    /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// Rooms: how cells shrink towards corners; 1 makes them equal
@@ -180,13 +183,13 @@ pub(crate) struct RatesArgs {
 pub(crate) struct DiagnoseArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Number of cells; of a cube per axis
-    #[arg(long, value_name = "n")]
+    /// Number of cells (per axis for cubes)
+    #[arg(long, value_name = "n", value_parser = count::<usize>)]
     pub(crate) cells: Option<usize>,
     /// Degree of the piecewise polynomials
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
-    /// Which pairs of cells the neighbour equation treats how
+    /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// What a walk scores
@@ -220,11 +223,15 @@ pub(crate) struct RenderArgs {
     /// Colours by the logarithm, at most four decades
     #[arg(long)]
     pub(crate) log: bool,
+    /// Colours from this number to that one, and beyond them the colours of the ends [default: from 0, and with --log
+    /// from the least, to what is brightest between the walls]
+    #[arg(long, value_name = "A:B", value_parser = range, allow_hyphen_values = true)]
+    pub(crate) range: Option<[f64; 2]>,
     /// Plain walks that take as long beside it; the picture then depends on how fast the machine is
     #[arg(long)]
     pub(crate) side_by_side: bool,
     /// Instead of the room, radiosity along all its surfaces with its error band
-    #[arg(long, conflicts_with_all = ["width", "log", "side_by_side"])]
+    #[arg(long, conflicts_with_all = ["width", "log", "range", "side_by_side"])]
     pub(crate) profile: bool,
     #[command(flatten)]
     pub(crate) common: Common,
@@ -265,21 +272,21 @@ pub(crate) struct Common {
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct SolveArgs {
-    /// The problem file (TOML)
+    /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
-    /// Number of cells; of a cube per axis
-    #[arg(long, value_name = "n")]
+    /// Number of cells (per axis for cubes)
+    #[arg(long, value_name = "n", value_parser = count::<usize>)]
     pub(crate) cells: Option<usize>,
     /// Degree of the piecewise polynomials
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
-    /// Walks for each target; with a target error the most
-    #[arg(long, value_name = "N")]
+    /// Walks for each target; with a target error the maximum number
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
     pub(crate) walks: Option<u64>,
-    /// Stop a target at this standard error
+    /// Stop a target once this standard error is reached
     #[arg(long, value_name = "E")]
     pub(crate) target_error: Option<f64>,
-    /// The target error is a part of the estimate's magnitude
+    /// Interpret the target error relative to the estimate
     #[arg(long)]
     pub(crate) relative: bool,
     /// Stop walking after this time with what has been done by then; the set-up is not counted
@@ -288,18 +295,18 @@ pub(crate) struct SolveArgs {
     /// What a walk scores
     #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
-    /// Which pairs of cells the neighbour equation treats how
+    /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
     /// Floating-point type of the walks
     #[arg(long, value_parser = choices::<Scalar>())]
     pub(crate) scalar: Option<Scalar>,
     /// Seed of the walks
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
     pub(crate) seed: Option<u64>,
     #[command(flatten)]
     pub(crate) common: Common,
-    /// Walk even where the variance of a walk is infinite, so that error bars mean nothing
+    /// Run even if the variance is infinite; error bars are then meaningless
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
     /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
@@ -322,6 +329,27 @@ fn choices<T: Choices + Send + Sync>() -> impl TypedValueParser<Value = T> {
         .map(|choice| PossibleValue::new(choice.word).help(choice.help));
     // The parser lets nothing else pass.
     PossibleValuesParser::new(values).try_map(|word| T::of_word(&word).ok_or("no such word"))
+}
+
+/// A count, such as that of walks or cells.
+fn count<T: TryFrom<u64>>(text: &str) -> Result<T, String> {
+    if text.starts_with('-') {
+        return Err("it must not be negative".to_owned());
+    }
+    let count = text.parse::<u64>().map_err(|_| match text.parse::<f64>() {
+        Ok(x) if x.fract() == 0.0 && x < 1e15 => format!("it must be an integer: write {x:.0}"),
+        _ => "it must be an integer".to_owned(),
+    })?;
+    T::try_from(count).map_err(|_| "it is too large".to_owned())
+}
+
+/// Two numbers, the smaller first: "200:500".
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let (low, high) = text.split_once(':').unwrap_or((text, ""));
+    match (low.trim().parse::<f64>(), high.trim().parse::<f64>()) {
+        (Ok(low), Ok(high)) if low < high && (high - low).is_finite() => Ok([low, high]),
+        _ => Err("a range is two numbers, the smaller first: 200:500".to_owned()),
+    }
 }
 
 /// A degree of the circle.

@@ -4,13 +4,13 @@ mod report;
 
 use std::io::Write;
 
-use fredholm::Choices;
 use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict};
+use fredholm::{Choices, Settings};
 use fredholm_file::Resolution;
 use fredholm_plot::ShareTable;
 
 use crate::args::DiagnoseArgs;
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, say};
 use crate::file::{Placed, ProblemFile};
 use crate::output::open_all;
 use crate::progress::{Sites, counting};
@@ -38,6 +38,12 @@ fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
     file.walk.allow_infinite_variance = true;
 }
 
+/// The points of the integrals on these cells of an axis of a cube, whatever `--nodes` says.
+fn least_nodes(dimension: Option<usize>, per_axis: usize, settings: &Settings) -> Option<usize> {
+    let of_axis = per_axis.saturating_mul(settings.discretisation().degree + 2);
+    Some(of_axis.saturating_pow(u32::try_from(dimension?).ok()?))
+}
+
 /// Runs `diagnose`.
 pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |file| replace(file, args))?;
@@ -49,6 +55,14 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         Some(dir) => Some(open_all(dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
+    let least = least_nodes(model.about().dimension, cells.cells(), settings);
+    if let Some(least) = least.filter(|&least| least > 2 * usize::from(args.nodes)) {
+        say(format_args!(
+            "warning: so many cells take integrals in {least} points instead of {}, and the work grows with their \
+             square, to minutes: fewer `--cells` show the same",
+            args.nodes
+        ));
+    }
     let sites = Sites(counting("sites"));
     let work = || predict(model, goals, settings, usize::from(args.nodes), &sites);
     let diagnosis = with_threads(args.common.threads, work)?;

@@ -31,7 +31,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
     let factors = if is_deck {
-        of_deck(&args.file.display().to_string(), &deck::read(&args.file)?)?
+        of_deck(&deck::read(&args.file)?)?
     } else {
         let file = solve::read(&args.file, |_| ())?;
         of_file(&args.file.display().to_string(), &file)?
@@ -49,13 +49,16 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     Ok(Ended::Done)
 }
 
-/// The form factors of the deck of this name.
-pub(crate) fn of_deck(name: &str, deck: &Deck) -> Result<Factors, Failure> {
+/// The form factors of a deck.
+pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
     let surfaces = deck.surfaces();
     refuse_beyond_memory(surfaces.names.len())?;
-    let scene = surfaces
-        .scene::<f64>()
-        .map_err(|error| Failure::input(format_args!("{name}: {error}")))?;
+    let scene = surfaces.scene::<f64>().map_err(|error| match error {
+        fredholm::Error::Scene {
+            place: Some(at), ..
+        } => Failure::input(deck.error(at.surface, error)),
+        error => Failure::input(error),
+    })?;
     Factors::new(surfaces.names, &scene)
 }
 

@@ -93,7 +93,7 @@ pub(crate) enum Ended {
     Done,
     /// Not all numbers were found to agree: status 1.
     Disagrees,
-    /// The asked error was not reached: status 3.
+    /// The requested error was not reached: status 3.
     ErrorNotReached,
     /// Interrupted: status 130.
     Interrupted,

@@ -1,7 +1,7 @@
 //! The program `fredholm`: integral equations solved from a file, with an error bar.
 //!
 //! Results go to stdout, progress and remarks to stderr. Exit status: 0 done, 1 a failure on the
-//! way, 2 bad usage or input, 3 the asked error was not reached, 130 interrupted.
+//! way, 2 bad usage or input, 3 the requested error was not reached, 130 interrupted.
 
 mod args;
 mod diagnose;
@@ -28,12 +28,22 @@ use fredholm::numbers;
 use fredholm_file::{self as file, deck};
 
 fn main() -> ExitCode {
-    let status = match run(&Cli::parse().command) {
+    let status = match Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command)) {
         Ok(ended) => ended.status(),
         Err(failure) => failure.report(),
     };
     output::remove_unfinished();
     status
+}
+
+/// Prints what is asked for instead of a command, such as help, or says what is wrong with the command line.
+fn not_parsed(error: clap::Error) -> Result<Ended, Failure> {
+    if error.use_stderr() {
+        error.exit();
+    }
+    error.print()?;
+    std::io::Write::flush(&mut std::io::stdout())?;
+    Ok(Ended::Done)
 }
 
 fn run(command: &Command) -> Result<Ended, Failure> {
@@ -46,7 +56,7 @@ fn run(command: &Command) -> Result<Ended, Failure> {
         Command::Diagnose(args) => diagnose::diagnose(args),
         Command::Render(args) => render::render(args),
         Command::Verify(args) => verify::verify(args),
-        Command::Check { file } => solve::check(file),
+        Command::Check { file, out } => solve::check(file, out.as_deref()),
         Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(kind),
         Command::Completions { shell } => {

@@ -57,6 +57,12 @@ impl Output {
         if path.is_dir() || separated {
             return Err(refuse(&"this is a folder; a file is needed"));
         }
+        // Behind a link is the file that is meant.
+        let linked = fs::canonicalize(path);
+        let path = linked.as_deref().unwrap_or(path);
+        if path.exists() && !path.is_file() {
+            return Err(refuse(&"this is no regular file"));
+        }
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),

@@ -7,7 +7,7 @@ use std::io::IsTerminal;
 use fredholm::answer::Watch;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::failure::Failure;
 
@@ -51,9 +51,16 @@ impl Progress {
         let bar =
             ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
         let template =
-            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {eta} left {msg}";
+            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {left} left {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
+            // Nothing is known before the first walks are done.
+            let left = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+                let _ = match state.pos() {
+                    0 => text.write_str("?"),
+                    _ => write!(text, "{}", HumanDuration(state.eta())),
+                };
+            };
+            bar.set_style(style.with_key("left", left));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
@@ -118,15 +125,38 @@ impl Observer for Progress {
 
 impl Watch for Progress {
     fn walking(&self) {
+        self.say(String::new());
         WALKING.store(true, Ordering::Relaxed);
     }
 }
 
-/// The watch of work whose walks are not the answer: it sees nothing, and is not interrupted half-way.
+/// The watch of walks that are not the answer: it counts them.
 #[derive(Debug)]
-pub(crate) struct Pilots;
+pub(crate) struct Pilots(ProgressBar);
+
+impl Pilots {
+    /// A bar; silent where stderr is no terminal.
+    pub(crate) fn new() -> Self {
+        let bar = counting("walks");
+        if let Ok(style) =
+            ProgressStyle::with_template("choosing cells: {human_pos} walks of pilots, {elapsed}")
+        {
+            bar.set_style(style);
+        }
+        Self(bar)
+    }
+
+    /// Removes the bar.
+    pub(crate) fn done(&self) {
+        self.0.finish_and_clear();
+    }
+}
 
 impl Observer for Pilots {
+    fn walked(&self, walks: u64) {
+        self.0.inc(walks);
+    }
+
     fn cancelled(&self) -> bool {
         interrupted()
     }

@@ -1,5 +1,6 @@
 //! `fredholm render`: a picture of a room with its light.
 
+pub(crate) mod drawing;
 mod profile;
 
 use std::io::Write;
@@ -88,10 +89,15 @@ impl Noise {
 /// Runs `render`.
 pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
     let format = Format::of(&args.out)?;
-    if format == Format::Csv && (args.side_by_side || args.log) {
+    if format == Format::Csv && (args.side_by_side || args.log || args.range.is_some()) {
         return Err(Failure::input(
-            "`--log` and `--side-by-side` are for pictures: write a .png or .svg",
+            "`--log`, `--range` and `--side-by-side` are for pictures: write a .png or .svg",
         ));
+    }
+    if let Some([low, _]) = args.range.filter(|[low, _]| args.log && *low <= 0.0) {
+        return Err(Failure::input(format_args!(
+            "`--range`: with `--log` colours must begin above 0, not at {low}"
+        )));
     }
     let file = solve::read(&args.file, |_| ())?;
     let problem = Problem::new(file, None)?;
@@ -258,14 +264,17 @@ fn picture(
     }
     let shown = Shown::of(&field);
     let of_walls = shown.walls.iter().copied();
-    let scale = Scale::new(seen(), of_walls, args.log);
+    let given = args
+        .range
+        .and_then(|[low, high]| Scale::between(low, high, args.log));
+    let scale = given.unwrap_or_else(|| Scale::new(seen(), of_walls, args.log));
     let picture = RoomPicture {
         canvas: &canvas,
         pieces: &pieces,
         scale,
         legend: if surfaces.heat { "W/m²" } else { "u" },
         stefan_boltzmann: surfaces.heat.then_some(STEFAN_BOLTZMANN),
-        captions: captions(&field, &scale, surfaces.heat),
+        captions: captions(&field, &scale, args.range.is_some(), surfaces.heat),
     };
     let heading = |name: &str, field: &Field| {
         let plural = if field.walks == 1 { "" } else { "s" };
@@ -364,20 +373,26 @@ pub(crate) fn shares(
 }
 
 /// What the colours mean.
-fn captions(field: &Field, scale: &Scale, heat: bool) -> Vec<String> {
+fn captions(field: &Field, scale: &Scale, is_given: bool, heat: bool) -> Vec<String> {
     let unit = if heat { " W/m²" } else { "" };
     let mut captions = vec![format!(
         "Walls: radiosity u{}. Between them: mean radiosity in view, (1/2π) ∫ u dω over all \
          directions; the fluence is π times that.",
         if heat {
-            "; a black body at the kelvins beside it sends out as much"
+            ", left scale: temperature of a black body with this radiosity"
         } else {
             ", in the unit of the emission"
         }
     )];
     let largest = field.walls.iter().map(|spot| spot.value);
     let largest = largest.fold(f64::NEG_INFINITY, f64::max);
-    if largest > scale.high() {
+    if is_given {
+        captions.push(format!(
+            "The scale is from {} to {}{unit}, as asked for; what is beyond has the colours of its ends.",
+            short(scale.low()),
+            short(scale.high())
+        ));
+    } else if largest > scale.high() {
         captions.push(format!(
             "The scale ends at what is brightest between the walls; walls go up to {}{unit}.",
             short(largest)
@@ -436,8 +451,9 @@ impl Summary {
         for (name, noise) in all {
             let Some(noise) = noise else { continue };
             text.push_str(&format!(
-                "{name}: {} walks a pixel, standard error {} in the root mean square, {:.1} s\n",
+                "{name}: {} walk{} a pixel, RMS standard error {}, {:.1} s\n",
                 noise.walks,
+                if noise.walks == 1 { "" } else { "s" },
                 noise.std_error.map_or("unknown".to_owned(), short),
                 noise.seconds
             ));

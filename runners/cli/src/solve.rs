@@ -20,6 +20,7 @@ use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::progress::{Pilots, Progress};
+use crate::render::drawing;
 use crate::table;
 use crate::threads::with_threads;
 
@@ -28,11 +29,26 @@ pub(crate) fn read(
     path: &Path,
     replace: impl FnOnce(&mut ProblemFile),
 ) -> Result<ProblemFile, Failure> {
-    let name = path.display().to_string();
-    let text = file::utf8(&name, file::load(path, file::MAX_BYTES)?)?;
+    let (name, bytes) = if path == Path::new("-") {
+        let stdin = std::io::stdin().lock();
+        let name = "standard input";
+        (
+            name.to_owned(),
+            file::load_from(name, stdin, file::MAX_BYTES)?,
+        )
+    } else {
+        (
+            path.display().to_string(),
+            file::load(path, file::MAX_BYTES)?,
+        )
+    };
+    let text = file::utf8(&name, bytes)?;
     let mut file = file::read(&name, &text)?;
     replace(&mut file);
     file.validate()?;
+    for remark in file.remarks() {
+        say(format_args!("warning: {remark}"));
+    }
     Ok(file)
 }
 
@@ -134,11 +150,13 @@ impl Problem {
     }
 
     /// What is chosen, where the file gives an error and no cells.
-    fn choose(&self) -> Result<Option<Chosen<'_>>, Error> {
+    fn choose<'a>(&'a self, pilots: &'a Pilots) -> Result<Option<Chosen<'a>>, Error> {
         let Resolved {
             targets, settings, ..
         } = &self.resolved;
-        choose(self.model(), targets, settings, &Pilots)
+        let chosen = choose(self.model(), targets, settings, pilots);
+        pilots.done();
+        chosen
     }
 }
 
@@ -161,7 +179,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     let written = output.map_or(Ok(()), |(format, output)| {
         output.finish(match format {
             Format::Json => table::json(&report)?,
-            Format::Csv => table::csv(&report)?,
+            Format::Csv => report.csv().map_err(Failure::run)?,
             Format::Svg(name) => table::svg(&report, &name)?,
         })
     });
@@ -178,7 +196,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
     }
     match report.stop {
         "error_not_reached" => say(format_args!(
-            "warning: the asked error was not reached within {} walks a target",
+            "warning: the requested error was not reached within {} walks a target",
             problem.resolved.settings.walk_options().walks
         )),
         "time_limit" => say("warning: stopped at the time limit; these are partial results"),
@@ -202,7 +220,8 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
 fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let fail = Failure::of(&problem.file);
-    let chosen = match problem.choose() {
+    let pilots = Pilots::new();
+    let chosen = match problem.choose(&pilots) {
         Err(Error::Cancelled) => return Ok(None),
         chosen => chosen.map_err(&fail)?,
     };
@@ -226,7 +245,9 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let exact = goals.iter().map(|goal| model.exact(&goal.region));
     let exact = exact.collect::<Result<Vec<_>, _>>().map_err(&fail)?;
     let predicted = chosen.as_ref().map(|c| c.report.predicted_walks as u64);
-    let all = walk.walks.saturating_mul(goals.len() as u64);
+    // A room walks for net fluxes and irradiances, too.
+    let starts = (goals.len() + model.besides(goals)) as u64;
+    let all = walk.walks.saturating_mul(starts);
     let progress = Progress::new(predicted.map_or(all, |predicted| predicted.min(all)));
     progress.say("setting up".to_owned());
     let request = Request {
@@ -296,10 +317,16 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Fai
 }
 
 /// Runs `check`.
-pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
-    let problem = Problem::new(read(path, |_| ())?, None)?;
+pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
+    let file = read(path, |_| ())?;
+    // Before what is drawn is refused.
+    if let Some(out) = out {
+        drawing::draw(&file, out)?;
+    }
+    let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
-    let chosen = match problem.choose() {
+    let pilots = Pilots::new();
+    let chosen = match problem.choose(&pilots) {
         Err(Error::Cancelled) => {
             say("warning: interrupted");
             return Ok(Ended::Interrupted);
@@ -331,8 +358,8 @@ pub(crate) fn check(path: &Path) -> Result<Ended, Failure> {
     ];
     match &chosen {
         Some(chosen) if chosen.plain => rows.push((
-            "walks are",
-            "plain: a neighbour equation does not pay at this error".to_owned(),
+            "method",
+            "plain Monte Carlo: preconditioning is not worth its cost at this error".to_owned(),
         )),
         _ => rows.extend(neighbour),
     }

@@ -237,10 +237,7 @@ impl Walks {
 impl Factors {
     fn rows(&self, source: &'static str) -> Result<Vec<Row>, Failure> {
         let factors = if self.deck {
-            factors::of_deck(
-                &self.name,
-                &deck::parse_named(&self.name, self.text.clone())?,
-            )?
+            factors::of_deck(&deck::parse_named(&self.name, self.text.clone())?)?
         } else {
             factors::of_file(&self.name, &built_in(&self.name, &self.text)?)?
         };

@@ -4,6 +4,7 @@
 //! `C encl …` control, `G 2` the dimension; `!` and `/` begin a comment; `End of data` ends it (Walton,
 //! NISTIR 6925, 2002).
 
+use core::fmt::Display;
 use core::ops::Range;
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,17 +16,19 @@ const MAX_SURFACES: usize = 1_000_000;
 /// The most bytes of a deck: so many surfaces and their vertices, on long lines.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What a deck says.
-#[derive(Clone, Debug, PartialEq)]
+/// What a deck says. Two are equal that say the same, wherever it stands.
+#[derive(Clone, Debug)]
 pub struct Deck {
     /// Its surfaces, in its order.
     pub surfaces: Vec<DeckSurface>,
     /// Whether it says that it is no enclosure.
     pub open: bool,
+    /// Its name and text, for errors.
+    source: Source,
 }
 
-/// A surface of a deck.
-#[derive(Clone, Debug, PartialEq)]
+/// A surface of a deck. Two are equal that are the same, wherever they stand.
+#[derive(Clone, Debug)]
 pub struct DeckSurface {
     /// What targets and results call it.
     pub name: String,
@@ -33,6 +36,32 @@ pub struct DeckSurface {
     pub ends: [[f64; 2]; 2],
     /// More than 0 and at most 1.
     pub emissivity: f64,
+    /// Its line, as bytes of the deck.
+    place: Range<usize>,
+}
+
+impl PartialEq for Deck {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.surfaces, self.open) == (&other.surfaces, other.open)
+    }
+}
+
+impl PartialEq for DeckSurface {
+    fn eq(&self, other: &Self) -> bool {
+        let parts = |of: &Self| (of.ends, of.emissivity);
+        self.name == other.name && parts(self) == parts(other)
+    }
+}
+
+impl Deck {
+    /// An error about the surface of this number, at its line.
+    #[must_use]
+    pub fn error(&self, surface: usize, message: impl Display) -> InputError {
+        match self.surfaces.get(surface) {
+            Some(own) => self.source.error(own.place.clone(), message),
+            None => InputError::new(format_args!("{}: {message}", self.source.name)),
+        }
+    }
 }
 
 /// Reads a deck.
@@ -47,7 +76,14 @@ pub fn read(path: &Path) -> Result<Deck, InputError> {
 pub fn parse_named(name: &str, text: String) -> Result<Deck, InputError> {
     let name = name.to_owned();
     let source = Source { name, text };
-    parse(&source.text).map_err(|wrong| source.error(wrong.place, wrong.message))
+    match parse(&source.text) {
+        Ok((surfaces, open)) => Ok(Deck {
+            surfaces,
+            open,
+            source,
+        }),
+        Err(wrong) => Err(source.error(wrong.place, wrong.message)),
+    }
 }
 
 /// What is wrong, and the bytes where it is.
@@ -112,7 +148,8 @@ impl<'t> Words<'t> {
     }
 }
 
-fn parse(text: &str) -> Result<Deck, Wrong> {
+/// The surfaces, and whether the deck is no enclosure.
+fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
     let mut vertices: HashMap<u64, [f64; 2]> = HashMap::new();
     let mut names: HashMap<String, usize> = HashMap::new();
     let mut numbers: HashMap<u64, usize> = HashMap::new();
@@ -159,7 +196,10 @@ fn parse(text: &str) -> Result<Deck, Wrong> {
                     let message = format!("more than {MAX_SURFACES} surfaces");
                     return Err(words.wrong(key, message));
                 }
-                let surface = surface(&mut words, &vertices, &mut numbers)?;
+                let start = key.as_ptr() as usize - text.as_ptr() as usize;
+                let length = content.trim().len();
+                let mut surface = surface(&mut words, &vertices, &mut numbers)?;
+                surface.place = start..start + length;
                 if let Some(first) = names.insert(surface.name.clone(), line) {
                     let message = format!(
                         "a second surface named {:?}; the first is on line {first}",
@@ -173,7 +213,7 @@ fn parse(text: &str) -> Result<Deck, Wrong> {
                 if surfaces.is_empty() {
                     return Err(words.wrong(key, "the deck has no surface"));
                 }
-                return Ok(Deck { surfaces, open });
+                return Ok((surfaces, open));
             }
             _ => {
                 let message = format!(
@@ -213,22 +253,27 @@ fn surface(
     let ends = [end()?, end()?];
     // Whether a surface may hide others is found from the geometry.
     words.parsed::<i64>("the flag `obs`")?;
-    words.zero("the number `bas`", "subsurfaces (`bas`) are not read")?;
-    words.zero("the number `cmb`", "combined surfaces (`cmb`) are not read")?;
+    words.zero("the number `bas`", "subsurfaces (`bas`) are not supported")?;
+    words.zero(
+        "the number `cmb`",
+        "combined surfaces (`cmb`) are not supported",
+    )?;
     let start = words.rest.trim_start();
     let emissivity = words.number("the emissivity")?;
     if !(emissivity > 0.0 && emissivity <= 1.0) {
         return Err(words.wrong(start, "an emissivity must be more than 0 and at most 1"));
     }
-    let name = words.rest.trim();
+    // What moves the caret of a terminal is no part of a name.
+    let name = words.rest.replace(char::is_control, " ").trim().to_owned();
     Ok(DeckSurface {
         name: if name.is_empty() {
             format!("S{id}")
         } else {
-            name.to_owned()
+            name
         },
         ends,
         emissivity,
+        place: 0..0,
     })
 }
 
@@ -242,17 +287,17 @@ mod tests {
 
     #[test]
     fn a_deck_is_read() {
-        let deck = parse(SQUARE).unwrap();
-        let names: Vec<_> = deck.surfaces.iter().map(|s| s.name.as_str()).collect();
+        let (surfaces, open) = parse(SQUARE).unwrap();
+        let names: Vec<_> = surfaces.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(names, ["floor", "right wall", "S3", "left"]);
-        assert_eq!(deck.surfaces[1].ends, [[1.0, 0.0], [1.0, 1.0]]);
-        assert_eq!(deck.surfaces[1].emissivity, 0.5);
-        assert!(!deck.open);
-        assert!(parse(&SQUARE.replace("C 1", "C 0")).unwrap().open);
+        assert_eq!(surfaces[1].ends, [[1.0, 0.0], [1.0, 1.0]]);
+        assert_eq!(surfaces[1].emissivity, 0.5);
+        assert!(!open);
+        assert!(parse(&SQUARE.replace("C 1", "C 0")).unwrap().1);
         assert!(
             parse(&SQUARE.replace("C 1 0", "C encl=0 list=0"))
                 .unwrap()
-                .open
+                .1
         );
     }
 

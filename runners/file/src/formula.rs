@@ -112,7 +112,9 @@ pub struct FormulaError {
 
 /// Checks all that can be checked without values: syntax, names, numbers of arguments.
 pub fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
-    Formula::new(text, &mut room::<f64>(text))?;
+    if let Err(error) = Formula::new(text, &mut room::<f64>(text)) {
+        return Err(with_product(text, error));
+    }
     for (name, span, called) in names(text) {
         let message = unknown(name, called, variables).or_else(|| {
             called
@@ -124,6 +126,37 @@ pub fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
         }
     }
     Ok(())
+}
+
+/// The same error, with advice where two factors stand side by side: "0.2x", "0.5 x", "2(x + y)".
+fn with_product(text: &str, error: FormulaError) -> FormulaError {
+    let (Some(before), Some(after)) = (text.get(..error.span.start), text.get(error.span.start..))
+    else {
+        return error;
+    };
+    let word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let left = before.trim_end();
+    let start = left.trim_end_matches(word).len();
+    let right = after.trim_start();
+    let end = right.find(|c| !word(c)).unwrap_or(right.len());
+    let left = match left.ends_with(')') {
+        true => "…)",
+        false => &left[start..],
+    };
+    let right = match right.starts_with('(') {
+        true => "(…",
+        false => &right[..end],
+    };
+    if left.is_empty() || right.is_empty() {
+        return error;
+    }
+    FormulaError {
+        message: format!(
+            "{}: a product needs its sign, write {left} * {right}",
+            error.message
+        ),
+        ..error
+    }
 }
 
 /// Why a call of a function has the wrong number of arguments, if so; they and what follows are the rest
@@ -418,6 +451,15 @@ mod tests {
         // An operator of the library that is none of ours, and would pass for a coordinate.
         assert!(place("mod").1.contains("%") && place("x mod y").1.contains("%"));
         assert_eq!(place("x $ y").0, "$");
+        for (text, advice) in [
+            ("0.2x", "write 0.2 * x"),
+            ("0.5 x y", "write 0.5 * x"),
+            ("2(x + y)", "write 2 * (…"),
+            ("(x + y) x", "write …) * x"),
+        ] {
+            assert!(place(text).1.contains(advice), "{text}: {}", place(text).1);
+        }
+        assert!(!place("1 + * x").1.contains("write"));
         assert!(check("", Variables::FACTOR).is_err());
         // Of two dimensions, and of a function of x alone.
         let plane = Variables {

@@ -6,6 +6,7 @@ pub mod kinds;
 mod load;
 mod model;
 mod place;
+mod points;
 mod section;
 mod validate;
 
@@ -18,7 +19,7 @@ use toml::de::{DeTable, DeValue};
 pub use fredholm::{Choices, Estimator, Pairs, Scalar};
 
 pub use kinds::{KINDS, Kind, KindEntry};
-pub use load::{MAX_BYTES, load, utf8};
+pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, Source};
 use section::{Field, Section};
@@ -56,7 +57,7 @@ pub struct Galerkin {
     pub cells: Option<Placed<usize>>,
     /// The degree of the polynomials on a cell.
     pub degree: Placed<usize>,
-    /// Which pairs of cells the neighbour equation treats how.
+    /// How the neighbour equation treats pairs of cells.
     pub pairs: Placed<Pairs>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
     pub points: Option<Placed<usize>>,
@@ -103,16 +104,22 @@ pub struct Target {
 pub enum What {
     /// The solution at this angle, or this point.
     At(Placed<Vec<Placed<f64>>>),
+    /// The solution at the points of this CSV file.
+    Listed(Placed<String>),
     /// The mean of the solution over the space.
     OverAll,
     /// The mean of the solution from one angle to another.
     Over(Placed<f64>, Placed<f64>),
     /// The solution at so many equally spaced angles, points of [0, 1], or points along a surface.
     Grid(Placed<usize>, Option<Placed<String>>),
+    /// The solution at so many equally spaced points of every axis.
+    Lattice(Placed<Vec<Placed<usize>>>),
     /// The solution on a surface, at this part of its length.
     On(Placed<String>, Placed<f64>),
     /// The mean of the solution over a surface.
     OverSurface(Placed<String>),
+    /// The mean of the solution over several surfaces.
+    OverSurfaces(Placed<Vec<Placed<String>>>),
     /// The integral of the solution times this formula.
     Weight(Placed<String>),
 }
@@ -123,6 +130,12 @@ impl ProblemFile {
     pub fn problem_as<K: Kind>(&self) -> Option<&K> {
         let problem: &dyn Any = &*self.problem;
         problem.downcast_ref()
+    }
+
+    /// What is allowed and hardly meant, a line for each.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        self.problem.remarks(self)
     }
 
     /// A path that stands in the file, which means it from the file's own folder.
@@ -142,6 +155,12 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
         text: text.to_owned(),
     };
     let tree = DeTable::parse(text).map_err(|error| {
+        if name.to_lowercase().ends_with(".vs2") {
+            return InputError::new(format_args!(
+                "{name} is a View2D deck and no problem file: see `fredholm factors {name}`, or name it in a problem \
+                 file with `kind = \"room\"`, `deck = …`"
+            ));
+        }
         let span = error.span().unwrap_or(0..0);
         source.error(span, format_args!("not valid TOML: {}", error.message()))
     })?;
@@ -245,9 +264,9 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let Some(first) = chosen.next() else {
         return Err(section.error(format_args!(
             "target {:?} does not say what to compute: give one of \
-             `at = …` (an angle, a point of the cube, a place on a surface), `over = \"all\"`, \
-             `over = [from, to]` (circle), `over = \"surface\"` (room), `weight = \"…\"` (cube), \
-             `grid = points`",
+             `at = …` (an angle, a point of the cube, a place on a surface, the name of a CSV file of these), \
+             `over = \"all\"`, `over = [from, to]` (circle), `over = \"surface\"` (room), \
+             `weight = \"…\"` (cube), `grid = points`",
             name.value
         )));
     };
@@ -265,6 +284,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         "at" => read_at(first)?,
         "over" => read_over(first)?,
         "weight" => What::Weight(first.string()?),
+        _ if matches!(first.value, DeValue::Array(_)) => What::Lattice(first.integers()?),
         _ => {
             let surface = surface.as_ref().map(Field::string).transpose()?;
             return Ok(Target {
@@ -281,8 +301,11 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     Ok(Target { name, what })
 }
 
-/// Reads `at`: an angle, a point, or a place on a surface.
+/// Reads `at`: an angle, a point, a place on a surface, or a file of points.
 fn read_at(field: Field<'_, '_>) -> Result<What, InputError> {
+    if matches!(field.value, DeValue::String(_)) {
+        return Ok(What::Listed(field.string()?));
+    }
     if !matches!(field.value, DeValue::Table(_)) {
         return Ok(What::At(field.numbers()?));
     }
@@ -298,6 +321,9 @@ fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
     match &field.value {
         DeValue::String(word) if word == "all" => return Ok(What::OverAll),
         DeValue::String(_) => return Ok(What::OverSurface(field.string()?)),
+        DeValue::Array(array) if array.iter().any(|item| item.get_ref().is_str()) => {
+            return Ok(What::OverSurfaces(field.strings()?));
+        }
         DeValue::Array(_) => {
             if let [from, to] = field.numbers()?.value.as_slice() {
                 return Ok(What::Over(from.clone(), to.clone()));
@@ -306,7 +332,8 @@ fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
         _ => {}
     }
     Err(field.error(
-        "`over` must be \"all\", two angles `[from, to]` (circle), or the name of a surface (room)",
+        "`over` must be \"all\", two angles `[from, to]` (circle), or the name of a surface, or an array of such \
+         names (room)",
     ))
 }
 

@@ -13,9 +13,16 @@ pub const MAX_BYTES: u64 = 16 << 20;
 /// is not read to its end.
 pub fn load(path: &Path, most: u64) -> Result<Vec<u8>, InputError> {
     let name = path.display();
+    let file = File::open(path)
+        .map_err(|error| InputError::new(format_args!("cannot read {name}: {error}")))?;
+    load_from(&name.to_string(), file, most)
+}
+
+/// The bytes of what is read under this name, if they are not more than `most`.
+pub fn load_from(name: &str, from: impl Read, most: u64) -> Result<Vec<u8>, InputError> {
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
+    from.take(most + 1)
+        .read_to_end(&mut bytes)
         .map_err(|error| InputError::new(format_args!("cannot read {name}: {error}")))?;
     if bytes.len() as u64 > most {
         let message = format!("{name} has more than {most} bytes, the most that are read");
@@ -32,7 +39,7 @@ pub fn utf8(name: &str, bytes: Vec<u8>) -> Result<String, InputError> {
             name: name.to_owned(),
             text: String::from_utf8_lossy(error.as_bytes()).into_owned(),
         };
-        let message = "this is no text: a problem file is in UTF-8";
+        let message = "this is not UTF-8 text, as a problem file must be";
         source.error(place..place, message)
     })
 }

@@ -99,6 +99,9 @@ impl ProblemFile {
     /// An error of the solution, at its place in the file if it has one.
     #[must_use]
     pub fn explain(&self, error: &Error) -> InputError {
+        if let Some(error) = self.problem.explain(self, error) {
+            return error;
+        }
         let (galerkin, walk) = (&self.galerkin, &self.walk);
         let nowhere = || InputError::new(error);
         match error.subject() {
@@ -122,22 +125,52 @@ impl ProblemFile {
         }
     }
 
-    /// All targets, by what each asks; validation has refused what asks nothing.
-    pub(crate) fn ask(&self, mut ask: impl FnMut(&What) -> Option<Ask>) -> Vec<Target> {
-        let target = |target: &crate::Target| {
-            Some(Target {
-                name: target.name.value.clone(),
-                ask: ask(&target.what)?,
-            })
-        };
-        self.targets.iter().filter_map(target).collect()
+    /// All targets, by what each asks: a list of points asks many things, which are numbered.
+    ///
+    /// # Errors
+    /// What `ask` says.
+    pub(crate) fn ask(
+        &self,
+        mut ask: impl FnMut(&What) -> Result<Vec<Ask>, InputError>,
+    ) -> Result<Vec<Target>, InputError> {
+        let mut targets = Vec::new();
+        for target in &self.targets {
+            let name = &target.name.value;
+            let is_list = matches!(target.what, What::Listed(_) | What::Lattice(_));
+            let all = ask(&target.what)?.into_iter().enumerate();
+            targets.extend(all.map(|(i, ask)| Target {
+                name: if is_list {
+                    format!("{name}[{i}]")
+                } else {
+                    name.clone()
+                },
+                ask,
+            }));
+        }
+        Ok(targets)
+    }
+
+    /// Checks a point of a target, whose numbers `check` refuses by their index, or altogether.
+    pub(crate) fn validate_point(
+        &self,
+        at: &Placed<Vec<Placed<f64>>>,
+        check: impl FnOnce(&[f64]) -> Result<(), (Option<usize>, String)>,
+    ) -> Result<(), InputError> {
+        let x: Vec<f64> = at.value.iter().map(|x| x.value).collect();
+        check(&x).map_err(|(index, message)| {
+            let x = index.and_then(|index| at.value.get(index));
+            self.error(x.map_or(&at.place, |x| &x.place), message)
+        })
     }
 }
 
 /// So many points, over the space or along the part of this number.
-pub(crate) fn grid(points: &Placed<usize>, part: Option<usize>) -> Option<Ask> {
-    Some(Ask::Grid {
+pub(crate) fn grid(points: &Placed<usize>, part: Option<usize>) -> Vec<Ask> {
+    vec![Ask::Grid {
         points: points.value,
         part,
-    })
+    }]
 }
+
+/// What validation has refused: it asks for nothing.
+pub(crate) const NOTHING: Vec<Ask> = Vec::new();

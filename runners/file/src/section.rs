@@ -205,6 +205,26 @@ impl<'s, 'i> Field<'s, 'i> {
         }
     }
 
+    /// The integers here: an array.
+    pub(crate) fn integers(&self) -> Result<Placed<Vec<Placed<usize>>>, InputError> {
+        self.elements("an array of integers", |item| item.integer())
+    }
+
+    /// What `read` makes of the elements of the array here.
+    fn elements<T>(
+        &self,
+        wanted: &str,
+        read: impl Fn(&Self) -> Result<Placed<T>, InputError>,
+    ) -> Result<Placed<Vec<Placed<T>>>, InputError> {
+        let DeValue::Array(array) = &self.value else {
+            return Err(self.mistyped(wanted));
+        };
+        let items = array.iter().enumerate();
+        let values = items.map(|(index, item)| read(&self.element(index, item)));
+        let values = values.collect::<Result<_, _>>()?;
+        Ok(Placed::file(self.span.clone(), values))
+    }
+
     /// The string here.
     pub(crate) fn text(&self) -> Result<&str, InputError> {
         self.value.as_str().ok_or_else(|| self.mistyped("a string"))
@@ -217,15 +237,27 @@ impl<'s, 'i> Field<'s, 'i> {
 
     /// The strings here: an array.
     pub(crate) fn strings(&self) -> Result<Placed<Vec<Placed<String>>>, InputError> {
-        let DeValue::Array(array) = &self.value else {
-            return Err(self.mistyped("an array of strings"));
-        };
-        let strings = array
-            .iter()
-            .enumerate()
-            .map(|(index, item)| self.element(index, item).string())
-            .collect::<Result<_, _>>()?;
-        Ok(Placed::file(self.span.clone(), strings))
+        self.elements("an array of strings", Self::string)
+    }
+
+    /// The pairs of numbers here: an array of pairs, or one pair.
+    pub(crate) fn pairs(&self) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
+        if let DeValue::Array(array) = &self.value
+            && !array.iter().any(|item| item.get_ref().is_array())
+        {
+            let pair = self.pair()?;
+            return Ok(Placed::file(self.span.clone(), vec![pair]));
+        }
+        self.elements("an array of pairs `[from, to]`", Self::pair)
+    }
+
+    /// The two numbers here.
+    pub(crate) fn pair(&self) -> Result<Placed<[f64; 2]>, InputError> {
+        let numbers = self.numbers()?;
+        match numbers.value.as_slice() {
+            [a, b] => Ok(Placed::file(self.span.clone(), [a.value, b.value])),
+            _ => Err(self.error(format_args!("`{}` must be two numbers", self.name))),
+        }
     }
 
     /// The boolean here.

@@ -7,6 +7,14 @@ use std::collections::HashMap;
 use crate::place::{InputError, Place, Placed};
 use crate::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, Scalar};
 
+/// What is wrong with a name that a terminal, a table or a picture would not show.
+pub(crate) const UNPRINTABLE: &str = "a name must not have control characters or line breaks";
+
+/// Whether a name can be shown.
+pub(crate) fn is_printable(name: &str) -> bool {
+    !name.contains(char::is_control)
+}
+
 impl ProblemFile {
     /// Checks every range, and what the values ask of one another.
     ///
@@ -180,6 +188,7 @@ impl ProblemFile {
                 !name.value.trim().is_empty(),
                 "the name of a target must not be empty",
             )?;
+            self.demand(name, is_printable(&name.value), UNPRINTABLE)?;
             if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
                 let first = self.line(first);
                 return Err(self.refuse(
@@ -202,6 +211,17 @@ impl ProblemFile {
         match &text.place {
             Place::File(span) => self.source.error_within(span, &text.value, part, message),
             _ => self.refuse(text, message),
+        }
+    }
+
+    /// A remark for people on what stands at a place.
+    pub(crate) fn remark(&self, place: &Place, message: impl Display) -> String {
+        match place {
+            Place::File(span) => {
+                let line = self.source.locate(span.start).line;
+                format!("{}:{line}: {message}", self.source.name)
+            }
+            _ => format!("{}: {message}", self.source.name),
         }
     }
 

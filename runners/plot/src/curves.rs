@@ -71,6 +71,8 @@ pub enum Axis {
     Angle,
     /// x from 0 to 1.
     Unit,
+    /// x from the least to the largest.
+    Coordinate,
     /// The part t, 0 to 1, of a surface's length.
     Surface,
 }
@@ -155,6 +157,10 @@ impl BandPlot {
         if points.is_empty() {
             return Err(Error::NothingToDraw);
         }
+        let (low, high) = (points.iter().map(|(x, ..)| *x))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
         let at = |sign: f64| points.iter().map(move |(_, u, e)| u + sign * 1.96 * e);
         let profile = LinePlot::new()
             .with_data(points.iter().map(|&(s, u, _)| (s, u)))
@@ -175,8 +181,13 @@ impl BandPlot {
                 layout(&plots, &self.title, "t along the surface", "u(t)").with_x_axis_max(1.0)
             }
             Axis::Unit => layout(&plots, &self.title, "x", "u(x)").with_x_axis_max(1.0),
+            Axis::Coordinate => layout(&plots, &self.title, "x", "u(x)").with_x_axis_max(high),
         };
-        let layout = layout.with_x_axis_min(0.0);
+        let layout = layout.with_x_axis_min(if self.axis == Axis::Coordinate {
+            low
+        } else {
+            0.0
+        });
         Ok(kuva::render_to_svg(plots, layout))
     }
 }

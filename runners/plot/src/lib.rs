@@ -3,6 +3,7 @@
 mod base64;
 mod canvas;
 mod curves;
+mod drawing;
 mod error;
 mod picture;
 mod profile;
@@ -13,6 +14,7 @@ mod strips;
 
 pub use canvas::{Canvas, Piece, Wall};
 pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style};
+pub use drawing::Drawing;
 pub use error::Error;
 pub use picture::{Panel, RoomPicture};
 pub use profile::ProfilePlot;

@@ -178,7 +178,7 @@ impl RoomPicture<'_> {
         let mut x = left;
         if let Some(sigma) = self.stefan_boltzmann {
             // σT⁴ = u: what a black body at T would send out.
-            let kelvin = |u: f64| (u / sigma).powf(0.25);
+            let kelvin = |u: f64| (u.max(0.0) / sigma).powf(0.25);
             let (low, high) = (kelvin(self.scale.at(0.0)), kelvin(self.scale.high()));
             let mut last = f64::INFINITY;
             let (mut widest, mut own) = (2, Vec::new());

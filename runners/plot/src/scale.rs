@@ -39,6 +39,18 @@ impl Scale {
         Self { low, high, log }
     }
 
+    /// A scale from one number to another, which must be finite and more, and for a logarithmic one both above 0.
+    #[must_use]
+    pub fn between(low: f64, high: f64, log: bool) -> Option<Self> {
+        let good = low < high && (high - low).is_finite() && (!log || low > 0.0);
+        good.then_some(Self { low, high, log })
+    }
+
+    /// The smallest number that has a colour of its own.
+    pub const fn low(&self) -> f64 {
+        self.low
+    }
+
     /// The largest number that has a colour of its own.
     pub const fn high(&self) -> f64 {
         self.high
@@ -99,6 +111,10 @@ pub(crate) fn ticks(low: f64, high: f64, log: bool) -> Vec<f64> {
         let all = (first..=last).flat_map(|k| [1.0, 2.0, 5.0].map(|m| round(m, k)));
         return all.filter(|&x| low <= x && x <= high).collect();
     }
+    // A drawing may be flat.
+    if !(high > low) {
+        return vec![low];
+    }
     let rough = (high - low) / 6.0;
     let power = rough.log10().floor() as i32;
     let steps = [1.0, 2.0, 5.0, 10.0].map(|m| round(m, power));
@@ -141,6 +157,7 @@ mod tests {
             ticks(0.0, 230_000.0, false),
             [0.0, 50_000.0, 100_000.0, 150_000.0, 200_000.0]
         );
+        assert_eq!(ticks(2.0, 2.0, false), [2.0]);
         assert_eq!(ticks(0.03, 0.6, true), [0.05, 0.1, 0.2, 0.5]);
         assert_eq!(
             ticks(0.3, 0.6, true),

@@ -39,7 +39,7 @@ pub enum Error {
     },
     /// A function has a value that is not finite.
     NotFinite {
-        /// Which function, which value, where.
+        /// Which function, between backticks and first, which value, where.
         what: String,
     },
     /// The variance of a walk is infinite.
@@ -246,8 +246,8 @@ fn infinite(f: &mut fmt::Formatter<'_>, of: &str, radius: f64, absorption: f64) 
     let way_out = if most > 0.0 {
         format!("use an `absorption` below {most:.2e}")
     } else {
-        "no `absorption` helps: it takes a chain of one's own, whose density resembles |K| (see the \
-         library)"
+        "no `absorption` helps: it takes a custom chain, whose density resembles |K|, in a program of \
+         your own (see the library); the Galerkin solution needs no walks"
             .to_owned()
     };
     write!(

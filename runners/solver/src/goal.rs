@@ -12,7 +12,8 @@ pub enum Region {
     Angle(f64),
     /// The mean of u over an interval of angles.
     Arc(f64, f64),
-    /// u at a point, by its coordinates.
+    /// u at a point, by its coordinates; in a room the mean of u over all directions in which the point, between the walls,
+    /// sees them.
     Point(Vec<f64>),
     /// ∫ u w for the weight of this number, which the model knows.
     Weight(usize),
@@ -20,6 +21,8 @@ pub enum Region {
     On(usize, f64),
     /// The mean of u over the part of this number.
     Part(usize),
+    /// The mean of u over the parts of these numbers together.
+    Parts(Vec<usize>),
 }
 
 /// A functional of the solution, with the name that results give it.

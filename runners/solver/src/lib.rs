@@ -27,7 +27,7 @@ pub use examined::Examined;
 pub use fredholm_core::{Estimator, Tolerance};
 pub use goal::{Ask, Goal, Region, Target, goals};
 pub use memory::{bytes, refuse_beyond_memory};
-pub use model::{About, Derived, Heat, Model, Partitioned, Prepared, Request, System, Then};
+pub use model::{About, Derived, Flux, Heat, Model, Partitioned, Prepared, Request, System, Then};
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use pairs::PairCounts;
 pub use settings::{Discretisation, Settings, WalkOptions};

@@ -47,11 +47,13 @@ fn available_memory() -> u64 {
     system.available_memory()
 }
 
-/// Bytes for people: "1.5 MB", "2.0 GB".
+/// Bytes for people: "40 kB", "1.5 MB", "2.0 GB".
 #[must_use]
 pub fn bytes(count: u64) -> String {
     let mega = count as f64 / 1e6;
-    if mega < 1000.0 {
+    if mega < 0.1 {
+        format!("{:.0} kB", (1000.0 * mega).ceil())
+    } else if mega < 1000.0 {
         format!("{mega:.1} MB")
     } else {
         format!("{:.1} GB", mega / 1000.0)

@@ -51,6 +51,17 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The unit of u and of what follows from it, if it has one.
+    fn unit(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The place of a point in the drawing, where a region says it otherwise: in metres, of a room.
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        let _ = region;
+        None
+    }
+
     /// So many points, equally spaced over the space or along the part of this number.
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region>;
 
@@ -136,9 +147,19 @@ pub trait Model: Send + Sync {
 pub struct Derived {
     /// Irradiance and net flux of each goal; empty for others than rooms.
     pub heat: Vec<Heat>,
-    /// The net flux out of every part, in W per metre of depth, if there are temperatures; `None` where its material
-    /// changes.
-    pub fluxes: Vec<(String, Option<Estimate>)>,
+    /// The net flux out of every part, if there are temperatures.
+    pub fluxes: Vec<Flux>,
+}
+
+/// The net flux out of a part.
+#[derive(Clone, Debug)]
+pub struct Flux {
+    /// The part's name.
+    pub name: String,
+    /// The number of walks.
+    pub walks: u64,
+    /// The net flux in W per metre of depth; `None` where its material changes.
+    pub net_flux: Option<Estimate>,
 }
 
 /// Irradiance and net flux of a goal.
@@ -146,8 +167,10 @@ pub struct Derived {
 pub struct Heat {
     /// The irradiance H.
     pub irradiance: Option<Estimate>,
-    /// The net flux out of the wall: of a surface in W per metre of depth, at a point in W/m².
+    /// The net flux out of the wall in W/m², of a surface in the mean.
     pub net_flux: Option<Estimate>,
+    /// The mean radiant temperature in kelvin, of a point in the air.
+    pub radiant_temperature: Option<Estimate>,
 }
 
 /// Cells cut, nothing solved.

@@ -2,7 +2,7 @@
 
 use fredholm_core::Estimator;
 
-/// Which pairs of cells the neighbour equation treats how.
+/// How the neighbour equation treats pairs of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pairs {
     /// Pairs as in Heinrich 1995: none is pointwise.

@@ -1,5 +1,6 @@
 //! The report of a run: its data, which serialises with stable names, and its text for people.
 
+mod csv;
 mod text;
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
@@ -7,7 +8,7 @@ use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::choice::{ChoiceReport, Chosen};
-use crate::{Choices, Goal, Model, PairCounts, Partitioned, Region, Settings};
+use crate::{Choices, Flux, Goal, Model, PairCounts, Partitioned, Region, Settings};
 
 /// The report of a run. The serialised names are stable; fields may be added.
 #[derive(Clone, Debug, Serialize)]
@@ -48,6 +49,12 @@ pub struct Report {
     pub residual: f64,
     /// The number of visited states over all goals, starts included.
     pub states: u64,
+    /// The number of walks besides those of the goals, for irradiances and net fluxes.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_walks: u64,
+    /// The number of states that these visited.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_states: u64,
     /// Seconds of the set-up.
     pub setup_seconds: f64,
     /// Seconds of the walks.
@@ -66,6 +73,14 @@ pub struct Report {
     pub energy: Option<EnergyReport>,
 }
 
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the serialiser passes a reference"
+)]
+const fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
 /// The report of one goal. A grid has one for every point.
 #[derive(Clone, Debug, Serialize)]
 pub struct GoalReport {
@@ -74,6 +89,9 @@ pub struct GoalReport {
     /// The point, if the goal is u at a point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Coordinates>,
+    /// The place in the drawing of a room, in the unit of its vertices, if the goal is u at a point of a wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<Vec<f64>>,
     /// The region, if the goal is a mean over one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over: Option<Over>,
@@ -94,13 +112,21 @@ pub struct GoalReport {
     pub plain: EstimateReport,
     /// The estimate by preconditioned walks.
     pub preconditioned: EstimateReport,
+    /// The estimate by preconditioned walks minus the exact value, if that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// The error in standard errors, or in rounding floors where those are larger.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<f64>,
     /// The irradiance ∫ of the arriving u, in rooms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub irradiance: Option<EstimateReport>,
-    /// The net flux out of the wall, in rooms with temperatures: of a surface in W per metre of depth, at a point in
-    /// W/m².
+    /// The net flux out of the wall in W/m², of a surface in the mean, in rooms with temperatures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub net_flux: Option<EstimateReport>,
+    /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radiant_temperature: Option<EstimateReport>,
 }
 
 /// A point: an angle, coordinates, or a place on a surface.
@@ -109,7 +135,7 @@ pub struct GoalReport {
 pub enum Coordinates {
     /// An angle of a circle.
     One(f64),
-    /// The coordinates of a point of a cube.
+    /// The coordinates of a point of a cube, or of one between the walls of a room.
     Many(Vec<f64>),
     /// A place on a surface of a room.
     On {
@@ -128,6 +154,8 @@ pub enum Over {
     Interval([f64; 2]),
     /// The name of a part, or "all".
     Word(String),
+    /// The names of several parts.
+    Words(Vec<String>),
 }
 
 /// The numbers of walks by how they ended.
@@ -148,6 +176,9 @@ pub struct EstimateReport {
     pub std_error: Option<f64>,
     /// The standard deviation of one walk.
     pub std_dev: Option<f64>,
+    /// The unit of all three, if they have one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<&'static str>,
 }
 
 /// The energy balance of a room.
@@ -164,6 +195,8 @@ pub struct EnergyReport {
 pub struct SurfaceReport {
     /// The surface's name.
     pub name: String,
+    /// The number of walks.
+    pub walks: u64,
     /// The net flux out of the surface, in W per metre of depth; `None` if its material changes.
     pub net_flux: Option<EstimateReport>,
 }
@@ -220,9 +253,11 @@ impl Report {
             })
             .collect();
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
-            let estimate = |estimate| EstimateReport::new(estimate, report.walks);
+            let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
             report.irradiance = heat.irradiance.map(estimate);
             report.net_flux = heat.net_flux.map(estimate);
+            let kelvin = |estimate| EstimateReport::new(estimate, report.walks, Some("K"));
+            report.radiant_temperature = heat.radiant_temperature.map(kelvin);
         }
         Self {
             problem: about.kind,
@@ -242,6 +277,8 @@ impl Report {
             sweeps: answer.solve.sweeps,
             residual: answer.solve.residual,
             states: statistics.map(Statistics::states).sum(),
+            other_walks: answer.others.iter().map(Statistics::walks).sum(),
+            other_states: answer.others.iter().map(Statistics::states).sum(),
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
             choice: chosen.map(|chosen| chosen.report.clone()),
@@ -274,9 +311,20 @@ impl GoalReport {
         rounding_floor: f64,
     ) -> Self {
         let walks = statistics.walks();
+        let unit = model.unit();
+        let preconditioned = EstimateReport::new(statistics.preconditioned(), walks, unit);
+        let error = match (preconditioned.estimate, exact) {
+            (Some(estimate), Some(exact)) => Some(estimate - exact),
+            _ => None,
+        };
+        let bar = preconditioned
+            .std_error
+            .map(|own| own.max(rounding_floor))
+            .filter(|&bar| bar > 0.0);
         Self {
             name: goal.name.clone(),
             at: Coordinates::new(model, &goal.region),
+            position: model.position(&goal.region),
             over: Over::new(model, &goal.region),
             weight: match goal.region {
                 Region::Weight(number) => model.weight(number).map(str::to_owned),
@@ -287,10 +335,13 @@ impl GoalReport {
             walks,
             rounding_floor,
             endings: EndingsReport::new(statistics),
-            plain: EstimateReport::new(statistics.plain(), walks),
-            preconditioned: EstimateReport::new(statistics.preconditioned(), walks),
+            plain: EstimateReport::new(statistics.plain(), walks, unit),
+            preconditioned,
+            error,
+            z: error.zip(bar).map(|(error, bar)| error / bar),
             irradiance: None,
             net_flux: None,
+            radiant_temperature: None,
         }
     }
 }
@@ -308,6 +359,25 @@ impl Coordinates {
         }
     }
 
+    /// The point for a table of people.
+    fn text(&self) -> String {
+        let few = |x: &f64| {
+            let text = format!("{x:.6}");
+            let text = text.trim_end_matches('0').trim_end_matches('.');
+            // A zero has no sign.
+            if text == "-0" {
+                "0".to_owned()
+            } else {
+                text.to_owned()
+            }
+        };
+        match self {
+            Self::One(s) => few(s),
+            Self::Many(x) => x.iter().map(few).collect::<Vec<_>>().join(", "),
+            Self::On { surface, t } => format!("{surface} {}", few(t)),
+        }
+    }
+
     /// The abscissa of a point of a grid.
     #[must_use]
     pub fn first(&self) -> Option<f64> {
@@ -321,10 +391,16 @@ impl Coordinates {
 
 impl Over {
     fn new(model: &dyn Model, region: &Region) -> Option<Self> {
-        match *region {
-            Region::Arc(from, to) => Some(Self::Interval([from, to])),
+        let name = |&part: &usize| model.part(part).map(str::to_owned);
+        match region {
+            Region::Arc(from, to) => Some(Self::Interval([*from, *to])),
             Region::Whole => Some(Self::Word("all".to_owned())),
-            Region::Part(surface) => model.part(surface).map(|name| Self::Word(name.to_owned())),
+            Region::Part(part) => name(part).map(Self::Word),
+            Region::Parts(parts) => parts
+                .iter()
+                .map(name)
+                .collect::<Option<_>>()
+                .map(Self::Words),
             _ => None,
         }
     }
@@ -342,39 +418,44 @@ impl EndingsReport {
 
 impl EstimateReport {
     /// The report of an estimate by this number of walks.
-    fn new(estimate: Estimate, walks: u64) -> Self {
+    fn new(estimate: Estimate, walks: u64, unit: Option<&'static str>) -> Self {
         Self {
             estimate: (walks > 0).then_some(estimate.estimate),
             std_error: estimate.std_error,
             std_dev: estimate.std_dev,
+            unit,
         }
     }
 }
 
+/// The unit of net fluxes of surfaces: watts per metre of depth.
+const PER_DEPTH: &str = "W/m";
+
 impl EnergyReport {
     /// The report of these fluxes, if there are any.
-    fn new(fluxes: Vec<(String, Option<Estimate>)>) -> Option<Self> {
+    fn new(fluxes: Vec<Flux>) -> Option<Self> {
         if fluxes.is_empty() {
             return None;
         }
         // Every surface has walks of its own: errors are independent.
-        let known: Option<Vec<Estimate>> = fluxes.iter().map(|(_, flux)| *flux).collect();
+        let known: Option<Vec<Estimate>> = fluxes.iter().map(|flux| flux.net_flux).collect();
+        let walks = fluxes.iter().map(|flux| flux.walks).min().unwrap_or(0);
         let square = |x: Option<f64>| x.map(|x| x * x);
         let energy_balance = known.map(|known| {
             let squares: Option<f64> = known.iter().map(|e| square(e.std_error)).sum();
-            EstimateReport {
-                estimate: Some(known.iter().map(|e| e.estimate).sum()),
+            let sum = Estimate {
+                estimate: known.iter().map(|e| e.estimate).sum(),
                 std_error: squares.map(f64::sqrt),
                 std_dev: None,
-            }
+            };
+            EstimateReport::new(sum, walks, Some(PER_DEPTH))
         });
-        let surface = |(name, flux): (String, Option<Estimate>)| SurfaceReport {
-            name,
-            net_flux: flux.map(|flux| EstimateReport {
-                estimate: Some(flux.estimate),
-                std_error: flux.std_error,
-                std_dev: flux.std_dev,
-            }),
+        let surface = |flux: Flux| SurfaceReport {
+            name: flux.name,
+            walks: flux.walks,
+            net_flux: flux
+                .net_flux
+                .map(|estimate| EstimateReport::new(estimate, flux.walks, Some(PER_DEPTH))),
         };
         Some(Self {
             surfaces: fluxes.into_iter().map(surface).collect(),

@@ -13,7 +13,7 @@ pub struct Settings {
     pub cells: Option<usize>,
     /// Degree of the polynomials on a cell.
     pub degree: Option<usize>,
-    /// Which pairs of cells the neighbour equation treats how.
+    /// How the neighbour equation treats pairs of cells.
     pub pairs: Option<Pairs>,
     /// Quadrature points of a cell and axis, where coefficients come from quadrature.
     pub points: Option<usize>,
@@ -130,7 +130,7 @@ impl Discretisation {
 /// How walks are made, and the neighbour equation that they follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkOptions {
-    /// Which pairs of cells the neighbour equation treats how.
+    /// How the neighbour equation treats pairs of cells.
     pub pairs: Pairs,
     /// Walks for each goal; with a tolerance the most.
     pub walks: u64,

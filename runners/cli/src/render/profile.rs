@@ -94,7 +94,7 @@ pub(crate) fn content(
         text
     } else {
         format!(
-            "{} points on {} surfaces; {} walks a point, standard error {} in the root mean square, \
+            "{} points on {} surfaces; {} walks a point, RMS standard error {}, \
              {:.1} s\n",
             pieces.len(),
             surfaces.names.len(),

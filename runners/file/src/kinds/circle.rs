@@ -8,8 +8,9 @@ use fredholm_circle::Harmonic;
 use toml::de::DeValue;
 
 use super::{Kind, KindEntry, shared};
-use crate::model::grid;
+use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Placed};
+use crate::points::numbers;
 use crate::section::{Field, Section};
 use crate::{MAX_CELLS, ProblemFile, Resolution, Scalar, What};
 
@@ -135,15 +136,8 @@ impl Kind for Circle {
 
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
-            What::At(at) => match at.value.as_slice() {
-                [angle] => file.demand(
-                    angle,
-                    (0.0..TAU).contains(&angle.value),
-                    format_args!("the angle `at` must be at least 0 and less than 2 pi = {TAU}"),
-                ),
-                _ => Err(file.error(&at.place, "`at` must be one angle on a circle")),
-            },
-            What::OverAll => Ok(()),
+            What::At(at) => file.validate_point(at, check_angle),
+            What::OverAll | What::Listed(_) => Ok(()),
             What::Over(from, to) => {
                 let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
                 let whole = 0.0..=TAU;
@@ -164,6 +158,14 @@ impl Kind for Circle {
                 &surface.place,
                 "a circle has no surfaces: they belong to rooms",
             )),
+            What::OverSurfaces(words) => Err(file.error(
+                &words.place,
+                "a circle has no surfaces: `over` must be \"all\", or two angles `[from, to]`",
+            )),
+            What::Lattice(points) => Err(file.error(
+                &points.place,
+                "a circle has one coordinate: `grid` must be one number of points",
+            )),
             What::Weight(weight) => Err(file.error(
                 &weight.place,
                 "`weight` belongs to cubes; on a circle use `over = [from, to]`",
@@ -177,14 +179,22 @@ impl Kind for Circle {
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let targets = file.ask(|what| {
-            Some(Ask::One(match what {
-                What::At(at) => Region::Angle(at.value.first()?.value),
+            let region = match what {
+                What::At(at) => Region::Angle(at.value.first().map_or(0.0, |s| s.value)),
                 What::OverAll => Region::Arc(0.0, TAU),
                 What::Over(from, to) => Region::Arc(from.value, to.value),
-                What::Grid(points, part) => return grid(points, part.as_ref().map(|_| 0)),
-                _ => return None,
-            }))
-        });
+                What::Grid(points, _) => return Ok(grid(points, None)),
+                What::Listed(path) => {
+                    return file.listed(path, &mut |fields| {
+                        let angle = numbers(fields)?;
+                        check_angle(&angle).map_err(|(_, message)| message)?;
+                        Ok(Region::Angle(angle[0]))
+                    });
+                }
+                _ => return Ok(NOTHING),
+            };
+            Ok(vec![Ask::One(region)])
+        })?;
         Ok((Resolution::Other(Box::new(self.model())), targets))
     }
 }
@@ -242,6 +252,18 @@ impl Circle {
             Emission::Arcs(array) => CircleEmission::Arcs(values(&array.value)),
         };
         CircleModel::new(values(&self.reflectance.value), emission)
+    }
+}
+
+/// Refuses what is no angle of the circle.
+fn check_angle(angle: &[f64]) -> Result<(), (Option<usize>, String)> {
+    match angle {
+        [angle] if (0.0..TAU).contains(angle) => Ok(()),
+        [_] => {
+            let message = format!("the angle `at` must be at least 0 and less than 2 pi = {TAU}");
+            Err((Some(0), message))
+        }
+        _ => Err((None, "`at` must be one angle on a circle".to_owned())),
     }
 }
 

@@ -11,10 +11,11 @@ use crate::formula::{Formula, Room, room, seconds};
 #[derive(Clone, Debug)]
 pub(super) struct Formulas {
     dimension: usize,
+    domain: Vec<[f64; 2]>,
     is_product: bool,
     /// K, or its factors.
     kernel: Vec<String>,
-    /// ∫₀^y K, or of its factors.
+    /// ∫ K up to y, or of its factors.
     integral: Vec<String>,
     source: String,
     solution: Option<String>,
@@ -33,6 +34,7 @@ impl Formulas {
         let text = |text: &Placed<String>| text.value.clone();
         Self {
             dimension: cube.dimension.value,
+            domain: cube.ends(),
             is_product: matches!(cube.kernel, KernelText::Factors(_)),
             kernel: list(&cube.kernel),
             integral: cube.integral.as_ref().map_or(Vec::new(), list),
@@ -146,6 +148,10 @@ impl<F: Real> CubeValues<F> for Compiled<'_, F> {
 impl CubeFunctions for Formulas {
     fn dimension(&self) -> usize {
         self.dimension
+    }
+
+    fn domain(&self) -> &[[f64; 2]] {
+        &self.domain
     }
 
     fn is_product(&self) -> bool {

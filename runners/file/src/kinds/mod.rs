@@ -10,7 +10,7 @@ use core::any::Any;
 use core::fmt::Debug;
 use std::sync::Arc;
 
-use fredholm::{Subject, Target};
+use fredholm::{Error, Subject, Target};
 
 use crate::section::{Section, unknown_word};
 use crate::{InputError, Place, ProblemFile, Resolution, What};
@@ -63,6 +63,18 @@ pub trait Kind: Any + Debug + Send + Sync {
     fn place(&self, subject: Subject) -> Option<Place> {
         let _ = subject;
         None
+    }
+
+    /// An error of the solution at a place that only the kind knows, perhaps outside of the problem file.
+    fn explain(&self, file: &ProblemFile, error: &Error) -> Option<InputError> {
+        let _ = (file, error);
+        None
+    }
+
+    /// What is allowed and hardly meant, for people.
+    fn remarks(&self, file: &ProblemFile) -> Vec<String> {
+        let _ = file;
+        Vec::new()
     }
 
     /// Whether there are walls, whose cells may be graded and cut at shadows.

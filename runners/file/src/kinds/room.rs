@@ -1,18 +1,20 @@
 //! `[problem]` with `kind = "room"`, and what it asks of the rest of the file.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use fredholm::room::{RoomModel, Surfaces};
-use fredholm::{Ask, Region, Subject, Target};
+use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
 use super::{Kind, KindEntry, shared};
 use crate::deck::{self, Deck};
-use crate::model::grid;
+use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
+use crate::points::number;
 use crate::section::{Field, Section, nearest};
+use crate::validate::{UNPRINTABLE, is_printable};
 use crate::{ProblemFile, Resolution, What};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
@@ -29,6 +31,8 @@ pub struct Room {
     pub deck: Option<Placed<String>>,
     /// Whether light that leaves is absorbed.
     pub open: Placed<bool>,
+    /// Whether the net fluxes of all surfaces are wanted where there are temperatures.
+    pub net_fluxes: Placed<bool>,
     /// The surfaces; with a deck, what is said of its own.
     pub surfaces: Vec<Surface>,
     /// Where the problem stands, or should say more.
@@ -62,11 +66,16 @@ pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
 fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     let deck = section.optional("deck").map(|f| f.string()).transpose()?;
     let open = section.optional("open").map(|f| f.boolean()).transpose()?;
+    let net_fluxes = section
+        .optional("net_fluxes")
+        .map(|f| f.boolean())
+        .transpose()?;
     let surfaces = section.optional("surface").map(read_surfaces).transpose()?;
     section.finish()?;
     Ok(Room {
         deck,
         open: open.unwrap_or_else(|| Placed::default(false)),
+        net_fluxes: net_fluxes.unwrap_or_else(|| Placed::default(true)),
         surfaces: surfaces.unwrap_or_default(),
         place: Place::File(section.span.clone()),
     })
@@ -89,9 +98,12 @@ fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
     let name = section.required("name")?.string()?;
     let points = section.optional("points").map(read_points).transpose()?;
     let mut numbers = |key| {
-        section
-            .optional(key)
-            .map(|field| (field.key.clone(), field.numbers()))
+        let field = section.optional(key)?;
+        let numbers = match key {
+            "temperature" => read_temperatures(&field),
+            _ => field.numbers(),
+        };
+        Some((field.key.clone(), numbers))
     };
     let keys = ["reflectance", "emission", "emissivity", "temperature"];
     let [reflectance, emission, emissivity, temperature] = keys.map(&mut numbers);
@@ -151,6 +163,7 @@ impl Room {
             None => self.surfaces_of_file(),
         };
         all.open |= self.open.value;
+        all.without_fluxes = !self.net_fluxes.value;
         Ok(all)
     }
 
@@ -162,6 +175,7 @@ impl Room {
         let whole = file.beside(Path::new(&path.value));
         let deck = deck::read(&whole).map_err(|error| file.error(&path.place, error))?;
         let mut all = deck.surfaces();
+        all.is_deck = false;
         for surface in &self.surfaces {
             let known = all.names.iter();
             let Some(i) = known.clone().position(|name| *name == surface.name.value) else {
@@ -237,7 +251,7 @@ impl Room {
                 each(
                     temperature,
                     &|t| (0.0..=1e6).contains(&t),
-                    "a temperature is in kelvin, from 0 to a million",
+                    "a temperature must be from 0 to a million kelvin",
                 )
             }
         }
@@ -261,6 +275,7 @@ impl Kind for Room {
             let good = !name.value.trim().is_empty() && name.value != "all";
             let message = "the name of a surface must not be empty, nor \"all\"";
             file.demand(name, good, message)?;
+            file.demand(name, is_printable(&name.value), UNPRINTABLE)?;
             if let Some(first) = seen.insert(name.value.as_str(), &name.place) {
                 let first = file.line(first);
                 let message = format!("a second surface named {:?}{first}", name.value);
@@ -283,14 +298,20 @@ impl Kind for Room {
                 &points.place,
                 "in a room a grid lies on a surface: add `surface = \"name\"`",
             )),
-            What::OverAll | What::OverSurface(_) => Ok(()),
+            What::OverAll | What::OverSurface(_) | What::Listed(_) => Ok(()),
+            What::OverSurfaces(names) => validate_names(file, names),
+            What::Lattice(points) => Err(file.error(
+                &points.place,
+                "a surface has one coordinate: `grid` must be one number of points",
+            )),
+            What::At(at) if at.value.len() == 2 => Ok(()),
             What::At(at) => Err(file.error(
                 &at.place,
-                "`at` must be a place on a surface: { surface = \"name\", t = 0.5 }",
+                "`at` must be a place on a surface, { surface = \"name\", t = 0.5 }, or a point in the air, [x, y]",
             )),
             What::Over(from, _) => Err(file.error(
                 &from.place,
-                "`over` must be \"all\" or the name of a surface",
+                "`over` must be \"all\", the name of a surface, or an array of such names",
             )),
             What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
         }
@@ -307,27 +328,32 @@ impl Kind for Room {
         let names = surfaces.names.clone();
         let model = RoomModel::new(surfaces, file.walk.scalar.value);
         let model = model.map_err(|error| file.explain(&error))?;
-        let mut unknown = None;
-        let mut find = |name: &Placed<String>| {
+        let find = |name: &Placed<String>| {
             let found = names.iter().position(|known| *known == name.value);
-            if found.is_none() {
-                unknown.get_or_insert_with(|| unknown_surface(file, name, &names));
-            }
-            found
+            found.ok_or_else(|| unknown_surface(file, name, &names))
         };
         let targets = file.ask(|what| {
-            Some(Ask::One(match what {
+            let region = match what {
                 What::On(surface, t) => Region::On(find(surface)?, t.value),
+                What::At(at) => {
+                    let x: Vec<f64> = at.value.iter().map(|x| x.value).collect();
+                    check_inside(&model, &x).map_err(|message| file.error(&at.place, message))?;
+                    Region::Point(x)
+                }
                 What::OverSurface(surface) => Region::Part(find(surface)?),
+                What::OverSurfaces(surfaces) => {
+                    Region::Parts(surfaces.value.iter().map(find).collect::<Result<_, _>>()?)
+                }
                 What::OverAll => Region::Whole,
-                What::Grid(points, Some(surface)) => return grid(points, Some(find(surface)?)),
-                _ => return None,
-            }))
-        });
-        match unknown {
-            Some(error) => Err(error),
-            None => Ok((Resolution::Room(Box::new(model)), targets)),
-        }
+                What::Grid(points, Some(surface)) => return Ok(grid(points, Some(find(surface)?))),
+                What::Listed(path) => {
+                    return file.listed(path, &mut |fields| listed_place(fields, &names, &model));
+                }
+                _ => return Ok(NOTHING),
+            };
+            Ok(vec![Ask::One(region)])
+        })?;
+        Ok((Resolution::Room(Box::new(model)), targets))
     }
 
     fn place(&self, subject: Subject) -> Option<Place> {
@@ -338,9 +364,86 @@ impl Kind for Room {
         }
     }
 
+    /// The surfaces of a deck stand in the deck.
+    fn explain(&self, file: &ProblemFile, error: &Error) -> Option<InputError> {
+        let path = self.deck.as_ref()?;
+        let Error::Scene {
+            message,
+            place: Some(at),
+        } = error
+        else {
+            return None;
+        };
+        let deck = deck::read(&file.beside(Path::new(&path.value))).ok()?;
+        Some(deck.error(at.surface, message))
+    }
+
+    fn remarks(&self, file: &ProblemFile) -> Vec<String> {
+        let mut remarks = Vec::new();
+        for surface in &self.surfaces {
+            let (numbers, doubtful, message): (_, fn(f64) -> bool, _) = match &surface.material {
+                Material::Light(_, emission) => (
+                    emission,
+                    |x| x < 0.0,
+                    "this emission is negative: the surface takes light away",
+                ),
+                Material::Grey(_, temperature) => (
+                    temperature,
+                    |x| (0.0..COLD).contains(&x) && x > 0.0,
+                    "this temperature is in kelvin, and cold: write \"20 C\" for degrees Celsius",
+                ),
+            };
+            let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
+            let doubtful = numbers.into_iter().find(|number| doubtful(number.value));
+            remarks.extend(doubtful.map(|number| file.remark(&number.place, message)));
+        }
+        remarks
+    }
+
     fn has_walls(&self) -> bool {
         true
     }
+}
+
+/// A temperature in kelvin below which a room is hardly meant.
+const COLD: f64 = 60.0;
+/// 0 °C in kelvin.
+const FREEZING: f64 = 273.15;
+
+/// Reads temperatures in kelvin: numbers, or text with a unit, "19 C" or "292 K"; one, or an array of them.
+fn read_temperatures(field: &Field<'_, '_>) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
+    let one = |field: &Field<'_, '_>| match &field.value {
+        DeValue::String(text) => {
+            let value = kelvin(text).ok_or_else(|| {
+                field.error(
+                    "a temperature is a number of kelvin, or text such as \"19 C\" or \"292 K\"",
+                )
+            })?;
+            Ok(Placed::file(field.span.clone(), value))
+        }
+        _ => field.number(),
+    };
+    match &field.value {
+        DeValue::Array(array) => {
+            let items = array.iter().enumerate();
+            let values = items.map(|(index, item)| one(&field.element(index, item)));
+            let values = values.collect::<Result<_, _>>()?;
+            Ok(Placed::file(field.span.clone(), values))
+        }
+        DeValue::String(_) => Ok(Placed::file(field.span.clone(), vec![one(field)?])),
+        _ => field.numbers(),
+    }
+}
+
+/// The kelvin of "19 C", "19 °C" or "292 K".
+fn kelvin(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (number, zero) = match text.strip_suffix('C') {
+        Some(rest) => (rest.trim_end().trim_end_matches('°'), FREEZING),
+        None => (text.strip_suffix('K')?, 0.0),
+    };
+    let number: f64 = number.trim_end().parse().ok()?;
+    number.is_finite().then_some(number + zero)
 }
 
 impl Deck {
@@ -349,6 +452,7 @@ impl Deck {
     pub fn surfaces(&self) -> Surfaces {
         let mut all = Surfaces {
             open: self.open,
+            is_deck: true,
             ..Surfaces::default()
         };
         for surface in &self.surfaces {
@@ -395,14 +499,67 @@ fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
         .collect()
 }
 
+/// Refuses an empty list of surfaces, and one that names a surface twice.
+fn validate_names(
+    file: &ProblemFile,
+    names: &Placed<Vec<Placed<String>>>,
+) -> Result<(), InputError> {
+    if names.value.is_empty() {
+        return Err(file.error(&names.place, "`over` must name at least one surface"));
+    }
+    let mut seen = HashSet::new();
+    names.value.iter().try_for_each(|name| {
+        let new = seen.insert(name.value.as_str());
+        file.demand(name, new, "this surface is in the list already")
+    })
+}
+
+/// Refuses a point that is behind the walls.
+fn check_inside(model: &RoomModel, x: &[f64]) -> Result<(), String> {
+    let &[x, y] = x else {
+        return Err("a point has two coordinates: [x, y]".to_owned());
+    };
+    match model.are_inside(&[[x, y]]) {
+        Ok(inside) if inside.contains(&true) => Ok(()),
+        Ok(_) => Err(
+            "this point is not between the walls: it is on one, behind one, or within an obstacle"
+                .to_owned(),
+        ),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// The place on a surface in a line of a CSV file, `name, t`, or the point in the air, `x, y`.
+fn listed_place(fields: &[&str], names: &[String], model: &RoomModel) -> Result<Region, String> {
+    let [name, t] = *fields else {
+        return Err(
+            "a line must be the name of a surface and t, `floor, 0.5`, or a point in the air, `1.5, 2`".to_owned(),
+        );
+    };
+    let t = number(t)?;
+    let is_name = names.iter().any(|known| known == name);
+    if let Some(x) = number(name).ok().filter(|_| !is_name) {
+        check_inside(model, &[x, t])?;
+        return Ok(Region::Point(vec![x, t]));
+    }
+    if !(0.0..=1.0).contains(&t) {
+        return Err("`t` must be from 0 to 1, along the surface".to_owned());
+    }
+    let surface = names.iter().position(|known| known == name);
+    let surface = surface.ok_or_else(|| no_surface(name, names))?;
+    Ok(Region::On(surface, t))
+}
+
 /// The error for a name that no surface has.
 fn unknown_surface(file: &ProblemFile, name: &Placed<String>, known: &[String]) -> InputError {
-    let hint = match nearest(&name.value, known) {
+    file.error(&name.place, no_surface(&name.value, known))
+}
+
+/// What is wrong with a name that no surface has.
+fn no_surface(name: &str, known: &[String]) -> String {
+    let hint = match nearest(name, known) {
         Some(near) => format!("; did you mean \"{near}\"?"),
         None => String::new(),
     };
-    file.error(
-        &name.place,
-        format_args!("there is no surface {:?}{hint}", name.value),
-    )
+    format!("there is no surface {name:?}{hint}")
 }

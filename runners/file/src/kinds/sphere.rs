@@ -6,7 +6,9 @@ use fredholm::sphere::{Parameters, SphereModel};
 use fredholm::{Ask, Choices, Region, Scalar, Settings, Target};
 
 use super::{Kind, KindEntry, shared};
+use crate::model::NOTHING;
 use crate::place::{InputError, Placed};
+use crate::points::numbers;
 use crate::section::Section;
 use crate::{ProblemFile, Resolution, What};
 
@@ -129,29 +131,17 @@ impl Kind for Sphere {
 
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
-            What::At(at) => match at.value.as_slice() {
-                [colatitude, azimuth] => {
-                    file.demand(
-                        colatitude,
-                        (0.0..=PI).contains(&colatitude.value),
-                        format_args!("the first angle `at` must be from 0, the north pole, to pi = {PI}"),
-                    )?;
-                    file.demand(
-                        azimuth,
-                        (-PI..=TAU).contains(&azimuth.value),
-                        format_args!("the second angle `at` must be from -pi to 2 pi = {TAU}"),
-                    )
-                }
-                _ => Err(file.error(
-                    &at.place,
-                    "`at` must be two angles on a sphere: [theta, phi], from the north pole and around it",
-                )),
-            },
-            What::OverAll => Ok(()),
+            What::At(at) => file.validate_point(at, check_angles),
+            What::OverAll | What::Listed(_) => Ok(()),
             What::Grid(points, None) => Err(file.error(
                 &points.place,
                 "a `grid` is along a line: on a sphere give points, `at = [theta, phi]`",
             )),
+            What::Lattice(points) => Err(file.error(
+                &points.place,
+                "a `grid` is along a line: on a sphere give points, `at = [theta, phi]`, or `at = \"points.csv\"`",
+            )),
+            What::OverSurfaces(words) => Err(file.error(&words.place, "`over` must be \"all\"")),
             What::Over(from, _) => Err(file.error(
                 &from.place,
                 "a part of a sphere is not offered: use `over = \"all\"`",
@@ -171,13 +161,41 @@ impl Kind for Sphere {
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let targets = file.ask(|what| {
-            Some(Ask::One(match what {
+            let region = match what {
                 What::At(at) => Region::Point(at.value.iter().map(|angle| angle.value).collect()),
                 What::OverAll => Region::Whole,
-                _ => return None,
-            }))
-        });
+                What::Listed(path) => {
+                    return file.listed(path, &mut |fields| {
+                        let angles = numbers(fields)?;
+                        check_angles(&angles).map_err(|(_, message)| message)?;
+                        Ok(Region::Point(angles))
+                    });
+                }
+                _ => return Ok(NOTHING),
+            };
+            Ok(vec![Ask::One(region)])
+        })?;
         let model = SphereModel::new(self.parameters());
         Ok((Resolution::Other(Box::new(model)), targets))
+    }
+}
+
+/// Refuses what is no point of the sphere.
+fn check_angles(angles: &[f64]) -> Result<(), (Option<usize>, String)> {
+    match angles {
+        [colatitude, _] if !(0.0..=PI).contains(colatitude) => Err((
+            Some(0),
+            format!("the first angle `at` must be from 0, the north pole, to pi = {PI}"),
+        )),
+        [_, azimuth] if !(-PI..=TAU).contains(azimuth) => Err((
+            Some(1),
+            format!("the second angle `at` must be from -pi to 2 pi = {TAU}"),
+        )),
+        [_, _] => Ok(()),
+        _ => Err((
+            None,
+            "`at` must be two angles on a sphere: [theta, phi], from the north pole and around it"
+                .to_owned(),
+        )),
     }
 }

@@ -134,7 +134,29 @@ fn what_cubes_refuse() {
     fails(&target("at = 0.5"), 9, 6, "0.5", &["2 coordinates"]);
     fails(&target("at = [0.5, 1.5]"), 9, 12, "1.5", &["from 0 to 1"]);
     fails(&target("over = [0, 1]"), 9, 9, "0", &["weight"]);
-    fails(&target("grid = 3"), 9, 8, "3", &["dimension = 1"]);
+    fails(&target("grid = 3"), 9, 8, "3", &["[3, 3]"]);
+    fails(&target("grid = [3, 0]"), 9, 12, "0", &["from 1 to"]);
+    fails(
+        &target("grid = [3]"),
+        9,
+        8,
+        "[3]",
+        &["2 numbers of points", "not 1"],
+    );
+    fails(
+        &target("grid = [500, 500]"),
+        9,
+        8,
+        "[500, 500]",
+        &["100000 points in all"],
+    );
+    fails(
+        &target("at = 'none.csv'"),
+        9,
+        6,
+        "'none.csv'",
+        &["cannot read none.csv"],
+    );
     fails(&target("weight = 'x'"), 9, 11, "x", &["unknown name `x`"]);
     // And what circles do not have.
     let text = small(PROBLEM, "points = 2", "", TARGET);
@@ -143,4 +165,50 @@ fn what_cubes_refuse() {
     fails(&text, 11, 10, "'x'", &["`weight` belongs to cubes"]);
     let text = small(PROBLEM, "", "", "name = 'a'\nat = [1, 2]");
     fails(&text, 11, 6, "[1, 2]", &["one angle"]);
+}
+
+#[test]
+fn what_domains_refuse() {
+    let of = |domain: &str, target: &str| {
+        let problem =
+            format!("dimension = 2\ndomain = {domain}\nkernel = 'x1 * y2'\nsource = 'x1'");
+        cube(&problem, "", target)
+    };
+    let all = "over = 'all'";
+    let file = good(&of("[[-1, 1], [0, 3.5]]", "at = [-1, 3.5]"));
+    let domain = file
+        .problem_as::<Cube>()
+        .and_then(|cube| cube.domain.clone());
+    assert!(domain.is_some_and(|domain| domain.value[1].value == [0.0, 3.5]));
+    fails(
+        &of("[-1, 1]", all),
+        4,
+        10,
+        "[-1, 1]",
+        &["2 intervals", "not 1"],
+    );
+    fails(&of("[[0, 1], [0]]", all), 4, 19, "[0]", &["two numbers"]);
+    fails(
+        &of("[[0, 1], [2, 1]]", all),
+        4,
+        19,
+        "[2, 1]",
+        &["the lower end first"],
+    );
+    fails(
+        &of("[[0, 1], [2, 2]]", all),
+        4,
+        19,
+        "[2, 2]",
+        &["the lower end first"],
+    );
+    fails(
+        &of("[[0, 1], 'a']", all),
+        4,
+        19,
+        "'a'",
+        &["`domain[1]` must be"],
+    );
+    let outside = of("[[-1, 1], [0, 3.5]]", "at = [-1, 4]");
+    fails(&outside, 10, 11, "4", &["from 0 to 3.5"]);
 }

@@ -7,12 +7,20 @@ use fredholm_core::Real;
 use fredholm_cube::{CellIntegral, Cube, CubeError, Function, IntegralKernel, KernelFactors};
 
 use super::degree::{AnyDegree, Degree};
+use super::domain::Domain;
 use crate::Error;
 
-/// Kernel, source and what else is known of an equation on [0, 1]^d, for walks in both scalars.
+/// Kernel, source and what else is known of an equation on [0, 1]^d or another product of intervals, for walks in both
+/// scalars.
 pub trait CubeFunctions: Send + Sync {
     /// d, from 1 to 6.
     fn dimension(&self) -> usize;
+
+    /// The ends of every axis' interval, the lower first; none for [0, 1]^d. All points are points of this domain, and
+    /// the measure is dy on it.
+    fn domain(&self) -> &[[f64; 2]] {
+        &[]
+    }
 
     /// Whether the kernel is a product of one factor for each axis.
     fn is_product(&self) -> bool;
@@ -52,7 +60,7 @@ pub trait CubeValues<F>: Sync {
     /// The factor of the kernel on an axis.
     fn factor(&self, axis: usize, x: F, y: F) -> F;
 
-    /// ∫₀^y K(x, t) dt, of the kernel or of its factor on an axis.
+    /// ∫ K(x, t) dt up to y, of the kernel or of its factor on an axis, from wherever it begins.
     fn integral(&self, axis: usize, x: F, y: F) -> F;
 
     /// F(x).
@@ -103,7 +111,9 @@ pub(super) fn with_values<F: CubeScalar, R>(
     F::with(functions, &mut |values| {
         let watched = Watched {
             values,
+            domain: Domain::new(functions.domain()),
             product: functions.is_product(),
+            has_integral: functions.has_integral(),
             watch: Watch::new(),
         };
         if let Some(then) = then.take() {
@@ -119,7 +129,9 @@ type Watch = OnceLock<String>;
 /// The functions, with the first value that was not finite.
 pub(super) struct Watched<'a, F> {
     values: &'a dyn CubeValues<F>,
+    domain: Domain<F>,
     product: bool,
+    has_integral: bool,
     watch: Watch,
 }
 
@@ -131,6 +143,13 @@ impl<F> Debug for Watched<'_, F> {
             .finish_non_exhaustive()
     }
 }
+
+/// What helps where the kernel is not finite at x = y, if its integral can be given.
+const AT_X_EQUALS_Y: &str = ", where x = y (give the exact integral of an integrable singularity as `kernel_integral`; \
+     if the kernel has a limit there, write `x == y ? limit : …`)";
+/// The same in several dimensions, where no integral can be given.
+const AT_X_EQUALS_Y_OF_MANY: &str = ", where x = y (if the kernel has a limit there, write it as a case, \
+     `condition ? limit : …`; a singularity must be one of factors, `kernel_factors` with their `kernel_integral`)";
 
 /// A value, watched.
 #[inline]
@@ -167,6 +186,37 @@ impl<'a, F: Real> Watched<'a, F> {
     /// The values, not watched.
     pub(super) const fn values(&self) -> &'a dyn CubeValues<F> {
         self.values
+    }
+
+    /// The map from [0, 1]^d.
+    pub(super) const fn domain(&self) -> &Domain<F> {
+        &self.domain
+    }
+
+    /// A value of the kernel or of a factor of it, watched. x = y is met by no walk and no pointwise pair: with the
+    /// exact integral at hand a singularity there needs no value.
+    #[inline]
+    fn of_kernel(&self, value: F, x: &[F], y: &[F], name: impl FnOnce() -> String) -> F {
+        if value.is_finite() {
+            return value;
+        }
+        let same = x == y;
+        if same && self.has_integral {
+            return F::zero();
+        }
+        finite(&self.watch, value, || {
+            let name = name();
+            let advice = match (same, self.product || x.len() == 1) {
+                (false, _) => "",
+                (true, true) => AT_X_EQUALS_Y,
+                (true, false) => AT_X_EQUALS_Y_OF_MANY,
+            };
+            format!(
+                "`{name}` is {value} at x = {}, y = {}{advice}",
+                point(x),
+                point(y)
+            )
+        })
     }
 
     /// The equation on [0, 1]^D with so many cells of an axis.
@@ -221,20 +271,22 @@ impl<F: Real, const D: usize> IntegralKernel<F, D> for WatchedKernel<'_, F> {
             let factor = |a: usize| self.factor(a, x[a], y[a]);
             return (0..D).map(factor).fold(F::one(), |k, factor| k * factor);
         }
-        let value = self.0.values.kernel(x, y);
-        finite(&self.0.watch, value, || {
-            format!("`kernel` is {value} at x = {}, y = {}", point(x), point(y))
-        })
+        let [x, y] = [x, y].map(|t| self.0.domain.point(t));
+        let value = self.0.values.kernel(&x, &y);
+        let value = self.0.of_kernel(value, &x, &y, || "kernel".to_owned());
+        self.0.domain.times_volume(value)
     }
 }
 
 impl<F: Real> KernelFactors<F> for WatchedKernel<'_, F> {
     #[inline]
     fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let [x, y] = [x, y].map(|t| self.0.domain.coordinate(axis, t));
         let value = self.0.values.factor(axis, x, y);
-        finite(&self.0.watch, value, || {
-            format!("`kernel_factors[{axis}]` is {value} at x = {x}, y = {y}")
-        })
+        let value = self
+            .0
+            .of_kernel(value, &[x], &[y], || format!("kernel_factors[{axis}]"));
+        self.0.domain.times_length(axis, value)
     }
 }
 
@@ -243,6 +295,7 @@ impl<F: Real, const D: usize> CellIntegral<F, D> for WatchedKernel<'_, F> {
     fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F {
         let axes = x.iter().zip(low.iter().zip(high)).enumerate();
         axes.fold(F::one(), |product, (axis, (&x, (&low, &high)))| {
+            let [x, low, high] = [x, low, high].map(|t| self.0.domain.coordinate(axis, t));
             let at = |y: F| {
                 let value = self.0.values.integral(axis, x, y);
                 finite(&self.0.watch, value, || {
@@ -272,11 +325,12 @@ pub(super) struct WatchedFunction<'a, F> {
 impl<F: Real, const D: usize> Function<F, D> for WatchedFunction<'_, F> {
     #[inline]
     fn value(&self, x: &[F; D]) -> F {
-        let values = self.functions.values;
+        let (values, domain) = (self.functions.values, &self.functions.domain);
+        let x = &domain.point(x);
         let value = match self.which {
             Which::Source => values.source(x),
             Which::Solution => values.solution(x),
-            Which::Weight(number) => values.weight(number, x),
+            Which::Weight(number) => domain.times_volume(values.weight(number, x)),
         };
         finite(&self.functions.watch, value, || {
             let name = match self.which {

@@ -21,7 +21,7 @@ pub(super) fn check(functions: &dyn CubeFunctions, values: &Watched<'_, f64>) ->
     let rule = Rule::new(5)?;
     let (dark, nothing) = (|_: &[f64; 1], _: &[f64; 1]| 0.0, |_: &[f64; 1]| 0.0);
     let unit = Cube::<f64, 1, _, _>::new(dark, nothing, CELLS, 0.5)?;
-    let values = values.values();
+    let (values, domain) = (values.values(), values.domain());
     let kernel = |axis: usize, x: f64, y: f64| {
         if functions.is_product() {
             values.factor(axis, x, y)
@@ -31,7 +31,9 @@ pub(super) fn check(functions: &dyn CubeFunctions, values: &Watched<'_, f64>) ->
     };
     for axis in 0..axes {
         for x in [0.1, 0.3, 0.5, 0.7, 0.9] {
-            let intervals = TICKS.windows(2).map(|ends| (ends[0], ends[1]));
+            let at = |t: f64| domain.coordinate(axis, t);
+            let x = at(x);
+            let intervals = TICKS.windows(2).map(|ends| (at(ends[0]), at(ends[1])));
             for (low, high) in intervals.filter(|&(low, high)| x < low || high < x) {
                 let found = values.integral(axis, x, high) - values.integral(axis, x, low);
                 let mut means = vec![0.0; CELLS];

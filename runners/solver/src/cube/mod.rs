@@ -1,6 +1,7 @@
-//! Equations on [0, 1]^d, with dimension and sizes chosen at run time.
+//! Equations on [0, 1]^d and other products of intervals, with dimension and sizes chosen at run time.
 
 mod degree;
+mod domain;
 mod export;
 mod functions;
 mod integral;
@@ -28,9 +29,10 @@ use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
 use degree::{Constants, Smooth};
+use domain::Domain;
 use functions::{CubeScalar, ModelCube, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
-use system::{Boxed, CubeSystem, Solved, WeightedStart, coordinates, with_job};
+use system::{Boxed, CubeSystem, Solved, WeightedStart, with_job};
 use table::Table;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
@@ -51,7 +53,8 @@ const DEFAULT_UNKNOWNS: f64 = 1000.0;
 /// The most cells.
 const MOST_CELLS: usize = 100_000_000;
 
-/// An equation on [0, 1]^d.
+/// An equation on [0, 1]^d, or on another product of intervals: walks and cells are those of [0, 1]^d, points and
+/// functions those of the domain.
 pub struct CubeModel {
     functions: Arc<dyn CubeFunctions>,
     dimension: usize,
@@ -84,7 +87,7 @@ impl CubeModel {
         with_values::<f64, _>(&*self.functions, |values| {
             let u = values.function(Which::Solution);
             let value = match region {
-                Region::Point(x) => Some(u.value(&coordinates::<f64, D>(x))),
+                Region::Point(x) => Some(u.value(&values.domain().unit::<D>(x))),
                 Region::Whole => mean_of::<D>(&|x| u.value(x))?,
                 Region::Weight(number) => {
                     let weight = values.weight(*number);
@@ -143,8 +146,9 @@ impl Model for CubeModel {
 
     fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {
         let last = points.saturating_sub(1).max(1) as f64;
+        let domain = Domain::<f64>::new(self.functions.domain());
         (0..points)
-            .map(|i| Region::Point(vec![i as f64 / last]))
+            .map(|i| Region::Point(vec![domain.coordinate(0, i as f64 / last)]))
             .collect()
     }
 
@@ -367,6 +371,7 @@ impl<'m> CubePartition<'m> {
             let none: &Boxed<'_, F, D> = &NoNeighbour::<ModelCube<'_, F, D>>::new();
             with_job(
                 &cube,
+                values.domain(),
                 none,
                 request,
                 &weighted,

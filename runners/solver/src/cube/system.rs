@@ -1,6 +1,5 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
-use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
 use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, Uniforms};
 use fredholm_cube::{CubeLevel, Function, Mean};
@@ -8,6 +7,7 @@ use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
 use super::degree::{AnyDegree, Of};
+use super::domain::Domain;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, Which, with_values};
 use super::table::Table;
 use super::{CubePartition, export};
@@ -150,30 +150,36 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let mut chosen = None;
             with(&in_s, &mut |galerkin| {
-                with_starts(request, galerkin, &weighted, &mut |starts| {
-                    let table = pairs::table_of(&default, cells);
-                    let found = pairs::choose(table, |table, last| {
-                        let kinds = Kinds::Table(table.to_vec());
-                        let mut evaluated = None;
-                        with(&kinds, &mut |neighbour| {
-                            let setting = Setting {
-                                equation: &cube,
-                                neighbour,
-                                pairs: kinds.any(cells)?,
-                                level: &level,
-                                galerkin: Some(galerkin),
-                            };
-                            let model = setting.with_starts(starts)?;
-                            let (estimator, goals) = (request.walk.estimator, starts.len());
-                            evaluated =
-                                Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
-                            Ok(())
+                with_starts(
+                    request,
+                    values.domain(),
+                    galerkin,
+                    &weighted,
+                    &mut |starts| {
+                        let table = pairs::table_of(&default, cells);
+                        let found = pairs::choose(table, |table, last| {
+                            let kinds = Kinds::Table(table.to_vec());
+                            let mut evaluated = None;
+                            with(&kinds, &mut |neighbour| {
+                                let setting = Setting {
+                                    equation: &cube,
+                                    neighbour,
+                                    pairs: kinds.any(cells)?,
+                                    level: &level,
+                                    galerkin: Some(galerkin),
+                                };
+                                let model = setting.with_starts(starts)?;
+                                let (estimator, goals) = (request.walk.estimator, starts.len());
+                                evaluated =
+                                    Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                                Ok(())
+                            })?;
+                            evaluated.ok_or(Error::Internal("no pairs were looked at"))
                         })?;
-                        evaluated.ok_or(Error::Internal("no pairs were looked at"))
-                    })?;
-                    chosen = Some(found);
-                    Ok(())
-                })
+                        chosen = Some(found);
+                        Ok(())
+                    },
+                )
             })?;
             chosen.ok_or(Error::Internal("no pairs were chosen"))
         })
@@ -221,6 +227,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             degree.with_neighbour(&of, &kinds, &mut |neighbour| {
                 with_job(
                     &cube,
+                    values.domain(),
                     neighbour,
                     request,
                     &weighted,
@@ -274,24 +281,30 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let degree = f64::degree(self.degree);
             degree.with_neighbour(&of, &kinds, &mut |neighbour| {
-                with_starts(request, neighbour, &weighted, &mut |starts| {
-                    let setting = Setting {
-                        equation: &cube,
-                        neighbour,
-                        pairs: kinds.any(cells)?,
-                        level: &level,
-                        galerkin: None,
-                    };
-                    then(&Examined {
-                        model: &setting.with_starts(starts)?,
-                        coefficients,
-                        hides: None,
-                        pieces: None,
-                        goals: request.goals,
-                        place: &|site| place_of(&level, site),
-                    })?;
-                    values.check()
-                })
+                with_starts(
+                    request,
+                    values.domain(),
+                    neighbour,
+                    &weighted,
+                    &mut |starts| {
+                        let setting = Setting {
+                            equation: &cube,
+                            neighbour,
+                            pairs: kinds.any(cells)?,
+                            level: &level,
+                            galerkin: None,
+                        };
+                        then(&Examined {
+                            model: &setting.with_starts(starts)?,
+                            coefficients,
+                            hides: None,
+                            pieces: None,
+                            goals: request.goals,
+                            place: &|site| place_of(&level, values.domain(), site),
+                        })?;
+                        values.check()
+                    },
+                )
             })
         })
     }
@@ -320,25 +333,33 @@ impl<const D: usize> CubeSystem<'_, D> {
 }
 
 /// The place of a site for people: the part of every axis.
-fn place_of<const D: usize>(level: &impl Level<Point = [f64; D]>, site: usize) -> String {
+fn place_of<const D: usize>(
+    level: &impl Level<Point = [f64; D]>,
+    domain: &Domain<f64>,
+    site: usize,
+) -> String {
     let mut places = Vec::new();
     level.nodes(site, |x, _| {
         if places.is_empty() {
-            places = x.map(|x| quarter(x, D)).to_vec();
+            let part = |(axis, &x): (usize, &f64)| {
+                let [low, high] = quarter(x, D).map(|end| domain.coordinate(axis, end));
+                format!("[{low}, {high}]")
+            };
+            places = x.iter().enumerate().map(part).collect();
         }
     });
     places.join(" × ")
 }
 
 /// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
-fn quarter(x: f64, dimension: usize) -> String {
+fn quarter(x: f64, dimension: usize) -> [f64; 2] {
     let parts = match dimension {
         1 => 8.0,
         2 => 4.0,
         _ => 2.0,
     };
     let part = (x * parts).floor().min(parts - 1.0);
-    format!("[{}, {}]", part / parts, (part + 1.0) / parts)
+    [part / parts, (part + 1.0) / parts]
 }
 
 impl<const D: usize> System for CubeSystem<'_, D> {
@@ -373,6 +394,7 @@ impl<const D: usize> System for CubeSystem<'_, D> {
 /// Prepares the walks of all goals; hands on their job, and (v, Φ) of each.
 pub(super) fn with_job<F: Real, const D: usize>(
     cube: &ModelCube<'_, F, D>,
+    domain: &Domain<F>,
     neighbour: &Boxed<'_, F, D>,
     request: &Request<'_>,
     weighted: &[WeightedStart<'_, F, D>],
@@ -384,7 +406,7 @@ pub(super) fn with_job<F: Real, const D: usize>(
     for goal in request.goals {
         let (functional, galerkin) = match &goal.region {
             Region::Point(x) => {
-                let x = coordinates(x);
+                let x = domain.unit(x);
                 let value = neighbour.value(&neighbour.locate(x)).to_f64();
                 (Start::Point(At(x)), value)
             }
@@ -436,14 +458,10 @@ impl<'k, F: Real, const D: usize> Functional<ModelCube<'k, F, D>> for Start<'_, 
     }
 }
 
-/// A point as an array.
-pub(super) fn coordinates<F: Real, const D: usize>(x: &[f64]) -> [F; D] {
-    from_fn(|a| F::from_f64(x.get(a).copied().unwrap_or(0.0)))
-}
-
 /// With where the walks of all goals start, as an analysis sees it.
 fn with_starts<const D: usize>(
     request: &Request<'_>,
+    domain: &Domain<f64>,
     neighbour: &Boxed<'_, f64, D>,
     weighted: &[WeightedStart<'_, f64, D>],
     then: &mut WithStarts<'_, [f64; D]>,
@@ -469,7 +487,7 @@ fn with_starts<const D: usize>(
     let mut starts: Vec<Begin<'_, [f64; D]>> = Vec::new();
     for goal in request.goals {
         starts.push(match &goal.region {
-            Region::Point(x) => Begin::At(coordinates(x)),
+            Region::Point(x) => Begin::At(domain.unit(x)),
             Region::Weight(_) => match densities.next() {
                 Some(density) => Begin::Density(density),
                 None => return Err(Error::Internal("a weight has no means")),

@@ -1,22 +1,33 @@
 //! A report as a table for people, and remarks on its numbers.
 
-use super::{EnergyReport, EstimateReport, GoalReport, Report};
+use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
 use crate::numbers::{aligned, short, with_error};
+
+/// The standard errors by which a solution of the equation is off once in two million times.
+const MOST_ERRORS: f64 = 5.0;
 
 impl Report {
     /// The report as a table for people.
     #[must_use]
     pub fn table(&self) -> String {
         format!(
-            "{}{}\n\n{}{}\n{} walks, {} states, set-up {} s, walks {} s\n",
+            "{}{}\n\n{}{}\n{}, {} states{}, set-up {} s, walks {} s\n",
             self.choice_text,
             self.heading(),
             aligned(&self.rows()),
             self.energy
                 .as_ref()
                 .map_or(String::new(), EnergyReport::text),
-            self.goals.iter().map(|t| t.walks).sum::<u64>(),
+            walks(self.goals.iter().map(|t| t.walks).sum()),
             self.states,
+            match self.other_walks {
+                0 => String::new(),
+                other => format!(
+                    " (and {}, {} states, for irradiances and net fluxes)",
+                    walks(other),
+                    self.other_states
+                ),
+            },
             short(self.setup_seconds),
             short(self.walk_seconds),
         )
@@ -51,22 +62,41 @@ impl Report {
     /// The head of the table, and a row for every goal.
     fn rows(&self) -> Vec<Vec<String>> {
         let any = |of: fn(&GoalReport) -> bool| self.goals.iter().any(of);
-        let mut head = vec![
-            "target",
-            "exact",
-            "Galerkin",
-            "plain",
-            "preconditioned",
-            "gain",
+        // Points of a grid are told by their place.
+        let places = any(|t| t.name.ends_with(']') && t.place().is_some());
+        let errors = any(|t| t.error.is_some());
+        let unit = self.goals.iter().find_map(|t| t.plain.unit);
+        let own = |name: &str| match unit {
+            Some(unit) => format!("{name}, {unit}"),
+            None => name.to_owned(),
+        };
+        let mut head = vec!["target".to_owned()];
+        if places {
+            head.push("at".to_owned());
+        }
+        head.extend(["exact", "Galerkin", "plain", "preconditioned"].map(own));
+        head.push("gain".to_owned());
+        if errors {
+            head.extend([own("error"), "z".to_owned()]);
+        }
+        let heats = [
+            any(|t| t.irradiance.is_some()),
+            any(|t| t.net_flux.is_some()),
+            any(|t| t.radiant_temperature.is_some()),
         ];
-        if any(|t| t.irradiance.is_some()) {
-            head.push("irradiance");
-        }
-        if any(|t| t.net_flux.is_some()) {
-            head.push("net flux");
-        }
-        let mut rows = vec![head.into_iter().map(str::to_owned).collect()];
-        rows.extend(self.goals.iter().map(GoalReport::row));
+        let names = [
+            own("irradiance"),
+            own("net flux"),
+            "mean radiant temperature, K".to_owned(),
+        ];
+        let names = names.into_iter().zip(heats);
+        head.extend(names.filter_map(|(name, is_there)| is_there.then_some(name)));
+        let mut rows = vec![head];
+        rows.extend(
+            self.goals
+                .iter()
+                .map(|goal| goal.row(places, errors, heats)),
+        );
         rows
     }
 
@@ -104,30 +134,62 @@ impl Report {
             count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
             "no walk scored anything, so there is no error bar",
         );
+        let furthest = self.goals.iter().filter_map(|t| t.z).map(f64::abs);
+        let furthest = furthest.fold(0.0, f64::max);
+        remark(
+            count(&|t| t.z.is_some_and(|z| z.abs() > MOST_ERRORS)),
+            &format!(
+                "the given solution is up to {} standard errors off: it is no solution of this equation, it seems",
+                short(furthest)
+            ),
+        );
         remarks
     }
 }
 
 impl GoalReport {
-    /// The row of the table.
-    fn row(&self) -> Vec<String> {
+    /// The point, in a room the place in the drawing.
+    fn place(&self) -> Option<String> {
+        match &self.position {
+            Some(position) => Some(Coordinates::Many(position.clone()).text()),
+            None => self.at.as_ref().map(Coordinates::text),
+        }
+    }
+
+    /// The row of the table, with the place, the error and what there is of heat if other rows have them.
+    fn row(&self, places: bool, errors: bool, heats: [bool; 3]) -> Vec<String> {
         let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
             (Some(plain), Some(preconditioned)) if preconditioned > 0.0 && plain > 0.0 => {
                 short(plain / preconditioned)
             }
             _ => "-".to_owned(),
         };
-        let mut row = vec![
-            self.name.clone(),
+        let mut row = vec![self.name.clone()];
+        if places {
+            row.push(self.place().unwrap_or_default());
+        }
+        row.extend([
             self.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
             number_or_dash(self.galerkin),
             self.plain.text(self.rounding_floor),
             self.preconditioned.text(self.rounding_floor),
             gain,
-        ];
-        let heat = [&self.irradiance, &self.net_flux];
-        for report in heat.into_iter().flatten() {
-            row.push(report.text(self.rounding_floor));
+        ]);
+        if errors {
+            row.push(
+                self.error
+                    .map_or("-".to_owned(), |error| format!("{error:.1e}")),
+            );
+            row.push(self.z.map_or("-".to_owned(), |z| format!("{z:.1}")));
+        }
+        let heat = [&self.irradiance, &self.net_flux, &self.radiant_temperature];
+        for (report, is_there) in heat.into_iter().zip(heats) {
+            if is_there {
+                let text = report
+                    .as_ref()
+                    .map(|report| report.text(self.rounding_floor));
+                row.push(text.unwrap_or_else(|| "-".to_owned()));
+            }
         }
         row
     }
@@ -138,7 +200,8 @@ impl EstimateReport {
     fn text(&self, floor: f64) -> String {
         match (self.estimate, self.std_error) {
             (None, _) => "no walks".to_owned(),
-            (Some(estimate), None) if self.std_dev.is_none() => format!("{estimate:.6}, one walk"),
+            // One score is no result.
+            (Some(_), None) if self.std_dev.is_none() => "- (one walk)".to_owned(),
             (Some(estimate), Some(error)) if error < floor => {
                 format!("{} (rounding)", with_error(estimate, Some(floor)))
             }
@@ -167,6 +230,12 @@ impl EnergyReport {
         }
         format!("\n{}", aligned(&rows))
     }
+}
+
+/// "1 walk", "2 walks".
+fn walks(count: u64) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} walk{plural}")
 }
 
 /// A number with six decimals, or a dash for NaN.

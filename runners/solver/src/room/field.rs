@@ -139,15 +139,19 @@ impl RoomSystem<'_> {
 
 /// What v gives at a position, or `None` where there is no room.
 fn inside<F: Real>(seen: &Seen<'_, '_, F>, v: &[F], closed: bool) -> Option<f64> {
-    let smallest = F::EPSILON.to_f64().sqrt();
     let [value, share] = seen.of(v);
+    is_inside(share, closed, F::EPSILON.to_f64()).then_some(value)
+}
+
+/// Whether a point is in the room that sees walls in this share of all directions.
+pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
+    let smallest = epsilon.sqrt();
     // In a closed room a point sees walls all around, or only backs.
-    let inside = if closed {
+    if closed {
         (share - 1.0).abs() < smallest
     } else {
         share > smallest
-    };
-    inside.then_some(value)
+    }
 }
 
 /// The same numbers by plain walks that take as long.

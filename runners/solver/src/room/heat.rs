@@ -1,10 +1,10 @@
 //! Irradiances and net fluxes: what a room says besides u.
 
 use fredholm_core::{Estimate, Statistics};
-use fredholm_room::{Enclosure, Material};
+use fredholm_room::{Enclosure, Material, STEFAN_BOLTZMANN};
 
 use super::RoomModel;
-use crate::model::{Derived, Heat};
+use crate::model::{Derived, Flux, Heat};
 use crate::{Goal, Region};
 
 /// H = (u − F)/ρ.
@@ -24,11 +24,16 @@ impl ThroughRadiosity {
     }
 }
 
+/// Whether a region is a point between the walls.
+const fn is_in_air(region: &Region) -> bool {
+    matches!(region, Region::Point(_))
+}
+
 impl RoomModel {
-    /// The regions of the goals and, with temperatures, every surface: for its net flux.
+    /// The regions of the goals and, with temperatures, every surface, for its net flux unless they are left out.
     pub(super) fn regions(&self, goals: &[Goal], only_u: bool) -> Vec<Region> {
         let mut regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
-        if self.surfaces.heat && !only_u {
+        if self.surfaces.heat && !self.surfaces.without_fluxes && !only_u {
             regions.extend((0..self.surfaces.names.len()).map(Region::Part));
         }
         regions
@@ -36,7 +41,8 @@ impl RoomModel {
 
     /// Whether the irradiance of a region takes walks of its own.
     pub(super) fn takes_walks(&self, region: &Region, only_u: bool) -> bool {
-        !only_u && self.through_radiosity(region).is_none()
+        // In the air there is no wall on which light falls.
+        !only_u && !is_in_air(region) && self.through_radiosity(region).is_none()
     }
 
     /// How the irradiance of a region follows from u there, if it does.
@@ -69,6 +75,12 @@ impl RoomModel {
                 own.get(vertex).or(own.first()).copied()
             }
             Region::Part(surface) => self.surfaces.material(*surface),
+            Region::Parts(surfaces) => {
+                let own = |surface: &usize| self.surfaces.material(*surface);
+                let first = own(surfaces.first()?)?;
+                let same = surfaces.iter().all(|surface| own(surface) == Some(first));
+                same.then_some(first)
+            }
             _ => None,
         }
     }
@@ -83,43 +95,68 @@ impl RoomModel {
         }
         let (radiosities, own) = statistics.split_at(regions.len());
         let mut own = own.iter();
-        let mut heat: Vec<Heat> = Vec::new();
-        for (region, u) in regions.iter().zip(radiosities) {
-            let irradiance = match self.through_radiosity(region) {
-                Some(through) => Some(through.irradiance(u.preconditioned())),
-                None => own.next().map(Statistics::preconditioned),
+        let (mut heat, mut fluxes) = (Vec::new(), Vec::new());
+        for (i, (region, u)) in regions.iter().zip(radiosities).enumerate() {
+            let through = self.through_radiosity(region);
+            let walked = match through {
+                Some(_) => Some(u),
+                None if is_in_air(region) => None,
+                None => own.next(),
             };
-            heat.push(self.heat(region, irradiance));
+            let estimate = walked.map(Statistics::preconditioned);
+            let irradiance = match through {
+                Some(through) => estimate.map(|u| through.irradiance(u)),
+                None => estimate,
+            };
+            match i.checked_sub(goals.len()) {
+                None => heat.push(Heat {
+                    irradiance,
+                    net_flux: self.net_flux(region, irradiance, 1.0),
+                    radiant_temperature: is_in_air(region)
+                        .then(|| self.radiant_temperature(u.preconditioned()))
+                        .flatten(),
+                }),
+                // Then come all surfaces, of which the flux is that of their length.
+                Some(surface) => fluxes.push(Flux {
+                    name: self.surfaces.names[surface].clone(),
+                    walks: walked.map_or(0, Statistics::walks),
+                    net_flux: self
+                        .scene
+                        .length(surface)
+                        .ok()
+                        .and_then(|length| self.net_flux(region, irradiance, length)),
+                }),
+            }
         }
-        let fluxes = heat.split_off(goals.len());
-        let names = self.surfaces.names.iter().cloned();
-        Derived {
-            heat,
-            fluxes: names
-                .zip(fluxes.into_iter().map(|heat| heat.net_flux))
-                .collect(),
-        }
+        Derived { heat, fluxes }
     }
 
-    /// Irradiance, and with temperatures the net flux out of a wall: of a surface in W per metre of
-    /// depth, at a point in W/m².
-    fn heat(&self, region: &Region, irradiance: Option<Estimate>) -> Heat {
-        let net_flux = irradiance.filter(|_| self.surfaces.heat).and_then(|h| {
-            let material = self.material(region)?;
-            let length = match region {
-                Region::Part(surface) => self.scene.length(*surface).ok()?,
-                _ => 1.0,
-            };
-            let scale = |x: Option<f64>| x.map(|x| (1.0 - material.reflectance) * length * x);
-            Some(Estimate {
-                estimate: length * material.net_flux(h.estimate),
-                std_error: scale(h.std_error),
-                std_dev: scale(h.std_dev),
-            })
-        });
-        Heat {
-            irradiance,
-            net_flux,
-        }
+    /// With temperatures the mean radiant temperature T in kelvin, where σT⁴ is the mean radiosity in view.
+    fn radiant_temperature(&self, u: Estimate) -> Option<Estimate> {
+        let mean = Some(u.estimate).filter(|&mean| self.surfaces.heat && mean > 0.0)?;
+        let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
+        let scale = |x: Option<f64>| x.map(|x| 0.25 * temperature / mean * x);
+        Some(Estimate {
+            estimate: temperature,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        })
+    }
+
+    /// With temperatures the net flux out of this length of a wall.
+    fn net_flux(
+        &self,
+        region: &Region,
+        irradiance: Option<Estimate>,
+        length: f64,
+    ) -> Option<Estimate> {
+        let h = irradiance.filter(|_| self.surfaces.heat)?;
+        let material = self.material(region)?;
+        let scale = |x: Option<f64>| x.map(|x| (1.0 - material.reflectance) * length * x);
+        Some(Estimate {
+            estimate: length * material.net_flux(h.estimate),
+            std_error: scale(h.std_error),
+            std_dev: scale(h.std_dev),
+        })
     }
 }

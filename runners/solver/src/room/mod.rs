@@ -4,6 +4,8 @@ mod corners;
 mod export;
 mod field;
 mod heat;
+mod leaks;
+mod means;
 mod surfaces;
 mod system;
 
@@ -11,7 +13,7 @@ use std::sync::Arc;
 
 use fredholm_core::{NoNeighbour, Real, Statistics};
 use fredholm_room::{
-    Cells, Choice, Grading, Matrix, Mesh, R_MIN, Room, RoomPairs, Scene, Tables, View, Views,
+    Cells, Choice, Grading, Matrix, Mesh, R_MIN, Room, RoomPairs, Scene, Seen, Tables, View, Views,
     r_min, second_moment_radius,
 };
 
@@ -128,6 +130,22 @@ impl RoomModel {
         &self.scene
     }
 
+    /// Whether points are between the walls: not behind them nor within an obstacle.
+    ///
+    /// # Errors
+    /// [`Error::Room`].
+    pub fn are_inside(&self, positions: &[[f64; 2]]) -> Result<Vec<bool>, Error> {
+        let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
+        let tables = Tables::<f64>::new(&self.scene, &mesh);
+        let room = &Room::new(tables.geometry(), tables.cells(), Views::none(), 0.5)?;
+        let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
+        let sees = |&position: &[f64; 2]| {
+            let [_, share] = Seen { room, position }.of(&ones);
+            field::is_inside(share, closed, f64::EPSILON)
+        };
+        Ok(positions.iter().map(sees).collect())
+    }
+
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         let grading = grading(cut);
         Ok(match cut.scalar {
@@ -142,12 +160,17 @@ impl RoomModel {
         walls.map(|wall| wall.length * wall.emission.powi(2)).sum()
     }
 
-    /// The walls of a mean.
-    fn walls(&self, region: &Region) -> Result<core::ops::Range<usize>, Error> {
-        Ok(match region {
-            Region::Part(surface) => self.scene.walls_of(*surface)?,
-            _ => 0..self.scene.walls_of(self.scene.surfaces() - 1)?.end,
-        })
+    /// The walls of a mean, of every surface a range.
+    fn walls(&self, region: &Region) -> Result<Vec<core::ops::Range<usize>>, Error> {
+        let of = |surface: &usize| Ok::<_, Error>(self.scene.walls_of(*surface)?);
+        match region {
+            Region::Part(surface) => Ok(vec![of(surface)?]),
+            Region::Parts(surfaces) => surfaces.iter().map(of).collect(),
+            _ => {
+                let all = 0..of(&(self.scene.surfaces() - 1))?.end;
+                Ok(vec![all])
+            }
+        }
     }
 }
 
@@ -221,6 +244,20 @@ impl Model for RoomModel {
 
     fn part(&self, number: usize) -> Option<&str> {
         self.surfaces.names.get(number).map(String::as_str)
+    }
+
+    fn unit(&self) -> Option<&'static str> {
+        self.surfaces.heat.then_some("W/m2")
+    }
+
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        let Region::On(surface, t) = *region else {
+            return None;
+        };
+        let (wall, fraction) = self.scene.along(surface, t).ok()?;
+        let [a, b] = self.scene.geometry().walls().get(wall)?.ends;
+        let between = |k: usize| (1.0 - fraction) * a[k] + fraction * b[k];
+        Some(vec![between(0), between(1)])
     }
 
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {
@@ -407,6 +444,7 @@ impl<'m> RoomPartition<'m> {
         let none: &Boxed<'_, F> = &NoNeighbour::<Room<'_, F>>::new();
         let dark = Solutions {
             mean: &|_| 0.0,
+            air: &|_| 0.0,
             irradiance: &|_| 0.0,
         };
         with_job(
@@ -431,7 +469,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn cells_text(&self) -> String {
-        format!("{} asked for, {} in all", self.cells, self.mesh.len())
+        format!("{} ({} requested)", self.mesh.len(), self.cells)
     }
 
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {

@@ -3,6 +3,7 @@
 use fredholm_core::Real;
 use fredholm_room::{Enclosure, Material, Place, RoomError, Scene, Surface};
 
+use super::leaks;
 use crate::Error;
 
 /// The surfaces of a room, as the scene takes them, and their names.
@@ -18,6 +19,10 @@ pub struct Surfaces {
     pub heat: bool,
     /// Whether light that leaves is absorbed.
     pub open: bool,
+    /// Whether the net fluxes of all surfaces are left out although there are temperatures.
+    pub without_fluxes: bool,
+    /// Whether they are those of a View2D deck alone.
+    pub is_deck: bool,
 }
 
 impl Surfaces {
@@ -36,9 +41,24 @@ impl Surfaces {
             Enclosure::Closed
         };
         Scene::new::<F>(&surfaces, enclosure).map_err(|error| {
-            let (message, place) = self.explain(error);
+            let (message, place) = self.explain(error, F::EPSILON.to_f64() > 1e-10);
             Error::Scene { message, place }
         })
+    }
+
+    /// Where light leaves a room that should be closed, and in which direction.
+    #[must_use]
+    pub fn leaving_ray(&self) -> Option<[[f64; 2]; 2]> {
+        let surfaces = self.points.iter().zip(&self.materials);
+        let surfaces: Vec<Surface<'_>> = surfaces
+            .map(|(points, materials)| Surface { points, materials })
+            .collect();
+        match Scene::new::<f64>(&surfaces, Enclosure::Closed) {
+            Err(RoomError::Open {
+                from, direction, ..
+            }) => Some([from, direction]),
+            _ => None,
+        }
     }
 
     /// "surface "floor", vertex 2".
@@ -48,7 +68,7 @@ impl Surfaces {
     }
 
     /// What is wrong with a scene, with the names of its surfaces, and where.
-    fn explain(&self, error: RoomError) -> (String, Option<Place>) {
+    fn explain(&self, error: RoomError, single: bool) -> (String, Option<Place>) {
         let at = |place: Place, what: &str| (format!("{}: {what}", self.place(place)), Some(place));
         match error {
             RoomError::Vertices { surface } => at(
@@ -61,7 +81,11 @@ impl Surfaces {
             ),
             RoomError::Coordinate(place) => at(
                 place,
-                "coordinates must be finite, and the scene between 1e-6 and 1e12 wide in f32",
+                if single {
+                    "coordinates must be finite, and the scene between 1e-6 and 1e12 wide in f32"
+                } else {
+                    "coordinates must be finite, and the scene between 1e-100 and 1e100 wide"
+                },
             ),
             RoomError::Reflectance(place) => at(place, "the reflectance must be in [0, 1)"),
             RoomError::Emission(place) => at(place, "the emission must be finite"),
@@ -87,16 +111,25 @@ impl Surfaces {
             ),
             RoomError::Open {
                 at: place,
-                from: [x, y],
-                direction: [dx, dy],
-            } => at(
-                place,
-                &format!(
-                    "the room is not closed here: light leaves, or meets a wall from behind, from \
-                     ({x:.4}, {y:.4}) in direction ({dx:.3}, {dy:.3}); close the gap, turn surfaces \
-                     whose active side is not on the left, or say `open = true`"
-                ),
-            ),
+                from,
+                direction,
+            } => {
+                let way_out = self.leak(place, from).unwrap_or_else(|| {
+                    "close the gap, or turn surfaces whose active side is not on the left"
+                        .to_owned()
+                });
+                let open = match self.is_deck {
+                    true => "set `encl` to 0 in line C of the deck",
+                    false => "say `open = true`",
+                };
+                let message = format!(
+                    "the room is not closed here: light leaves, or meets a wall from behind, from {} in \
+                     direction {}; {way_out}; if light may leave, {open}",
+                    leaks::point(from),
+                    leaks::direction(direction)
+                );
+                at(place, &message)
+            }
             other => (other.to_string(), None),
         }
     }

@@ -4,10 +4,11 @@ use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Round
 use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    Choice, Irradiance, Matrix, MeanOver, Point, Polynomials, Room, RoomLevel, RoomPairs, Tables,
+    Choice, Irradiance, Matrix, Point, Polynomials, Room, RoomLevel, RoomPairs, Seen, Tables,
 };
 use fredholm_variance::{Density, Level, MeanCoefficients, Setting, Start as Begin, Terms};
 
+use super::means::Means;
 use super::{RoomModel, RoomPartition, choice, export, of_degree, pointwise_pairs};
 use crate::cost::PointwisePairs;
 use crate::examined::Examined;
@@ -134,6 +135,7 @@ impl RoomSystem<'_> {
         setup.with_neighbour(&room, &mut |neighbour, irradiance| {
             let solutions = Solutions {
                 mean: &|mean| mean.of(&setup.v),
+                air: &|seen| seen.of(&setup.v)[0],
                 irradiance,
             };
             with_job(
@@ -169,12 +171,22 @@ impl RoomSystem<'_> {
         let model = self.cut.model;
         let mut densities = Vec::new();
         for goal in request.goals {
+            if matches!(goal.region, Region::Point(_)) {
+                let message = format!(
+                    "target {:?} is in the air: a prediction of variances, and `pairs = \"theory\"`, take targets on \
+                     walls alone",
+                    goal.name
+                );
+                return Err(Error::TooMuch { message });
+            }
             let walls = model.walls(&goal.region)?;
             let own = model.scene.geometry();
-            let own = own.walls().get(walls.clone()).unwrap_or(&[]);
-            let length = own.iter().map(|wall| wall.length).sum();
+            let own = walls
+                .iter()
+                .flat_map(|walls| own.walls().get(walls.clone()));
+            let length = own.flatten().map(|wall| wall.length).sum();
             densities.push(move |x: &Point<f64>| {
-                if walls.contains(&x.wall()) {
+                if walls.iter().any(|walls| walls.contains(&x.wall())) {
                     Density::uniform(length)
                 } else {
                     Density::nothing()
@@ -388,7 +400,9 @@ impl System for RoomSystem<'_> {
 /// What v gives where walks start.
 pub(super) struct Solutions<'s, 'a, F> {
     /// Its mean.
-    pub(super) mean: &'s dyn Fn(&MeanOver<'_, 'a, F>) -> f64,
+    pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
+    /// What a point between the walls sees of it.
+    pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
     /// The irradiance that it makes.
     pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
 }
@@ -411,6 +425,7 @@ pub(super) fn with_job<'a, F: Real>(
         let galerkin = match &start {
             Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
             Start::Mean(mean) => (solutions.mean)(mean),
+            Start::Air(seen) => (solutions.air)(seen),
             Start::Light(_) | Start::LightMean(_) => f64::NAN,
         };
         galerkins.push(galerkin);
@@ -456,7 +471,11 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.point(wall, fraction)?))
             }
-            region => Start::Mean(MeanOver::new(room, lengths, self.walls(region)?)?),
+            Region::Point(x) => Start::Air(Seen {
+                room,
+                position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
+            }),
+            region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
         })
     }
 }
@@ -464,9 +483,10 @@ impl RoomModel {
 /// Where the walks of a goal start.
 pub(super) enum Start<'r, 'a, F> {
     Point(At<Point<F>>),
-    Mean(MeanOver<'r, 'a, F>),
+    Mean(Means<'r, 'a, F>),
+    Air(Seen<'r, 'a, F>),
     Light(Irradiance<'r, 'a, F, At<Point<F>>>),
-    LightMean(Irradiance<'r, 'a, F, MeanOver<'r, 'a, F>>),
+    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
 }
 
 impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
@@ -475,6 +495,7 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
         match self {
             Self::Point(At(x)) => (*x, F::one()),
             Self::Mean(mean) => mean.start(uniforms),
+            Self::Air(seen) => seen.start(uniforms),
             Self::Light(light) => light.start(uniforms),
             Self::LightMean(light) => light.start(uniforms),
         }

@@ -1,0 +1,37 @@
+//! The surfaces of a room as `check --out` draws them, also of a room that is refused.
+
+use std::path::Path;
+
+use fredholm_plot::Drawing;
+
+use crate::failure::Failure;
+use crate::file::{ProblemFile, kinds};
+use crate::output::Output;
+
+/// Draws the surfaces of a file.
+pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
+    let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", out.display()));
+    let Some(room) = file.problem_as::<kinds::Room>() else {
+        return Err(refuse("drawings are of rooms: `kind = \"room\"`"));
+    };
+    if out
+        .extension()
+        .is_none_or(|e| !e.eq_ignore_ascii_case("svg"))
+    {
+        return Err(refuse("the name must end in .svg"));
+    }
+    let output = Output::open(out)?;
+    let surfaces = room.all_surfaces(file)?;
+    let ray = if surfaces.open {
+        None
+    } else {
+        surfaces.leaving_ray()
+    };
+    let label = if surfaces.heat { "m" } else { "" };
+    let drawing = Drawing {
+        surfaces: surfaces.names.into_iter().zip(surfaces.points).collect(),
+        ray,
+        label: label.to_owned(),
+    };
+    output.finish(drawing.svg().map_err(Failure::run)?)
+}

@@ -1,0 +1,364 @@
+//! Rooms as people draw them: what is said of gaps and covered floors, units, temperatures, decks.
+
+mod common;
+
+use common::{Folder, csv_rows, fredholm, list, number};
+
+/// A surface of a grey room.
+fn grey(name: &str, points: &str, temperature: &str) -> String {
+    format!(
+        "[[problem.surface]]\nname = '{name}'\npoints = {points}\nemissivity = 0.9\n\
+         temperature = {temperature}\n"
+    )
+}
+
+/// A box of 5 by 4 with a partition that stands on its floor.
+fn with_partition(floor: &[String]) -> String {
+    let mut room = vec!["[problem]\nkind = 'room'\n".to_owned()];
+    room.extend_from_slice(floor);
+    room.push(grey("rest", "[[5, 0], [5, 4], [0, 4], [0, 0]]", "292"));
+    let feet = "[[1.5, 0], [1.5, 1.2], [1.6, 1.2], [1.6, 0]]";
+    room.push(grey("partition", feet, "\"19 C\""));
+    room.push("[galerkin]\ncells = 40\n[walk]\nwalks = 2000\n".to_owned());
+    room.push("[[target]]\nname = 'floor'\nover = 'floor'\n".to_owned());
+    room.push("[[target]]\nname = 'spot'\nat = { surface = 'floor', t = 0.5 }\n".to_owned());
+    room.concat()
+}
+
+#[test]
+fn a_floor_under_a_partition_is_told() {
+    let folder = Folder::new();
+    let whole = with_partition(&[grey("floor", "[[0, 0], [5, 0]]", "291")]);
+    let ran = folder.solve(&whole, &[]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    for word in [
+        "surface \"floor\"",
+        "this part of \"floor\", from (1.5, 0) to (1.6, 0), lies under surface \"partition\": leave it out",
+        "`open = true`",
+    ] {
+        assert!(ran.stderr.contains(word), "{ran:?}");
+    }
+    let parts = [
+        grey("floor", "[[0, 0], [1.5, 0]]", "291"),
+        grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+    ];
+    folder.solve(&with_partition(&parts), &[]).quietly(0);
+}
+
+#[test]
+fn a_gap_is_told_by_its_ends() {
+    let folder = Folder::new();
+    let room = |corner: &str| {
+        [
+            "[problem]\nkind = 'room'\n".to_owned(),
+            grey("floor", "[[0, 0], [5, 0]]", "291"),
+            grey(
+                "rest",
+                &format!("[[5, 0], [5, 4], [0, 4], {corner}]"),
+                "292",
+            ),
+            "[[target]]\nname = 'a'\nover = 'all'\n".to_owned(),
+        ]
+        .concat()
+    };
+    for (corner, words) in [
+        (
+            "[0, 0.001]",
+            [
+                "gap of 1.000e-3",
+                "(0, 0) of \"floor\" and (0, 0.001) of \"rest\"",
+            ],
+        ),
+        (
+            "[-0.001, 0]",
+            [
+                "gap of 1.000e-3",
+                "(0, 0) of \"floor\" and (-0.001, 0) of \"rest\"",
+            ],
+        ),
+    ] {
+        let ran = folder.solve(&room(corner), &[]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        for word in words {
+            assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+        }
+        assert!(!ran.stderr.contains("-0.000"), "{ran:?}");
+    }
+    let ran = folder.solve(&room("[1e200, 0]"), &[]);
+    assert!(
+        ran.stderr.contains("between 1e-100 and 1e100 wide"),
+        "{ran:?}"
+    );
+}
+
+#[test]
+fn heat_has_one_unit_in_a_column() {
+    let folder = Folder::new();
+    let parts = [
+        grey("floor", "[[0, 0], [1.5, 0]]", "[\"17.85 C\"]"),
+        grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+    ];
+    let csv = folder.at("out.csv");
+    let text = with_partition(&parts);
+    let ran = folder.solve(&text, &["--json", "--out", &csv]).quietly(0);
+    let json = ran.json();
+    let targets = list(&json, "targets");
+    for target in targets {
+        for key in ["plain", "preconditioned", "irradiance", "net_flux"] {
+            assert_eq!(target[key]["unit"], "W/m2", "{target}");
+        }
+    }
+    let surfaces = list(&json, "surfaces");
+    assert_eq!(surfaces[0]["net_flux"]["unit"], "W/m");
+    assert_eq!(surfaces[0]["walks"], 2000);
+    assert_eq!(json["energy_balance"]["unit"], "W/m");
+    assert_eq!(json["other_walks"], 8000);
+    // 1.5 m of floor give 1.5 times as many W/m as W/m2.
+    let [of_target, of_surface] = [&targets[0], &surfaces[0]].map(|from| &from["net_flux"]);
+    let error = 1.5 * number(of_target, "std_error") + number(of_surface, "std_error");
+    let apart = 1.5 * number(of_target, "estimate") - number(of_surface, "estimate");
+    assert!(apart.abs() < 4.9 * error, "{json}");
+    let rows = csv_rows(csv.as_ref());
+    assert_eq!(rows.len(), 1 + 2 + 4 + 1);
+    assert_eq!(rows[3][0], "net flux out of floor");
+    let last = rows[0].len() - 2;
+    assert_eq!(rows[0][last], "net_flux_per_metre");
+    assert_eq!(rows[3][last].parse().ok(), of_surface["estimate"].as_f64());
+    assert_eq!(rows[1][last], "");
+    let table = folder.solve(&text, &[]).quietly(0).stdout;
+    for word in [
+        "plain, W/m2",
+        "net flux, W/m2",
+        "W per metre",
+        "4000 walks",
+        "(and 8000 walks",
+    ] {
+        assert!(table.contains(word), "{word}: {table}");
+    }
+    // One walk is no result.
+    let table = folder.solve(&text, &["--walks", "1"]).stdout;
+    assert!(
+        table.contains("- (one walk)") && !table.contains("0.000000, one"),
+        "{table}"
+    );
+}
+
+#[test]
+fn temperatures_have_units() {
+    let folder = Folder::new();
+    let of = |floor: &str| {
+        let parts = [
+            grey("floor", "[[0, 0], [1.5, 0]]", floor),
+            grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+        ];
+        with_partition(&parts)
+    };
+    let run = |floor: &str| folder.solve(&of(floor), &["--json"]);
+    let [kelvin, celsius, worded] =
+        ["293.15", "'20 C'", "['293.15 K']"].map(|floor| run(floor).quietly(0).timeless());
+    assert_eq!(kelvin, celsius);
+    assert_eq!(kelvin, worded);
+    assert_eq!(kelvin, run("'20 °C'").quietly(0).timeless());
+    let ran = run("'20 F'");
+    assert!(ran.stderr.contains("\"19 C\""), "{ran:?}");
+    let ran = run("'-280 C'");
+    assert!(ran.stderr.contains("from 0 to a million kelvin"), "{ran:?}");
+    run("20").warning(0, &["problem.toml:7: ", "write \"20 C\""]);
+    let light = of("291").replacen(
+        "emissivity = 0.9\ntemperature = 291",
+        "reflectance = 0.1\nemission = -1",
+        1,
+    );
+    folder
+        .solve(&light, &[])
+        .warning(0, &["this emission is negative"]);
+}
+
+#[test]
+fn decks_are_told_by_their_lines() {
+    let folder = Folder::new();
+    let deck = "C 1\nG 2\nV 1 0 0\nV 2 1 0\nV 3 1 1\nV 4 0 1\nV 5 0 0.9\nS 1 1 2 0 0 0 0.9 floor\n\
+                S 2 2 3 0 0 0 0.5 right\nS 3 3 4 0 0 0 0.9 top\nS 4 4 5 0 0 0 1.0 left\nEnd of data\n";
+    let path = folder.file("gap.vs2", deck);
+    let ran = fredholm(&["factors", &path]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    for word in [
+        "gap.vs2:8:1: ",
+        "set `encl` to 0",
+        "gap of 9.000e-1",
+        "8 | S 1 1 2",
+    ] {
+        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+    }
+    let file = "[problem]\nkind = 'room'\ndeck = 'gap.vs2'\n[[target]]\nname = 'a'\nover = 'all'\n";
+    let ran = folder.solve(file, &[]);
+    for word in ["gap.vs2:8:1: ", "`open = true`"] {
+        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+    }
+    for command in ["solve", "check"] {
+        let ran = fredholm(&[command, &path]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains("is a View2D deck"), "{ran:?}");
+    }
+}
+
+#[test]
+fn a_refused_room_can_be_looked_at() {
+    let folder = Folder::new();
+    let text = with_partition(&[grey("floor", "[[0, 0], [5, 0]]", "291")]);
+    let (path, svg) = (folder.file("a.toml", &text), folder.at("room.svg"));
+    let ran = fredholm(&["check", &path, "--out", &svg]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    for word in ["partition", "light leaves here", ">m<"] {
+        assert!(drawn.contains(word), "{word}: {drawn}");
+    }
+    let closed = with_partition(&[
+        grey("floor", "[[0, 0], [1.5, 0]]", "291"),
+        grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+    ]);
+    let path = folder.file("b.toml", &closed);
+    fredholm(&["check", &path, "--out", &svg]).quietly(0);
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    assert!(
+        drawn.contains("floor 2") && !drawn.contains("light leaves"),
+        "{drawn}"
+    );
+    let ran = fredholm(&["check", &path, "--out", &folder.at("room.png")]);
+    assert!(ran.stderr.contains("must end in .svg"), "{ran:?}");
+    let circle = folder.file("c.toml", common::CIRCLE);
+    let ran = fredholm(&["check", &circle, "--out", &svg]);
+    assert!(ran.stderr.contains("drawings are of rooms"), "{ran:?}");
+}
+
+#[test]
+fn net_fluxes_can_be_left_out() {
+    let folder = Folder::new();
+    let text = with_partition(&[
+        grey("floor", "[[0, 0], [1.5, 0]]", "291"),
+        grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+    ]);
+    let without = text.replacen("kind = 'room'", "kind = 'room'\nnet_fluxes = false", 1);
+    let [with, without] =
+        [text, without].map(|text| folder.solve(&text, &["--json"]).quietly(0).json());
+    // The targets have the same bits, and their own net fluxes.
+    assert_eq!(with["targets"], without["targets"]);
+    assert!(number(&without["targets"][0]["net_flux"], "std_error") > 0.0);
+    assert_eq!(without.get("surfaces"), None);
+    assert_eq!(without.get("other_walks"), None);
+}
+
+#[test]
+fn a_picture_has_the_range_that_is_asked_for() {
+    let folder = Folder::new();
+    let text = with_partition(&[
+        grey("floor", "[[0, 0], [1.5, 0]]", "291"),
+        grey("floor 2", "[[1.6, 0], [5, 0]]", "291"),
+    ]);
+    let (path, svg) = (folder.file("a.toml", &text), folder.at("a.svg"));
+    let render = |more: &[&str]| {
+        let args = ["render", &path, "-o", &svg, "--width", "60", "--walks", "1"];
+        fredholm(&[&args[..], more].concat())
+    };
+    render(&["--range", "400:420"]).quietly(0);
+    let narrow = std::fs::read_to_string(&svg).unwrap();
+    // From 400 on, where the default begins at 0.
+    assert!(
+        narrow.contains(">405<") && narrow.contains("as asked for"),
+        "{narrow}"
+    );
+    render(&[]).quietly(0);
+    let whole = std::fs::read_to_string(&svg).unwrap();
+    assert!(
+        whole.contains(">0<") && !whole.contains("as asked for"),
+        "{whole}"
+    );
+    for (more, words) in [
+        (&["--range", "5:2"][..], "the smaller first"),
+        (&["--range", "5"], "the smaller first"),
+        (&["--range", "-1:2", "--log"], "must begin above 0"),
+    ] {
+        let ran = render(more);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    }
+}
+
+#[test]
+fn points_in_the_air_have_a_radiant_temperature() {
+    let folder = Folder::new();
+    let of = |right: &str, targets: &str| {
+        [
+            "[problem]\nkind = 'room'\nnet_fluxes = false\n".to_owned(),
+            grey("floor", "[[0, 0], [4, 0]]", "300"),
+            grey("right", "[[4, 0], [4, 3]]", right),
+            grey("rest", "[[4, 3], [0, 3], [0, 0]]", "300"),
+            grey("block", "[[1, 1], [1, 2], [2, 2], [2, 1], [1, 1]]", "300"),
+            format!("[galerkin]\ncells = 60\n[walk]\nwalks = 20000\n{targets}"),
+        ]
+        .concat()
+    };
+    let target = |name: &str, at: &str| format!("[[target]]\nname = '{name}'\nat = {at}\n");
+    folder.file("points.csv", "0.5, 0.5\n\"right\", 0.5\n3.5, 2.5\n");
+    let targets = target("a", "[3.0, 1.5]") + &target("p", "'points.csv'");
+    let csv = folder.at("out.csv");
+    // Where all is 300 K, so is what is seen.
+    let ran = folder
+        .solve(&of("300", &targets), &["--json", "--out", &csv])
+        .quietly(0);
+    let json = ran.json();
+    for i in [0, 1, 3] {
+        let found = &list(&json, "targets")[i]["radiant_temperature"];
+        let allowed = 4.9 * number(found, "std_error") + 1e-9;
+        assert!(
+            (number(found, "estimate") - 300.0).abs() < allowed,
+            "{found}"
+        );
+        assert_eq!(found["unit"], "K");
+    }
+    let rows = csv_rows(csv.as_ref());
+    let column = |name: &str| rows[0].iter().position(|key| key == name).unwrap();
+    let place =
+        |row: usize| ["surface", "t", "x", "y"].map(|name| rows[row][column(name)].as_str());
+    assert_eq!(place(1), ["", "", "3", "1.5"]);
+    assert_eq!(place(3), ["right", "0.5", "4", "1.5"]);
+    // A warm wall is felt near it, and both estimates agree.
+    let warm = folder
+        .solve(&of("340", &targets), &["--json"])
+        .quietly(0)
+        .json();
+    let targets = list(&warm, "targets");
+    let temperature = |i: usize| number(&targets[i]["radiant_temperature"], "estimate");
+    assert!(temperature(0) > temperature(1) + 5.0, "{warm}");
+    for i in [0, 1, 3] {
+        let (plain, best) = (&targets[i]["plain"], &targets[i]["preconditioned"]);
+        let [one, other] = [plain, best].map(|from| number(from, "estimate"));
+        let error = number(plain, "std_error") + number(best, "std_error");
+        assert!((one - other).abs() < 4.9 * error, "{warm}");
+        let galerkin = number(&targets[i], "galerkin");
+        assert!((galerkin - other).abs() < 0.05 * other, "{warm}");
+    }
+    let table = folder
+        .solve(&of("340", &target("a", "[3.0, 1.5]")), &[])
+        .quietly(0)
+        .stdout;
+    assert!(table.contains("mean radiant temperature, K"), "{table}");
+    for (at, words) in [
+        ("[1.5, 1.5]", "not between the walls"),
+        ("[5, 1]", "not between the walls"),
+        ("[1]", "or a point in the air, [x, y]"),
+    ] {
+        let ran = folder.solve(&of("300", &target("a", at)), &[]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    }
+    folder.file("points.csv", "0.5, 0.5\n1.5, 1.5\n");
+    let ran = folder.solve(&of("300", &target("p", "'points.csv'")), &[]);
+    assert!(
+        ran.stderr.contains("points.csv:2:1: this point is not"),
+        "{ran:?}"
+    );
+    let path = folder.file("d.toml", of("300", &target("a", "[3.0, 1.5]")));
+    let ran = fredholm(&["diagnose", &path]);
+    assert!(ran.stderr.contains("is in the air"), "{ran:?}");
+}
