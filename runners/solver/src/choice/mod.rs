@@ -124,45 +124,29 @@ pub fn choose<'m>(
         return Ok(None);
     };
     let clock = Instant::now();
-    let (mut pilots, mut walks) = (0, 0);
+    let mut search = Search::new(model, targets, settings, tolerance, watch)?;
+    search.run();
     let mut refusal = None;
-    let mut most = Some(1.0);
-    while let Some(absorption) = most {
-        let mut search = Search::new(model, targets, settings, (tolerance, absorption), watch)?;
-        search.run();
-        most = search.lower();
-        while let Some(best) = search.best() {
-            if watch.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            let setting = best.setting;
-            refuse_no_scores(settings, &best)?;
-            let searched = clock.elapsed().as_secs_f64();
-            match accepted(model, settings, &setting, search.systems.of(&setting)) {
-                Ok(chosen) => {
-                    let mut chosen = finished(chosen, &best, &mut search, searched);
-                    chosen.report.pilots += pilots;
-                    chosen.report.pilot_walks += walks;
-                    return Ok(Some(chosen));
-                }
-                Err(error) => {
-                    refusal.get_or_insert(error);
-                }
-            }
-            // If the best setting has an infinite variance, longer walks may have a finite one.
-            if search.checks_late() && most.is_some() {
-                break;
-            }
-            search.forget(setting);
-            search.improve_until_stable();
-        }
+    while let Some(best) = search.best() {
         if watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
-        refusal = refusal.or(search.take_refusal());
+        let setting = best.setting;
+        refuse_no_scores(settings, &best)?;
+        let searched = clock.elapsed().as_secs_f64();
+        match accepted(model, settings, &setting, search.systems.of(&setting)) {
+            Ok(chosen) => return Ok(Some(finished(chosen, &best, &mut search, searched))),
+            Err(error) => refusal = refusal.or(Some(error)),
+        }
+        search.forget(setting);
+        search.improve_until_stable();
     }
-    Err(refusal.unwrap_or(Error::NoSetting))
+    if watch.cancelled() {
+        return Err(Error::Cancelled);
+    }
+    Err(refusal
+        .or(search.take_refusal())
+        .unwrap_or(Error::NoSetting))
 }
 
 /// Refuses walks until an error is reached if no walk may ever score.

@@ -55,21 +55,20 @@ pub(super) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// A search with an absorption of at most `most`, if the settings leave it open.
+    /// A search with the absorptions that are open and whose walks have a finite variance.
     ///
     /// # Errors
-    /// [`Error::TwoGoals`].
+    /// [`Error::TwoGoals`], [`Error::InfiniteVariance`].
     pub(super) fn new(
         model: &'m dyn Model,
         targets: &[Target],
         settings: &'m Settings,
-        (tolerance, most): (Tolerance, f64),
+        tolerance: Tolerance,
         watch: &'m dyn Watch,
     ) -> Result<Self, Error> {
-        let mut absorptions = open(settings.absorption, &ABSORPTIONS);
-        absorptions.retain(|&absorption| absorption <= most);
+        let absorptions = open(settings.absorption, &ABSORPTIONS);
         let about = model.about();
-        Ok(Self {
+        let mut search = Self {
             model,
             about,
             settings,
@@ -90,12 +89,13 @@ impl<'m> Search<'m> {
             spent: 0.0,
             pilots: 0,
             walks: 0,
-        })
+        };
+        search.drop_infinite_variances()?;
+        Ok(search)
     }
 
     /// Runs all pilots.
     pub(super) fn run(&mut self) {
-        self.drop_infinite_variances();
         self.pilot_first_plain();
         self.begin_families();
         self.shorten_walks();
@@ -107,17 +107,6 @@ impl<'m> Search<'m> {
     /// Makes pilots until none can improve the best setting any more.
     pub(super) fn improve_until_stable(&mut self) {
         while self.improve() {}
-    }
-
-    /// Whether the variance is checked after the search. Dropping infinite variances before it would take longer than
-    /// pilots in vain if the model integrates a formula.
-    pub(super) const fn checks_late(&self) -> bool {
-        self.about.has_slow_radius
-    }
-
-    /// The largest absorption below those of the first pilots, if there is one.
-    pub(super) fn lower(&self) -> Option<f64> {
-        self.absorptions.get(1).copied()
     }
 
     /// Forgets a setting that the problem refuses, and every setting that differs from it by shorter walks or fewer

@@ -3,6 +3,7 @@
 use super::super::pilot::Doubt;
 use super::super::setting::Setting;
 use super::Search;
+use crate::{Error, Pairs};
 
 /// The spectral radius of T_k²p from which on the variance is almost infinite, which few walks do not show.
 const SAFE_RADIUS: f64 = 0.85;
@@ -20,29 +21,33 @@ const LEAST_GAP: f64 = 0.01;
 const OBSERVED_RARE: f64 = 0.125;
 
 impl Search<'_> {
-    /// Drops values of q0 with an infinite variance of plain walks, as long as one is left. The search then starts from
-    /// a value whose variance is far from infinite.
-    pub(super) fn drop_infinite_variances(&mut self) {
-        if self.settings.allow_infinite_variance || self.checks_late() {
-            return;
+    /// Drops values of q0 with an infinite variance of plain walks, before anything expensive is set up. The search then
+    /// starts from a value whose variance is far from infinite, and otherwise from the smallest one.
+    ///
+    /// # Errors
+    /// [`Error::InfiniteVariance`]: none is left.
+    pub(super) fn drop_infinite_variances(&mut self) -> Result<(), Error> {
+        if self.settings.allow_infinite_variance {
+            return Ok(());
         }
         let base = self.plain_base();
-        // The first pilot reports any error.
-        let cells = self.model.partition(&self.with_valid_cells(&base));
-        let Ok(radius) = cells.and_then(|cells| cells.plain_radius(base.absorption)) else {
-            return;
-        };
+        let cells = self.model.partition(&self.with_valid_cells(&base))?;
+        let radius = cells.plain_radius(base.absorption)?;
         // k² p is K²/p, and p has the factor 1 − q0.
         let without = radius * (1.0 - base.absorption);
         self.second_moment = Some(without);
         let least = self.absorptions.last().copied();
-        let finite = |absorption: f64| without / (1.0 - absorption) < 1.0;
         self.absorptions
-            .retain(|&absorption| finite(absorption) || Some(absorption) == least);
+            .retain(|&absorption| without / (1.0 - absorption) < 1.0);
+        if self.absorptions.is_empty() {
+            let absorption = least.unwrap_or(base.absorption);
+            cells.check_variance(Pairs::Default, absorption)?;
+        }
         let mut safe = self.absorptions.iter().copied();
         self.shortest = safe
             .find(|&absorption| self.has_safe_variance(absorption))
-            .or(least);
+            .or(self.absorptions.last().copied());
+        Ok(())
     }
 
     /// Whether the variance is far from infinite.

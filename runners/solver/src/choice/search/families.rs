@@ -2,6 +2,7 @@
 
 use super::super::family::Family;
 use super::super::pilot::Pilot;
+use super::super::prediction::Level;
 use super::super::setting::Setting;
 use super::candidates::open;
 use super::pilots::{Allowance, FIRST, VARY};
@@ -46,14 +47,24 @@ impl Search<'_> {
         self.waiting.len() < before
     }
 
-    /// A pilot on the fewest cells of a family, if it may pay; the family otherwise.
+    /// A pilot on the fewest cells of a family which the problem takes, if it may pay; the family otherwise. On very few
+    /// cells, h may be so far from k that its walks have an infinite variance.
     fn begin(&mut self, mut family: Family) -> Option<Family> {
-        if !self.explore(&mut family, 0, FIRST) {
-            return Some(family);
+        for number in 0..=LEVELS {
+            if self.explore(&mut family, number, FIRST) {
+                self.extend(&mut family);
+                self.families.push(family);
+                return None;
+            }
+            let Some(&Level { cells, .. }) = family.levels.get(number) else {
+                break;
+            };
+            let is_refused = self.refuses(&family.on(cells));
+            if !is_refused || family.is_last(cells) && !self.extend(&mut family) {
+                break;
+            }
         }
-        self.extend(&mut family);
-        self.families.push(family);
-        None
+        Some(family)
     }
 
     /// Adds levels to a family and to those that differ by their walks alone; whether there were any.
