@@ -20,7 +20,7 @@ const KERNELS: [(&str, &str, f64); 5] = [
 #[test]
 fn a_kernel_of_any_size_has_a_neighbour_equation() {
     for (dimension, kernel, radius) in KERNELS {
-        for share in [0.4, 0.6, 0.75, 0.9] {
+        for share in [0.4, 0.6, 0.75, 0.9, 0.97, 0.99] {
             let constant = share / f64::sqrt(radius);
             let at = if dimension == "1" {
                 "0.5"

@@ -7,6 +7,13 @@ use crate::{Error, Pairs};
 
 /// The spectral radius of T_k²p from which on the variance is almost infinite, which few walks do not show.
 const SAFE_RADIUS: f64 = 0.85;
+/// The least q0 that is tried if its variance is far from infinite.
+const USUAL: f64 = 0.1;
+/// How many values of q0 are tried if none of the usual ones has a variance far from infinite: from the shortest walks
+/// of a finite variance to those of a fifth of that q0 or less.
+const BRIGHT: usize = 3;
+/// The rounding of values of q0 to those that are tried.
+const NEARLY: f64 = 1.1;
 /// How rare large scores are with bounded kernels.
 const BOUNDED: f64 = 3.0;
 /// How rare large scores are with singular kernels.
@@ -43,10 +50,22 @@ impl Search<'_> {
             let absorption = least.unwrap_or(base.absorption);
             cells.check_variance(Pairs::Default, absorption)?;
         }
-        let mut safe = self.absorptions.iter().copied();
+        let first = |of: &dyn Fn(f64) -> bool| {
+            let mut all = self.absorptions.iter().copied();
+            all.find(|&absorption| of(absorption))
+        };
+        // If K is a constant r, then without = r², and with q0 = 1 − r walks keep their weight.
+        let keeps_weight = 1.0 - without.sqrt();
+        let least = self.absorptions.last().copied();
+        let safe = first(&|absorption| self.has_safe_variance(absorption));
         self.shortest = safe
-            .find(|&absorption| self.has_safe_variance(absorption))
-            .or(self.absorptions.last().copied());
+            .or_else(|| first(&|absorption| absorption <= NEARLY * keeps_weight))
+            .or(least);
+        if safe.is_some_and(|absorption| absorption >= USUAL) {
+            self.absorptions.retain(|&absorption| absorption >= USUAL);
+        } else {
+            self.absorptions.truncate(BRIGHT);
+        }
         Ok(())
     }
 
