@@ -4,12 +4,15 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
 
+use fredholm::Settings;
 use fredholm::answer::Watch;
+use fredholm::choice::{ChoiceReport, LONG_SECONDS};
+use fredholm::numbers::short;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -75,6 +78,11 @@ impl Progress {
         self.bar.set_message(message);
     }
 
+    /// Says a line on stderr, above the bar.
+    fn aside(&self, line: &str) {
+        self.bar.suspend(|| say(line));
+    }
+
     /// Removes the bar.
     pub(crate) fn done(&self) {
         self.bar.finish_and_clear();
@@ -120,21 +128,22 @@ impl Watch for Progress {
     fn walking(&self) {
         WALKING.store(true, Ordering::Relaxed);
     }
-}
 
-/// The watch of work whose walks are not the answer: it sees nothing, and is not interrupted half-way.
-#[derive(Debug)]
-pub(crate) struct Pilots;
-
-impl Observer for Pilots {
-    fn cancelled(&self) -> bool {
-        interrupted()
+    fn choosing(&self, seconds: f64) {
+        self.aside(&format!(
+            "choosing takes long: what comes next takes about {} s",
+            short(seconds)
+        ));
     }
-}
 
-impl Watch for Pilots {
-    fn walking(&self) {
-        WALKING.store(true, Ordering::Relaxed);
+    fn chosen(&self, settings: &Settings, report: &ChoiceReport) {
+        self.bar.set_length(report.predicted_walks as u64);
+        self.say("setting up".to_owned());
+        let seconds = report.predicted_setup_seconds + report.predicted_walk_seconds;
+        if seconds > LONG_SECONDS {
+            let cells = settings.cells.unwrap_or(0).to_string();
+            self.aside(report.text(settings, &cells).trim_end());
+        }
     }
 }
 

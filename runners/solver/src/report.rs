@@ -42,6 +42,9 @@ pub struct Report {
     pub seed: u64,
     /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
     pub stop: &'static str,
+    /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// The number of Gauss–Seidel sweeps of the Galerkin system.
     pub sweeps: u32,
     /// The largest residual of the Galerkin system after the last sweep.
@@ -239,6 +242,7 @@ impl Report {
             batch: walk.batch,
             seed: walk.seed,
             stop: word(answer.outcome.stop),
+            reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.solve.sweeps,
             residual: answer.solve.residual,
             states: statistics.map(Statistics::states).sum(),

@@ -7,6 +7,8 @@ mod pilots;
 mod plain;
 mod policy;
 
+use std::time::Instant;
+
 use fredholm_core::{Estimator, Tolerance};
 
 use self::candidates::{ABSORPTIONS, open};
@@ -20,6 +22,9 @@ use crate::answer::Watch;
 use crate::goal::Target;
 use crate::model::About;
 use crate::{Error, Model, Settings};
+
+/// E η² of walks with an absorption and an estimator.
+type Squares = ((f64, Estimator), Vec<f64>);
 
 /// The pilots so far, and what they predict.
 pub(super) struct Search<'m> {
@@ -43,13 +48,23 @@ pub(super) struct Search<'m> {
     pub(super) systems: Systems<'m>,
     rare: RareVariances,
     /// E η² of walks with an absorption and an estimator.
-    squares: Vec<((f64, Estimator), Vec<f64>)>,
+    squares: Vec<Squares>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first refusal: it is reported if every setting is refused.
     refusal: Option<Error>,
     /// Predicted seconds of the pilots so far.
     spent: f64,
+    /// Seconds of the first choice, as they were predicted.
+    pub(super) predicted_first: f64,
+    /// Seconds of the answer's walks that were given up for other ones.
+    pub(super) walked: f64,
+    /// Seconds that are left for pilots with all their set-ups.
+    budget: f64,
+    /// Whether the watch was told that the choice takes long.
+    warned: bool,
+    /// When it began. Nothing but a report depends on it.
+    pub(super) begun: Instant,
     pub(super) pilots: usize,
     pub(super) walks: u64,
 }
@@ -87,6 +102,11 @@ impl<'m> Search<'m> {
             refused: Vec::new(),
             refusal: None,
             spent: 0.0,
+            predicted_first: f64::INFINITY,
+            walked: 0.0,
+            budget: f64::INFINITY,
+            warned: false,
+            begun: Instant::now(),
             pilots: 0,
             walks: 0,
         };
@@ -147,7 +167,7 @@ impl<'m> Search<'m> {
     }
 
     /// The price of a prediction, which the search minimises.
-    fn price(&self, found: &Prediction) -> f64 {
+    pub(super) fn price(&self, found: &Prediction) -> f64 {
         self.remaining_setup_of(found) + found.risk_adjusted
     }
 
@@ -167,6 +187,24 @@ impl<'m> Search<'m> {
     /// Seconds of a prediction's set-up that are still to come.
     fn remaining_setup_of(&self, found: &Prediction) -> f64 {
         self.remaining_setup(&found.setting, [found.setup, found.source])
+    }
+
+    /// Keeps the seconds that are predicted at first.
+    pub(super) const fn expect(&mut self, seconds: f64) {
+        if self.predicted_first.is_infinite() {
+            self.predicted_first = seconds;
+        }
+    }
+
+    /// Seconds of all pilots so far and of walks that were given up, as they are predicted.
+    pub(super) fn lost(&self) -> f64 {
+        self.spent + self.walked
+    }
+
+    /// Makes pilots that take at most so many seconds in all, until none can improve the best setting any more.
+    pub(super) fn improve_for(&mut self, seconds: f64) {
+        self.budget = seconds;
+        self.improve_until_stable();
     }
 
     /// Whether the problem is known to refuse a setting.

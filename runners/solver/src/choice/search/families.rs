@@ -1,8 +1,10 @@
 //! Families of the search: their beginnings, their levels, and their predictions.
 
+use fredholm_core::Statistics;
+
 use super::super::family::Family;
-use super::super::pilot::Pilot;
-use super::super::prediction::Level;
+use super::super::pilot::{self, Pilot, Walked};
+use super::super::prediction::{Level, Prediction, Scales};
 use super::super::setting::Setting;
 use super::candidates::open;
 use super::pilots::{Allowance, FIRST, VARY};
@@ -145,6 +147,48 @@ impl Search<'_> {
         }
         self.update_related(setting);
         true
+    }
+
+    /// Replaces what a pilot told of a setting by what these walks of all targets tell; the prediction then.
+    pub(in super::super) fn correct(
+        &mut self,
+        setting: &Setting,
+        statistics: &[Statistics],
+    ) -> Option<Prediction> {
+        let squares = pilot::squares(statistics.iter());
+        let mut family = self.take_family(setting);
+        let number = family.as_ref().map(|family| family.number(setting.cells));
+        let level = match (&family, number) {
+            (Some(family), Some(number)) => family.levels.get(number).copied(),
+            _ => self.plain_level(),
+        };
+        let last = family.as_ref().and_then(Family::last);
+        let unknowns = level?.unknowns;
+        let walked = Walked {
+            statistics: statistics.iter().collect(),
+            weights: &[],
+            pointwise: last.map_or_else(PointwisePairs::default, |last| last.pairs(unknowns)),
+            unknowns,
+        };
+        let doubt = self.doubt(setting.absorption);
+        let pilot = Pilot::new(
+            *setting,
+            &walked,
+            self.tolerance,
+            self.model,
+            &squares,
+            doubt,
+        );
+        if let (Some(mut family), Some(number)) = (family.take(), number) {
+            family.add(number, pilot);
+            self.update_predictions(&family);
+            self.families.push(family);
+        } else {
+            let predicted = pilot.predict(&level?, &Scales::PLAIN, self.batch());
+            self.found.retain(|found| found.setting != *setting);
+            self.found.push(predicted);
+        }
+        self.best_of(|found| found.setting == *setting)
     }
 
     /// Replaces the predictions of a family.
