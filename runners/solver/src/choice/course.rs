@@ -9,10 +9,10 @@ use super::prediction::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
-use crate::answer::{Gave, Watch};
+use crate::answer::{Gave, Watch, bound};
 
-/// How many times as many walks as predicted are a reason to look for another setting. Predictions are off by less in
-/// general, and it bounds what a wrong one costs.
+/// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
+/// setting. Predictions are off by less in general.
 const WRONG: f64 = 4.0;
 /// How many times as long as another setting this one must take for the walks so far to be given up.
 const WORTH: f64 = 2.0;
@@ -26,7 +26,7 @@ pub(super) struct Course<'a, 'm> {
     watch: &'a dyn Watch,
     tolerance: Tolerance,
     batch: u64,
-    /// Whether something else ends the walks.
+    /// Whether something else ends the walks. Then nothing is looked at.
     has_end: bool,
     state: Mutex<State<'a, 'm>>,
 }
@@ -34,7 +34,7 @@ pub(super) struct Course<'a, 'm> {
 struct State<'a, 'm> {
     search: &'a mut Search<'m>,
     predicted: Prediction,
-    /// The number of walks of a target at which the next look is due.
+    /// The number of walks of a target before which no look is due.
     look: f64,
     end: Option<End>,
 }
@@ -64,7 +64,7 @@ impl<'a, 'm> Course<'a, 'm> {
             state: Mutex::new(State {
                 search,
                 predicted,
-                look: WRONG * predicted.most_walks,
+                look: 0.0,
                 end: None,
             }),
         }
@@ -87,29 +87,40 @@ impl<'a, 'm> Course<'a, 'm> {
 }
 
 impl State<'_, '_> {
+    /// Seconds of these walks, as they are predicted.
+    fn walked(&self, statistics: &[Statistics]) -> f64 {
+        let walks: u64 = statistics.iter().map(Statistics::walks).sum();
+        walks as f64 * self.predicted.seconds_per_walk
+    }
+
+    /// The end if everything so far took many times as long as was predicted.
+    fn unpredicted(&self, statistics: &[Statistics]) -> Option<End> {
+        let seconds = self.search.lost() + self.walked(statistics);
+        let times = seconds / self.search.predicted_first;
+        (times > MOST_TIMES && seconds > LONG_SECONDS)
+            .then_some(End::Gave(Gave::Unpredicted { times }))
+    }
+
     /// Looks whether to go on. `is_known`: the tolerance does not depend on the noise of an estimate.
-    fn look(&mut self, statistics: &[Statistics], is_known: bool, has_end: bool) -> Option<End> {
-        self.look *= 2.0;
+    fn look(&mut self, statistics: &[Statistics], is_known: bool) -> Option<End> {
         let setting = self.predicted.setting;
         let now = self.search.correct(&setting, statistics)?;
-        let walks_of_all: u64 = statistics.iter().map(Statistics::walks).sum();
-        let walked = walks_of_all as f64 * self.predicted.seconds_per_walk;
+        let walked = self.walked(statistics);
         // Looks are twice as far apart every time: all of them take no longer than the walks.
         self.search.improve_for(walked);
         let left = (now.walking - walked).max(0.0);
-        let seconds = self.search.lost() + walked;
-        let times = seconds / self.search.predicted_first;
-        if !has_end && times > MOST_TIMES && seconds > LONG_SECONDS {
-            return Some(End::Gave(Gave::Unpredicted { times }));
-        }
         let best = self.search.best()?;
+        let price = self.search.price(&best);
         let is_other = best.setting != setting && is_known;
-        if is_other && WORTH * self.search.price(&best) < left {
-            self.search.walked += walked;
-            return Some(End::Other);
+        let least = if is_other { left.min(price) } else { left };
+        if least > MOST_SECONDS {
+            return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        let is_endless = !has_end && left > MOST_SECONDS;
-        is_endless.then_some(End::Gave(Gave::TooLong { seconds: left }))
+        if !is_other || WORTH * price >= left {
+            return None;
+        }
+        self.search.walked += walked;
+        Some(End::Other)
     }
 }
 
@@ -136,9 +147,17 @@ impl Watch for Course<'_, '_> {
         self.watch.merged_with(statistics, floor);
         let open = || statistics.iter().filter(|all| !self.is_reached(all));
         let walks = open().map(Statistics::walks).max();
-        let Some(walks) = walks.filter(|_| !self.watch.cancelled()) else {
+        let goes_on = !self.has_end && !self.watch.cancelled();
+        let Some(walks) = walks.filter(|_| goes_on) else {
             return;
         };
+        let walks = walks as f64;
+        let needed = |all: &Statistics| {
+            let deviation = all.preconditioned().std_dev.unwrap_or(0.0);
+            (deviation / bound(self.tolerance, all)).powi(2)
+        };
+        let told = open().filter(|all| all.scored() >= MIN_SCORED_WALKS);
+        let needed = told.map(needed).fold(0.0, f64::max);
         let is_rounded = |all: &Statistics| {
             let error = all.preconditioned().std_error;
             all.scored() >= MIN_SCORED_WALKS && error.is_some_and(|error| error < floor(all))
@@ -157,13 +176,16 @@ impl Watch for Course<'_, '_> {
             if state.end.is_some() {
                 return;
             }
-            state.end = if !self.has_end && open().all(is_rounded) {
+            state.end = if open().all(is_rounded) {
                 Some(End::Gave(Gave::Rounding))
-            } else if walks as f64 >= state.look {
-                state.look(statistics, open().all(is_known), self.has_end)
             } else {
-                None
+                state.unpredicted(statistics)
             };
+            let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
+            if state.end.is_none() && is_wrong && walks >= state.look {
+                state.look = 2.0 * walks;
+                state.end = state.look(statistics, open().all(is_known));
+            }
         });
     }
 }

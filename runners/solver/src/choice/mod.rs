@@ -170,15 +170,30 @@ pub fn solve<'m>(
             scalar: settings.scalar,
         };
         if !chosen.plain && chosen.solved.is_none() {
-            let solved = search.systems.solve(&*cells, &predicted.setting, goals)?;
-            chosen.solved = Some(Arc::clone(solved));
+            match search.systems.solve(&*cells, &predicted.setting, goals) {
+                Ok(solved) => chosen.solved = Some(Arc::clone(solved)),
+                Err(refusal) => {
+                    search.give_up(predicted.setting, refusal);
+                    continue;
+                }
+            }
         }
         let course = Course::new(&mut search, predicted, settings, (tolerance, watch));
-        let mut answer = match &chosen.solved {
-            Some(solved) => solved.walk(&walks, &request, &course)?,
-            None => walks.plain(&*cells, &request, &course)?,
+        let answered = match &chosen.solved {
+            Some(solved) => solved.walk(&walks, &request, &course),
+            None => walks.plain(&*cells, &request, &course),
         };
-        match course.end() {
+        let end = course.end();
+        drop(course);
+        let mut answer = match answered {
+            // The neighbour equation's own variance is known now.
+            Err(refusal @ (Error::InfiniteNeighbour { .. } | Error::InfiniteVariance { .. })) => {
+                search.give_up(predicted.setting, refusal);
+                continue;
+            }
+            answered => answered?,
+        };
+        match end {
             Some(End::Other) if !watch.cancelled() => continue,
             Some(End::Gave(why)) => {
                 answer.outcome.stop = StopReason::ToleranceNotReached;

@@ -23,6 +23,10 @@ use crate::goal::Target;
 use crate::model::About;
 use crate::{Error, Model, Settings};
 
+/// Seconds of which pilots may take a share at most before there are walks. What takes hours in the end is refused soon,
+/// and what takes minutes is corrected by its walks.
+const PATIENCE: f64 = 30.0;
+
 /// E η² of walks with an absorption and an estimator.
 type Squares = ((f64, Estimator), Vec<f64>);
 
@@ -59,6 +63,8 @@ pub(super) struct Search<'m> {
     pub(super) predicted_first: f64,
     /// Seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
+    /// Of a longer prediction, pilots take no larger share than of one of so many seconds.
+    patience: f64,
     /// Seconds that are left for pilots with all their set-ups.
     budget: f64,
     /// Whether the watch was told that the choice takes long.
@@ -104,6 +110,9 @@ impl<'m> Search<'m> {
             spent: 0.0,
             predicted_first: f64::INFINITY,
             walked: 0.0,
+            patience: settings
+                .time_limit
+                .map_or(PATIENCE, |limit| limit.as_secs_f64().min(PATIENCE)),
             budget: f64::INFINITY,
             warned: false,
             begun: Instant::now(),
@@ -111,6 +120,8 @@ impl<'m> Search<'m> {
             walks: 0,
         };
         search.drop_infinite_variances()?;
+        // Every solve looks at the variance, whether it chooses or not.
+        search.begun = Instant::now();
         Ok(search)
     }
 
@@ -136,6 +147,13 @@ impl<'m> Search<'m> {
         let refused = &self.refused;
         self.found
             .retain(|found| !is_refused(refused, &found.setting));
+    }
+
+    /// Forgets a setting that the problem refuses with this error, and looks for another one.
+    pub(super) fn give_up(&mut self, setting: Setting, refusal: Error) {
+        self.refuse(refusal);
+        self.forget(setting);
+        self.improve_until_stable();
     }
 
     /// The error to report if every setting is refused.
@@ -204,6 +222,7 @@ impl<'m> Search<'m> {
     /// Makes pilots that take at most so many seconds in all, until none can improve the best setting any more.
     pub(super) fn improve_for(&mut self, seconds: f64) {
         self.budget = seconds;
+        self.patience = self.patience.max(seconds);
         self.improve_until_stable();
     }
 

@@ -101,6 +101,10 @@ impl Report {
             "walks were cut off at the step limit: a possible bias; raise `absorption`",
         );
         remark(
+            count(&|t| t.doubtful_share.is_some()),
+            "few of the walks make most of the variance, which may be infinite: the error bar may mean nothing",
+        );
+        remark(
             count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
             "no walk scored anything, so there is no error bar",
         );
@@ -122,7 +126,13 @@ impl GoalReport {
             self.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
             number_or_dash(self.galerkin),
             self.plain.text(self.rounding_floor),
-            self.preconditioned.text(self.rounding_floor),
+            match self.preconditioned.estimate {
+                Some(estimate) if self.no_difference => {
+                    let digits = with_error(estimate, Some(self.rounding_floor));
+                    format!("{digits} (no difference in {} walks)", self.walks)
+                }
+                _ => self.preconditioned.text(self.rounding_floor),
+            },
             gain,
         ];
         let heat = [&self.irradiance, &self.net_flux];

@@ -100,9 +100,10 @@ impl Search<'_> {
         let stage = (self.batch() * MIN_BATCHES) as f64 * self.sample.weight();
         let stage = stage * seconds_of_walk(setting, cost, pairs);
         let seconds = self.seconds(setting, cost, pairs, allowance);
+        let whole = best.seconds().min(self.patience);
         (best.setting == *setting || setup + LEAST_LENGTH * stage <= self.price(&best))
-            && seconds <= allowance.one * best.seconds()
-            && self.spent + seconds <= allowance.all * best.seconds()
+            && seconds <= allowance.one * whole
+            && self.spent + seconds <= allowance.all * whole
             && self.seconds(setting, cost, pairs, allowance.with_setup()) <= self.budget
     }
 
