@@ -131,7 +131,7 @@ impl Watch for Progress {
 
     fn choosing(&self, seconds: f64) {
         self.aside(&format!(
-            "choosing takes long: what comes next takes about {} s",
+            "warning: choosing takes long: what comes next takes about {} s",
             short(seconds)
         ));
     }
@@ -139,10 +139,15 @@ impl Watch for Progress {
     fn chosen(&self, settings: &Settings, report: &ChoiceReport) {
         self.bar.set_length(report.predicted_walks as u64);
         self.say("setting up".to_owned());
-        let seconds = report.predicted_setup_seconds + report.predicted_walk_seconds;
-        if seconds > LONG_SECONDS {
+        let share = settings.walk_options().walks as f64 / report.predicted_walks;
+        let walking = share.min(1.0) * report.predicted_walk_seconds;
+        if report.predicted_setup_seconds + walking > LONG_SECONDS {
             let cells = settings.cells.unwrap_or(0).to_string();
-            self.aside(report.text(settings, &cells).trim_end());
+            let text = report.text(settings, &cells);
+            self.aside(&format!(
+                "warning: this takes long: {}",
+                text.trim_end().replace('\n', "; ")
+            ));
         }
     }
 }

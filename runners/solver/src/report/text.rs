@@ -101,10 +101,6 @@ impl Report {
             "walks were cut off at the step limit: a possible bias; raise `absorption`",
         );
         remark(
-            count(&|t| t.doubtful_share.is_some()),
-            "few of the walks make most of the variance, which may be infinite: the error bar may mean nothing",
-        );
-        remark(
             count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
             "no walk scored anything, so there is no error bar",
         );
@@ -121,6 +117,10 @@ impl GoalReport {
             }
             _ => "-".to_owned(),
         };
+        let doubt = match self.doubtful_share {
+            Some(_) => " (of few walks)",
+            None => "",
+        };
         let mut row = vec![
             self.name.clone(),
             self.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
@@ -131,7 +131,7 @@ impl GoalReport {
                     let digits = with_error(estimate, Some(self.rounding_floor));
                     format!("{digits} (no difference in {} walks)", self.walks)
                 }
-                _ => self.preconditioned.text(self.rounding_floor),
+                _ => self.preconditioned.text(self.rounding_floor) + doubt,
             },
             gain,
         ];
