@@ -350,7 +350,7 @@ fn circle(random: &mut Random) -> Drawn {
         random.between(0.0, 6.28),
     );
     let name = format!("circle, {arcs} arcs up to {most:.2}, amplitude {amplitude}");
-    (name, text, &["20", "100", "400"])
+    (name, text, &["60", "120", "480"])
 }
 
 fn room(random: &mut Random) -> Drawn {

@@ -184,7 +184,6 @@ pub fn solve<'m>(
             None => walks.plain(&*cells, &request, &course),
         };
         let end = course.end();
-        drop(course);
         let mut answer = match answered {
             // The neighbour equation's own variance is known now.
             Err(refusal @ (Error::InfiniteNeighbour { .. } | Error::InfiniteVariance { .. })) => {
