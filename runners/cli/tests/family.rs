@@ -139,7 +139,7 @@ impl Problem {
     fn new(random: &mut Random, long: bool) -> Self {
         let least = if long { -10.0 } else { -6.0 };
         let error = 10_f64.powf(random.between(least, -2.0));
-        let relative = random.next() % 2 == 0;
+        let relative = random.next().is_multiple_of(2);
         let (name, text, cells) = match random.next() % 5 {
             0 => circle(random),
             1 => room(random),
@@ -347,7 +347,7 @@ fn circle(random: &mut Random) -> Drawn {
         "problem = {{ kind = \"circle\", reflectance = [{}], emission = {{ constant = 5.0, amplitude = {amplitude}, \
          frequency = {frequency} }} }}\ntarget = [{{ name = \"t\", at = {:.3} }}]\n",
         reflectance.join(", "),
-        random.between(0.0, 6.28),
+        random.between(0.0, core::f64::consts::TAU),
     );
     let name = format!("circle, {arcs} arcs up to {most:.2}, amplitude {amplitude}");
     (name, text, &["60", "120", "480"])
@@ -356,7 +356,7 @@ fn circle(random: &mut Random) -> Drawn {
 fn room(random: &mut Random) -> Drawn {
     let most = random.between(0.3, 0.99);
     let (width, height) = (random.between(1.0, 4.0), random.between(1.0, 4.0));
-    let notch = random.next() % 2 == 0;
+    let notch = random.next().is_multiple_of(2);
     let (w, h) = (0.5 * width, 0.6 * height);
     let mut corners = vec![[0.0, 0.0], [width, 0.0], [width, height]];
     if notch {
