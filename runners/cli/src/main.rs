@@ -71,5 +71,6 @@ fn run(command: &Command) -> Result<Ended, Failure> {
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
 fn stop_at_once() {
     let _held = output::give_up();
+    failure::say("warning: interrupted");
     std::process::exit(130)
 }

@@ -4,12 +4,15 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
 
+use fredholm::Settings;
 use fredholm::answer::Watch;
+use fredholm::choice::{ChoiceReport, LONG_SECONDS};
+use fredholm::numbers::short;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -40,6 +43,8 @@ pub(crate) struct Progress {
     bar: ProgressBar,
     /// Walks not yet shown: every thread adds to it, and the bar is told now and then.
     pending: AtomicU64,
+    /// The most walks there may be.
+    most: u64,
 }
 
 impl Progress {
@@ -66,6 +71,7 @@ impl Progress {
         Self {
             bar,
             pending: AtomicU64::new(0),
+            most: walks,
         }
     }
 
@@ -74,12 +80,18 @@ impl Progress {
         Self {
             bar: ProgressBar::hidden(),
             pending: AtomicU64::new(0),
+            most: 0,
         }
     }
 
     /// Says what is being worked on.
     pub(crate) fn say(&self, message: String) {
         self.bar.set_message(message);
+    }
+
+    /// Says a line on stderr, above the bar.
+    fn aside(&self, line: &str) {
+        self.bar.suspend(|| say(line));
     }
 
     /// Removes the bar.
@@ -128,43 +140,28 @@ impl Watch for Progress {
         self.say(String::new());
         WALKING.store(true, Ordering::Relaxed);
     }
-}
 
-/// The watch of walks that are not the answer: it counts them.
-#[derive(Debug)]
-pub(crate) struct Pilots(ProgressBar);
+    fn choosing(&self, seconds: f64) {
+        self.aside(&format!(
+            "warning: choosing takes long: what comes next takes about {} s",
+            short(seconds)
+        ));
+    }
 
-impl Pilots {
-    /// A bar; silent where stderr is no terminal.
-    pub(crate) fn new() -> Self {
-        let bar = counting("walks");
-        if let Ok(style) =
-            ProgressStyle::with_template("choosing cells: {human_pos} walks of pilots, {elapsed}")
-        {
-            bar.set_style(style);
+    fn chosen(&self, settings: &Settings, report: &ChoiceReport) {
+        self.bar
+            .set_length((report.predicted_walks as u64).min(self.most));
+        self.say("setting up".to_owned());
+        let share = settings.walk_options().walks as f64 / report.predicted_walks;
+        let walking = share.min(1.0) * report.predicted_walk_seconds;
+        if report.predicted_setup_seconds + walking > LONG_SECONDS {
+            let cells = settings.cells.unwrap_or(0).to_string();
+            let text = report.text(settings, &cells);
+            self.aside(&format!(
+                "warning: this takes long: {}",
+                text.trim_end().replace('\n', "; ")
+            ));
         }
-        Self(bar)
-    }
-
-    /// Removes the bar.
-    pub(crate) fn done(&self) {
-        self.0.finish_and_clear();
-    }
-}
-
-impl Observer for Pilots {
-    fn walked(&self, walks: u64) {
-        self.0.inc(walks);
-    }
-
-    fn cancelled(&self) -> bool {
-        interrupted()
-    }
-}
-
-impl Watch for Pilots {
-    fn walking(&self) {
-        WALKING.store(true, Ordering::Relaxed);
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use fredholm::answer::{Answer, Solved, Walks};
-use fredholm::choice::{Chosen, choose};
+use fredholm::choice::choose;
 use fredholm::report::{Report, Run};
 use fredholm::{
     Choices, Error, Goal, Model, Partitioned, Request, Settings, WalkOptions, bytes,
@@ -19,7 +19,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
-use crate::progress::{Pilots, Progress};
+use crate::progress::Progress;
 use crate::render::drawing;
 use crate::table;
 use crate::threads::with_threads;
@@ -148,16 +148,6 @@ impl Problem {
     pub(crate) fn model(&self) -> &dyn Model {
         self.resolved.model.model()
     }
-
-    /// What is chosen, where the file gives an error and no cells.
-    fn choose<'a>(&'a self, pilots: &'a Pilots) -> Result<Option<Chosen<'a>>, Error> {
-        let Resolved {
-            targets, settings, ..
-        } = &self.resolved;
-        let chosen = choose(self.model(), targets, settings, pilots);
-        pilots.done();
-        chosen
-    }
 }
 
 /// Runs `solve`.
@@ -195,10 +185,15 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
         say(format_args!("warning: {remark}"));
     }
     match report.stop {
-        "error_not_reached" => say(format_args!(
-            "warning: the requested error was not reached within {} walks a target",
-            problem.resolved.settings.walk_options().walks
-        )),
+        "error_not_reached" => match &report.reason {
+            Some(why) => say(format_args!(
+                "warning: the requested error was not reached: {why}"
+            )),
+            None => say(format_args!(
+                "warning: the requested error was not reached within {} walks a target",
+                problem.resolved.settings.walk_options().walks
+            )),
+        },
         "time_limit" => say("warning: stopped at the time limit; these are partial results"),
         "cancelled" => say("warning: interrupted; these are partial results"),
         _ => {}
@@ -220,57 +215,29 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
 fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let fail = Failure::of(&problem.file);
-    let pilots = Pilots::new();
-    let chosen = match problem.choose(&pilots) {
-        Err(Error::Cancelled) => return Ok(None),
-        chosen => chosen.map_err(&fail)?,
-    };
-    let settings = match &chosen {
-        Some(chosen) => &chosen.settings,
-        None => &problem.resolved.settings,
-    };
-    let (model, goals, walk) = (problem.model(), &problem.goals, settings.walk_options());
-    let cells = match &chosen {
-        Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
-        None => {
-            let cells = cut(&problem.file, model, settings, goals)?;
-            if !walk.allow_infinite_variance {
-                cells
-                    .check_variance(walk.pairs, walk.absorption)
-                    .map_err(&fail)?;
-            }
-            cells
-        }
-    };
+    let Resolved {
+        targets, settings, ..
+    } = &problem.resolved;
+    let (model, goals) = (problem.model(), &problem.goals);
     let exact = goals.iter().map(|goal| model.exact(&goal.region));
     let exact = exact.collect::<Result<Vec<_>, _>>().map_err(&fail)?;
-    let predicted = chosen.as_ref().map(|c| c.report.predicted_walks as u64);
+    let most = settings.walk_options();
     // A room walks for net fluxes and irradiances, too.
     let starts = (goals.len() + model.besides(goals)) as u64;
-    let all = walk.walks.saturating_mul(starts);
-    let progress = Progress::new(predicted.map_or(all, |predicted| predicted.min(all)));
+    let progress = Progress::new(most.walks.saturating_mul(starts));
     progress.say("setting up".to_owned());
-    let request = Request {
-        goals,
-        walk: &walk,
-        only_u: false,
+    let answered = fredholm::choice::solve(model, targets, goals, settings, &progress);
+    let (chosen, answer) = match answered {
+        Err(Error::Cancelled) => return Ok(None),
+        answered => match answered.map_err(&fail)? {
+            Some((chosen, answer)) => (Some(chosen), answer),
+            None => (None, walk(problem, &progress)?),
+        },
     };
-    let walks = Walks {
-        model,
-        scalar: settings.scalar,
-    };
-    let answer = match &chosen {
-        Some(chosen) if chosen.plain => walks.plain(&*cells, &request, &progress),
-        Some(Chosen {
-            solved: Some(solved),
-            ..
-        }) => solved.walk(&walks, &request, &progress),
-        _ => Solved::new(&*cells, walk.absorption)
-            .and_then(|solved| solved.walk(&walks, &request, &progress)),
-    };
-    let answer = answer.map_err(&fail)?;
     progress.done();
-    let ended = ending(answer.outcome.stop, &walk);
+    let settings = chosen.as_ref().map_or(settings, |chosen| &chosen.settings);
+    let cells = model.partition(&settings.discretisation()).map_err(&fail)?;
+    let ended = ending(answer.outcome.stop, &most);
     let run = Run {
         model,
         goals,
@@ -299,9 +266,11 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Fai
     let settings = &problem.resolved.settings;
     let (model, walk) = (problem.model(), settings.walk_options());
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
-    cells
-        .check_variance(walk.pairs, walk.absorption)
-        .map_err(&fail)?;
+    if !walk.allow_infinite_variance {
+        cells
+            .check_variance(walk.pairs, walk.absorption)
+            .map_err(&fail)?;
+    }
     let request = Request {
         goals: &problem.goals,
         walk: &walk,
@@ -325,14 +294,20 @@ pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
     }
     let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
-    let pilots = Pilots::new();
-    let chosen = match problem.choose(&pilots) {
+    let Resolved {
+        targets, settings, ..
+    } = &problem.resolved;
+    let progress = Progress::new(0);
+    progress.say("choosing".to_owned());
+    let chosen = match choose(problem.model(), targets, settings, &progress) {
         Err(Error::Cancelled) => {
+            progress.done();
             say("warning: interrupted");
             return Ok(Ended::Interrupted);
         }
         chosen => chosen.map_err(&fail)?,
     };
+    progress.done();
     let settings = match &chosen {
         Some(chosen) => &chosen.settings,
         None => &problem.resolved.settings,

@@ -106,8 +106,8 @@ fn a_set_up_ends_at_once() {
             assert!(ran.time < Duration::from_secs(20), "{command}: {ran:?}");
             // That it takes long is said beforehand.
             let ran = match command {
-                "diagnose" => ran.warning(130, &["to minutes"]),
-                _ => ran.quietly(130),
+                "diagnose" => ran.warning(130, &["to minutes", "interrupted"]),
+                _ => ran.warning(130, &["interrupted"]),
             };
             assert_eq!(ran.stdout, "", "{command}");
             assert_eq!(out.names(), [""; 0], "{command}, {name}");

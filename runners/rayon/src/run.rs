@@ -32,6 +32,10 @@ impl Observer for () {}
 pub struct Outcome {
     /// Of every goal, over its walks 0, 1, 2, … without a gap.
     pub statistics: Vec<Statistics>,
+    /// Of every goal, the largest share that one batch has in the sum of all squared deviations of ζ. About one over the
+    /// number of batches: one of many with a large share is a sign of rare scores of a size that most walks know
+    /// nothing of, and of a variance that may be infinite.
+    pub shares: Vec<f64>,
     /// Why it ended.
     pub stop: StopReason,
 }
@@ -105,6 +109,7 @@ pub fn run(
         observer,
     };
     let mut statistics = vec![Statistics::default(); job.goals()];
+    let mut largest = vec![0.0; job.goals()];
     let mut active: Vec<usize> = (0..job.goals()).collect();
     let mut stop = StopReason::Done;
     while !active.is_empty() {
@@ -112,7 +117,7 @@ pub fn run(
             active: &active,
             batches: schedule.stage(),
         };
-        let cut = stage.run(job, plan, &clock, &mut statistics)?;
+        let cut = stage.run(job, plan, &clock, &mut statistics, &mut largest)?;
         observer.merged(&statistics);
         if cut {
             stop = clock.reason();
@@ -128,7 +133,16 @@ pub fn run(
         });
         schedule.begin_stage();
     }
-    Ok(Outcome { statistics, stop })
+    let share = |(all, largest): (&Statistics, &f64)| match squares(all) {
+        squares if squares > 0.0 => largest / squares,
+        _ => 0.0,
+    };
+    let shares = statistics.iter().zip(&largest).map(share).collect();
+    Ok(Outcome {
+        statistics,
+        shares,
+        stop,
+    })
 }
 
 /// Whether to go on.
@@ -157,6 +171,12 @@ impl Clock<'_> {
             StopReason::Cancelled
         }
     }
+}
+
+/// The sum of squared deviations of ζ.
+fn squares(statistics: &Statistics) -> f64 {
+    let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
+    deviation * deviation * (statistics.walks().max(1) - 1) as f64
 }
 
 /// The next batches of every active goal.
@@ -188,6 +208,7 @@ impl Stage<'_> {
         plan: &Plan,
         clock: &Clock<'_>,
         statistics: &mut [Statistics],
+        largest: &mut [f64],
     ) -> Result<bool, RunError> {
         let next = AtomicU64::new(0);
         // Pieces are taken in order: when the clock stops, those taken are a gapless beginning.
@@ -207,13 +228,14 @@ impl Stage<'_> {
         };
         let mut finished: Vec<Finished> = rayon::broadcast(work).into_iter().flatten().collect();
         finished.sort_unstable_by_key(|&(number, ..)| number);
-        self.merge(&finished, statistics)
+        self.merge(&finished, statistics, largest)
     }
 
     fn merge(
         &self,
         finished: &[Finished],
         statistics: &mut [Statistics],
+        largest: &mut [f64],
     ) -> Result<bool, RunError> {
         let mut open = vec![true; statistics.len()];
         let mut complete = 0;
@@ -229,6 +251,7 @@ impl Stage<'_> {
             // Behind a batch that was cut short the walks have a gap.
             if open[goal] {
                 statistics[goal].merge(batch.statistics());
+                largest[goal] = largest[goal].max(squares(batch.statistics()));
             }
             open[goal] &= batch.is_done();
             complete += u64::from(batch.is_done());

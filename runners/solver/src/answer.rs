@@ -1,20 +1,38 @@
 //! Walks of a prepared job, and what comes of them.
 
+use core::fmt::{self, Display};
 use std::time::Instant;
 
 use fredholm_core::galerkin::Solve;
-use fredholm_core::{Plan, Statistics, rounding_floor};
+use fredholm_core::{Plan, Statistics, StopReason, rounding_floor};
 use fredholm_rayon::{Observer, Outcome, run};
 
+use crate::choice::ChoiceReport;
 use crate::cost::PointwisePairs;
 use crate::model::{Derived, Prepared, Request, Then};
+use crate::numbers::short;
 use crate::pairs::PairCounts;
-use crate::{Error, Model, Partitioned, Scalar, System, WalkOptions};
+use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, WalkOptions};
 
 /// Sees what a solution is at, and may end it.
 pub trait Watch: Observer {
     /// Walks begin: from now on there is something to report.
     fn walking(&self) {}
+
+    /// A stage of walks is merged; `floor` is what rounding leaves of a functional with these statistics.
+    fn merged_with(&self, statistics: &[Statistics], floor: &dyn Fn(&Statistics) -> f64) {
+        let _ = (statistics, floor);
+    }
+
+    /// A choice will take so many seconds more, which is longer than a person waits without a word.
+    fn choosing(&self, seconds: f64) {
+        let _ = seconds;
+    }
+
+    /// This is chosen, and walks of it begin.
+    fn chosen(&self, settings: &Settings, report: &ChoiceReport) {
+        let _ = (settings, report);
+    }
 
     /// A diagnosis will go through so many more sites.
     fn expect_sites(&self, sites: u64) {
@@ -27,6 +45,44 @@ pub trait Watch: Observer {
 
 impl Watch for () {}
 
+/// Why walks ended before the tolerance was reached, if nobody ended them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gave {
+    /// The tolerance is below what rounding leaves, which more walks do not lower.
+    Rounding,
+    /// It took many times as long as was predicted.
+    Unpredicted {
+        /// How many times as long.
+        times: f64,
+    },
+    /// Walking tells that it would take this number of seconds more on one thread.
+    TooLong {
+        /// Seconds.
+        seconds: f64,
+    },
+}
+
+impl Display for Gave {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rounding => f.write_str(
+                "it is below what rounding leaves, which more walks do not lower; use a larger `target_error`",
+            ),
+            Self::Unpredicted { times } => write!(
+                f,
+                "after {times:.0} times the work that was predicted; few walks missed most of the variance, which may \
+                 be infinite; error bars may mean nothing"
+            ),
+            Self::TooLong { seconds } => write!(
+                f,
+                "walks tell that it takes about {} s more on one thread; give `walks` or a time limit, after which to \
+                 stop in any case, or use a larger `target_error`",
+                short(*seconds)
+            ),
+        }
+    }
+}
+
 /// What came of a model.
 #[derive(Clone, Debug)]
 pub struct Answer {
@@ -34,6 +90,8 @@ pub struct Answer {
     pub galerkin: Vec<f64>,
     /// What the walks of the goals gave, and why they ended.
     pub outcome: Outcome,
+    /// Why the walks ended before the tolerance was reached, if nobody ended them.
+    pub gave_up: Option<Gave>,
     /// What the walks besides gave, for irradiances and net fluxes.
     pub others: Vec<Statistics>,
     /// What rounding leaves of each goal.
@@ -62,8 +120,8 @@ pub struct Solved<'m> {
     pub seconds: f64,
 }
 
-impl core::fmt::Debug for Solved<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Debug for Solved<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Solved")
             .field("seconds", &self.seconds)
             .finish_non_exhaustive()
@@ -109,8 +167,8 @@ pub struct Walks<'a> {
     pub scalar: Scalar,
 }
 
-impl core::fmt::Debug for Walks<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Debug for Walks<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Walks")
             .field("scalar", &self.scalar)
             .finish_non_exhaustive()
@@ -163,10 +221,6 @@ impl Walks<'_> {
         let walk = request.walk;
         watch.walking();
         let start = Instant::now();
-        let mut outcome = run(prepared.job, &plan(walk), walk.time_limit, watch)?;
-        let walk_seconds = start.elapsed().as_secs_f64();
-        let derived = self.model.derive(request.goals, &outcome.statistics);
-        let others = outcome.statistics.split_off(request.goals.len());
         let floor = |statistics: &Statistics| {
             let u = statistics.preconditioned().estimate;
             let (largest, contraction) = (prepared.largest, prepared.contraction);
@@ -175,10 +229,29 @@ impl Walks<'_> {
                 Scalar::F64 => rounding_floor::<f64>(largest, u, contraction),
             }
         };
+        let watched = Watched {
+            watch,
+            floor: &floor,
+        };
+        let mut outcome = run(prepared.job, &plan(walk), walk.time_limit, &watched)?;
+        let walk_seconds = start.elapsed().as_secs_f64();
+        let derived = self.model.derive(request.goals, &outcome.statistics);
+        let others = outcome.statistics.split_off(request.goals.len());
+        let is_rounded = |statistics: &Statistics| {
+            let bound = walk.tolerance.map(|tolerance| bound(tolerance, statistics));
+            bound.is_some_and(|bound| bound < floor(statistics) && bound > 0.0)
+        };
+        let gave_up = (outcome.stop == StopReason::Done
+            && outcome.statistics.iter().any(is_rounded))
+        .then_some(Gave::Rounding);
+        if gave_up.is_some() {
+            outcome.stop = StopReason::ToleranceNotReached;
+        }
         Ok(Answer {
             galerkin: prepared.galerkin.to_vec(),
             floors: outcome.statistics.iter().map(floor).collect(),
             outcome,
+            gave_up,
             others,
             solve: prepared.solve,
             setup_seconds,
@@ -188,6 +261,35 @@ impl Walks<'_> {
             pair_counts: prepared.pair_counts,
             derived,
         })
+    }
+}
+
+/// The standard error that a tolerance asks for.
+pub(crate) fn bound(tolerance: Tolerance, statistics: &Statistics) -> f64 {
+    match tolerance {
+        Tolerance::Absolute(bound) => bound,
+        Tolerance::Relative(bound) => bound * statistics.preconditioned().estimate.abs(),
+    }
+}
+
+/// The observer of a watch that is told of rounding, too.
+struct Watched<'a> {
+    watch: &'a dyn Watch,
+    floor: &'a (dyn Fn(&Statistics) -> f64 + Sync),
+}
+
+impl Observer for Watched<'_> {
+    fn walked(&self, walks: u64) {
+        self.watch.walked(walks);
+    }
+
+    fn merged(&self, statistics: &[Statistics]) {
+        self.watch.merged(statistics);
+        self.watch.merged_with(statistics, self.floor);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled()
     }
 }
 

@@ -98,6 +98,11 @@ pub enum Error {
     },
     /// No walk of any pilot scored, and the number of walks has no end.
     Dark,
+    /// The best setting is predicted to take longer than anybody waits, and nothing else ends the walks.
+    TooLong {
+        /// Seconds on one thread.
+        seconds: f64,
+    },
     /// No setting has walks.
     NoSetting,
     /// More is asked for than takes a reasonable time.
@@ -144,7 +149,7 @@ impl Error {
             Self::InfiniteNeighbour { .. } | Self::Memory { .. } => Some(Subject::Cells),
             Self::Option { subject, .. } => Some(*subject),
             Self::WrongIntegral { axis, .. } => Some(Subject::KernelIntegral(*axis)),
-            Self::Dark => Some(Subject::Tolerance),
+            Self::Dark | Self::TooLong { .. } => Some(Subject::Tolerance),
             Self::Scene {
                 place: Some(place), ..
             } => Some(Subject::Vertex(*place)),
@@ -232,6 +237,13 @@ impl Display for Error {
             Self::Dark => f.write_str(
                 "no walk of any pilot scored, and perhaps none ever does: u may be 0 at a target, if nothing emits \
                  or nothing of it comes there; give `walks`, after which to stop in any case",
+            ),
+            Self::TooLong { seconds } => write!(
+                f,
+                "the best that was found takes about {} s on one thread, and more than {} s are not begun unasked; use \
+                 a larger error, or give `walks` or a time limit, after which to stop in any case",
+                short(*seconds),
+                short(crate::choice::MOST_SECONDS)
             ),
             Self::NoSetting => f.write_str("no setting of the file has walks"),
             Self::Cancelled => f.write_str("interrupted"),

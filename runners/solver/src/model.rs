@@ -26,8 +26,6 @@ pub struct About {
     pub is_singular: bool,
     /// Whether large scores of preconditioned walks may be so rare that few walks miss them all.
     pub has_rare_scores: bool,
-    /// Whether [`Partitioned::plain_radius`] takes longer than pilot walks.
-    pub has_slow_radius: bool,
     /// Whether any number of cells will do.
     pub takes_any_cells: bool,
     /// Whether kernel evaluations tell the work; otherwise the clock does.

@@ -3,12 +3,16 @@
 mod csv;
 mod text;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
+use fredholm_core::{DEFAULT_GENERATOR, Estimate, MIN_BATCHES, Statistics, StopReason};
 use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::choice::{ChoiceReport, Chosen};
 use crate::{Choices, Flux, Goal, Model, PairCounts, Partitioned, Region, Settings};
+
+/// The share of one batch in the variance from which on an error bar may mean nothing: eight times an equal share of 16
+/// batches. Of scores whose squares have no mean, the largest has a share that does not fall with their number.
+const DOUBTFUL: f64 = 0.5;
 
 /// The report of a run. The serialised names are stable; fields may be added.
 #[derive(Clone, Debug, Serialize)]
@@ -43,6 +47,9 @@ pub struct Report {
     pub seed: u64,
     /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
     pub stop: &'static str,
+    /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// The number of Gauss–Seidel sweeps of the Galerkin system.
     pub sweeps: u32,
     /// The largest residual of the Galerkin system after the last sweep.
@@ -106,6 +113,12 @@ pub struct GoalReport {
     pub walks: u64,
     /// The error that rounding leaves, which more walks do not lower.
     pub rounding_floor: f64,
+    /// The share that one of 16 or more batches has in the variance, if it is so large that the error bar may mean nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubtful_share: Option<f64>,
+    /// Whether ζ was the same in all walks, but for rounding: they tell no error, but how rare a difference is.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub no_difference: bool,
     /// The numbers of walks by how they ended.
     pub endings: EndingsReport,
     /// The estimate by plain walks.
@@ -252,6 +265,10 @@ impl Report {
                 GoalReport::new(model, goal, exact, galerkin, statistics, floor)
             })
             .collect();
+        for (report, &share) in reports.iter_mut().zip(&answer.outcome.shares) {
+            let has_batches = report.walks >= MIN_BATCHES * walk.batch;
+            report.doubtful_share = (has_batches && share > DOUBTFUL).then_some(share);
+        }
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
             let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
             report.irradiance = heat.irradiance.map(estimate);
@@ -274,6 +291,7 @@ impl Report {
             batch: walk.batch,
             seed: walk.seed,
             stop: word(answer.outcome.stop),
+            reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.solve.sweeps,
             residual: answer.solve.residual,
             states: statistics.map(Statistics::states).sum(),
@@ -321,6 +339,7 @@ impl GoalReport {
             .std_error
             .map(|own| own.max(rounding_floor))
             .filter(|&bar| bar > 0.0);
+        let deviation = preconditioned.std_error.and(preconditioned.std_dev);
         Self {
             name: goal.name.clone(),
             at: Coordinates::new(model, &goal.region),
@@ -334,6 +353,8 @@ impl GoalReport {
             galerkin,
             walks,
             rounding_floor,
+            doubtful_share: None,
+            no_difference: deviation.is_some_and(|deviation| deviation <= rounding_floor),
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
             preconditioned,

@@ -86,7 +86,6 @@ impl Model for SphereModel {
             less_memory: ": use fewer cells",
             is_singular: false,
             has_rare_scores: false,
-            has_slow_radius: false,
             takes_any_cells: true,
             counts_evaluations: true,
         }

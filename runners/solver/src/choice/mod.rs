@@ -14,8 +14,10 @@
 //! - `setting`: what may be chosen. `family`: settings that differ by their cells alone.
 //! - `pilot`: few walks of one setting, and what they tell of many. `rare`: what they miss. `systems`: what they solved.
 //! - `prediction`: what a setting will take.
+//! - `course`: whether the answer's walks go as predicted.
 //! - `search`: which pilot comes next, and the best prediction.
 
+mod course;
 mod family;
 mod pilot;
 mod prediction;
@@ -24,22 +26,28 @@ mod search;
 mod setting;
 mod systems;
 
-use std::time::Instant;
+use std::sync::Arc;
 
+use fredholm_core::StopReason;
 use serde::Serialize;
 
-use crate::answer::{Solved, Watch};
+use crate::answer::{Answer, Solved, Walks, Watch};
 use crate::goal::Target;
 use crate::memory::refuse_beyond_memory;
 use crate::numbers::short;
-use crate::{Choices, Error, Model, Settings};
+use crate::{Choices, Error, Goal, Model, Request, Settings};
 
+use course::{Course, End};
 use prediction::Prediction;
 use search::Search;
 use setting::Setting;
 
 /// The most walks of a goal if only its error ends them.
 const ENDLESS: u64 = u64::MAX >> 1;
+/// Seconds that are not begun without a word: a person waits no longer.
+pub const LONG_SECONDS: f64 = 10.0;
+/// Seconds that are not begun if nothing but the error ends them.
+pub const MOST_SECONDS: f64 = 3600.0;
 
 /// Settings in which nothing is open, and how they were chosen.
 #[derive(Debug)]
@@ -49,7 +57,7 @@ pub struct Chosen<'m> {
     /// Whether walks follow no neighbour equation.
     pub plain: bool,
     /// The solved system of a pilot, if there is one.
-    pub solved: Option<Solved<'m>>,
+    pub solved: Option<Arc<Solved<'m>>>,
     /// The report of the choice.
     pub report: ChoiceReport,
 }
@@ -120,70 +128,142 @@ pub fn choose<'m>(
     settings: &'m Settings,
     watch: &'m dyn Watch,
 ) -> Result<Option<Chosen<'m>>, Error> {
+    let Some(mut search) = begin(model, targets, settings, watch)? else {
+        return Ok(None);
+    };
+    Ok(Some(next(&mut search, model, settings, watch)?.0))
+}
+
+/// Chooses what the settings leave open, if they give a tolerance and no cells, and walks until the tolerance is reached.
+/// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
+/// without the tolerance where rounding leaves more, where a hundred times as many walks as predicted were not enough,
+/// or where more than an hour is left, unless the settings have a number of walks or a time limit
+/// ([`Answer::gave_up`]).
+///
+/// # Errors
+/// [`Error`]: nothing can be chosen, or walks fail. [`Error::Cancelled`].
+pub fn solve<'m>(
+    model: &'m dyn Model,
+    targets: &[Target],
+    goals: &[Goal],
+    settings: &'m Settings,
+    watch: &'m dyn Watch,
+) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
+    let (Some(mut search), Some(tolerance)) =
+        (begin(model, targets, settings, watch)?, settings.tolerance)
+    else {
+        return Ok(None);
+    };
+    loop {
+        let (mut chosen, predicted) = next(&mut search, model, settings, watch)?;
+        search.expect(predicted.seconds());
+        watch.chosen(&chosen.settings, &chosen.report);
+        let walk = chosen.settings.walk_options();
+        let cells = model.partition(&chosen.settings.discretisation())?;
+        let request = Request {
+            goals,
+            walk: &walk,
+            only_u: false,
+        };
+        let walks = Walks {
+            model,
+            scalar: settings.scalar,
+        };
+        if !chosen.plain && chosen.solved.is_none() {
+            match search.systems.solve(&*cells, &predicted.setting, goals) {
+                Ok(solved) => chosen.solved = Some(Arc::clone(solved)),
+                Err(refusal) => {
+                    search.give_up(predicted.setting, refusal);
+                    continue;
+                }
+            }
+        }
+        let course = Course::new(&mut search, predicted, settings, (tolerance, watch));
+        let answered = match &chosen.solved {
+            Some(solved) => solved.walk(&walks, &request, &course),
+            None => walks.plain(&*cells, &request, &course),
+        };
+        let end = course.end();
+        let mut answer = match answered {
+            // The neighbour equation's own variance is known now.
+            Err(refusal @ (Error::InfiniteNeighbour { .. } | Error::InfiniteVariance { .. })) => {
+                search.give_up(predicted.setting, refusal);
+                continue;
+            }
+            answered => answered?,
+        };
+        match end {
+            Some(End::Other) if !watch.cancelled() => continue,
+            Some(End::Gave(why)) => {
+                answer.outcome.stop = StopReason::ToleranceNotReached;
+                answer.gave_up = Some(why);
+            }
+            _ => {}
+        }
+        return Ok(Some((chosen, answer)));
+    }
+}
+
+/// The search, if something is to be chosen.
+fn begin<'m>(
+    model: &'m dyn Model,
+    targets: &[Target],
+    settings: &'m Settings,
+    watch: &'m dyn Watch,
+) -> Result<Option<Search<'m>>, Error> {
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
     };
-    let clock = Instant::now();
-    let (mut pilots, mut walks) = (0, 0);
+    let mut search = Search::new(model, targets, settings, tolerance, watch)?;
+    search.run();
+    Ok(Some(search))
+}
+
+/// The best setting that the problem takes, and its prediction.
+fn next<'m>(
+    search: &mut Search<'m>,
+    model: &'m dyn Model,
+    settings: &'m Settings,
+    watch: &'m dyn Watch,
+) -> Result<(Chosen<'m>, Prediction), Error> {
     let mut refusal = None;
-    let mut most = Some(1.0);
-    while let Some(absorption) = most {
-        let mut search = Search::new(model, targets, settings, (tolerance, absorption), watch)?;
-        search.run();
-        most = search.lower();
-        while let Some(best) = search.best() {
-            if watch.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            let setting = best.setting;
-            refuse_no_scores(settings, &best)?;
-            let searched = clock.elapsed().as_secs_f64();
-            match accepted(model, settings, &setting, search.systems.of(&setting)) {
-                Ok(chosen) => {
-                    let mut chosen = finished(chosen, &best, &mut search, searched);
-                    chosen.report.pilots += pilots;
-                    chosen.report.pilot_walks += walks;
-                    return Ok(Some(chosen));
-                }
-                Err(error) => {
-                    refusal.get_or_insert(error);
-                }
-            }
-            // If the best setting has an infinite variance, longer walks may have a finite one.
-            if search.checks_late() && most.is_some() {
-                break;
-            }
-            search.forget(setting);
-            search.improve_until_stable();
-        }
+    loop {
         if watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        (pilots, walks) = (pilots + search.pilots, walks + search.walks);
-        refusal = refusal.or(search.take_refusal());
+        let Some(best) = search.best() else {
+            let refusal = refusal.or(search.take_refusal());
+            return Err(refusal.unwrap_or(Error::NoSetting));
+        };
+        let setting = best.setting;
+        refuse_without_end(settings, &best)?;
+        let solved = search.systems.of(&setting).map(|solved| &**solved);
+        match accepted(model, settings, &setting, solved) {
+            Ok(accepted) => return Ok((finished(accepted, &best, search), best)),
+            Err(error) => refusal = refusal.or(Some(error)),
+        }
+        search.forget(setting);
+        search.improve_until_stable();
     }
-    Err(refusal.unwrap_or(Error::NoSetting))
 }
 
-/// Refuses walks until an error is reached if no walk may ever score.
-fn refuse_no_scores(settings: &Settings, best: &Prediction) -> Result<(), Error> {
-    if settings.walks.is_some() || best.walking.is_finite() {
+/// Refuses walks until an error is reached if no walk may ever score, or if that takes too long.
+fn refuse_without_end(settings: &Settings, best: &Prediction) -> Result<(), Error> {
+    let seconds = best.seconds();
+    if settings.walks.is_some() || settings.time_limit.is_some() || seconds <= MOST_SECONDS {
         Ok(())
+    } else if best.scored > 0.0 {
+        Err(Error::TooLong { seconds })
     } else {
         Err(Error::Dark)
     }
 }
 
-/// The choice of a search that took this many seconds, including those of the system that the answer uses.
-fn finished<'m>(
-    settings: Settings,
-    best: &Prediction,
-    search: &mut Search<'m>,
-    seconds: f64,
-) -> Chosen<'m> {
+/// The choice of a search.
+fn finished<'m>(settings: Settings, best: &Prediction, search: &mut Search<'m>) -> Chosen<'m> {
     let setting = &best.setting;
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
-    let solved = search.systems.take(setting);
+    let solved = search.systems.of(setting).map(Arc::clone);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
     Chosen {
         settings,
@@ -198,7 +278,7 @@ fn finished<'m>(
             predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
             pilots: search.pilots,
             pilot_walks: search.walks,
-            pilot_seconds: seconds - kept,
+            pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
         },
     }
 }

@@ -4,7 +4,7 @@ use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance};
 
 use super::prediction::{Level, Prediction, Scales, batches_of_whole_stages};
 use super::setting::Setting;
-use crate::answer::Answer;
+use crate::answer::bound;
 use crate::cost::{Cost, PointwisePairs};
 use crate::goal::{Ask, Target, goals};
 use crate::{Error, Goal, Model};
@@ -20,7 +20,7 @@ const RARE: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     pub(super) goals: Vec<Goal>,
-    weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
 }
 
 impl Sample {
@@ -95,8 +95,7 @@ impl Observed {
 
 /// E η² of every target, and of whatever else a room needs, as few walks observe it. Rare steps hardly ever coincide
 /// with weights that are rare themselves.
-pub(super) fn squares(answer: &Answer) -> Vec<f64> {
-    let all = answer.outcome.statistics.iter().chain(&answer.others);
+pub(super) fn squares<'a>(all: impl Iterator<Item = &'a Statistics>) -> Vec<f64> {
     let square = |statistics: &Statistics| {
         let plain = statistics.plain();
         plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2)
@@ -115,6 +114,16 @@ pub(super) struct Doubt {
     pub(super) observed_rare: f64,
 }
 
+/// Walks, and what they were of.
+#[derive(Debug)]
+pub(super) struct Walked<'a> {
+    pub(super) statistics: Vec<&'a Statistics>,
+    /// How many targets each of the first ones stands for: all others for one.
+    pub(super) weights: &'a [f64],
+    pub(super) pointwise: PointwisePairs,
+    pub(super) unknowns: f64,
+}
+
 /// What few walks found.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
@@ -130,19 +139,18 @@ pub(super) struct Pilot {
 }
 
 impl Pilot {
-    /// The pilot that had this answer.
+    /// The pilot that had these walks.
     pub(super) fn new(
         setting: Setting,
-        sample: &Sample,
+        walked: &Walked<'_>,
         tolerance: Tolerance,
-        (model, unknowns): (&dyn Model, usize),
-        answer: &Answer,
+        model: &dyn Model,
         squares: &[f64],
         doubt: Doubt,
     ) -> Self {
         // What else a room needs belongs to no target, and is never sampled.
-        let all = || answer.outcome.statistics.iter().chain(&answer.others);
-        let weights = sample.weights.iter().copied();
+        let all = || walked.statistics.iter().copied();
+        let weights = walked.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
         let targets = all().zip(weights).zip(squares);
         let Setting { absorption, .. } = setting;
@@ -157,10 +165,7 @@ impl Pilot {
         let of = |((statistics, weight), square): ((&Statistics, f64), &f64)| {
             // Both estimates of plain walks are the same.
             let estimate = statistics.preconditioned();
-            let bound = match tolerance {
-                Tolerance::Absolute(bound) => bound,
-                Tolerance::Relative(bound) => bound * estimate.estimate.abs(),
-            };
+            let bound = bound(tolerance, statistics);
             let scored = statistics.scored() as f64;
             let each = statistics.walks() as f64 / scored;
             Observed {
@@ -178,8 +183,8 @@ impl Pilot {
             targets: targets.map(of).collect(),
             walks,
             states: states as f64 / walks as f64,
-            pointwise: answer.pointwise,
-            unknowns: unknowns as f64,
+            pointwise: walked.pointwise,
+            unknowns: walked.unknowns,
             doubt,
         }
     }
@@ -236,6 +241,9 @@ impl Pilot {
             let walks = walks(&|_| scales.observed, rare) + walks(&slow, rare);
             0.5 * walks * each
         };
+        let observed = self.targets.iter();
+        let observed = observed.map(|target| target.walks(scales.observed, scales.rare));
+        let most_walks = batch * batches_of_whole_stages(observed.fold(0.0, f64::max) / batch);
         let best_case = walks(&fast, scales.optimistic_rare) * each;
         let walks = walks(&|_| scales.observed, scales.rare);
         Prediction {
@@ -257,6 +265,7 @@ impl Pilot {
             },
             scored: self.scored(),
             worst_case_walks,
+            most_walks,
             walks,
             states: walks * self.states,
         }

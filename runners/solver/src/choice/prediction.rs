@@ -69,6 +69,8 @@ pub(super) struct Prediction {
     pub(super) scored: f64,
     /// The number of walks of the target that takes most if large scores are rare, not rounded up to whole stages.
     pub(super) worst_case_walks: f64,
+    /// The number of walks of the target that takes most by the observed variance.
+    pub(super) most_walks: f64,
     /// The number of all walks.
     pub(super) walks: f64,
     /// The number of states that all walks visit.

@@ -7,6 +7,8 @@ mod pilots;
 mod plain;
 mod policy;
 
+use std::time::Instant;
+
 use fredholm_core::{Estimator, Tolerance};
 
 use self::candidates::{ABSORPTIONS, open};
@@ -20,6 +22,13 @@ use crate::answer::Watch;
 use crate::goal::Target;
 use crate::model::About;
 use crate::{Error, Model, Settings};
+
+/// Seconds of which pilots may take a share at most before there are walks. What takes hours in the end is refused soon,
+/// and what takes minutes is corrected by its walks.
+const PATIENCE: f64 = 30.0;
+
+/// E η² of walks with an absorption and an estimator.
+type Squares = ((f64, Estimator), Vec<f64>);
 
 /// The pilots so far, and what they predict.
 pub(super) struct Search<'m> {
@@ -43,33 +52,44 @@ pub(super) struct Search<'m> {
     pub(super) systems: Systems<'m>,
     rare: RareVariances,
     /// E η² of walks with an absorption and an estimator.
-    squares: Vec<((f64, Estimator), Vec<f64>)>,
+    squares: Vec<Squares>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first refusal: it is reported if every setting is refused.
     refusal: Option<Error>,
     /// Predicted seconds of the pilots so far.
     spent: f64,
+    /// Seconds of the first choice, as they were predicted.
+    pub(super) predicted_first: f64,
+    /// Seconds of the answer's walks that were given up for other ones.
+    pub(super) walked: f64,
+    /// Of a longer prediction, pilots take no larger share than of one of so many seconds.
+    patience: f64,
+    /// Seconds that are left for pilots with all their set-ups.
+    budget: f64,
+    /// Whether the watch was told that the choice takes long.
+    warned: bool,
+    /// When it began. Nothing but a report depends on it.
+    pub(super) begun: Instant,
     pub(super) pilots: usize,
     pub(super) walks: u64,
 }
 
 impl<'m> Search<'m> {
-    /// A search with an absorption of at most `most`, if the settings leave it open.
+    /// A search with the absorptions that are open and whose walks have a finite variance.
     ///
     /// # Errors
-    /// [`Error::TwoGoals`].
+    /// [`Error::TwoGoals`], [`Error::InfiniteVariance`].
     pub(super) fn new(
         model: &'m dyn Model,
         targets: &[Target],
         settings: &'m Settings,
-        (tolerance, most): (Tolerance, f64),
+        tolerance: Tolerance,
         watch: &'m dyn Watch,
     ) -> Result<Self, Error> {
-        let mut absorptions = open(settings.absorption, &ABSORPTIONS);
-        absorptions.retain(|&absorption| absorption <= most);
+        let absorptions = open(settings.absorption, &ABSORPTIONS);
         let about = model.about();
-        Ok(Self {
+        let mut search = Self {
             model,
             about,
             settings,
@@ -88,14 +108,25 @@ impl<'m> Search<'m> {
             refused: Vec::new(),
             refusal: None,
             spent: 0.0,
+            predicted_first: f64::INFINITY,
+            walked: 0.0,
+            patience: settings
+                .time_limit
+                .map_or(PATIENCE, |limit| limit.as_secs_f64().min(PATIENCE)),
+            budget: f64::INFINITY,
+            warned: false,
+            begun: Instant::now(),
             pilots: 0,
             walks: 0,
-        })
+        };
+        search.drop_infinite_variances()?;
+        // Every solve looks at the variance, whether it chooses or not.
+        search.begun = Instant::now();
+        Ok(search)
     }
 
     /// Runs all pilots.
     pub(super) fn run(&mut self) {
-        self.drop_infinite_variances();
         self.pilot_first_plain();
         self.begin_families();
         self.shorten_walks();
@@ -109,17 +140,6 @@ impl<'m> Search<'m> {
         while self.improve() {}
     }
 
-    /// Whether the variance is checked after the search. Dropping infinite variances before it would take longer than
-    /// pilots in vain if the model integrates a formula.
-    pub(super) const fn checks_late(&self) -> bool {
-        self.about.has_slow_radius
-    }
-
-    /// The largest absorption below those of the first pilots, if there is one.
-    pub(super) fn lower(&self) -> Option<f64> {
-        self.absorptions.get(1).copied()
-    }
-
     /// Forgets a setting that the problem refuses, and every setting that differs from it by shorter walks or fewer
     /// cells, on which h is farther from k.
     pub(super) fn forget(&mut self, setting: Setting) {
@@ -127,6 +147,13 @@ impl<'m> Search<'m> {
         let refused = &self.refused;
         self.found
             .retain(|found| !is_refused(refused, &found.setting));
+    }
+
+    /// Forgets a setting that the problem refuses with this error, and looks for another one.
+    pub(super) fn give_up(&mut self, setting: Setting, refusal: Error) {
+        self.refuse(refusal);
+        self.forget(setting);
+        self.improve_until_stable();
     }
 
     /// The error to report if every setting is refused.
@@ -158,7 +185,7 @@ impl<'m> Search<'m> {
     }
 
     /// The price of a prediction, which the search minimises.
-    fn price(&self, found: &Prediction) -> f64 {
+    pub(super) fn price(&self, found: &Prediction) -> f64 {
         self.remaining_setup_of(found) + found.risk_adjusted
     }
 
@@ -178,6 +205,25 @@ impl<'m> Search<'m> {
     /// Seconds of a prediction's set-up that are still to come.
     fn remaining_setup_of(&self, found: &Prediction) -> f64 {
         self.remaining_setup(&found.setting, [found.setup, found.source])
+    }
+
+    /// Keeps the seconds that are predicted at first.
+    pub(super) const fn expect(&mut self, seconds: f64) {
+        if self.predicted_first.is_infinite() {
+            self.predicted_first = seconds;
+        }
+    }
+
+    /// Seconds of all pilots so far and of walks that were given up, as they are predicted.
+    pub(super) fn lost(&self) -> f64 {
+        self.spent + self.walked
+    }
+
+    /// Makes pilots that take at most so many seconds in all, until none can improve the best setting any more.
+    pub(super) fn improve_for(&mut self, seconds: f64) {
+        self.budget = seconds;
+        self.patience = self.patience.max(seconds);
+        self.improve_until_stable();
     }
 
     /// Whether the problem is known to refuse a setting.

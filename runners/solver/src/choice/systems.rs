@@ -1,5 +1,7 @@
 //! Solved systems of pilots: later pilots and the answer use them again.
 
+use std::sync::Arc;
+
 use super::setting::Setting;
 use crate::answer::Solved;
 use crate::{Error, Goal, Partitioned};
@@ -18,20 +20,14 @@ struct System<'m> {
     cells: usize,
     degree: usize,
     bytes: usize,
-    solved: Solved<'m>,
+    solved: Arc<Solved<'m>>,
 }
 
 impl<'m> Systems<'m> {
     /// The system of a setting, if it is solved.
-    pub(super) fn of(&self, setting: &Setting) -> Option<&Solved<'m>> {
+    pub(super) fn of(&self, setting: &Setting) -> Option<&Arc<Solved<'m>>> {
         let at = self.position(setting)?;
         self.all.get(at).map(|system| &system.solved)
-    }
-
-    /// Removes and returns the system of a setting, if it is solved.
-    pub(super) fn take(&mut self, setting: &Setting) -> Option<Solved<'m>> {
-        let at = self.position(setting)?;
-        Some(self.all.swap_remove(at).solved)
     }
 
     /// Solves the system of a setting, unless it is solved.
@@ -40,13 +36,13 @@ impl<'m> Systems<'m> {
         cells: &(dyn Partitioned<'m> + 'm),
         setting: &Setting,
         goals: &[Goal],
-    ) -> Result<&Solved<'m>, Error> {
+    ) -> Result<&Arc<Solved<'m>>, Error> {
         let at = match self.position(setting) {
             Some(at) => at,
             None => {
                 let (bytes, solved) = (
                     cells.memory(goals, setting.pairs),
-                    Solved::new(cells, setting.absorption)?,
+                    Arc::new(Solved::new(cells, setting.absorption)?),
                 );
                 let kept: usize = self.all.iter().map(|system| system.bytes).sum();
                 if kept.saturating_add(bytes) > MEMORY {

@@ -120,7 +120,6 @@ impl Model for CircleModel {
             less_memory: ": use fewer cells",
             is_singular: false,
             has_rare_scores: false,
-            has_slow_radius: false,
             takes_any_cells: false,
             counts_evaluations: true,
         }

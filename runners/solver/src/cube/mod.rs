@@ -10,7 +10,7 @@ mod shapes;
 mod system;
 mod table;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use fredholm_core::NoNeighbour;
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Partition};
@@ -58,6 +58,8 @@ const MOST_CELLS: usize = 100_000_000;
 pub struct CubeModel {
     functions: Arc<dyn CubeFunctions>,
     dimension: usize,
+    /// The spectral radius of T_K², once it is computed: no number of cells and no absorption changes it.
+    squared_radius: OnceLock<f64>,
 }
 
 impl core::fmt::Debug for CubeModel {
@@ -75,6 +77,7 @@ impl CubeModel {
         Self {
             dimension: functions.dimension(),
             functions,
+            squared_radius: OnceLock::new(),
         }
     }
 
@@ -134,7 +137,6 @@ impl Model for CubeModel {
             // One whose integral is given may have a singularity.
             is_singular: self.functions.has_integral(),
             has_rare_scores: false,
-            has_slow_radius: true,
             takes_any_cells: false,
             counts_evaluations: true,
         }
@@ -317,9 +319,11 @@ impl<'m> CubePartition<'m> {
         })
     }
 
-    /// The spectral radius of T_k²p, estimated on a coarse partition. That of T_h²p is looked at when K' is
-    /// known: it is smaller if K' is exact.
-    fn plain_radius_in<const D: usize>(&self, absorption: f64) -> Result<f64, Error> {
+    /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
+    /// looked at when K' is known: it is smaller if K' is exact.
+    fn squared_radius_in<const D: usize>(&self) -> Result<f64, Error> {
+        // The estimate is the same for every absorption.
+        let absorption = 0.5;
         with_values::<f64, _>(self.functions(), |values| {
             let kernel = values.kernel();
             let dark = |_: &[f64; D]| 0.0;
@@ -332,7 +336,7 @@ impl<'m> CubePartition<'m> {
                 let per_axis = [200, 200, 200, 200, 80, 40][D - 1];
                 let cube = Cube::<f64, D, _, _>::new(Product(square), dark, per_axis, absorption)?;
                 let tables = ProductTables::new(&cube, Rule::new(2)?)?;
-                return Ok(tables.absolute_radius()? / (1.0 - absorption));
+                return Ok(tables.absolute_radius()?);
             }
             let (per_axis, points) = [(200, 2), (14, 2), (6, 2), (4, 1), (3, 1), (2, 1)][D - 1];
             let square = |x: &[f64; D], y: &[f64; D]| {
@@ -345,7 +349,7 @@ impl<'m> CubePartition<'m> {
             fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row))?;
             let dense = Dense::new(&entries, n, 1);
             let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
-            Ok(absolute_radius(&dense)? / (1.0 - absorption))
+            Ok(absolute_radius(&dense)?)
         })
     }
 
@@ -486,7 +490,16 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     }
 
     fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
-        in_dimension!(self.model.dimension, D => self.plain_radius_in::<D>(absorption))
+        let known = &self.model.squared_radius;
+        let radius = match known.get() {
+            Some(&radius) => radius,
+            None => {
+                let radius =
+                    in_dimension!(self.model.dimension, D => self.squared_radius_in::<D>())?;
+                *known.get_or_init(|| radius)
+            }
+        };
+        Ok(radius / (1.0 - absorption))
     }
 
     /// T_h²p is looked at where the system is solved.

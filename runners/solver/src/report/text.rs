@@ -164,6 +164,10 @@ impl GoalReport {
             }
             _ => "-".to_owned(),
         };
+        let doubt = match self.doubtful_share {
+            Some(_) => " (of few walks)",
+            None => "",
+        };
         let mut row = vec![self.name.clone()];
         if places {
             row.push(self.place().unwrap_or_default());
@@ -172,7 +176,13 @@ impl GoalReport {
             self.exact.map_or("-".to_owned(), |u| format!("{u:.9}")),
             number_or_dash(self.galerkin),
             self.plain.text(self.rounding_floor),
-            self.preconditioned.text(self.rounding_floor),
+            match self.preconditioned.estimate {
+                Some(estimate) if self.no_difference => {
+                    let digits = with_error(estimate, Some(self.rounding_floor));
+                    format!("{digits} (no difference in {} walks)", self.walks)
+                }
+                _ => self.preconditioned.text(self.rounding_floor) + doubt,
+            },
             gain,
         ]);
         if errors {

@@ -236,7 +236,6 @@ impl Model for RoomModel {
             less_memory: ADVICE,
             is_singular: false,
             has_rare_scores: true,
-            has_slow_radius: false,
             takes_any_cells: true,
             counts_evaluations: false,
         }

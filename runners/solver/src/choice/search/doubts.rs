@@ -3,9 +3,17 @@
 use super::super::pilot::Doubt;
 use super::super::setting::Setting;
 use super::Search;
+use crate::{Error, Pairs};
 
 /// The spectral radius of T_k²p from which on the variance is almost infinite, which few walks do not show.
 const SAFE_RADIUS: f64 = 0.85;
+/// The least q0 that is tried if its variance is far from infinite.
+const USUAL: f64 = 0.1;
+/// How many values of q0 are tried if none of the usual ones has a variance far from infinite: from the shortest walks
+/// of a finite variance to those of a fifth of that q0 or less.
+const BRIGHT: usize = 3;
+/// The rounding of values of q0 to those that are tried.
+const NEARLY: f64 = 1.1;
 /// How rare large scores are with bounded kernels.
 const BOUNDED: f64 = 3.0;
 /// How rare large scores are with singular kernels.
@@ -20,29 +28,45 @@ const LEAST_GAP: f64 = 0.01;
 const OBSERVED_RARE: f64 = 0.125;
 
 impl Search<'_> {
-    /// Drops values of q0 with an infinite variance of plain walks, as long as one is left. The search then starts from
-    /// a value whose variance is far from infinite.
-    pub(super) fn drop_infinite_variances(&mut self) {
-        if self.settings.allow_infinite_variance || self.checks_late() {
-            return;
+    /// Drops values of q0 with an infinite variance of plain walks, before anything expensive is set up. The search then
+    /// starts from a value whose variance is far from infinite, and otherwise from the smallest one.
+    ///
+    /// # Errors
+    /// [`Error::InfiniteVariance`]: none is left.
+    pub(super) fn drop_infinite_variances(&mut self) -> Result<(), Error> {
+        if self.settings.allow_infinite_variance {
+            return Ok(());
         }
         let base = self.plain_base();
-        // The first pilot reports any error.
-        let cells = self.model.partition(&self.with_valid_cells(&base));
-        let Ok(radius) = cells.and_then(|cells| cells.plain_radius(base.absorption)) else {
-            return;
-        };
+        let cells = self.model.partition(&self.with_valid_cells(&base))?;
+        let radius = cells.plain_radius(base.absorption)?;
         // k² p is K²/p, and p has the factor 1 − q0.
         let without = radius * (1.0 - base.absorption);
         self.second_moment = Some(without);
         let least = self.absorptions.last().copied();
-        let finite = |absorption: f64| without / (1.0 - absorption) < 1.0;
         self.absorptions
-            .retain(|&absorption| finite(absorption) || Some(absorption) == least);
-        let mut safe = self.absorptions.iter().copied();
+            .retain(|&absorption| without / (1.0 - absorption) < 1.0);
+        if self.absorptions.is_empty() {
+            let absorption = least.unwrap_or(base.absorption);
+            cells.check_variance(Pairs::Default, absorption)?;
+        }
+        let first = |of: &dyn Fn(f64) -> bool| {
+            let mut all = self.absorptions.iter().copied();
+            all.find(|&absorption| of(absorption))
+        };
+        // If K is a constant r, then without = r², and with q0 = 1 − r walks keep their weight.
+        let keeps_weight = 1.0 - without.sqrt();
+        let least = self.absorptions.last().copied();
+        let safe = first(&|absorption| self.has_safe_variance(absorption));
         self.shortest = safe
-            .find(|&absorption| self.has_safe_variance(absorption))
+            .or_else(|| first(&|absorption| absorption <= NEARLY * keeps_weight))
             .or(least);
+        if safe.is_some_and(|absorption| absorption >= USUAL) {
+            self.absorptions.retain(|&absorption| absorption >= USUAL);
+        } else {
+            self.absorptions.truncate(BRIGHT);
+        }
+        Ok(())
     }
 
     /// Whether the variance is far from infinite.

@@ -1,7 +1,10 @@
 //! Families of the search: their beginnings, their levels, and their predictions.
 
+use fredholm_core::Statistics;
+
 use super::super::family::Family;
-use super::super::pilot::Pilot;
+use super::super::pilot::{self, Pilot, Walked};
+use super::super::prediction::{Level, Prediction, Scales};
 use super::super::setting::Setting;
 use super::candidates::open;
 use super::pilots::{Allowance, FIRST, VARY};
@@ -46,14 +49,24 @@ impl Search<'_> {
         self.waiting.len() < before
     }
 
-    /// A pilot on the fewest cells of a family, if it may pay; the family otherwise.
+    /// A pilot on the fewest cells of a family which the problem takes, if it may pay; the family otherwise. On very few
+    /// cells, h may be so far from k that its walks have an infinite variance.
     fn begin(&mut self, mut family: Family) -> Option<Family> {
-        if !self.explore(&mut family, 0, FIRST) {
-            return Some(family);
+        for number in 0..=LEVELS {
+            if self.explore(&mut family, number, FIRST) {
+                self.extend(&mut family);
+                self.families.push(family);
+                return None;
+            }
+            let Some(&Level { cells, .. }) = family.levels.get(number) else {
+                break;
+            };
+            let is_refused = self.refuses(&family.on(cells));
+            if !is_refused || family.is_last(cells) && !self.extend(&mut family) {
+                break;
+            }
         }
-        self.extend(&mut family);
-        self.families.push(family);
-        None
+        Some(family)
     }
 
     /// Adds levels to a family and to those that differ by their walks alone; whether there were any.
@@ -134,6 +147,48 @@ impl Search<'_> {
         }
         self.update_related(setting);
         true
+    }
+
+    /// Replaces what a pilot told of a setting by what these walks of all targets tell; the prediction then.
+    pub(in super::super) fn correct(
+        &mut self,
+        setting: &Setting,
+        statistics: &[Statistics],
+    ) -> Option<Prediction> {
+        let squares = pilot::squares(statistics.iter());
+        let mut family = self.take_family(setting);
+        let number = family.as_ref().map(|family| family.number(setting.cells));
+        let level = match (&family, number) {
+            (Some(family), Some(number)) => family.levels.get(number).copied(),
+            _ => self.plain_level(),
+        };
+        let last = family.as_ref().and_then(Family::last);
+        let unknowns = level?.unknowns;
+        let walked = Walked {
+            statistics: statistics.iter().collect(),
+            weights: &[],
+            pointwise: last.map_or_else(PointwisePairs::default, |last| last.pairs(unknowns)),
+            unknowns,
+        };
+        let doubt = self.doubt(setting.absorption);
+        let pilot = Pilot::new(
+            *setting,
+            &walked,
+            self.tolerance,
+            self.model,
+            &squares,
+            doubt,
+        );
+        if let (Some(mut family), Some(number)) = (family.take(), number) {
+            family.add(number, pilot);
+            self.update_predictions(&family);
+            self.families.push(family);
+        } else {
+            let predicted = pilot.predict(&level?, &Scales::PLAIN, self.batch());
+            self.found.retain(|found| found.setting != *setting);
+            self.found.push(predicted);
+        }
+        self.best_of(|found| found.setting == *setting)
     }
 
     /// Replaces the predictions of a family.

@@ -3,11 +3,12 @@
 use fredholm_core::MIN_BATCHES;
 use fredholm_rayon::Observer;
 
-use super::super::pilot::{self, Pilot};
+use super::super::LONG_SECONDS;
+use super::super::pilot::{self, Pilot, Walked};
 use super::super::setting::Setting;
-use super::Search;
+use super::{Search, Squares};
 use crate::Error;
-use crate::answer::{Answer, Walks, Watch};
+use crate::answer::{Walks, Watch};
 use crate::cost::{Cost, PointwisePairs};
 use crate::model::Request;
 
@@ -29,6 +30,16 @@ pub(super) struct Allowance {
     all: f64,
     /// Whether the set-up counts. If the answer may use the set-up again, the pilot is judged by what it may save.
     setup: bool,
+}
+
+impl Allowance {
+    /// The same with the set-up counted.
+    const fn with_setup(self) -> Self {
+        Self {
+            setup: true,
+            ..self
+        }
+    }
 }
 
 /// The allowance of first pilots.
@@ -89,9 +100,11 @@ impl Search<'_> {
         let stage = (self.batch() * MIN_BATCHES) as f64 * self.sample.weight();
         let stage = stage * seconds_of_walk(setting, cost, pairs);
         let seconds = self.seconds(setting, cost, pairs, allowance);
+        let whole = best.seconds().min(self.patience);
         (best.setting == *setting || setup + LEAST_LENGTH * stage <= self.price(&best))
-            && seconds <= allowance.one * best.seconds()
-            && self.spent + seconds <= allowance.all * best.seconds()
+            && seconds <= allowance.one * whole
+            && self.spent + seconds <= allowance.all * whole
+            && self.seconds(setting, cost, pairs, allowance.with_setup()) <= self.budget
     }
 
     /// Seconds of a pilot that count.
@@ -124,6 +137,11 @@ impl Search<'_> {
     fn try_pilot(&mut self, setting: Setting, allowance: Allowance) -> Result<Pilot, Error> {
         let settings = setting.applied(self.settings);
         let cells = self.cells(&setting)?;
+        let cost = cells.cost(setting.pairs);
+        let none = PointwisePairs::default();
+        let seconds = self.seconds(&setting, &cost, none, allowance.with_setup());
+        self.warn_of(seconds);
+        self.budget -= seconds;
         let mut walk = settings.walk_options();
         walk.walks = allowance.walks;
         walk.tolerance = None;
@@ -139,7 +157,6 @@ impl Search<'_> {
             only_u: false,
         };
         let watch = Quiet(self.watch);
-        let cost = cells.cost(setting.pairs);
         let answer = if setting.plain {
             walks.plain(&*cells, &request, &watch)?
         } else {
@@ -152,15 +169,25 @@ impl Search<'_> {
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
         self.second_moment = self.second_moment.or(answer.neighbour_radius.map(without));
-        let squares = self.squares(&setting, &answer);
+        if self.watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let all = answer.outcome.statistics.iter().chain(&answer.others);
+        let walked = Walked {
+            statistics: all.collect(),
+            weights: &self.sample.weights,
+            pointwise: answer.pointwise,
+            unknowns: cells.unknowns() as f64,
+        };
+        let squares = squares(&mut self.squares, &setting, &walked);
+        let doubt = self.doubt(setting.absorption);
         let pilot = Pilot::new(
             setting,
-            &self.sample,
+            &walked,
             self.tolerance,
-            (self.model, cells.unknowns()),
-            &answer,
+            self.model,
             &squares,
-            self.doubt(setting.absorption),
+            doubt,
         );
         self.pilots += 1;
         self.walks += pilot.walks;
@@ -168,19 +195,26 @@ impl Search<'_> {
         Ok(pilot)
     }
 
-    /// E η² of the first pilot with these walks. It does not depend on cells.
-    fn squares(&mut self, setting: &Setting, answer: &Answer) -> Vec<f64> {
-        let walks = (setting.absorption, setting.estimator);
-        let seen = self.squares.iter().find(|(of, _)| *of == walks);
-        if let Some((_, squares)) = seen {
-            return squares.clone();
+    /// Says once that the choice takes long, before what would make it so: so many more seconds.
+    fn warn_of(&mut self, seconds: f64) {
+        if !self.warned && self.spent + seconds > LONG_SECONDS {
+            self.warned = true;
+            self.watch.choosing(seconds);
         }
-        let squares = pilot::squares(answer);
-        if squares.iter().all(|&square| square > 0.0) {
-            self.squares.push((walks, squares.clone()));
-        }
-        squares
     }
+}
+
+/// E η² of the first pilot with these walks. It does not depend on cells.
+fn squares(known: &mut Vec<Squares>, setting: &Setting, walked: &Walked<'_>) -> Vec<f64> {
+    let walks = (setting.absorption, setting.estimator);
+    if let Some((_, squares)) = known.iter().find(|(of, _)| *of == walks) {
+        return squares.clone();
+    }
+    let squares = pilot::squares(walked.statistics.iter().copied());
+    if squares.iter().all(|&square| square > 0.0) {
+        known.push((walks, squares.clone()));
+    }
+    squares
 }
 
 /// A watch that observes nothing of pilots, and may end them.

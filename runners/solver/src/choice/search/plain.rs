@@ -89,7 +89,7 @@ impl Search<'_> {
     }
 
     /// The level of plain walks. Its cells are those of no neighbour equation.
-    fn plain_level(&mut self) -> Option<Level> {
+    pub(super) fn plain_level(&mut self) -> Option<Level> {
         let base = self.plain_base();
         self.levels(&base, 1).0.first().copied()
     }

@@ -1,0 +1,136 @@
+//! The choice on families of problems: nothing runs for ever, and little is lost.
+
+mod common;
+
+use common::{Folder, Ran, list, number};
+use serde_json::Value;
+
+/// Kernels without their constant, and the spectral radius of K² where the constant is 1: the constant is below one over its
+/// root if walks of some absorption are to have a finite variance.
+const KERNELS: [(&str, &str, f64); 5] = [
+    ("1", "exp(-(x-y)^2)", 0.7724),
+    ("1", "1/(1+4*(x-y)^2)", 0.5678),
+    ("1", "cos(x-y)", 0.8581),
+    ("1", "exp(x*y)", 2.0853),
+    ("2", "exp(-(x1-y1)^2-(x2-y2)^2)", 0.5965),
+];
+
+/// A constant was fatal from about where K²/(1 − 0.7) has a spectral radius above 1: the shortest walks were refused, and
+/// longer plain walks taken in place of longer walks of a neighbour equation.
+#[test]
+fn a_kernel_of_any_size_has_a_neighbour_equation() {
+    for (dimension, kernel, radius) in KERNELS {
+        for share in [0.4, 0.6, 0.75, 0.9, 0.97, 0.99] {
+            let constant = share / f64::sqrt(radius);
+            let at = if dimension == "1" {
+                "0.5"
+            } else {
+                "[0.5, 0.5]"
+            };
+            let source = if dimension == "1" { "1+x" } else { "1+x1" };
+            let text = format!(
+                "problem = {{ kind = \"cube\", dimension = {dimension}, kernel = \"{constant}*{kernel}\", source = \
+                 \"{source}\" }}\ntarget = [{{ name = \"m\", at = {at} }}]\n"
+            );
+            // In two dimensions a digit more takes a second more.
+            let errors: &[&str] = if dimension == "1" {
+                &["1e-4", "1e-7"]
+            } else {
+                &["1e-4"]
+            };
+            for error in errors {
+                let report = solve(&text, error);
+                assert_eq!(report["split"]["method"], "preconditioned", "{text}");
+                let walks = number(&list(&report, "targets")[0], "walks");
+                assert!(walks < 1e7, "{walks}: {text}");
+            }
+        }
+    }
+}
+
+/// The report of `solve` with this error.
+fn solve(problem: &str, error: &str) -> Value {
+    let args = ["--target-error", error, "--json"];
+    Folder::new().solve(problem, &args).quietly(0).json()
+}
+
+/// u(x) = 0 at the target, where no error is small enough beside it.
+const ZERO: &str = "problem = { kind = \"cube\", dimension = 1, kernel = \"0.3*exp(-(x-y)^2)\", source = \"x-0.5\" }\n\
+                    target = [{ name = \"zero\", at = 0.5 }]\n";
+
+/// A spike that few walks meet, and that makes their variance infinite.
+const SPIKE: &str = "problem = { kind = \"cube\", dimension = 1, source = \"1\", kernel = \
+                     \"abs(x-0.5) < 0.001 && abs(y-0.5) < 0.001 ? 5000 : 0.1\" }\n\
+                     target = [{ name = \"a\", at = 0.3 }, { name = \"p\", grid = 5 }]\n";
+
+fn ran(problem: &str, args: &[&str]) -> Ran {
+    Folder::new().solve(problem, args)
+}
+
+#[test]
+fn a_run_without_an_end_gives_up_and_says_why() {
+    let args = ["--target-error", "1e-3", "--relative", "--json"];
+    let zero = ran(ZERO, &args).warning(3, &["not reached: walks tell", "target_error"]);
+    let report = zero.json();
+    assert_eq!(report["stop"], "error_not_reached");
+    assert!(report["reason"].is_string());
+    if std::env::var_os("FREDHOLM_LONG").is_some() {
+        let spike = ran(SPIKE, &["--target-error", "1e-4", "--json"]);
+        assert_eq!(spike.status, Some(3), "{spike:?}");
+        assert!(spike.json()["reason"].is_string());
+    }
+}
+
+/// 10⁻¹⁶ beside u = 1.8, and 10⁻¹⁷ with cells.
+#[test]
+fn an_error_below_rounding_is_not_reached() {
+    let problem = ZERO.replace("x-0.5", "1+x");
+    for args in [
+        &["--target-error", "1e-16"][..],
+        &["--target-error", "1e-17", "--cells", "40", "--degree", "4"],
+    ] {
+        ran(&problem, args).warning(3, &["not reached"]);
+    }
+}
+
+#[test]
+fn hours_are_not_begun_unasked() {
+    let problem = ZERO.replace("x-0.5", "x < 0.37 ? 1 : 0");
+    let refused = ran(&problem, &["--target-error", "1e-300"]);
+    assert_eq!(refused.status, Some(2), "{refused:?}");
+    for word in ["--target-error", "not begun unasked", "`walks`"] {
+        assert!(refused.stderr.contains(word), "no {word:?}: {refused:?}");
+    }
+    // Few walks miss the jump of the source, which lies in one cell of many.
+    if std::env::var_os("FREDHOLM_LONG").is_some() {
+        let told = ran(&problem, &["--target-error", "1e-13"]);
+        assert_eq!(told.status, Some(3), "{told:?}");
+        assert!(told.stderr.contains("walks tell that it takes"), "{told:?}");
+    }
+    // With an end it is begun, and said before.
+    let smooth = ZERO.replace("x-0.5", "1+x");
+    let args = [
+        "--target-error",
+        "1e-11",
+        "--degree",
+        "0",
+        "--time-limit",
+        "0.2",
+    ];
+    let begun = ran(&smooth, &args);
+    assert_eq!(begun.status, Some(3), "{begun:?}");
+    let said = begun.stderr.find("predicted: ").unwrap();
+    assert!(said < begun.stderr.find("stopped at the time limit").unwrap());
+}
+
+/// One walk in some thousands makes all of the variance there.
+#[test]
+fn a_doubtful_error_bar_is_told() {
+    let args = ["--cells", "50", "--walks", "70000", "--json"];
+    let report = ran(SPIKE, &args);
+    let found = &list(&report.json(), "targets")[0].clone();
+    assert!(
+        found["no_difference"] == true || found["doubtful_share"].as_f64() > Some(0.5),
+        "{found}"
+    );
+}

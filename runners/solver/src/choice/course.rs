@@ -1,0 +1,191 @@
+//! The course of the answer's walks: whether they go as predicted, and what is done if they do not.
+
+use std::sync::{Mutex, PoisonError};
+
+use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
+use fredholm_rayon::Observer;
+
+use super::prediction::Prediction;
+use super::search::Search;
+use super::{LONG_SECONDS, MOST_SECONDS};
+use crate::Settings;
+use crate::answer::{Gave, Watch, bound};
+
+/// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
+/// setting. Predictions are off by less in general.
+const WRONG: f64 = 4.0;
+/// How many times as long as another setting this one must take for the walks so far to be given up.
+const WORTH: f64 = 2.0;
+/// The standard error over an estimate of which a part may be asked for.
+const KNOWN: f64 = 0.5;
+/// How many times as long as was predicted at first is the end.
+const MOST_TIMES: f64 = 100.0;
+
+/// Watches walks of a setting, and looks for another one with what they tell.
+pub(super) struct Course<'a, 'm> {
+    watch: &'a dyn Watch,
+    tolerance: Tolerance,
+    batch: u64,
+    /// Whether something else ends the walks. Then nothing is looked at.
+    has_end: bool,
+    state: Mutex<State<'a, 'm>>,
+}
+
+struct State<'a, 'm> {
+    search: &'a mut Search<'m>,
+    predicted: Prediction,
+    /// The number of walks of a target before which no look is due.
+    look: f64,
+    end: Option<End>,
+}
+
+/// Why the course ended before the tolerance was reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// Another setting takes less, even from the beginning.
+    Other,
+    /// Nothing helps.
+    Gave(Gave),
+}
+
+impl<'a, 'm> Course<'a, 'm> {
+    /// The course of walks with this prediction.
+    pub(super) fn new(
+        search: &'a mut Search<'m>,
+        predicted: Prediction,
+        settings: &Settings,
+        (tolerance, watch): (Tolerance, &'a dyn Watch),
+    ) -> Self {
+        Self {
+            watch,
+            tolerance,
+            batch: settings.batch,
+            has_end: settings.walks.is_some() || settings.time_limit.is_some(),
+            state: Mutex::new(State {
+                search,
+                predicted,
+                look: 0.0,
+                end: None,
+            }),
+        }
+    }
+
+    /// Why it ended, if it did before the tolerance was reached.
+    pub(super) fn end(&self) -> Option<End> {
+        self.with(|state| state.end)
+    }
+
+    fn with<T>(&self, then: impl FnOnce(&mut State<'a, 'm>) -> T) -> T {
+        // A thread that panicked while it held the state has ended the program's walks already.
+        then(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn is_reached(&self, statistics: &Statistics) -> bool {
+        let batches = statistics.walks() / self.batch.max(1);
+        self.tolerance.reached(statistics, batches)
+    }
+}
+
+impl State<'_, '_> {
+    /// Seconds of these walks, as they are predicted.
+    fn walked(&self, statistics: &[Statistics]) -> f64 {
+        let walks: u64 = statistics.iter().map(Statistics::walks).sum();
+        walks as f64 * self.predicted.seconds_per_walk
+    }
+
+    /// The end if everything so far took many times as long as was predicted.
+    fn unpredicted(&self, statistics: &[Statistics]) -> Option<End> {
+        let seconds = self.search.lost() + self.walked(statistics);
+        let times = seconds / self.search.predicted_first;
+        (times > MOST_TIMES && seconds > LONG_SECONDS)
+            .then_some(End::Gave(Gave::Unpredicted { times }))
+    }
+
+    /// Looks whether to go on. `is_known`: the tolerance does not depend on the noise of an estimate.
+    fn look(&mut self, statistics: &[Statistics], is_known: bool) -> Option<End> {
+        let setting = self.predicted.setting;
+        let now = self.search.correct(&setting, statistics)?;
+        let walked = self.walked(statistics);
+        // Looks are twice as far apart every time: all of them take no longer than the walks.
+        self.search.improve_for(walked);
+        let left = (now.walking - walked).max(0.0);
+        let best = self.search.best()?;
+        let price = self.search.price(&best);
+        let is_other = best.setting != setting && is_known;
+        let least = if is_other { left.min(price) } else { left };
+        if least > MOST_SECONDS {
+            return Some(End::Gave(Gave::TooLong { seconds: least }));
+        }
+        if !is_other || WORTH * price >= left {
+            return None;
+        }
+        self.search.walked += walked;
+        Some(End::Other)
+    }
+}
+
+impl Observer for Course<'_, '_> {
+    fn walked(&self, walks: u64) {
+        self.watch.walked(walks);
+    }
+
+    fn merged(&self, statistics: &[Statistics]) {
+        self.watch.merged(statistics);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled() || self.end().is_some()
+    }
+}
+
+impl Watch for Course<'_, '_> {
+    fn walking(&self) {
+        self.watch.walking();
+    }
+
+    fn merged_with(&self, statistics: &[Statistics], floor: &dyn Fn(&Statistics) -> f64) {
+        self.watch.merged_with(statistics, floor);
+        let open = || statistics.iter().filter(|all| !self.is_reached(all));
+        let walks = open().map(Statistics::walks).max();
+        let goes_on = !self.has_end && !self.watch.cancelled();
+        let Some(walks) = walks.filter(|_| goes_on) else {
+            return;
+        };
+        let walks = walks as f64;
+        let needed = |all: &Statistics| {
+            let deviation = all.preconditioned().std_dev.unwrap_or(0.0);
+            (deviation / bound(self.tolerance, all)).powi(2)
+        };
+        let told = open().filter(|all| all.scored() >= MIN_SCORED_WALKS);
+        let needed = told.map(needed).fold(0.0, f64::max);
+        let is_rounded = |all: &Statistics| {
+            let error = all.preconditioned().std_error;
+            all.scored() >= MIN_SCORED_WALKS && error.is_some_and(|error| error < floor(all))
+        };
+        // A relative error of what may be 0 is whatever the walks happen to give.
+        let is_known = |all: &Statistics| match self.tolerance {
+            Tolerance::Absolute(_) => true,
+            Tolerance::Relative(_) => {
+                let found = all.preconditioned();
+                let error = found.std_error.unwrap_or(f64::INFINITY);
+                error < KNOWN * found.estimate.abs()
+            }
+        };
+        self.with(|state| {
+            // The stage in which it ends is merged, too.
+            if state.end.is_some() {
+                return;
+            }
+            state.end = if open().all(is_rounded) {
+                Some(End::Gave(Gave::Rounding))
+            } else {
+                state.unpredicted(statistics)
+            };
+            let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
+            if state.end.is_none() && is_wrong && walks >= state.look {
+                state.look = 2.0 * walks;
+                state.end = state.look(statistics, open().all(is_known));
+            }
+        });
+    }
+}
