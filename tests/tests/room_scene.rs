@@ -379,9 +379,14 @@ proptest! {
             }
         }
         if let Ok(scene) = drawing.scene::<f64>() {
+            // Corners are rounded to ε of up to 102 at both ends of a piece, which turns it by this much.
+            let pieces = cuts.windows(2).map(|pair| pair[1] - pair[0]);
+            let shortest = pieces.filter(|&length| length > 1e-9).fold(1.0, f64::min);
+            let bound = 1e-11 + 2.0 * 102.0 * f64::EPSILON / shortest;
             let factors = fredholm_room::factors(&scene).unwrap();
             for row in factors.chunks(scene.surfaces()) {
-                prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-11);
+                let off = row.iter().sum::<f64>() - 1.0;
+                prop_assert!(off.abs() < bound, "{off:e} of {bound:e}");
             }
         } else {
             // Only a cut that was left out, nearer than 10⁻⁹ to its neighbour, opens it.

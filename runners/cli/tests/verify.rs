@@ -15,9 +15,7 @@ fn the_page_is_what_is_printed() {
         page.contains(&format!("```text\n{printed}```\n")),
         "docs/verify.md is another: `cargo run --release -- verify` prints\n{printed}"
     );
-    let json = fredholm(&["verify", "--json", "--threads", "1"])
-        .quietly(0)
-        .json();
+    let json = fredholm(&["verify", "--json"]).quietly(0).json();
     assert_eq!(json["agree"], true);
     let rows = list(&json, "rows");
     assert!(printed.ends_with(&format!("\n{0} of {0} numbers agree\n", rows.len())));
