@@ -149,7 +149,7 @@ macro_rules! real {
             fn sqrt(self) -> Self {
                 libm::$sqrt(self)
             }
-            #[inline(always)]
+            #[inline]
             fn product_error(self, factor: Self) -> Self {
                 $product_error(self, factor)
             }
@@ -214,7 +214,7 @@ fn product_error_f32(a: f32, b: f32) -> f32 {
 
 /// Dekker 1971. A fused multiply-add would be shorter, but most builds for x86 call a function for
 /// it.
-#[inline(always)]
+#[inline]
 fn product_error_f64(a: f64, b: f64) -> f64 {
     let [a_high, a_low] = halves(a);
     let [b_high, b_low] = halves(b);

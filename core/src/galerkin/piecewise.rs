@@ -167,7 +167,7 @@ impl<F: Real, P: StateSpace<Scalar = F>, const B: usize> StateSpace for SourceTa
 impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSource
     for SourceTable<'_, F, P, B>
 {
-    #[inline(always)]
+    #[inline]
     fn source(&self, x: &Located<P::Point>) -> F {
         small::dot(&small::block(self.values, x.cell), &self.problem.basis(x))
     }
@@ -186,7 +186,7 @@ where
     P: PairIntegral<B> + StateSpace<Scalar = F>,
     S: Pairs,
 {
-    #[inline(always)]
+    #[inline]
     fn source(&self, x: &Located<P::Point>) -> F {
         let problem = self.table.problem;
         let mut g = self.table.source(x);
@@ -205,8 +205,6 @@ impl<F: Real, P: StateSpace<Scalar = F>, C, S, G, const B: usize> StateSpace
     type Point = P::Point;
 }
 
-// What every step of every walk calls is always inlined, here and in the problems: the walk's loop is of many small
-// functions, and a compiler that does not optimise across crates leaves some of them as calls, 20 instructions each.
 impl<F, P, C, S, G, const B: usize> Neighbour for Piecewise<'_, F, P, C, S, G, B>
 where
     F: Real,
@@ -223,7 +221,7 @@ where
         }
     }
 
-    #[inline(always)]
+    #[inline]
     fn kernel(&self, x: &Located<P::Point>, y: &Located<P::Point>, k: F) -> F {
         match self.pairs.kind(x.cell, y.cell) {
             PairKind::Galerkin => {
@@ -237,7 +235,7 @@ where
         }
     }
 
-    #[inline(always)]
+    #[inline]
     fn source(&self, x: &Located<P::Point>) -> F {
         self.source.source(x)
     }

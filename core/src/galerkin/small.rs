@@ -73,7 +73,7 @@ pub(super) fn solve_in_place<F: Real>(a: &mut [F], rhs: &mut [F]) {
 }
 
 /// Σ_b a_b b_b.
-#[inline(always)]
+#[inline]
 pub(super) fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
     // Starting from the first product saves adding it to zero, which the compiler must not drop.
     let mut products = a.iter().zip(b).map(|(&a, &b)| a * b);
@@ -82,7 +82,7 @@ pub(super) fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
 }
 
 /// The B unknowns of cell `i`; NaN where the slice is too short, so that no index can panic.
-#[inline(always)]
+#[inline]
 pub(super) fn block<F: Real, const B: usize>(values: &[F], i: usize) -> [F; B] {
     match values.get(i * B..).and_then(<[F]>::first_chunk) {
         Some(block) => *block,

@@ -416,7 +416,7 @@ impl<F: Real, E: Emission<F>> Basis for Circle<'_, F, E> {
 }
 
 impl<F: Real, E: Emission<F>> TransitionMoments for Circle<'_, F, E> {
-    #[inline(always)]
+    #[inline]
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
         [[if j == x.cell {
             self.constants.survival * self.own_cell(&x.point, j)
@@ -427,7 +427,7 @@ impl<F: Real, E: Emission<F>> TransitionMoments for Circle<'_, F, E> {
 }
 
 impl<F: Real, E: Emission<F>> PairIntegral for Circle<'_, F, E> {
-    #[inline(always)]
+    #[inline]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; 1] {
         let [[mass]] = self.moments(x, j);
         [self.weight(x.cell) * mass]
