@@ -234,9 +234,9 @@ fn shadow<F: Real>(
         return None;
     };
     // From a point in line with the segment its two ends may be one direction up to rounding, and then so may the second
-    // and `low`: it ends there, and hides nothing beyond.
+    // and `low`: it ends there, and hides nothing beyond. In every case it ends to the left of where it begins.
     let end = if cross(b, high) >= zero() { b } else { high };
-    (cross(begin, end) > zero() && is_before(segment, from, part, other)).then_some([begin, end])
+    is_before(segment, from, part, other).then_some([begin, end])
 }
 
 #[inline]

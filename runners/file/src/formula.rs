@@ -44,6 +44,10 @@ fn sign(x: f64) -> f64 {
 /// The most values that a formula may have pending at once.
 const STACK: usize = 32;
 
+/// As many as most formulas have pending at once. Room for them is cleared at each evaluation: for 32 it takes a twelfth
+/// of the instructions of a short formula.
+const FEW: usize = 8;
+
 /// Which names a formula may use besides functions and constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variables {
@@ -96,7 +100,7 @@ const CALL: f64 = 15e-9;
 /// About how many seconds a value takes of a formula that validation has checked.
 pub fn seconds(text: &str) -> f64 {
     let mut room = room::<f64>(text);
-    let length = Formula::new(text, &mut room).map_or(0, |formula| formula.program.len());
+    let length = Formula::new(text, &mut room).map_or(0, |formula| formula.len());
     let calls = names(text).into_iter().filter(|(.., called)| *called);
     length as f64 * INSTRUCTION + calls.count() as f64 * CALL
 }
@@ -241,8 +245,13 @@ pub fn room<F: Real>(text: &str) -> Room<'_, F> {
 
 /// A compiled formula.
 #[derive(Clone, Copy, Debug)]
-pub struct Formula<'c, F> {
-    program: Program<'c, 'c, Value<F>, STACK>,
+pub struct Formula<'c, F>(Compiled<'c, F>);
+
+/// A formula by the number of its pending values.
+#[derive(Clone, Copy, Debug)]
+enum Compiled<'c, F> {
+    Few(Program<'c, 'c, Value<F>, FEW>),
+    Many(Program<'c, 'c, Value<F>, STACK>),
 }
 
 impl<'c, F: Real> Formula<'c, F> {
@@ -251,21 +260,38 @@ impl<'c, F: Real> Formula<'c, F> {
         text: &'c str,
         room: &'c mut [Instruction<'c, Value<F>>],
     ) -> Result<Self, FormulaError> {
-        let program = Evaluator::<()>::new(&()).compile(text, room);
-        program
-            .map(|program| Self { program })
-            .map_err(|error| FormulaError {
-                span: error.span.start..error.span.end,
-                message: error.kind.description().to_owned(),
-            })
+        let evaluator = Evaluator::<()>::new(&());
+        let few = evaluator
+            .compile::<_, FEW>(text, &mut room.to_vec())
+            .is_ok();
+        let compiled = if few {
+            evaluator.compile(text, room).map(Compiled::Few)
+        } else {
+            evaluator.compile(text, room).map(Compiled::Many)
+        };
+        compiled.map(Self).map_err(|error| FormulaError {
+            span: error.span.start..error.span.end,
+            message: error.kind.description().to_owned(),
+        })
     }
 
     /// Its value; NaN where it has none.
     #[inline]
     pub fn value(&self, x: &[F], y: &[F]) -> F {
-        self.program
-            .evaluate(&At { x, y })
-            .map_or(F::NAN, |value| value.0)
+        let at = At { x, y };
+        let value = match &self.0 {
+            Compiled::Few(program) => program.evaluate(&at),
+            Compiled::Many(program) => program.evaluate(&at),
+        };
+        value.map_or(F::NAN, |value| value.0)
+    }
+
+    /// The number of its instructions.
+    fn len(&self) -> usize {
+        match &self.0 {
+            Compiled::Few(program) => program.len(),
+            Compiled::Many(program) => program.len(),
+        }
     }
 }
 
@@ -406,6 +432,8 @@ mod tests {
         assert!(at("sqrt(-x)").is_nan() && at("ln(x - y)").is_nan());
         assert!(at("min(x, sqrt(-1))").is_nan() && at("max(sqrt(-1), x)").is_nan());
         assert_eq!(at("1 / (x - 0.3)"), f64::INFINITY);
+        let deep = format!("{}x{}", "y - (".repeat(12), ")".repeat(12));
+        assert_eq!(value(&deep, &[0.25], &[0.5]), 0.25);
         let mut room = room::<f32>("0.1 * x");
         let single = Formula::new("0.1 * x", &mut room).unwrap();
         assert_eq!(single.value(&[0.3], &[]), 0.1_f32 * 0.3);
