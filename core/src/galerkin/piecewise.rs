@@ -1,6 +1,5 @@
 //! The neighbour equation of a piecewise polynomial Galerkin solution.
 
-use crate::array::Each;
 use num_traits::zero;
 
 use super::{
@@ -66,11 +65,9 @@ where
         solution: &'a [F],
         source: &'a [F],
     ) -> Result<Self, GalerkinError> {
-        check_sizes::<_, _, B>(problem, coefficients, [solution, source])?;
         let cells = problem.cells();
-        if let Some(row) = (0..cells).find(|&i| pairs.pointwise(i, cells).next().is_some()) {
-            return Err(GalerkinError::Pointwise { row });
-        }
+        sizes(coefficients).check([cells, B], [solution.len(), source.len()])?;
+        no_pointwise(&pairs, cells)?;
         Ok(Self {
             problem,
             coefficients,
@@ -104,7 +101,8 @@ where
         solution: &'a [F],
         source: &'a [F],
     ) -> Result<Self, GalerkinError> {
-        check_sizes::<_, _, B>(problem, coefficients, [solution, source])?;
+        let expected = [problem.cells(), B];
+        sizes(coefficients).check(expected, [solution.len(), source.len()])?;
         Ok(Self {
             problem,
             coefficients,
@@ -139,24 +137,38 @@ where
     small::dot(&right, &problem.divide(x, j, right))
 }
 
-fn check_sizes<P: Basis<B>, C: Coefficients<B, Scalar = P::Scalar>, const B: usize>(
-    problem: &P,
-    coefficients: &C,
-    vectors: [&[P::Scalar]; 2],
-) -> Result<(), GalerkinError> {
-    let expected = problem.cells() * B;
-    let [v, g] = vectors.each(<[_]>::len);
-    let found = coefficients.functions();
-    if found != B {
-        return Err(GalerkinError::Functions { expected: B, found });
+/// The cells and functions of coefficients.
+struct Sizes([usize; 2]);
+
+fn sizes<const B: usize>(coefficients: &impl Coefficients<B>) -> Sizes {
+    Sizes([coefficients.cells(), coefficients.functions()])
+}
+
+impl Sizes {
+    /// Compares them, and the lengths of v and G, with the cells and functions of a partition.
+    fn check(self, [cells, expected]: [usize; 2], [v, g]: [usize; 2]) -> Result<(), GalerkinError> {
+        let Self([rows, found]) = self;
+        if found != expected {
+            return Err(GalerkinError::Functions { expected, found });
+        }
+        let expected = cells * found;
+        for found in [rows * found, v, g] {
+            if found != expected {
+                return Err(GalerkinError::Length { expected, found });
+            }
+        }
+        Ok(())
     }
-    match [coefficients.cells() * B, v, g]
-        .into_iter()
-        .find(|&found| found != expected)
-    {
-        Some(found) => Err(GalerkinError::Length { expected, found }),
-        None => Ok(()),
+}
+
+/// Refuses pointwise pairs.
+fn no_pointwise(pairs: &impl Pairs, cells: usize) -> Result<(), GalerkinError> {
+    for row in 0..cells {
+        if pairs.pointwise(row, cells).next().is_some() {
+            return Err(GalerkinError::Pointwise { row });
+        }
     }
+    Ok(())
 }
 
 impl<F: Real, P: StateSpace<Scalar = F>, const B: usize> StateSpace for SourceTable<'_, F, P, B> {

@@ -148,7 +148,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
 
     /// Calls `each` with shares of the form factor to a whole part and the functions there.
     #[inline]
-    fn whole(&self, sight: &Sight<F>, mut each: impl FnMut(F, &[F; B])) {
+    fn whole(&self, sight: &Sight<F>, each: &mut impl FnMut(F, &[F; B])) {
         let half = F::from_f64(0.5) * sight.length;
         let [from, to] = sight.ends;
         let middle = F::from_f64(0.5) * (from + to);
@@ -168,7 +168,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
     }
 
     /// The same for an interval of it.
-    fn between(&self, sight: &Sight<F>, ends: [F; 2], mut each: impl FnMut(F, &[F; B])) {
+    fn between(&self, sight: &Sight<F>, ends: [F; 2], each: &mut impl FnMut(F, &[F; B])) {
         self.panels.points(ends, sight.distance, |s, ds| {
             let [before, behind] = sight.fractions(s);
             each(
@@ -195,7 +195,7 @@ impl<F: Real> Geometry<'_, F> {
     ) {
         match view {
             View::Nothing => {}
-            View::Wholly | View::Evenly => self.measure_whole(rules, from, part, each),
+            View::Wholly | View::Evenly => self.measure_whole(rules, from, part, &mut each),
             View::Partly if B == 1 => each(self.visible(from, part), &[one(); B]),
             View::Partly => {
                 let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
@@ -224,7 +224,7 @@ impl<F: Real> Geometry<'_, F> {
         rules: &Rules<F, B>,
         from: &Viewer<F>,
         part: &Part<F>,
-        mut each: impl FnMut(F, &[F; B]),
+        each: &mut impl FnMut(F, &[F; B]),
     ) {
         if B == 1 {
             return each(self.unobstructed(from, part), &[one(); B]);
@@ -371,7 +371,9 @@ mod tests {
             let sight = draws.sight::<F>(tiny);
             let expected: [[f64; B]; B] = reference(&sight);
             let mut found = [[F::zero(); B]; B];
-            rules.whole(&sight, |share, psi| add(&mut found, share, psi));
+            rules.whole(&sight, &mut |share, psi: &[F; B]| {
+                add(&mut found, share, psi)
+            });
             for (b, (found, expected_row)) in found.iter().zip(&expected).enumerate() {
                 for (c, (found, entry)) in found.iter().zip(expected_row).enumerate() {
                     let error = Real::abs(found.to_f64() - entry);

@@ -2,12 +2,12 @@
 
 use fredholm_core::galerkin::{self, AllPointwise, PairTable, Partition, Piecewise, Rounded};
 use fredholm_core::{Functional, Real};
-use fredholm_cube::{Mean, Weighted};
+use fredholm_cube::{Cube, Mean, Product, ProductTables, Weighted, empty_table};
 
-use super::CubePartition;
 use super::functions::{ModelCube, Watched};
 use super::system::{Kinds, Solved, Use, WeightedStart};
-use super::table::Table;
+use super::table::{Table, fill};
+use super::{CubePartition, SWEEPS, TOLERANCE};
 use crate::Error;
 
 /// Functions on a cell of a cube, whose number the steps of walks take as a constant. It is object safe, so that all
@@ -24,14 +24,15 @@ pub(super) trait Degree<F, const D: usize>: Sync {
     /// The mean of v.
     fn mean(&self, v: &[F]) -> f64;
 
-    /// The weighted means that are asked for, by the number of the weight and its means.
+    /// A weighted mean, by the number of the weight and its means over the cells.
     fn weighted<'a>(
         &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
-        means: &'a [(usize, Vec<F>)],
+        number: usize,
+        means: &'a [F],
         v: &[F],
-    ) -> Result<Vec<WeightedStart<'a, F, D>>, Error>;
+    ) -> Result<WeightedStart<'a, F, D>, Error>;
 }
 
 /// What a neighbour equation is made of, besides its pairs.
@@ -45,6 +46,14 @@ pub(super) struct Of<'a, F, const D: usize> {
 
 /// Functions on a cell for walks in both scalars, and for what is computed in f64 alone.
 pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
+    /// The coefficients and the Galerkin solution, on all threads.
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error>;
+
     /// Numbers near the means over the cells of a weight times the functions there.
     fn weight_means(
         &self,
@@ -99,27 +108,53 @@ impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
         &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
-        means: &'a [(usize, Vec<F>)],
+        number: usize,
+        means: &'a [F],
         v: &[F],
-    ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
+    ) -> Result<WeightedStart<'a, F, D>, Error> {
         let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
-        let mut all = Vec::new();
-        for (number, means) in means {
-            let weight = values.weight(*number);
-            let weighted = Weighted::new(&cube, weight, means, v)?;
-            all.push(WeightedStart {
-                weight,
-                of_means: weighted.of_means(),
-                neighbour_value: Box::new(move |x0, phi, v| {
-                    Functional::<ModelCube<'_, F, D, B>>::neighbour_value(&weighted, x0, phi, v)
-                }),
-            });
-        }
-        Ok(all)
+        let weight = values.weight(number);
+        let weighted = Weighted::new(&cube, weight, means, v)?;
+        Ok(WeightedStart {
+            weight,
+            of_means: weighted.of_means(),
+            neighbour_value: Box::new(move |x0, phi, v| {
+                Functional::<ModelCube<'_, F, D, B>>::neighbour_value(&weighted, x0, phi, v)
+            }),
+        })
     }
 }
 
 impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error> {
+        let rule = cut.rule()?;
+        let cube = values.cube::<D>(cut.per_axis, absorption)?;
+        let cube = cube.with_functions::<B>();
+        let table = if cut.functions().is_product() {
+            let source = *cube.right_hand_side();
+            let kernel = Product(values.kernel());
+            let product = Cube::<f64, D, _, _>::new(kernel, source, cut.per_axis, absorption)?;
+            Table::Product(ProductTables::new(&product.with_functions::<B>(), rule)?)
+        } else {
+            let unknowns = cube.cells() * B;
+            let mut entries = empty_table(unknowns)?;
+            let rows = |i, rows: &mut [f64]| cube.fill_row(rule, i, rows);
+            fill(&mut entries, unknowns * B, &rows)?;
+            Table::Dense {
+                entries,
+                cells: cube.cells(),
+                functions: B,
+            }
+        };
+        let solution = cube.solve(&table, rule, TOLERANCE, SWEEPS)?;
+        Ok(Solved { table, solution })
+    }
+
     fn weight_means(
         &self,
         cut: &CubePartition<'_>,
@@ -172,14 +207,24 @@ impl<F: Real, const D: usize> Degree<F, D> for Constants {
         &self,
         cut: &CubePartition<'_>,
         values: &'a Watched<'a, F>,
-        means: &'a [(usize, Vec<F>)],
+        number: usize,
+        means: &'a [F],
         v: &[F],
-    ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
-        Smooth::<1>.weighted(cut, values, means, v)
+    ) -> Result<WeightedStart<'a, F, D>, Error> {
+        Smooth::<1>.weighted(cut, values, number, means, v)
     }
 }
 
 impl<const D: usize> AnyDegree<D> for Constants {
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error> {
+        AnyDegree::<D>::solve(&Smooth::<1>, cut, values, absorption)
+    }
+
     fn weight_means(
         &self,
         cut: &CubePartition<'_>,

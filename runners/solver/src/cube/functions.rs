@@ -107,20 +107,27 @@ pub(super) fn with_values<F: CubeScalar, R>(
     functions: &dyn CubeFunctions,
     then: impl FnOnce(&Watched<'_, F>) -> Result<R, Error>,
 ) -> Result<R, Error> {
-    let (mut then, mut result) = (Some(then), None);
+    let mut result = Err(Error::Internal("functions without values"));
+    let mut then = Some(then);
+    watch(functions, &mut |watched| {
+        if let Some(then) = then.take() {
+            result = then(watched).map_err(|error| watched.explain(error));
+        }
+    });
+    result
+}
+
+/// Hands out the functions in one scalar, watched.
+fn watch<F: CubeScalar>(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&Watched<'_, F>)) {
     F::with(functions, &mut |values| {
-        let watched = Watched {
+        then(&Watched {
             values,
             domain: Domain::new(functions.domain()),
             product: functions.is_product(),
             has_integral: functions.has_integral(),
             watch: Watch::new(),
-        };
-        if let Some(then) = then.take() {
-            result = Some(then(&watched).map_err(|error| watched.explain(error)));
-        }
+        });
     });
-    result.unwrap_or(Err(Error::Internal("functions without values")))
 }
 
 /// The first value that was not finite.

@@ -18,7 +18,6 @@ use fredholm_cube::{
     Cube, CubeError, Function as _, IntegralKernel as _, KernelFactors as _, Product,
     ProductTables, Rule, absolute_radius, empty_table, functions as count, table_bytes,
 };
-use fredholm_rayon::fill_rows;
 
 pub use functions::{CubeFunctions, CubeValues};
 
@@ -28,12 +27,12 @@ use crate::sweep::Deterministic;
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
-use degree::{Constants, Smooth};
+use degree::{AnyDegree, Constants, Smooth};
 use domain::Domain;
 use functions::{CubeScalar, ModelCube, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
-use system::{Boxed, CubeSystem, Solved, WeightedStart, with_job};
-use table::Table;
+use system::{Boxed, CubeSystem, WeightedStart, with_job};
+use table::fill;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -286,37 +285,22 @@ impl<'m> CubePartition<'m> {
     }
 
     /// The coefficients and the Galerkin solution, on all threads.
-    fn solve_in<const D: usize, const B: usize>(
+    fn solve_in<const D: usize>(
         &self,
+        degree: &'static dyn AnyDegree<D>,
         absorption: f64,
-    ) -> Result<Solved<D>, Error> {
-        let rule = self.rule()?;
-        with_values::<f64, _>(self.functions(), |values| {
+    ) -> Result<Box<dyn System + 'm>, Error> {
+        let solved = with_values::<f64, _>(self.functions(), |values| {
             if self.functions().has_integral() {
                 integral::check(self.functions(), values)?;
             }
-            let cube = values
-                .cube::<D>(self.per_axis, absorption)?
-                .with_functions::<B>();
-            let table = if self.functions().is_product() {
-                let source = *cube.right_hand_side();
-                let kernel = Product(values.kernel());
-                let product = Cube::<f64, D, _, _>::new(kernel, source, self.per_axis, absorption)?;
-                Table::Product(ProductTables::new(&product.with_functions::<B>(), rule)?)
-            } else {
-                let unknowns = cube.cells() * B;
-                let mut entries = empty_table(unknowns)?;
-                let fill: &Fill<'_> = &|i, rows| cube.fill_row(rule, i, rows);
-                fill_rows(&mut entries, unknowns * B, fill)?;
-                Table::Dense {
-                    entries,
-                    cells: cube.cells(),
-                    functions: B,
-                }
-            };
-            let solution = cube.solve(&table, rule, TOLERANCE, SWEEPS)?;
-            Ok(Solved { table, solution })
-        })
+            degree.solve(self, values, absorption)
+        })?;
+        Ok(Box::new(CubeSystem::<'m, D> {
+            cut: *self,
+            solved,
+            degree,
+        }))
     }
 
     /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
@@ -346,7 +330,7 @@ impl<'m> CubePartition<'m> {
             let cube = Cube::new(square, dark, per_axis, absorption)?;
             let (rule, n) = (Rule::new(points)?, cube.cells());
             let mut entries = empty_table(n)?;
-            fill_rows(&mut entries, n, |i, row| cube.fill_row(rule, i, row))?;
+            fill(&mut entries, n, &|i, row| cube.fill_row(rule, i, row))?;
             let dense = Dense::new(&entries, n, 1);
             let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
             Ok(absolute_radius(&dense)?)
@@ -385,9 +369,6 @@ impl<'m> CubePartition<'m> {
         })
     }
 }
-
-/// Fills the rows of a cell: one type for every shape.
-type Fill<'a> = dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
 
 impl<'m> Partitioned<'m> for CubePartition<'m> {
     fn cells(&self) -> usize {
@@ -525,22 +506,11 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+        let d = self.model.dimension;
         if self.degree == 0 {
-            return in_dimension!(self.model.dimension, D => {
-                Ok(Box::new(CubeSystem::<'m, D> {
-                    cut: *self,
-                    solved: self.solve_in::<D, 1>(absorption)?,
-                    degree: &Constants,
-                }))
-            });
+            return in_dimension!(d, D => self.solve_in::<D>(&Constants, absorption));
         }
-        in_shape!(self.model.dimension, self.degree, D, B => {
-            Ok(Box::new(CubeSystem::<'m, D> {
-                cut: *self,
-                solved: self.solve_in::<D, B>(absorption)?,
-                degree: &Smooth::<B>,
-            }))
-        })
+        in_shape!(d, self.degree, D, B => self.solve_in::<D>(&Smooth::<B>, absorption))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

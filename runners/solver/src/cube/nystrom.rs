@@ -2,10 +2,10 @@
 
 use fredholm_core::Source as _;
 use fredholm_core::galerkin::{Dense, Partition, Solve, Sweeps, gauss_seidel};
-use fredholm_cube::{CubeError, IntegralKernel as _, Rule, empty_table};
-use fredholm_rayon::fill_rows;
+use fredholm_cube::{IntegralKernel as _, Rule, empty_table};
 
 use super::functions::{CubeFunctions, with_values};
+use super::table::fill;
 use super::{SWEEPS, TOLERANCE};
 use crate::Error;
 use crate::sweep::Deterministic;
@@ -37,11 +37,11 @@ pub(super) fn solutions<const D: usize>(
                 .collect();
             let kernel = values.kernel();
             let mut entries = empty_table(nodes)?;
-            fill_rows(&mut entries, nodes, |i, row| {
+            fill(&mut entries, nodes, &|i, row| {
                 for (out, (y, weight)) in row.iter_mut().zip(&at) {
                     *out = weight * kernel.kernel(&at[i].0, y);
                 }
-                Ok::<_, CubeError>(())
+                Ok(())
             })?;
             let source: Vec<f64> = at.iter().map(|(x, _)| cube.source(x)).collect();
             values.check()?;

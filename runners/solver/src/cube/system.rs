@@ -126,7 +126,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
             let v = self.solved.solution.rounded::<f64>()?;
             let means = self.weight_means::<f64>(request)?;
-            let weighted = f64::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
+            let weighted = self.weighted::<f64>(values, &means, &v)?;
             let level = CubeLevel::new(&cube, nodes, 0)?;
             let terms = Terms {
                 cells,
@@ -197,6 +197,20 @@ impl<const D: usize> CubeSystem<'_, D> {
         })
     }
 
+    /// The weighted means that are asked for.
+    fn weighted<'a, F: CubeScalar>(
+        &self,
+        values: &'a Watched<'a, F>,
+        means: &'a [(usize, Vec<F>)],
+        v: &[F],
+    ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
+        let degree = F::degree(self.degree);
+        let of = |(number, means): &'a (usize, Vec<F>)| {
+            degree.weighted(&self.cut, values, *number, means, v)
+        };
+        means.iter().map(of).collect()
+    }
+
     fn job_in<F: CubeScalar>(
         &self,
         request: &Request<'_>,
@@ -213,7 +227,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
         with_values::<F, _>(self.cut.functions(), |values| {
             let v = solution.rounded::<F>()?;
-            let weighted = F::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
+            let weighted = self.weighted::<F>(values, &means, &v)?;
             let cube = values.cube::<D>(self.cut.per_axis, walk.absorption)?;
             let degree = F::degree(self.degree);
             let mean = degree.mean(&v);
@@ -265,7 +279,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             let absorption = request.walk.absorption;
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
             let v = self.solved.solution.rounded::<f64>()?;
-            let weighted = f64::degree(self.degree).weighted(&self.cut, values, &means, &v)?;
+            let weighted = self.weighted::<f64>(values, &means, &v)?;
             let level = CubeLevel::new(&cube, nodes, self.cut.degree)?;
             let table = &self.solved.table;
             // Of piecewise constants alone: there the first function of a cell is all of it.

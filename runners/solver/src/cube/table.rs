@@ -1,7 +1,17 @@
 //! Galerkin coefficients of a cube, of either kind in one type.
 
 use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix};
-use fredholm_cube::ProductTables;
+use fredholm_cube::{CubeError, ProductTables};
+use fredholm_rayon::fill_rows;
+
+/// Fills so many numbers of a table at a time, on all threads: compiled once for all kernels, dimensions and degrees.
+pub(super) fn fill(
+    entries: &mut [f64],
+    width: usize,
+    rows: &(dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync),
+) -> Result<(), CubeError> {
+    fill_rows(entries, width, rows)
+}
 
 /// Galerkin coefficients in f64: one type for both kinds, as every type has neighbour equations of its own for
 /// every dimension and degree, which take their time to compile.
