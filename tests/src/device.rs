@@ -8,7 +8,7 @@ pub mod line;
 use cases::{Case, Runner, Start, drive};
 use fredholm_core::rand_core::Rng;
 use fredholm_core::{
-    DefaultGenerator, Equation, Goal, Goals, NeighbourOf, Plan, Statistics, Stream, Task,
+    DefaultGenerator, Equation, Goal, Goals, Job, NeighbourOf, Plan, Statistics, Stream, Task,
     WalkOptions,
 };
 use fredholm_embedded::{Driver, State};
@@ -102,8 +102,12 @@ fn on_threads<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         step_limit: case.step_limit,
     };
     let job = Goals::new(case.equation, case.neighbour, &goals, options);
+    run_on(threads, &job, plan, goal as usize)
+}
+
+fn run_on(threads: usize, job: &dyn Job, plan: Plan, goal: usize) -> Statistics {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().unwrap();
-    let run = || fredholm_rayon::run(&job, &plan, None, &());
-    pool.install(run).unwrap().statistics[goal as usize]
+    let run = || fredholm_rayon::run(job, &plan, None, &());
+    pool.install(run).unwrap().statistics[goal]
 }

@@ -109,19 +109,29 @@ impl Worst {
 
     /// Adds a comparison whose distance is known.
     pub fn add(&mut self, expected: f64, found: f64, distance: f64, what: impl FnOnce() -> String) {
+        // Every check compares with words of its own: what they share is compiled once.
+        if self.count(distance) {
+            self.keep([expected, found, distance], what());
+        }
+    }
+
+    /// Counts a comparison. Whether it is the worst so far.
+    fn count(&mut self, distance: f64) -> bool {
         let first = self.outcome.comparisons == 0;
         self.outcome.comparisons += 1;
         let worse = distance > self.outcome.distance
             || (distance.is_nan() && !self.outcome.distance.is_nan());
-        if first || worse {
-            self.outcome = Outcome {
-                what: what(),
-                expected,
-                found,
-                distance,
-                ..self.outcome
-            };
-        }
+        first || worse
+    }
+
+    fn keep(&mut self, [expected, found, distance]: [f64; 3], what: String) {
+        self.outcome = Outcome {
+            what,
+            expected,
+            found,
+            distance,
+            ..self.outcome
+        };
     }
 
     /// The worst; a failure where nothing was compared.

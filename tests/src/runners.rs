@@ -5,7 +5,7 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Kernel, NeighbourOf, Plan,
+    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Job, Kernel, NeighbourOf, Plan,
     Real, Sampler, Source, StateSpace, Statistics, Stream, Task, Uniforms, WalkOptions,
 };
 use fredholm_embedded::{Driver, State};
@@ -226,8 +226,14 @@ where
         estimator: case.estimator,
         step_limit: case.step_limit,
     };
-    let job = Goals::new(case.equation, case.neighbour, &goals, options).with_generator::<G>();
-    let run = || fredholm_rayon::run(&job, &plan(), None, &());
+    run_on(
+        pool,
+        &Goals::new(case.equation, case.neighbour, &goals, options).with_generator::<G>(),
+    )
+}
+
+fn run_on(pool: &ThreadPool, job: &dyn Job) -> Statistics {
+    let run = || fredholm_rayon::run(job, &plan(), None, &());
     // Not from a worker of another pool: it would begin a further problem while it waits for this one, and
     // another within that.
     let outcome = thread::scope(|scope| scope.spawn(|| pool.install(run)).join());

@@ -4,6 +4,7 @@
 //! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`;
 //! then the time is compared with the ladder's, for which the machine should be idle.
 
+#[path = "program/common/mod.rs"]
 mod common;
 
 use core::fmt::Write as _;

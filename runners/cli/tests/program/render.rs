@@ -1,6 +1,6 @@
 //! `fredholm render`: pictures, and the numbers behind them.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! `fredholm verify`, and the page that it prints.
 
-mod common;
+use crate::common;
 
 use common::{fredholm, list, number};
 

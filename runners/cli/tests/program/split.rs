@@ -1,6 +1,6 @@
 //! Give the error, get the answer: what is chosen where a file has a `target_error` and no cells.
 
-mod common;
+use crate::common;
 
 use core::fmt::Write as _;
 

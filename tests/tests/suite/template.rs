@@ -71,7 +71,7 @@ fn without(name: &str) -> impl Fn(&str) -> String {
 /// The error of this code that the guide shows, as the lines that do not depend on where the copy
 /// stands: the error, its label, and our notes.
 fn shown(first: &str) -> Vec<&'static str> {
-    let (_, rest) = include_str!("../README.md").split_once(first).unwrap();
+    let (_, rest) = include_str!("../../README.md").split_once(first).unwrap();
     let (block, _) = rest.split_once("```").unwrap();
     let lines = block.lines().map(str::trim);
     lines

@@ -1,6 +1,6 @@
 //! `pairs = "theory"`: what is chosen, what it is worth, and what is refused.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! `fredholm diagnose`: against what `solve` measures, and its advice.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

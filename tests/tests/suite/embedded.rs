@@ -541,8 +541,8 @@ fn tables_of_no_circle_are_refused() {
 
 #[test]
 fn the_readmes_program_is_the_one_that_is_built() {
-    let readme = include_str!("../../runners/embedded/README.md");
+    let readme = include_str!("../../../runners/embedded/README.md");
     assert!(readme.contains(include_str!(
-        "../../runners/embedded/firmware/src/bin/minimal.rs"
+        "../../../runners/embedded/firmware/src/bin/minimal.rs"
     )));
 }

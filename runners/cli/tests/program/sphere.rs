@@ -1,6 +1,6 @@
 //! `kind = "sphere"`: scattering against its known solution, by every command, and what is refused.
 
-mod common;
+use crate::common;
 
 use core::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! `kind = "cube"`: formulas against known solutions, and what is refused.
 
-mod common;
+use crate::common;
 
 use common::{Folder, Ran, assert_svg, fredholm, list, number};
 

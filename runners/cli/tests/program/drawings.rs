@@ -1,6 +1,6 @@
 //! Rooms as people draw them: what is said of gaps and covered floors, units, temperatures, decks.
 
-mod common;
+use crate::common;
 
 use common::{Folder, csv_rows, fredholm, list, number};
 

@@ -1,6 +1,6 @@
 //! The problem files that the README shows run as they stand.
 
-mod common;
+use crate::common;
 
 use common::{Folder, list};
 

@@ -1,7 +1,7 @@
 //! Bad input to `fredholm`: status 2, nothing on stdout, no file, and one message that names the
 //! key, the place and what would be right.
 
-mod common;
+use crate::common;
 
 use std::fs;
 

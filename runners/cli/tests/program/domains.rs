@@ -1,6 +1,6 @@
 //! `domain`, grids, lists of points and known solutions.
 
-mod common;
+use crate::common;
 
 use common::{Folder, assert_svg, csv_rows, fredholm, list, number};
 

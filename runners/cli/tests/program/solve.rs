@@ -1,6 +1,6 @@
 //! What `fredholm solve` answers: its fields, its bits, and when it stops.
 
-mod common;
+use crate::common;
 
 use core::time::Duration;
 use std::fs;

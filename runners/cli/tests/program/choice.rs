@@ -1,6 +1,6 @@
 //! The choice on families of problems: nothing runs for ever, and little is lost.
 
-mod common;
+use crate::common;
 
 use common::{Folder, Ran, list, number};
 use serde_json::Value;

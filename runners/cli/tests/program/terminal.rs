@@ -1,6 +1,6 @@
 //! What a shell and a terminal meet: names, numbers of flags, the standard input, links, help.
 
-mod common;
+use crate::common;
 
 use std::io::Write;
 use std::process::Stdio;

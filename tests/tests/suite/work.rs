@@ -1,6 +1,6 @@
 //! What a walk costs and how much it varies, as a table that is compared exactly: `snapshots/work.txt`. One evaluation
 //! more in a state, or an order of convergence lost, changes a number. After a change that is meant to change them
-//! `UPDATE_EXPECT=1 cargo test -p fredholm-tests --test work` writes the table again, and the difference is for the
+//! `UPDATE_EXPECT=1 cargo test -p fredholm-tests --test suite work` writes the table again, and the difference is for the
 //! reviewer to read.
 
 use core::f64::consts::TAU;

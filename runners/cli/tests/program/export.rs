@@ -1,9 +1,9 @@
 //! `fredholm export`: tables that give a device the program's own bits.
 
-#[path = "../../embedded/firmware/src/circle_table.rs"]
+#[path = "../../../embedded/firmware/src/circle_table.rs"]
 mod circle_table;
-mod common;
-#[path = "../../embedded/firmware/src/room_table.rs"]
+use crate::common;
+#[path = "../../../embedded/firmware/src/room_table.rs"]
 #[allow(dead_code, reason = "the mean over a surface is not asked for here")]
 mod room_table;
 

@@ -1,6 +1,6 @@
 //! `fredholm rates` against theory.
 
-mod common;
+use crate::common;
 
 use common::{Folder, assert_svg, csv_rows, fredholm, list, number};
 

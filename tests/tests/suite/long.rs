@@ -1,7 +1,7 @@
 //! Long runs, with `FREDHOLM_LONG` in the environment; without it the same for some seconds:
 //!
 //! ```sh
-//! FREDHOLM_LONG=1 cargo test --release -p fredholm-tests --test long -- --nocapture --test-threads 1
+//! FREDHOLM_LONG=1 cargo test --release -p fredholm-tests --test suite long -- --nocapture --test-threads 1
 //! ```
 
 use std::time::Instant;

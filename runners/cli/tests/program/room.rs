@@ -1,6 +1,6 @@
 //! `kind = "room"`, decks and form factors, against published numbers.
 
-mod common;
+use crate::common;
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! The other commands of `fredholm`, result files, and what stands behind its pipes.
 
-mod common;
+use crate::common;
 
 use core::time::Duration;
 use std::fs;

@@ -1,0 +1,22 @@
+//! The program, as a person or a script runs it.
+
+mod choice;
+mod commands;
+mod common;
+mod cube;
+mod diagnose;
+mod domains;
+mod drawings;
+mod export;
+mod interruption;
+mod rates;
+mod readme;
+mod refusals;
+mod render;
+mod room;
+mod solve;
+mod sphere;
+mod split;
+mod terminal;
+mod theory;
+mod verify;
