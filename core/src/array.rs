@@ -1,8 +1,8 @@
 //! Arrays made element by element.
 //!
 //! The standard library's functions of the same names go through iterators that the compiler leaves as calls when it
-//! does not optimise across crates, and a walk's innermost loops are of such arrays. These are plain loops: a state on
-//! the circle takes fewer instructions, and a program of many degrees an eighth less code to compile.
+//! does not optimise across crates, and a walk's innermost loops are of such arrays. These are plain loops: a state of a
+//! product cube takes 4 % fewer instructions, and a program of many degrees has a twelfth less code to compile.
 
 /// Array of f(0), f(1), …, f(N − 1), in this order.
 ///
