@@ -6,12 +6,12 @@ use std::path::Path;
 
 use fredholm::answer::{Answer, Solved, Walks};
 use fredholm::choice::choose;
-use fredholm::report::{Report, Run};
+use fredholm::report::Report;
 use fredholm::{
-    Choices, Error, Goal, Model, Partitioned, Request, Settings, WalkOptions, bytes,
+    Choices, Error, Goal, Model, Partitioned, Request, Settings, SolveError, Solver, bytes,
     refuse_beyond_memory,
 };
-use fredholm_core::{STEP_LIMIT, StopReason};
+use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
 
 use crate::args::SolveArgs;
@@ -218,46 +218,23 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let (model, goals) = (problem.model(), &problem.goals);
-    let exact = goals.iter().map(|goal| model.exact(&goal.region));
-    let exact = exact.collect::<Result<Vec<_>, _>>().map_err(&fail)?;
     let most = settings.walk_options();
+    let (model, goals) = (problem.model(), &problem.goals);
     // A room walks for net fluxes and irradiances, too.
     let starts = (goals.len() + model.besides(goals)) as u64;
     let progress = Progress::new(most.walks.saturating_mul(starts));
     progress.say("setting up".to_owned());
-    let answered = fredholm::choice::solve(model, targets, goals, settings, &progress);
-    let (chosen, answer) = match answered {
-        Err(Error::Cancelled) => return Ok(None),
-        answered => match answered.map_err(&fail)? {
-            Some((chosen, answer)) => (Some(chosen), answer),
-            None => (None, walk(problem, &progress)?),
-        },
-    };
+    let solver = Solver::with(model, settings.clone(), targets.clone()).observer(&progress);
+    let solved = solver.solve();
     progress.done();
-    let settings = chosen.as_ref().map_or(settings, |chosen| &chosen.settings);
-    let cells = model.partition(&settings.discretisation()).map_err(&fail)?;
-    let ended = ending(answer.outcome.stop, &most);
-    let run = Run {
-        model,
-        goals,
-        exact: &exact,
-        cells: &*cells,
-        settings,
-        chosen: chosen.as_ref(),
-    };
-    Ok(Some((Report::new(&run, answer), ended)))
-}
-
-/// The end of the program that belongs to the reason why walks ended.
-const fn ending(stop: StopReason, walk: &WalkOptions) -> Ended {
-    match stop {
-        StopReason::Done => Ended::Done,
-        StopReason::ToleranceNotReached => Ended::ErrorNotReached,
-        StopReason::TimeLimit if walk.tolerance.is_some() => Ended::ErrorNotReached,
-        StopReason::TimeLimit => Ended::Done,
-        StopReason::Cancelled => Ended::Interrupted,
-    }
+    Ok(match solved {
+        Ok(report) => Some((report, Ended::Done)),
+        Err(SolveError::Cancelled(None)) => None,
+        Err(SolveError::Cancelled(Some(report))) => Some((*report, Ended::Interrupted)),
+        Err(SolveError::NotReached(report)) => Some((*report, Ended::ErrorNotReached)),
+        Err(SolveError::Failed(error)) => return Err(fail(error)),
+        Err(error) => return Err(Failure::run(error)),
+    })
 }
 
 /// The walks of a problem in which nothing is to be chosen.

@@ -80,6 +80,11 @@ pub enum Error {
         /// What would be right.
         message: String,
     },
+    /// The equation has no such point, part or weight.
+    Region {
+        /// What would be right.
+        message: String,
+    },
     /// What is given as the integral of a kernel is not that.
     WrongIntegral {
         /// The number of the factor.
@@ -184,6 +189,7 @@ impl Display for Error {
             Self::Run(error) => error.fmt(f),
             Self::Scene { message, .. }
             | Self::Option { message, .. }
+            | Self::Region { message }
             | Self::TooMuch { message }
             | Self::Picture(message) => f.write_str(message),
             Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),

@@ -60,6 +60,17 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The region of the point with these coordinates.
+    fn point(&self, coordinates: &[f64]) -> Region {
+        Region::Point(coordinates.to_vec())
+    }
+
+    /// Refuses goals of regions that it does not have.
+    ///
+    /// # Errors
+    /// [`Error::Region`].
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error>;
+
     /// So many points, equally spaced over the space or along the part of this number.
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region>;
 

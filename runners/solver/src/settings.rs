@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use fredholm_core::{Estimator, Tolerance};
 
-use crate::{Pairs, Scalar};
+use crate::{Error, Pairs, Scalar, Subject};
 
 /// What is said of a solution. `None` is open: it has a default, or is chosen if there is a tolerance.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +68,27 @@ impl Settings {
     pub const WALKS: u64 = 100_000;
     /// q0 where nothing is said of it.
     pub const ABSORPTION: f64 = 0.2;
+
+    /// Refuses numbers that cannot be, whatever the equation.
+    ///
+    /// # Errors
+    /// [`Error::Option`].
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |subject, message: String| Err(Error::Option { subject, message });
+        if let Some(q) = self.absorption.filter(|q| !(*q > 0.0 && *q < 1.0)) {
+            let message = format!("an absorption of {q}: it must be between 0 and 1");
+            return refuse(Subject::Absorption, message);
+        }
+        let (Some(Tolerance::Absolute(error)) | Some(Tolerance::Relative(error))) = self.tolerance
+        else {
+            return Ok(());
+        };
+        if error > 0.0 && error.is_finite() {
+            return Ok(());
+        }
+        let message = format!("an error of {error}: it must be a number above 0");
+        refuse(Subject::Tolerance, message)
+    }
 
     /// How space is cut, with a default for what is open; the problem chooses cells.
     #[must_use]

@@ -77,6 +77,30 @@ fn shape(cells: usize) -> [usize; 2] {
     [bands, cells / bands]
 }
 
+impl SphereModel {
+    /// Refuses a region that it does not have.
+    fn check_region(region: &Region) -> Result<(), Error> {
+        let message = match region {
+            Region::Whole => return Ok(()),
+            Region::Point(angles) => match angles.as_slice() {
+                [colatitude, azimuth]
+                    if (0.0..=PI).contains(colatitude) && (-PI..=2.0 * PI).contains(azimuth) =>
+                {
+                    return Ok(());
+                }
+                [_, _] => {
+                    "colatitudes are from 0, the north pole, to pi, and azimuths from -pi to 2 pi"
+                }
+                _ => "a point of a sphere has two angles, a colatitude and an azimuth",
+            },
+            _ => "a sphere has points and the mean over all of it",
+        };
+        Err(Error::Region {
+            message: message.to_owned(),
+        })
+    }
+}
+
 impl Model for SphereModel {
     fn about(&self) -> About {
         About {
@@ -89,6 +113,12 @@ impl Model for SphereModel {
             takes_any_cells: true,
             counts_evaluations: true,
         }
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        goals
+            .iter()
+            .try_for_each(|goal| Self::check_region(&goal.region))
     }
 
     /// Along the meridian of azimuth 0, from the north pole to the south pole.

@@ -69,6 +69,12 @@ pub fn walks(default: bool) -> u64 {
     if long() { 10 * walks } else { walks }
 }
 
+/// Seeds of what takes seconds for each: the first alone by day, and all with `FREDHOLM_LONG` in the environment.
+#[must_use]
+pub fn seeds() -> &'static [u64] {
+    if long() { &SEEDS } else { &SEEDS[..1] }
+}
+
 /// Whether `FREDHOLM_LONG` is in the environment.
 #[must_use]
 pub fn long() -> bool {

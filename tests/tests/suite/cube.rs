@@ -10,7 +10,7 @@ use fredholm_cube::{
     Cube, CubeError, Mean, Product, ProductTables, Rule, Weighted, absolute_radius, table,
     table_bytes,
 };
-use fredholm_tests::check::{means, run};
+use fredholm_tests::check::{means, run, seeds};
 use fredholm_tests::cube::{
     ABSORPTION, ALL, Gauss, OUTSIDE, POINTWISE, Ramp, with_pointwise, with_product, with_smooth,
 };
@@ -52,7 +52,7 @@ fn task<'a, E, N, T>(
     }
 }
 
-/// The point, the mean and a weighted mean of every model problem; both estimators, three seeds.
+/// The point, the mean and a weighted mean of every model problem; both estimators.
 fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
     let x0 = core::array::from_fn(|a| F::from_f64(0.9 - 0.13 * a as f64));
     // w = Π (1 + x_a), so that (u, w) is the D-th power of ∫ (1 + t) u(t) dt.
@@ -86,7 +86,7 @@ fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
                 wide.means(&w, Rule::new(1).unwrap(), &mut by_rule).unwrap();
                 let means_of_weight = rounded::<F>(&by_rule).unwrap();
                 for estimator in [Estimator::Absorption, Estimator::Collision] {
-                    for seed in 1..=3 {
+                    for &seed in seeds() {
                         let stream = |target| Stream::new(seed, target);
                         let start = At(x0);
                         let point = task(cube, neighbour, &start, Some(at), estimator, stream(0));

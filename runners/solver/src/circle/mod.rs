@@ -111,6 +111,25 @@ pub fn common_multiple(a: usize, b: usize) -> usize {
     (a / x.max(1)).saturating_mul(b)
 }
 
+impl CircleModel {
+    /// Refuses a region that it does not have.
+    fn check_region(region: &Region) -> Result<(), Error> {
+        let message = match *region {
+            Region::Whole => return Ok(()),
+            Region::Angle(angle) if (0.0..TAU).contains(&angle) => return Ok(()),
+            Region::Arc(from, to) if 0.0 <= from && from < to && to <= TAU => return Ok(()),
+            Region::Angle(_) => format!("an angle must be at least 0 and less than 2 pi = {TAU}"),
+            Region::Arc(..) => {
+                format!("an arc is from an angle to a larger one, both from 0 to 2 pi = {TAU}")
+            }
+            _ => {
+                "a circle has points, each one angle, arcs, and the mean over all of it".to_owned()
+            }
+        };
+        Err(Error::Region { message })
+    }
+}
+
 impl Model for CircleModel {
     fn about(&self) -> About {
         About {
@@ -123,6 +142,19 @@ impl Model for CircleModel {
             takes_any_cells: false,
             counts_evaluations: true,
         }
+    }
+
+    fn point(&self, coordinates: &[f64]) -> Region {
+        match *coordinates {
+            [angle] => Region::Angle(angle),
+            _ => Region::Point(coordinates.to_vec()),
+        }
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        goals
+            .iter()
+            .try_for_each(|goal| Self::check_region(&goal.region))
     }
 
     fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {

@@ -1,5 +1,6 @@
 //! Equations on [0, 1]^d and other products of intervals, with dimension and sizes chosen at run time.
 
+mod closures;
 mod degree;
 mod domain;
 mod export;
@@ -10,6 +11,7 @@ mod shapes;
 mod system;
 mod table;
 
+use core::iter;
 use std::sync::{Arc, OnceLock};
 
 use fredholm_core::NoNeighbour;
@@ -27,6 +29,7 @@ use crate::sweep::Deterministic;
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
+use closures::Closures;
 use degree::{AnyDegree, Constants, Smooth};
 use domain::Domain;
 use functions::{CubeScalar, ModelCube, Which, with_values};
@@ -80,6 +83,28 @@ impl CubeModel {
         }
     }
 
+    /// The equation u(x) = ∫ K(x,y) u(y) dy + F(x) on [0, 1]^D of a kernel K and a source F, with D from 1 to 6. They are
+    /// called in double precision, also by walks in f32.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// // u(x) = ∫₀¹ ½ x y u(y) dy + x, whose solution is 6x/5.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let report = Solver::new(&u).at(0.5).cells(10).degree(1).walks(10_000).solve()?;
+    /// let u = report.goals[0].preconditioned;
+    /// assert!((u.estimate.unwrap() - 0.6).abs() < 1e-12);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    #[must_use]
+    pub fn from_fn<const D: usize>(
+        kernel: impl Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync + 'static,
+        source: impl Fn(&[f64; D]) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        const { assert!(1 <= D && D <= 6, "a cube has from 1 to 6 dimensions") }
+        Self::new(Arc::new(Closures { kernel, source }))
+    }
+
     /// The largest degree that has code of its own.
     const fn most_degree(&self) -> usize {
         if self.dimension <= 3 { 4 } else { 2 }
@@ -126,6 +151,37 @@ fn mean_of<const D: usize>(function: &dyn Fn(&[f64; D]) -> f64) -> Result<Option
     Ok(agree.then_some(fine))
 }
 
+impl CubeModel {
+    /// Refuses a region that it does not have.
+    fn check_region(&self, region: &Region) -> Result<(), Error> {
+        let message = match region {
+            Region::Whole => return Ok(()),
+            Region::Weight(number) if *number < self.functions.weights() => return Ok(()),
+            Region::Weight(number) => format!("there is no weight of number {number}"),
+            Region::Point(x) if x.len() == self.dimension => {
+                let intervals = self
+                    .functions
+                    .domain()
+                    .iter()
+                    .chain(iter::repeat(&[0.0, 1.0]));
+                match x
+                    .iter()
+                    .zip(intervals)
+                    .find(|(x, [low, high])| !(low <= *x && *x <= high))
+                {
+                    None => return Ok(()),
+                    Some((x, [low, high])) => {
+                        format!("a coordinate is {x}, and it must be from {low} to {high}")
+                    }
+                }
+            }
+            Region::Point(_) => format!("a point has {} coordinates", self.dimension),
+            _ => "a cube has points, weights, and the mean over all of it".to_owned(),
+        };
+        Err(Error::Region { message })
+    }
+}
+
 impl Model for CubeModel {
     fn about(&self) -> About {
         About {
@@ -143,6 +199,12 @@ impl Model for CubeModel {
 
     fn weight(&self, number: usize) -> Option<&str> {
         self.functions.weight_text(number)
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        goals
+            .iter()
+            .try_for_each(|goal| self.check_region(&goal.region))
     }
 
     fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {

@@ -256,3 +256,14 @@ fn number_or_dash(x: f64) -> String {
         format!("{x:.6}")
     }
 }
+
+/// The table, and the remarks under it.
+impl core::fmt::Display for Report {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.table())?;
+        for remark in self.remarks() {
+            writeln!(f, "warning: {remark}")?;
+        }
+        Ok(())
+    }
+}

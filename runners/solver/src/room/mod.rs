@@ -146,6 +146,23 @@ impl RoomModel {
         Ok(positions.iter().map(sees).collect())
     }
 
+    /// Refuses a region that it does not have, but for points in the air.
+    fn check_region(&self, region: &Region) -> Result<(), Error> {
+        let is_part = |part: &usize| *part < self.surfaces.names.len();
+        let message = match region {
+            Region::Whole => return Ok(()),
+            Region::Part(part) if is_part(part) => return Ok(()),
+            Region::Parts(parts) if !parts.is_empty() && parts.iter().all(is_part) => return Ok(()),
+            Region::On(part, t) if is_part(part) && (0.0..=1.0).contains(t) => return Ok(()),
+            Region::On(..) => "a place on a surface is a share of its length, from 0 to 1",
+            Region::Point(_) => "a point in the air has two coordinates",
+            _ => "a room has points in the air, places on surfaces, and means over surfaces",
+        };
+        Err(Error::Region {
+            message: message.to_owned(),
+        })
+    }
+
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         let grading = grading(cut);
         Ok(match cut.scalar {
@@ -257,6 +274,27 @@ impl Model for RoomModel {
         let [a, b] = self.scene.geometry().walls().get(wall)?.ends;
         let between = |k: usize| (1.0 - fraction) * a[k] + fraction * b[k];
         Some(vec![between(0), between(1)])
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        let mut in_air = Vec::new();
+        for goal in goals {
+            if let Region::Point(x) = &goal.region
+                && let [x, y] = *x.as_slice()
+            {
+                in_air.push([x, y]);
+            } else {
+                self.check_region(&goal.region)?;
+            }
+        }
+        // All at once, as every look takes a mesh.
+        let inside = self.are_inside(&in_air)?;
+        match in_air.iter().zip(inside).find(|(_, inside)| !inside) {
+            None => Ok(()),
+            Some(([x, y], _)) => Err(Error::Region {
+                message: format!("the point [{x}, {y}] is not between the walls"),
+            }),
+        }
     }
 
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {

@@ -1,0 +1,475 @@
+//! A solution in a few lines: what is said is kept, what is open is chosen.
+
+use core::fmt::{self, Display};
+use core::time::Duration;
+
+use fredholm_core::{Estimator, StopReason, Tolerance};
+
+use crate::answer::{Answer, Solved, Walks, Watch};
+use crate::choice::{self, ChoiceReport, Chosen};
+use crate::diagnosis::{Diagnosis, diagnose};
+use crate::goal::{Ask, Target, goals};
+use crate::memory::refuse_beyond_memory;
+use crate::report::{Report, Run};
+use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Request, Scalar, Settings};
+
+/// Points in which a diagnosis takes integrals, if nothing is said of them.
+const NODES: usize = 2000;
+
+/// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
+///
+/// What is not said has a default, or is chosen if an error is asked for: cells, degree, pairs, absorption and estimator.
+/// The same settings and seed give the same bits on every machine and for any number of threads.
+///
+/// ```
+/// use fredholm::{CubeModel, Solver};
+///
+/// // u(x) = ½ ∫ exp(−|x − y|²) u(y) dy + 1 + x₁ on [0, 1]³.
+/// let square = |x: &[f64; 3], y: &[f64; 3]| (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f64>();
+/// let u = CubeModel::from_fn::<3>(move |x, y| 0.5 * (-square(x, y)).exp(), |x| 1.0 + x[0]);
+/// let report = Solver::new(&u).mean().at([0.2, 0.5, 0.5]).solve_to(1e-3)?;
+/// assert!((report.goals[0].preconditioned.estimate.unwrap() - 2.209).abs() < 5e-3);
+/// assert!(report.goals[1].preconditioned.std_error.unwrap() <= 1e-3);
+/// println!("{report}");
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+///
+/// Source: S. Heinrich, *Variance reduction for Monte Carlo methods by means of deterministic numerical computation*, 1995.
+#[derive(Clone)]
+#[must_use = "a solver does nothing until it is asked to solve, predict or diagnose"]
+pub struct Solver<'m> {
+    model: &'m dyn Model,
+    settings: Settings,
+    asked: Vec<Asked>,
+    watch: &'m dyn Watch,
+}
+
+/// What is asked for, before names of parts are numbers.
+#[derive(Clone, Debug)]
+enum Asked {
+    Target(Target),
+    Mean,
+    At(Vec<f64>),
+    On(String, f64),
+    Over(String),
+    Grid(usize, Option<String>),
+}
+
+impl fmt::Debug for Solver<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Solver")
+            .field("settings", &self.settings)
+            .field("asked", &self.asked)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Why a [`Solver`] gives no report, or one that is not all that was asked for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The equation or what is asked of it cannot be solved.
+    Failed(Error),
+    /// The observer cancelled; the results so far, if walks had begun.
+    Cancelled(Option<Box<Report>>),
+    /// The walks ended before the error was reached that was asked for; the results so far.
+    NotReached(Box<Report>),
+}
+
+impl SolveError {
+    /// The results so far, if there are some.
+    #[must_use]
+    pub fn report(&self) -> Option<&Report> {
+        match self {
+            Self::Failed(_) => None,
+            Self::Cancelled(report) => report.as_deref(),
+            Self::NotReached(report) => Some(report),
+        }
+    }
+}
+
+impl Display for SolveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Failed(error) => error.fmt(f),
+            Self::Cancelled(None) => f.write_str("cancelled before the walks"),
+            Self::Cancelled(Some(_)) => f.write_str("cancelled; there are partial results"),
+            Self::NotReached(report) => match &report.reason {
+                Some(why) => write!(f, "the requested error was not reached: {why}"),
+                None => f.write_str(
+                    "the requested error was not reached within the walks and the time that were given",
+                ),
+            },
+        }
+    }
+}
+
+impl core::error::Error for SolveError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Failed(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<Error> for SolveError {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Cancelled => Self::Cancelled(None),
+            error => Self::Failed(error),
+        }
+    }
+}
+
+/// Coordinates of a point: a number, an array or a slice of numbers.
+///
+/// An angle of a circle; the coordinates of a point of a cube; colatitude and azimuth on a sphere; in a room the place of
+/// a point in the air.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point(Vec<f64>);
+
+impl From<f64> for Point {
+    fn from(x: f64) -> Self {
+        Self(vec![x])
+    }
+}
+
+impl<const D: usize> From<[f64; D]> for Point {
+    fn from(x: [f64; D]) -> Self {
+        Self(x.to_vec())
+    }
+}
+
+impl From<&[f64]> for Point {
+    fn from(x: &[f64]) -> Self {
+        Self(x.to_vec())
+    }
+}
+
+impl<'m> Solver<'m> {
+    /// Solver of an equation.
+    pub fn new(model: &'m dyn Model) -> Self {
+        Self {
+            model,
+            settings: Settings::default(),
+            asked: Vec::new(),
+            watch: &(),
+        }
+    }
+
+    /// Solver of an equation with settings and targets from elsewhere, a file for instance.
+    pub fn with(model: &'m dyn Model, settings: Settings, targets: Vec<Target>) -> Self {
+        Self {
+            model,
+            settings,
+            asked: targets.into_iter().map(Asked::Target).collect(),
+            watch: &(),
+        }
+    }
+
+    /// Asks for the mean of u over the whole space.
+    pub fn mean(self) -> Self {
+        self.ask(Asked::Mean)
+    }
+
+    /// Asks for u at a point: see [`Point`].
+    pub fn at(self, point: impl Into<Point>) -> Self {
+        self.ask(Asked::At(point.into().0))
+    }
+
+    /// Asks for u on a part, for instance a wall of a room, at this share of its length from 0 to 1.
+    pub fn on(self, part: &str, share: f64) -> Self {
+        self.ask(Asked::On(part.to_owned(), share))
+    }
+
+    /// Asks for the mean of u over a part, for instance a wall of a room.
+    pub fn over(self, part: &str) -> Self {
+        self.ask(Asked::Over(part.to_owned()))
+    }
+
+    /// Asks for u at this number of equally spaced points of the whole space.
+    pub fn grid(self, points: usize) -> Self {
+        self.ask(Asked::Grid(points, None))
+    }
+
+    /// Asks for u at this number of equally spaced points along a part.
+    pub fn grid_on(self, part: &str, points: usize) -> Self {
+        self.ask(Asked::Grid(points, Some(part.to_owned())))
+    }
+
+    /// Asks for a functional of any region, under this name.
+    pub fn goal(self, name: &str, region: Region) -> Self {
+        self.ask(Asked::Target(Target {
+            name: name.to_owned(),
+            ask: Ask::One(region),
+        }))
+    }
+
+    /// Asks for the integral of u times the weight of this number, which the equation knows.
+    pub fn weighted(self, number: usize) -> Self {
+        self.goal(&format!("weight {number}"), Region::Weight(number))
+    }
+
+    fn ask(mut self, asked: Asked) -> Self {
+        self.asked.push(asked);
+        self
+    }
+
+    /// Sets the number of cells; of a cube, per axis.
+    pub fn cells(mut self, cells: usize) -> Self {
+        self.settings.cells = Some(cells);
+        self
+    }
+
+    /// Sets the degree of the polynomials on a cell.
+    pub fn degree(mut self, degree: usize) -> Self {
+        self.settings.degree = Some(degree);
+        self
+    }
+
+    /// Sets how the neighbour equation treats pairs of cells.
+    pub fn pairs(mut self, pairs: Pairs) -> Self {
+        self.settings.pairs = Some(pairs);
+        self
+    }
+
+    /// Sets q0, the probability that a walk is absorbed in a state.
+    pub fn absorption(mut self, absorption: f64) -> Self {
+        self.settings.absorption = Some(absorption);
+        self
+    }
+
+    /// Sets what a walk scores.
+    pub fn estimator(mut self, estimator: Estimator) -> Self {
+        self.settings.estimator = Some(estimator);
+        self
+    }
+
+    /// Sets the number of walks of each functional; with an error, the most.
+    pub fn walks(mut self, walks: u64) -> Self {
+        self.settings.walks = Some(walks);
+        self
+    }
+
+    /// Sets the seed of all draws; it is 1 otherwise.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.settings.seed = seed;
+        self
+    }
+
+    /// Sets the floating-point type of walks.
+    pub fn scalar(mut self, scalar: Scalar) -> Self {
+        self.settings.scalar = scalar;
+        self
+    }
+
+    /// Sets the time after which walks end.
+    pub fn time_limit(mut self, limit: Duration) -> Self {
+        self.settings.time_limit = Some(limit);
+        self
+    }
+
+    /// Allows walks of infinite variance, whose error bars mean nothing.
+    pub fn allow_infinite_variance(mut self) -> Self {
+        self.settings.allow_infinite_variance = true;
+        self
+    }
+
+    /// Sets who sees what the solution is at, and may cancel it.
+    pub fn observer(mut self, watch: &'m dyn Watch) -> Self {
+        self.watch = watch;
+        self
+    }
+
+    /// Walks until no standard error is above this one, in the unit of u.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn solve_to(mut self, error: f64) -> Result<Report, SolveError> {
+        self.settings.tolerance = Some(Tolerance::Absolute(error));
+        self.solve()
+    }
+
+    /// Walks until no standard error is above this share of its estimate.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn solve_to_relative(mut self, share: f64) -> Result<Report, SolveError> {
+        self.settings.tolerance = Some(Tolerance::Relative(share));
+        self.solve()
+    }
+
+    /// Solves as the settings say: 100,000 walks of each functional, if they are silent.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn solve(&self) -> Result<Report, SolveError> {
+        self.check()?;
+        let targets = self.targets()?;
+        let goals = self.goals(&targets)?;
+        let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
+        let exact = exact.collect::<Result<Vec<_>, Error>>()?;
+        let chosen = choice::solve(self.model, &targets, &goals, &self.settings, self.watch)?;
+        let (chosen, answer) = match chosen {
+            Some((chosen, answer)) => (Some(chosen), answer),
+            None => (None, self.walk(&goals)?),
+        };
+        let settings = chosen
+            .as_ref()
+            .map_or(&self.settings, |chosen| &chosen.settings);
+        let cells = self.model.partition(&settings.discretisation())?;
+        let stop = answer.outcome.stop;
+        let report = Report::new(
+            &Run {
+                model: self.model,
+                goals: &goals,
+                exact: &exact,
+                cells: &*cells,
+                settings,
+                chosen: chosen.as_ref(),
+            },
+            answer,
+        );
+        let asks_error = self.settings.tolerance.is_some();
+        match stop {
+            StopReason::Cancelled => Err(SolveError::Cancelled(Some(Box::new(report)))),
+            StopReason::ToleranceNotReached => Err(SolveError::NotReached(Box::new(report))),
+            StopReason::TimeLimit if asks_error => Err(SolveError::NotReached(Box::new(report))),
+            StopReason::TimeLimit | StopReason::Done => Ok(report),
+        }
+    }
+
+    /// What would be chosen for this standard error, and what it is predicted to take, without the walks of the answer.
+    /// `None`: the number of cells is given, so that nothing is chosen.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn predict(mut self, error: f64) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
+        self.settings.tolerance = Some(Tolerance::Absolute(error));
+        self.check()?;
+        let targets = self.targets()?;
+        self.goals(&targets)?;
+        let chosen = choice::choose(self.model, &targets, &self.settings, self.watch)?;
+        Ok(chosen.map(
+            |Chosen {
+                 settings, report, ..
+             }| (settings, report),
+        ))
+    }
+
+    /// Predicts the variance of every functional, and says what limits it.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn diagnose(&self) -> Result<Diagnosis, SolveError> {
+        self.check()?;
+        let goals = self.goals(&self.targets()?)?;
+        Ok(diagnose(
+            self.model,
+            &goals,
+            &self.settings,
+            NODES,
+            self.watch,
+        )?)
+    }
+
+    /// Cells that fit into memory, and whose walks have finite variances.
+    fn cut(&self, goals: &[Goal]) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        let walk = self.settings.walk_options();
+        let cells = self.model.partition(&self.settings.discretisation())?;
+        let needed = cells.memory(goals, walk.pairs);
+        let what = || format!("{} unknowns", cells.unknowns());
+        refuse_beyond_memory(what, needed, self.model.about().less_memory)?;
+        if !walk.allow_infinite_variance {
+            cells.check_variance(walk.pairs, walk.absorption)?;
+        }
+        Ok(cells)
+    }
+
+    /// Walks where nothing is chosen.
+    fn walk(&self, goals: &[Goal]) -> Result<Answer, Error> {
+        let cells = self.cut(goals)?;
+        let walk = self.settings.walk_options();
+        let request = Request {
+            goals,
+            walk: &walk,
+            only_u: false,
+        };
+        let walks = Walks {
+            model: self.model,
+            scalar: self.settings.scalar,
+        };
+        Solved::new(&*cells, walk.absorption)?.walk(&walks, &request, self.watch)
+    }
+
+    /// Refuses settings that the equation does not take.
+    fn check(&self) -> Result<(), Error> {
+        self.settings.check()?;
+        let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
+        self.model.check(&cut, walk.pairs)
+    }
+
+    fn goals(&self, targets: &[Target]) -> Result<Vec<Goal>, Error> {
+        let goals = goals(self.model, targets)?;
+        self.model.check_goals(&goals)?;
+        Ok(goals)
+    }
+
+    fn targets(&self) -> Result<Vec<Target>, Error> {
+        if self.asked.is_empty() {
+            return Err(Error::Region {
+                message: "nothing is asked for: give a point, a mean or another functional"
+                    .to_owned(),
+            });
+        }
+        self.asked.iter().map(|asked| self.target(asked)).collect()
+    }
+
+    fn target(&self, asked: &Asked) -> Result<Target, Error> {
+        let one = |name: String, region: Region| {
+            Ok(Target {
+                name,
+                ask: Ask::One(region),
+            })
+        };
+        match asked {
+            Asked::Target(target) => Ok(target.clone()),
+            Asked::Mean => one("mean".to_owned(), self.model.whole()),
+            Asked::At(x) => {
+                let texts: Vec<String> = x.iter().map(f64::to_string).collect();
+                one(format!("u({})", texts.join(", ")), self.model.point(x))
+            }
+            Asked::On(part, share) => {
+                let region = Region::On(self.part(part)?, *share);
+                one(format!("u({part}, {share})"), region)
+            }
+            Asked::Over(part) => one(part.clone(), Region::Part(self.part(part)?)),
+            Asked::Grid(points, part) => {
+                let number = part.as_deref().map(|part| self.part(part)).transpose()?;
+                Ok(Target {
+                    name: part.clone().unwrap_or_else(|| "u".to_owned()),
+                    ask: Ask::Grid {
+                        points: *points,
+                        part: number,
+                    },
+                })
+            }
+        }
+    }
+
+    /// The number of a part.
+    fn part(&self, name: &str) -> Result<usize, Error> {
+        let mut names = (0..).map_while(|number| self.model.part(number));
+        names.position(|part| part == name).ok_or_else(|| {
+            let names: Vec<&str> = (0..).map_while(|number| self.model.part(number)).collect();
+            let known = match names.len() {
+                0 => "this equation has no parts".to_owned(),
+                _ => format!("the parts are {}", names.join(", ")),
+            };
+            Error::Region {
+                message: format!("there is no part {name:?}: {known}"),
+            }
+        })
+    }
+}
