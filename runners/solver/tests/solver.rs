@@ -1,0 +1,231 @@
+//! Solutions in a few lines.
+
+use core::sync::atomic::{AtomicU64, Ordering};
+
+use fredholm::circle::Emission;
+use fredholm::room::{RoomModel, Surfaces};
+use fredholm::sphere::Parameters;
+use fredholm::{
+    CircleModel, CubeModel, Error, Observer, Region, Report, Scalar, SolveError, Solver,
+    SphereModel, Watch,
+};
+use fredholm_room::Material;
+
+/// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
+fn gauss() -> CubeModel {
+    CubeModel::from_fn::<1>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2)).exp(), |x| x[0])
+}
+
+const PARAMETERS: Parameters = Parameters {
+    albedo: 0.6,
+    asymmetry: 0.3,
+    emission: [1.0, 0.2, 0.1, 0.5],
+    absorption: 0.4,
+    forward: 0.2,
+};
+
+/// A unit square of reflectance ½ whose floor shines.
+fn square() -> RoomModel {
+    let material = |emission| {
+        vec![Material {
+            reflectance: 0.5,
+            emission,
+        }]
+    };
+    let surfaces = Surfaces {
+        names: vec!["floor".to_owned(), "walls".to_owned()],
+        points: vec![
+            vec![[0.0, 0.0], [1.0, 0.0]],
+            vec![[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
+        ],
+        materials: vec![material(1.0), material(0.0)],
+        ..Surfaces::default()
+    };
+    RoomModel::new(surfaces, Scalar::F64).unwrap()
+}
+
+#[test]
+fn a_room_and_its_surfaces() {
+    let report = Solver::new(&square())
+        .over("floor")
+        .on("walls", 0.5)
+        .mean()
+        .solve_to(1e-4);
+    let report = report.unwrap();
+    let u: Vec<f64> = report
+        .goals
+        .iter()
+        .map(|g| g.preconditioned.estimate.unwrap())
+        .collect();
+    // What the floor emits is what all absorb: 1 = ½ · 4 · the mean of u.
+    assert!((u[2] - 0.5).abs() < 5e-4, "{u:?}");
+    assert!(u[0] > 1.0 && u[1] < u[2], "{u:?}");
+    let names: Vec<&str> = report.goals.iter().map(|goal| goal.name.as_str()).collect();
+    assert_eq!(names, ["floor", "u(walls, 0.5)", "mean"]);
+}
+
+#[test]
+fn a_circle_and_a_sphere() {
+    let lamp = CircleModel::new(vec![0.5], Emission::Arcs(vec![1.0, 0.0]));
+    let report = Solver::new(&lamp)
+        .mean()
+        .at(3.0)
+        .cells(64)
+        .walks(20_000)
+        .solve()
+        .unwrap();
+    // ū = F̄/(1 − ρ).
+    let mean = report.goals[0].preconditioned;
+    assert!((mean.estimate.unwrap() - 1.0).abs() < 5.0 * mean.std_error.unwrap() + 1e-12);
+
+    let sphere = SphereModel::new(PARAMETERS);
+    let report = Solver::new(&sphere)
+        .at([1.0, 0.5])
+        .mean()
+        .solve_to(1e-3)
+        .unwrap();
+    for goal in &report.goals {
+        let (u, bar) = (
+            goal.preconditioned.estimate.unwrap(),
+            goal.preconditioned.std_error.unwrap(),
+        );
+        assert!((u - goal.exact.unwrap()).abs() < 5.0 * bar, "{goal:?}");
+    }
+}
+
+#[test]
+fn a_thousand_points_have_one_set_up() {
+    let model = gauss();
+    let solver = Solver::new(&model)
+        .grid(1000)
+        .cells(20)
+        .degree(2)
+        .walks(2000);
+    let report = solver.solve().unwrap();
+    assert_eq!(report.goals.len(), 1000);
+    let one = Solver::new(&model)
+        .at(0.0)
+        .cells(20)
+        .degree(2)
+        .walks(2000)
+        .solve()
+        .unwrap();
+    // The same Galerkin solution, and the same walks for the first point.
+    assert_eq!(report.sweeps, one.sweeps);
+    let first = |report: &Report| report.goals[0].preconditioned;
+    assert_eq!(first(&report), first(&one));
+}
+
+/// Cancels after so many walks.
+struct Cancels {
+    walked: AtomicU64,
+    after: u64,
+}
+
+impl Observer for Cancels {
+    fn walked(&self, walks: u64) {
+        self.walked.fetch_add(walks, Ordering::Relaxed);
+    }
+    fn cancelled(&self) -> bool {
+        self.walked.load(Ordering::Relaxed) >= self.after
+    }
+}
+
+impl Watch for Cancels {}
+
+#[test]
+fn a_cancelled_run_keeps_its_results() {
+    let watch = Cancels {
+        walked: AtomicU64::new(0),
+        after: 100_000,
+    };
+    let model = gauss();
+    let solver = Solver::new(&model)
+        .at(0.3)
+        .cells(5)
+        .walks(1 << 40)
+        .observer(&watch);
+    let Err(error @ SolveError::Cancelled(_)) = solver.solve() else {
+        panic!("it was cancelled");
+    };
+    let report = error.report().unwrap();
+    assert_eq!(report.stop, "cancelled");
+    assert!(report.goals[0].walks >= 4096 && report.goals[0].preconditioned.std_error.is_some());
+    assert!(error.to_string().contains("partial results"));
+}
+
+#[test]
+fn an_error_that_is_not_reached_is_no_success() {
+    let model = gauss();
+    let solver = Solver::new(&model).at(0.3).cells(5).degree(0).walks(8192);
+    let error = solver.solve_to(1e-12).unwrap_err();
+    assert!(matches!(error, SolveError::NotReached(_)), "{error}");
+    assert_eq!(error.report().unwrap().goals[0].walks, 8192);
+}
+
+#[test]
+fn what_an_equation_does_not_have_is_refused() {
+    let (cube, room) = (gauss(), square());
+    let lamp = CircleModel::new(vec![0.5], Emission::Arcs(vec![1.0, 0.0]));
+    let sphere = SphereModel::new(PARAMETERS);
+    let cases = [
+        (Solver::new(&cube), "nothing is asked for"),
+        (Solver::new(&cube).at(1.5), "a coordinate is 1.5"),
+        (Solver::new(&cube).at(f64::NAN), "a coordinate is NaN"),
+        (
+            Solver::new(&cube).at([0.1, 0.2]),
+            "a point has 1 coordinate",
+        ),
+        (Solver::new(&cube).weighted(0), "there is no weight"),
+        (
+            Solver::new(&cube).over("floor"),
+            "this equation has no parts",
+        ),
+        (Solver::new(&lamp).at(7.0), "an angle must be"),
+        (Solver::new(&lamp).at([1.0, 2.0]), "each one angle"),
+        (
+            Solver::new(&lamp).goal("arc", Region::Arc(2.0, 1.0)),
+            "from an angle to a larger one",
+        ),
+        (
+            Solver::new(&sphere).at([4.0, 0.0]),
+            "colatitudes are from 0",
+        ),
+        (Solver::new(&sphere).at(1.0), "two angles"),
+        (
+            Solver::new(&room).over("roof"),
+            "the parts are floor, walls",
+        ),
+        (Solver::new(&room).on("floor", 1.5), "from 0 to 1"),
+        (Solver::new(&room).at([2.0, 0.5]), "not between the walls"),
+        (Solver::new(&room).at(0.5), "two coordinates"),
+        (Solver::new(&cube).at(0.1).at(0.1), "two targets are named"),
+        (Solver::new(&cube).mean().absorption(1.0), "between 0 and 1"),
+    ];
+    for (solver, words) in cases {
+        let error = solver.walks(1000).solve().unwrap_err();
+        assert!(error.to_string().contains(words), "{words}: {error}");
+        assert!(matches!(error, SolveError::Failed(_)));
+    }
+    let error = Solver::new(&cube).mean().solve_to(-1.0).unwrap_err();
+    assert!(error.to_string().contains("above 0"), "{error}");
+    let error = Solver::new(&cube).at(2.0).predict(1e-3).unwrap_err();
+    assert!(
+        matches!(error, SolveError::Failed(Error::Region { .. })),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_predicted_is_what_is_done() {
+    let model = gauss();
+    let solver = Solver::new(&model).mean().at(0.3);
+    let (settings, predicted) = solver.clone().predict(1e-5).unwrap().unwrap();
+    let report = solver.clone().solve_to(1e-5).unwrap();
+    assert_eq!(settings.cells, Some(report.cells));
+    assert_eq!(
+        report.choice.unwrap().predicted_walks,
+        predicted.predicted_walks
+    );
+    assert!(solver.cells(5).degree(1).diagnose().unwrap().targets.len() == 2);
+}
