@@ -372,7 +372,7 @@ mod tests {
             let expected: [[f64; B]; B] = reference(&sight);
             let mut found = [[F::zero(); B]; B];
             rules.whole(&sight, &mut |share, psi: &[F; B]| {
-                add(&mut found, share, psi)
+                add(&mut found, share, psi);
             });
             for (b, (found, expected_row)) in found.iter().zip(&expected).enumerate() {
                 for (c, (found, entry)) in found.iter().zip(expected_row).enumerate() {

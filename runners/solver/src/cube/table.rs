@@ -4,12 +4,11 @@ use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix};
 use fredholm_cube::{CubeError, ProductTables};
 use fredholm_rayon::fill_rows;
 
+/// What fills the numbers of a cell's rows, by the number of the cell.
+type Rows<'a> = dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
+
 /// Fills so many numbers of a table at a time, on all threads: compiled once for all kernels, dimensions and degrees.
-pub(super) fn fill(
-    entries: &mut [f64],
-    width: usize,
-    rows: &(dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync),
-) -> Result<(), CubeError> {
+pub(super) fn fill(entries: &mut [f64], width: usize, rows: &Rows<'_>) -> Result<(), CubeError> {
     fill_rows(entries, width, rows)
 }
 
