@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::time::Instant;
 
+use crate::tail::Tail;
 use fredholm_core::{Batch, Job, NotFinite, Plan, PlanError, Schedule, Statistics, StopReason};
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
@@ -18,6 +19,11 @@ pub trait Observer: Sync {
     /// A stage is merged: the statistics of every goal so far.
     fn merged(&self, statistics: &[Statistics]) {
         let _ = statistics;
+    }
+    /// The same, with the tails of the scores.
+    fn merged_with_tails(&self, statistics: &[Statistics], tails: &[Tail]) {
+        let _ = tails;
+        self.merged(statistics);
     }
     /// Whether to stop now, with what has been done so far; called from any thread, often.
     fn cancelled(&self) -> bool {
@@ -32,10 +38,9 @@ impl Observer for () {}
 pub struct Outcome {
     /// Of every goal, over its walks 0, 1, 2, … without a gap.
     pub statistics: Vec<Statistics>,
-    /// Of every goal, the largest share that one batch has in the sum of all squared deviations of ζ. About one over the
-    /// number of batches: one of many with a large share is a sign of rare scores of a size that most walks know
-    /// nothing of, and of a variance that may be infinite.
-    pub shares: Vec<f64>,
+    /// Of every goal, the batches with most of the variance: a sign of rare scores of a size that most walks know nothing
+    /// of, and of a variance that may be infinite.
+    pub tails: Vec<Tail>,
     /// Why it ended.
     pub stop: StopReason,
 }
@@ -109,7 +114,7 @@ pub fn run(
         observer,
     };
     let mut statistics = vec![Statistics::default(); job.goals()];
-    let mut largest = vec![0.0; job.goals()];
+    let mut tails = vec![Tail::default(); job.goals()];
     let mut active: Vec<usize> = (0..job.goals()).collect();
     let mut stop = StopReason::Done;
     while !active.is_empty() {
@@ -117,8 +122,8 @@ pub fn run(
             active: &active,
             batches: schedule.stage(),
         };
-        let cut = stage.run(job, plan, &clock, &mut statistics, &mut largest)?;
-        observer.merged(&statistics);
+        let cut = stage.run(job, plan, &clock, &mut statistics, &mut tails)?;
+        observer.merged_with_tails(&statistics, &tails);
         if cut {
             stop = clock.reason();
             break;
@@ -133,14 +138,9 @@ pub fn run(
         });
         schedule.begin_stage();
     }
-    let share = |(all, largest): (&Statistics, &f64)| match squares(all) {
-        squares if squares > 0.0 => largest / squares,
-        _ => 0.0,
-    };
-    let shares = statistics.iter().zip(&largest).map(share).collect();
     Ok(Outcome {
         statistics,
-        shares,
+        tails,
         stop,
     })
 }
@@ -208,7 +208,7 @@ impl Stage<'_> {
         plan: &Plan,
         clock: &Clock<'_>,
         statistics: &mut [Statistics],
-        largest: &mut [f64],
+        tails: &mut [Tail],
     ) -> Result<bool, RunError> {
         let next = AtomicU64::new(0);
         // Pieces are taken in order: when the clock stops, those taken are a gapless beginning.
@@ -228,14 +228,14 @@ impl Stage<'_> {
         };
         let mut finished: Vec<Finished> = rayon::broadcast(work).into_iter().flatten().collect();
         finished.sort_unstable_by_key(|&(number, ..)| number);
-        self.merge(&finished, statistics, largest)
+        self.merge(&finished, statistics, tails)
     }
 
     fn merge(
         &self,
         finished: &[Finished],
         statistics: &mut [Statistics],
-        largest: &mut [f64],
+        tails: &mut [Tail],
     ) -> Result<bool, RunError> {
         let mut open = vec![true; statistics.len()];
         let mut complete = 0;
@@ -251,7 +251,7 @@ impl Stage<'_> {
             // Behind a batch that was cut short the walks have a gap.
             if open[goal] {
                 statistics[goal].merge(batch.statistics());
-                largest[goal] = largest[goal].max(squares(batch.statistics()));
+                tails[goal].add(squares(batch.statistics()));
             }
             open[goal] &= batch.is_done();
             complete += u64::from(batch.is_done());

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::Solve;
 use fredholm_core::{Plan, Statistics, StopReason, rounding_floor};
-use fredholm_rayon::{Observer, Outcome, run};
+use fredholm_rayon::{Observer, Outcome, Tail, run};
 
 use crate::choice::ChoiceReport;
 use crate::cost::PointwisePairs;
@@ -19,9 +19,9 @@ pub trait Watch: Observer {
     /// Walks begin: from now on there is something to report.
     fn walking(&self) {}
 
-    /// A stage of walks is merged; `floor` is what rounding leaves of a functional with these statistics.
-    fn merged_with(&self, statistics: &[Statistics], floor: &dyn Fn(&Statistics) -> f64) {
-        let _ = (statistics, floor);
+    /// A stage of walks is merged.
+    fn staged(&self, stage: &Staged<'_>) {
+        let _ = stage;
     }
 
     /// A choice will take so many seconds more, which is longer than a person waits without a word.
@@ -45,11 +45,37 @@ pub trait Watch: Observer {
 
 impl Watch for () {}
 
+/// What a stage of walks leaves of every functional.
+pub struct Staged<'a> {
+    /// The statistics of all walks so far.
+    pub statistics: &'a [Statistics],
+    /// The tails of the scores.
+    pub tails: &'a [Tail],
+    /// What rounding leaves of a functional with these statistics.
+    pub floor: &'a dyn Fn(&Statistics) -> f64,
+}
+
+impl fmt::Debug for Staged<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Staged")
+            .field("statistics", &self.statistics)
+            .field("tails", &self.tails)
+            .finish_non_exhaustive()
+    }
+}
+
 /// Why walks ended before the tolerance was reached, if nobody ended them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gave {
     /// The tolerance is below what rounding leaves, which more walks do not lower.
     Rounding,
+    /// Few walks make most of the variance.
+    Doubtful {
+        /// The share of one batch in the variance.
+        share: f64,
+        /// The tail index of the scores, if there are enough batches for one.
+        index: Option<f64>,
+    },
     /// It took many times as long as was predicted.
     Unpredicted {
         /// How many times as long.
@@ -62,12 +88,43 @@ pub enum Gave {
     },
 }
 
+impl Gave {
+    /// The reason if an error bar of these scores may mean nothing. What rounding leaves has any tail.
+    pub(crate) fn doubtful(
+        statistics: &[Statistics],
+        tails: &[Tail],
+        floor: &dyn Fn(&Statistics) -> f64,
+    ) -> Option<Self> {
+        let deviates = |all: &Statistics| all.preconditioned().std_dev > Some(floor(all));
+        let mut open = statistics.iter().zip(tails);
+        let (_, tail) = open.find(|(all, tail)| tail.is_doubtful() && deviates(all))?;
+        Some(Self::Doubtful {
+            share: tail.share(),
+            index: tail.index(),
+        })
+    }
+}
+
 impl Display for Gave {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Rounding => f.write_str(
                 "it is below what rounding leaves, which more walks do not lower; use a larger `target_error`",
             ),
+            Self::Doubtful { share, index } => {
+                write!(
+                    f,
+                    "one batch of walks makes {:.0} % of the variance",
+                    100.0 * share
+                )?;
+                if let Some(index) = index {
+                    write!(f, ", and the tail index of the scores is about {index:.1}")?;
+                }
+                f.write_str(
+                    ": the variance may be infinite, and the error bar may mean nothing; use a smaller `absorption`, or \
+                     look for places where the kernel is large",
+                )
+            }
             Self::Unpredicted { times } => write!(
                 f,
                 "after {times:.0} times the work that was predicted; few walks missed most of the variance, which may \
@@ -241,9 +298,14 @@ impl Walks<'_> {
             let bound = walk.tolerance.map(|tolerance| bound(tolerance, statistics));
             bound.is_some_and(|bound| bound < floor(statistics) && bound > 0.0)
         };
-        let gave_up = (outcome.stop == StopReason::Done
-            && outcome.statistics.iter().any(is_rounded))
-        .then_some(Gave::Rounding);
+        let is_done = walk.tolerance.is_some() && outcome.stop == StopReason::Done;
+        let gave_up = if !is_done {
+            None
+        } else if outcome.statistics.iter().any(is_rounded) {
+            Some(Gave::Rounding)
+        } else {
+            Gave::doubtful(&outcome.statistics, &outcome.tails, &floor)
+        };
         if gave_up.is_some() {
             outcome.stop = StopReason::ToleranceNotReached;
         }
@@ -285,7 +347,15 @@ impl Observer for Watched<'_> {
 
     fn merged(&self, statistics: &[Statistics]) {
         self.watch.merged(statistics);
-        self.watch.merged_with(statistics, self.floor);
+    }
+
+    fn merged_with_tails(&self, statistics: &[Statistics], tails: &[Tail]) {
+        self.watch.merged(statistics);
+        self.watch.staged(&Staged {
+            statistics,
+            tails,
+            floor: self.floor,
+        });
     }
 
     fn cancelled(&self) -> bool {

@@ -13,6 +13,16 @@ pub fn short(x: f64) -> String {
     }
 }
 
+/// So many decimals at most: "0.5", "4", and no zero with a sign.
+pub fn with_decimals(x: f64, decimals: usize) -> String {
+    let rounded = format!("{x:.decimals$}");
+    let short = match rounded.contains('.') {
+        true => rounded.trim_end_matches('0').trim_end_matches('.'),
+        false => &rounded,
+    };
+    if short == "-0" { "0" } else { short }.to_owned()
+}
+
 /// A value and its standard error, with two digits of the latter: `5.997 ± 0.024`.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error {
@@ -72,7 +82,7 @@ pub fn aligned(rows: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{aligned, short, slope, with_error};
+    use super::{aligned, short, slope, with_decimals, with_error};
 
     #[test]
     fn digits() {
@@ -89,6 +99,15 @@ mod tests {
         assert_eq!(with_error(599.0, Some(24.0)), "599 ± 24");
         assert_eq!(with_error(1.0, None), "nothing scored");
         assert_eq!(with_error(1.5, Some(0.0)), "1.5 ± 0");
+    }
+
+    #[test]
+    fn decimals_end_where_they_say_nothing() {
+        assert_eq!(with_decimals(0.25, 6), "0.25");
+        assert_eq!(with_decimals(4.0, 9), "4");
+        assert_eq!(with_decimals(-1e-9, 6), "0");
+        assert_eq!(with_decimals(100.0, 0), "100");
+        assert_eq!(with_decimals(2.0 / 3.0, 3), "0.667");
     }
 
     #[test]

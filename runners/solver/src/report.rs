@@ -3,16 +3,13 @@
 mod csv;
 mod text;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimate, MIN_BATCHES, Statistics, StopReason};
+use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
 use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::choice::{ChoiceReport, Chosen};
+use crate::numbers::with_decimals;
 use crate::{Choices, Flux, Goal, Model, PairCounts, Partitioned, Region, Settings};
-
-/// The share of one batch in the variance from which on an error bar may mean nothing: eight times an equal share of 16
-/// batches. Of scores whose squares have no mean, the largest has a share that does not fall with their number.
-const DOUBTFUL: f64 = 0.5;
 
 /// The report of a run. The serialised names are stable; fields may be added.
 #[derive(Clone, Debug, Serialize)]
@@ -116,6 +113,9 @@ pub struct GoalReport {
     /// The share that one of 16 or more batches has in the variance, if it is so large that the error bar may mean nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubtful_share: Option<f64>,
+    /// The tail index of the scores, if an error bar may mean nothing: their variance is infinite below 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tail_index: Option<f64>,
     /// Whether ζ was the same in all walks, but for rounding: they tell no error, but how rare a difference is.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub no_difference: bool,
@@ -265,9 +265,11 @@ impl Report {
                 GoalReport::new(model, goal, exact, galerkin, statistics, floor)
             })
             .collect();
-        for (report, &share) in reports.iter_mut().zip(&answer.outcome.shares) {
-            let has_batches = report.walks >= MIN_BATCHES * walk.batch;
-            report.doubtful_share = (has_batches && share > DOUBTFUL).then_some(share);
+        for (report, tail) in reports.iter_mut().zip(&answer.outcome.tails) {
+            if tail.is_doubtful() && !report.no_difference {
+                report.doubtful_share = Some(tail.share());
+                report.tail_index = tail.index();
+            }
         }
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
             let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
@@ -354,6 +356,7 @@ impl GoalReport {
             walks,
             rounding_floor,
             doubtful_share: None,
+            tail_index: None,
             no_difference: deviation.is_some_and(|deviation| deviation <= rounding_floor),
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
@@ -382,16 +385,7 @@ impl Coordinates {
 
     /// The point for a table of people.
     fn text(&self) -> String {
-        let few = |x: &f64| {
-            let text = format!("{x:.6}");
-            let text = text.trim_end_matches('0').trim_end_matches('.');
-            // A zero has no sign.
-            if text == "-0" {
-                "0".to_owned()
-            } else {
-                text.to_owned()
-            }
-        };
+        let few = |&x: &f64| with_decimals(x, 6);
         match self {
             Self::One(s) => few(s),
             Self::Many(x) => x.iter().map(few).collect::<Vec<_>>().join(", "),

@@ -9,13 +9,15 @@ use super::prediction::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
-use crate::answer::{Gave, Watch, bound};
+use crate::answer::{Gave, Staged, Watch, bound};
 
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
 const WRONG: f64 = 4.0;
 /// How many times as long as another setting this one must take for the walks so far to be given up.
 const WORTH: f64 = 2.0;
+/// The number of batches from which on one of them with most of the variance is no chance.
+const MANY_BATCHES: u64 = 64;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
 /// How many times as long as was predicted at first is the end.
@@ -143,8 +145,13 @@ impl Watch for Course<'_, '_> {
         self.watch.walking();
     }
 
-    fn merged_with(&self, statistics: &[Statistics], floor: &dyn Fn(&Statistics) -> f64) {
-        self.watch.merged_with(statistics, floor);
+    fn staged(&self, stage: &Staged<'_>) {
+        self.watch.staged(stage);
+        let Staged {
+            statistics,
+            tails,
+            floor,
+        } = *stage;
         let open = || statistics.iter().filter(|all| !self.is_reached(all));
         let walks = open().map(Statistics::walks).max();
         let goes_on = !self.has_end && !self.watch.cancelled();
@@ -185,6 +192,9 @@ impl Watch for Course<'_, '_> {
             if state.end.is_none() && is_wrong && walks >= state.look {
                 state.look = 2.0 * walks;
                 state.end = state.look(statistics, open().all(is_known));
+                if state.end.is_none() && walks >= (MANY_BATCHES * self.batch) as f64 {
+                    state.end = Gave::doubtful(statistics, tails, floor).map(End::Gave);
+                }
             }
         });
     }

@@ -31,7 +31,7 @@ use std::sync::Arc;
 use fredholm_core::StopReason;
 use serde::Serialize;
 
-use crate::answer::{Answer, Solved, Walks, Watch};
+use crate::answer::{Answer, Gave, Solved, Walks, Watch};
 use crate::goal::Target;
 use crate::memory::refuse_beyond_memory;
 use crate::numbers::short;
@@ -81,6 +81,9 @@ pub struct ChoiceReport {
     pub pilots: usize,
     /// Walks of all pilots.
     pub pilot_walks: u64,
+    /// Seconds of the choice on one such thread, walks included that were given up for others; the set-up that the answer
+    /// uses is not in it.
+    pub predicted_pilot_seconds: f64,
     /// Measured seconds of the choice.
     pub pilot_seconds: f64,
 }
@@ -154,8 +157,14 @@ pub fn solve<'m>(
     else {
         return Ok(None);
     };
+    // The walks that were given up last, if there are some: they are the result if nothing follows.
+    let mut last = None;
     loop {
-        let (mut chosen, predicted) = next(&mut search, model, settings, watch)?;
+        let (mut chosen, predicted) = match (next(&mut search, model, settings, watch), last.take())
+        {
+            (Err(why), Some(last)) => return ended(last, why).map(Some),
+            (next, _) => next?,
+        };
         search.expect(predicted.seconds());
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
@@ -193,7 +202,10 @@ pub fn solve<'m>(
             answered => answered?,
         };
         match end {
-            Some(End::Other) if !watch.cancelled() => continue,
+            Some(End::Other) if !watch.cancelled() => {
+                last = Some((chosen, answer));
+                continue;
+            }
             Some(End::Gave(why)) => {
                 answer.outcome.stop = StopReason::ToleranceNotReached;
                 answer.gave_up = Some(why);
@@ -202,6 +214,22 @@ pub fn solve<'m>(
         }
         return Ok(Some((chosen, answer)));
     }
+}
+
+/// The walks that were given up last, if the choice has ended since for this reason.
+fn ended<'m>(
+    (chosen, mut answer): (Chosen<'m>, Answer),
+    why: Error,
+) -> Result<(Chosen<'m>, Answer), Error> {
+    answer.outcome.stop = match why {
+        Error::Cancelled => StopReason::Cancelled,
+        Error::TooLong { seconds } => {
+            answer.gave_up = Some(Gave::TooLong { seconds });
+            StopReason::ToleranceNotReached
+        }
+        why => return Err(why),
+    };
+    Ok((chosen, answer))
 }
 
 /// The search, if something is to be chosen.
@@ -278,6 +306,7 @@ fn finished<'m>(settings: Settings, best: &Prediction, search: &mut Search<'m>) 
             predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
             pilots: search.pilots,
             pilot_walks: search.walks,
+            predicted_pilot_seconds: search.work_without(best),
             pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
         },
     }

@@ -59,6 +59,8 @@ pub(super) struct Search<'m> {
     refusal: Option<Error>,
     /// Predicted seconds of the pilots so far.
     spent: f64,
+    /// Seconds of everything that was done so far, as they are predicted: of set-ups that the answer may use, too.
+    work: f64,
     /// Seconds of the first choice, as they were predicted.
     pub(super) predicted_first: f64,
     /// Seconds of the answer's walks that were given up for other ones.
@@ -108,6 +110,7 @@ impl<'m> Search<'m> {
             refused: Vec::new(),
             refusal: None,
             spent: 0.0,
+            work: 0.0,
             predicted_first: f64::INFINITY,
             walked: 0.0,
             patience: settings
@@ -212,6 +215,12 @@ impl<'m> Search<'m> {
         if self.predicted_first.is_infinite() {
             self.predicted_first = seconds;
         }
+    }
+
+    /// Seconds of everything so far but for a set-up that is kept, as they are predicted.
+    pub(super) fn work_without(&self, kept: &Prediction) -> f64 {
+        let setup = self.remaining_setup_of(kept);
+        self.work + self.walked - (kept.setup - setup)
     }
 
     /// Seconds of all pilots so far and of walks that were given up, as they are predicted.

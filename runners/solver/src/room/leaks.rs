@@ -1,6 +1,7 @@
 //! Why a room is not closed, in the words of who drew it.
 
 use super::Surfaces;
+use crate::numbers::with_decimals;
 
 /// Points nearer to each other than this share of the room's size are one, as far as an explanation goes.
 const SAME: f64 = 1e-9;
@@ -24,15 +25,7 @@ fn nearest([a, b]: [Point; 2], p: Point) -> (f64, f64) {
 
 /// "(4, 0.5)": nine decimals at most, and no zero with a sign.
 pub(super) fn point(point: Point) -> String {
-    let [x, y] = point.map(|x| {
-        let rounded = format!("{x:.9}");
-        let short = rounded.trim_end_matches('0').trim_end_matches('.');
-        if short == "-0" {
-            "0".to_owned()
-        } else {
-            short.to_owned()
-        }
-    });
+    let [x, y] = point.map(|x| with_decimals(x, 9));
     format!("({x}, {y})")
 }
 

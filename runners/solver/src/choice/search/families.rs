@@ -138,6 +138,7 @@ impl Search<'_> {
             return false;
         }
         self.spent += CORNERS * setup;
+        self.work += CORNERS * setup;
         let cut = setting.applied(self.settings).discretisation();
         let cells = self.model.partition(&cut);
         let measured = cells.and_then(|cells| self.rare.measure(&*cells, setting, None));

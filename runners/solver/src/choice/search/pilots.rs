@@ -160,8 +160,10 @@ impl Search<'_> {
         let answer = if setting.plain {
             walks.plain(&*cells, &request, &watch)?
         } else {
+            let setup = self.remaining_setup(&setting, setting.setup(&cost));
+            self.work += setup;
             if allowance.setup {
-                self.spent += self.remaining_setup(&setting, setting.setup(&cost));
+                self.spent += setup;
             }
             let solved = self.systems.solve(&*cells, &setting, &self.sample.goals)?;
             self.rare.measure(&*cells, &setting, Some(solved))?;
@@ -191,7 +193,9 @@ impl Search<'_> {
         );
         self.pilots += 1;
         self.walks += pilot.walks;
-        self.spent += PILOT_SECONDS + pilot.seconds(&cost);
+        let seconds = PILOT_SECONDS + pilot.seconds(&cost);
+        self.spent += seconds;
+        self.work += seconds;
         Ok(pilot)
     }
 

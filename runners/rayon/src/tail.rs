@@ -1,0 +1,119 @@
+//! The tail of the scores, as the batches of a run show it.
+
+/// The most batches that are kept.
+const KEPT: usize = 33;
+/// The least number of the largest batches that tell a tail index.
+const FEWEST: usize = 4;
+/// The fewest batches that tell anything.
+const MIN_BATCHES: u64 = 16;
+/// The share of one batch in the variance from which on an error bar may mean nothing: eight times an equal share of 16
+/// batches. Of scores whose squares have no mean, the largest has a share that does not fall with their number.
+const MOST_SHARE: f64 = 0.5;
+/// The tail index of scores from which on their variance is infinite.
+const INFINITE: f64 = 2.0;
+
+/// The batches of a goal with the largest sums of squared deviations of ζ. If these have a tail like t^(−α/2), the
+/// scores have one like t^−α, whose variance is finite if α is above 2.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tail {
+    /// The largest sums first.
+    largest: Vec<f64>,
+    batches: u64,
+    sum: f64,
+}
+
+impl Tail {
+    /// Adds a batch with this sum of squared deviations.
+    pub fn add(&mut self, squares: f64) {
+        self.batches += 1;
+        self.sum += squares;
+        let at = self.largest.partition_point(|&larger| larger > squares);
+        if at < KEPT {
+            self.largest.insert(at, squares);
+            self.largest.truncate(KEPT);
+        }
+    }
+
+    /// The share of the largest batch in all: about one over the number of batches, if scores are alike.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        match self.largest.first() {
+            Some(largest) if self.sum > 0.0 => largest / self.sum,
+            _ => 0.0,
+        }
+    }
+
+    /// The tail index α of the scores by Hill's estimate, from the square root of the number of batches; `None` if there
+    /// are too few. The standard error is α over the fourth root of that number; scores without a heavy tail have a large
+    /// index.
+    #[must_use]
+    pub fn index(&self) -> Option<f64> {
+        if self.batches < MIN_BATCHES {
+            return None;
+        }
+        let count = (self.batches.isqrt() as usize).clamp(FEWEST, KEPT - 1);
+        let (few, rest) = self.largest.split_at_checked(count)?;
+        let least = rest.first().filter(|&&least| least > 0.0)?;
+        let logarithms: f64 = few.iter().map(|squares| (squares / least).ln()).sum();
+        Some(2.0 * count as f64 / logarithms)
+    }
+
+    /// Whether the error bar may mean nothing: one of many batches makes most of the variance, or the variance seems to
+    /// be infinite.
+    #[must_use]
+    pub fn is_doubtful(&self) -> bool {
+        let is_heavy = self.index().is_some_and(|index| index < INFINITE);
+        self.batches >= MIN_BATCHES && (self.share() > MOST_SHARE || is_heavy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tail;
+
+    /// Numbers with P(X > t) = t^−a, at evenly spaced probabilities in a scrambled order.
+    fn pareto(a: f64, count: u64) -> Tail {
+        let mut tail = Tail::default();
+        for i in 0..count {
+            // 389 is prime to the counts: every residue comes once.
+            let u = ((i * 389 % count) as f64 + 0.5) / count as f64;
+            tail.add(u.powf(-1.0 / a));
+        }
+        tail
+    }
+
+    #[test]
+    fn a_tail_index_is_found() {
+        for index in [1.2, 1.8, 3.0, 6.0] {
+            for count in [256, 1024, 4096] {
+                let found = pareto(0.5 * index, count).index().unwrap();
+                // Evenly spaced probabilities leave the bias of the largest one alone.
+                assert!((found / index - 1.0).abs() < 0.1, "{index}, {count}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_infinite_variance_is_doubtful() {
+        assert!(pareto(0.8, 1024).is_doubtful());
+        assert!(!pareto(1.5, 1024).is_doubtful());
+        let mut one = Tail::default();
+        for _ in 0..15 {
+            one.add(0.0);
+        }
+        one.add(1.0);
+        assert!(one.is_doubtful() && one.index().is_none());
+    }
+
+    #[test]
+    fn equal_batches_and_few_batches_are_not_doubtful() {
+        let mut equal = Tail::default();
+        for _ in 0..15 {
+            equal.add(1.0);
+            assert!(!equal.is_doubtful() && equal.index().is_none());
+        }
+        equal.add(1.0);
+        assert!(!equal.is_doubtful());
+        assert_eq!(equal.share(), 1.0 / 16.0);
+    }
+}
