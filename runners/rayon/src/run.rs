@@ -25,6 +25,11 @@ pub trait Observer: Sync {
         let _ = tails;
         self.merged(statistics);
     }
+    /// Whether a goal that has reached the tolerance needs no further stage. What it says must follow from the walks alone.
+    fn is_enough(&self, statistics: &Statistics, tail: &Tail) -> bool {
+        let _ = (statistics, tail);
+        true
+    }
     /// Whether to stop now, with what has been done so far; called from any thread, often.
     fn cancelled(&self) -> bool {
         false
@@ -91,7 +96,7 @@ const SLICE: u64 = 1 << 17;
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
 /// number of threads. With a tolerance, a goal stops after the first stage in which its standard
-/// error is small enough, as the [`Schedule`] of every runner says. A time limit or a cancellation
+/// error is small enough, as the [`Schedule`] of every runner says, and the observer has enough. A time limit or a cancellation
 /// keeps what is complete from the front: of every goal the walks 0, 1, 2, … up to some number,
 /// which is in its statistics.
 ///
@@ -129,8 +134,10 @@ pub fn run(
             break;
         }
         schedule.end_stage();
+        let has_more = schedule.stage().end < plan.batches();
         active.retain(|&goal| match schedule.stop(&statistics[goal]) {
             None => true,
+            Some(_) if has_more && !observer.is_enough(&statistics[goal], &tails[goal]) => true,
             Some(reason) => {
                 stop = stop.max(reason);
                 false

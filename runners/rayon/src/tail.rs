@@ -34,6 +34,12 @@ impl Tail {
         }
     }
 
+    /// The number of batches.
+    #[must_use]
+    pub const fn batches(&self) -> u64 {
+        self.batches
+    }
+
     /// The share of the largest batch in all: about one over the number of batches, if scores are alike.
     #[must_use]
     pub fn share(&self) -> f64 {
@@ -88,7 +94,10 @@ mod tests {
             for count in [256, 1024, 4096] {
                 let found = pareto(0.5 * index, count).index().unwrap();
                 // Evenly spaced probabilities leave the bias of the largest one alone.
-                assert!((found / index - 1.0).abs() < 0.1, "{index}, {count}: {found}");
+                assert!(
+                    (found / index - 1.0).abs() < 0.1,
+                    "{index}, {count}: {found}"
+                );
             }
         }
     }

@@ -14,6 +14,10 @@ use crate::numbers::short;
 use crate::pairs::PairCounts;
 use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, WalkOptions};
 
+/// The number of batches from which on one of them with most of the variance is no chance: walks whose error bar is
+/// doubtful go on until then.
+pub(crate) const MANY_BATCHES: u64 = 64;
+
 /// Sees what a solution is at, and may end it.
 pub trait Watch: Observer {
     /// Walks begin: from now on there is something to report.
@@ -95,9 +99,8 @@ impl Gave {
         tails: &[Tail],
         floor: &dyn Fn(&Statistics) -> f64,
     ) -> Option<Self> {
-        let deviates = |all: &Statistics| all.preconditioned().std_dev > Some(floor(all));
-        let mut open = statistics.iter().zip(tails);
-        let (_, tail) = open.find(|(all, tail)| tail.is_doubtful() && deviates(all))?;
+        let mut all = statistics.iter().zip(tails);
+        let (_, tail) = all.find(|(all, tail)| tail.is_doubtful() && deviates(all, floor))?;
         Some(Self::Doubtful {
             share: tail.share(),
             index: tail.index(),
@@ -358,9 +361,19 @@ impl Observer for Watched<'_> {
         });
     }
 
+    fn is_enough(&self, statistics: &Statistics, tail: &Tail) -> bool {
+        let is_known = tail.batches() >= MANY_BATCHES || !tail.is_doubtful();
+        is_known || !deviates(statistics, self.floor)
+    }
+
     fn cancelled(&self) -> bool {
         self.watch.cancelled()
     }
+}
+
+/// Whether ζ differs by more than rounding.
+fn deviates(statistics: &Statistics, floor: &dyn Fn(&Statistics) -> f64) -> bool {
+    statistics.preconditioned().std_dev > Some(floor(statistics))
 }
 
 /// The schedule of these walks.

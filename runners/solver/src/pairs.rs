@@ -21,10 +21,39 @@ const WORTH_TRYING: f64 = 0.95;
 /// Choices that are tried.
 const ROUNDS: usize = 3;
 
+/// Cells in a row that are near to each other pointwise, all other pairs in S: for a kernel with a singularity at x = y,
+/// near which no piecewise polynomial is close to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Band {
+    /// The number of neighbours on each side.
+    pub(crate) width: usize,
+}
+
+impl PairsTrait for Band {
+    #[inline]
+    fn kind(&self, i: usize, j: usize) -> PairKind {
+        if i.abs_diff(j) <= self.width {
+            PairKind::Pointwise
+        } else {
+            PairKind::Galerkin
+        }
+    }
+
+    #[inline]
+    fn pointwise(&self, i: usize, cells: usize) -> impl Iterator<Item = usize> {
+        i.saturating_sub(self.width)..(i + self.width + 1).min(cells)
+    }
+
+    fn outside(&self, i: usize, cells: usize, visit: &mut dyn FnMut(usize)) {
+        self.pointwise(i, cells).for_each(visit);
+    }
+}
+
 /// Pairs of any kind, for an analysis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum AnyPairs<'a> {
     Diagonal(OffDiagonal),
+    Band(Band),
     Views(RoomPairs<'a>),
     Table(PairTable<'a>),
 }
@@ -33,6 +62,7 @@ impl PairsTrait for AnyPairs<'_> {
     fn kind(&self, i: usize, j: usize) -> PairKind {
         match self {
             Self::Diagonal(pairs) => pairs.kind(i, j),
+            Self::Band(pairs) => pairs.kind(i, j),
             Self::Views(pairs) => pairs.kind(i, j),
             Self::Table(pairs) => pairs.kind(i, j),
         }

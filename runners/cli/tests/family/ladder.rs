@@ -152,7 +152,10 @@ impl<'p> Opened<'p> {
     }
 
     fn solved(&self, solved: &Solved<'_>, walk: &WalkOptions) -> Option<Answer> {
-        solved.system.check_variance(walk.pairs, walk.absorption).ok()?;
+        solved
+            .system
+            .check_variance(walk.pairs, walk.absorption)
+            .ok()?;
         let walked = solved.walk(&self.walks(), &self.request(walk), &());
         walked.ok()
     }
@@ -187,8 +190,17 @@ impl<'p> Opened<'p> {
             walk.walks = WALKS;
             walk.tolerance = None;
             // Plain walks are the same on all cells.
-            if degree == 0 && let Some(answer) = self.plain(&*cut, &walk) {
-                rungs.push(rung(&answer, &cut.cost(walk.pairs), cells, degree, &walk, true));
+            if degree == 0
+                && let Some(answer) = self.plain(&*cut, &walk)
+            {
+                rungs.push(rung(
+                    &answer,
+                    &cut.cost(walk.pairs),
+                    cells,
+                    degree,
+                    &walk,
+                    true,
+                ));
                 found = true;
             }
             for pairs in [Pairs::Default, Pairs::Pointwise] {
@@ -196,7 +208,9 @@ impl<'p> Opened<'p> {
                 if self.model.check(&settings.discretisation(), pairs).is_err() {
                     continue;
                 }
-                let answer = solved.as_ref().and_then(|solved| self.solved(solved, &walk));
+                let answer = solved
+                    .as_ref()
+                    .and_then(|solved| self.solved(solved, &walk));
                 if let Some(answer) = answer {
                     rungs.push(rung(&answer, &cut.cost(pairs), cells, degree, &walk, false));
                     found = true;

@@ -85,8 +85,7 @@ fn ran(problem: &Problem) -> Ran {
     opened.settings = &settings;
     let start = Instant::now();
     let goals = &opened.goals;
-    let solved =
-        fredholm::choice::solve(opened.model, &resolved.targets, goals, &settings, &());
+    let solved = fredholm::choice::solve(opened.model, &resolved.targets, goals, &settings, &());
     let measured = start.elapsed().as_secs_f64();
     let (mut ratio, mut z) = (None, None);
     let mut text = format!("{}, {tolerance:?}: ", problem.name);
@@ -94,7 +93,13 @@ fn ran(problem: &Problem) -> Ran {
         Ok(Some((chosen, answer))) => {
             let seconds = seconds(&chosen, &answer);
             let found = &answer.outcome.statistics[0];
-            write!(text, "{} {seconds:.4} s ({measured:.4}) {}", ending(&answer), setting(&chosen)).unwrap();
+            write!(
+                text,
+                "{} {seconds:.4} s ({measured:.4}) {}",
+                ending(&answer),
+                setting(&chosen)
+            )
+            .unwrap();
             if let Some((rung, walked)) = &best {
                 let least = rung.seconds_of(walked.walks());
                 let times = seconds / (least + LEAST_SECONDS);
@@ -107,7 +112,13 @@ fn ran(problem: &Problem) -> Ran {
         Err(refusal @ (Error::TooLong { .. } | Error::InfiniteVariance { .. } | Error::Dark)) => {
             write!(text, "refused: {refusal}").unwrap();
             if let Some((rung, walked)) = &best {
-                write!(text, ", {:.4} s of {}", rung.seconds_of(walked.walks()), rung.name()).unwrap();
+                write!(
+                    text,
+                    ", {:.4} s of {}",
+                    rung.seconds_of(walked.walks()),
+                    rung.name()
+                )
+                .unwrap();
             }
         }
         Err(other) => panic!("{other}: {}", problem.text),
@@ -127,7 +138,9 @@ fn feasible(problem: &Problem, rungs: &[Rung]) -> Tolerance {
         } else {
             Tolerance::Absolute(error)
         };
-        let soon = rungs.iter().any(|rung| rung.seconds(tolerance) < MOST_SECONDS);
+        let soon = rungs
+            .iter()
+            .any(|rung| rung.seconds(tolerance) < MOST_SECONDS);
         if soon || error > 1.0 {
             return tolerance;
         }
@@ -139,7 +152,9 @@ fn feasible(problem: &Problem, rungs: &[Rung]) -> Tolerance {
 fn best(rungs: &[Rung], problem: &Opened<'_>, tolerance: Tolerance) -> Option<(Rung, Statistics)> {
     let mut sorted: Vec<&Rung> = rungs.iter().collect();
     sorted.sort_by(|a, b| a.seconds(tolerance).total_cmp(&b.seconds(tolerance)));
-    let soon = sorted.into_iter().filter(|rung| rung.seconds(tolerance) < 2.0 * MOST_SECONDS);
+    let soon = sorted
+        .into_iter()
+        .filter(|rung| rung.seconds(tolerance) < 2.0 * MOST_SECONDS);
     let mut ran = soon.map(|rung| Some((*rung, rung.run(problem, tolerance)?)));
     ran.find_map(|ran| ran)
 }
@@ -147,15 +162,35 @@ fn best(rungs: &[Rung], problem: &Opened<'_>, tolerance: Tolerance) -> Option<(R
 /// Predicted seconds of what was done.
 fn seconds(chosen: &Chosen<'_>, answer: &Answer) -> f64 {
     let report = &chosen.report;
-    let states: u64 = answer.outcome.statistics.iter().map(Statistics::states).sum();
+    let states: u64 = answer
+        .outcome
+        .statistics
+        .iter()
+        .map(Statistics::states)
+        .sum();
     let walked = states as f64 / report.predicted_states;
-    report.predicted_pilot_seconds + report.predicted_setup_seconds + walked * report.predicted_walk_seconds
+    report.predicted_pilot_seconds
+        + report.predicted_setup_seconds
+        + walked * report.predicted_walk_seconds
 }
 
 fn setting(chosen: &Chosen<'_>) -> String {
-    let (cut, walk) = (chosen.settings.discretisation(), chosen.settings.walk_options());
-    let cells = if chosen.plain { 0 } else { cut.cells.unwrap_or(0) };
-    format!("{cells} {} {} {} {}", cut.degree, walk.pairs.word(), walk.absorption, walk.estimator.word())
+    let (cut, walk) = (
+        chosen.settings.discretisation(),
+        chosen.settings.walk_options(),
+    );
+    let cells = if chosen.plain {
+        0
+    } else {
+        cut.cells.unwrap_or(0)
+    };
+    format!(
+        "{cells} {} {} {} {}",
+        cut.degree,
+        walk.pairs.word(),
+        walk.absorption,
+        walk.estimator.word()
+    )
 }
 
 /// In a word how it ended.
@@ -183,7 +218,11 @@ fn summary(all: &[Ran]) {
     let median = ratios.get(ratios.len() / 2);
     println!(
         "{} of {} done, ratios {:?} in the median, {:?} at most; {inside} of {} within 1.96",
-        ratios.len(), all.len(), median, ratios.last(), deviations.len()
+        ratios.len(),
+        all.len(),
+        median,
+        ratios.last(),
+        deviations.len()
     );
     assert!(ratios.last() < Some(&MOST_TIMES), "{ratios:.2?}");
 }

@@ -3,7 +3,7 @@
 use fredholm::cube::{CubeFunctions, CubeValues};
 use fredholm_core::Real;
 
-use super::{Cube, KernelText};
+use super::{Cube, KernelText, singular};
 use crate::Placed;
 use crate::formula::{Formula, Room, room, seconds};
 
@@ -32,12 +32,23 @@ impl Formulas {
             }
         };
         let text = |text: &Placed<String>| text.value.clone();
+        // That of a singularity which is written as such.
+        let known = || match &cube.kernel {
+            KernelText::General(text) if cube.dimension.value == 1 => {
+                singular::integral(&text.value)
+            }
+            _ => None,
+        };
+        let integral = match &cube.integral {
+            Some(given) => list(given),
+            None => known().into_iter().collect(),
+        };
         Self {
             dimension: cube.dimension.value,
             domain: cube.ends(),
             is_product: matches!(cube.kernel, KernelText::Factors(_)),
             kernel: list(&cube.kernel),
-            integral: cube.integral.as_ref().map_or(Vec::new(), list),
+            integral,
             source: text(&cube.source),
             solution: cube.solution.as_ref().map(text),
             weights,

@@ -4,6 +4,7 @@ mod circle;
 mod cube;
 mod functions;
 mod room;
+mod singular;
 mod sphere;
 
 use core::any::Any;

@@ -9,15 +9,13 @@ use super::prediction::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
-use crate::answer::{Gave, Staged, Watch, bound};
+use crate::answer::{Gave, MANY_BATCHES, Staged, Watch, bound};
 
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
 const WRONG: f64 = 4.0;
 /// How many times as long as another setting this one must take for the walks so far to be given up.
 const WORTH: f64 = 2.0;
-/// The number of batches from which on one of them with most of the variance is no chance.
-const MANY_BATCHES: u64 = 64;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
 /// How many times as long as was predicted at first is the end.

@@ -99,6 +99,21 @@ impl Family {
         self.pilots.sort_by_key(|(level, _)| *level);
     }
 
+    /// Corrects all pilots of fewer walks than these, which missed what others like them missed.
+    pub(super) fn missed(&mut self, times: f64, walks: u64) {
+        let few = self
+            .pilots
+            .iter_mut()
+            .filter(|(_, pilot)| pilot.walks < walks);
+        few.for_each(|(_, pilot)| pilot.missed(times));
+    }
+
+    /// The pilot on the level of this number.
+    pub(super) fn pilot(&self, number: usize) -> Option<&Pilot> {
+        let found = self.pilots.iter().find(|(level, _)| *level == number);
+        found.map(|(_, pilot)| pilot)
+    }
+
     /// Whether no level has more cells.
     pub(super) fn is_last(&self, cells: usize) -> bool {
         self.number(cells) + 1 == self.levels.len()

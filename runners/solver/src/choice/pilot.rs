@@ -213,6 +213,14 @@ impl Pilot {
             .sum()
     }
 
+    /// The same pilot if it missed as much of the variance as a like one did, of which many walks needed so many times as
+    /// many as few had told.
+    pub(super) fn missed(&mut self, times: f64) {
+        for observed in &mut self.targets {
+            observed.needed *= times;
+        }
+    }
+
     /// Seconds of the pilot's walks.
     pub(super) fn seconds(&self, cost: &Cost) -> f64 {
         self.walks as f64 * self.seconds_per_walk(cost, self.pointwise)

@@ -143,7 +143,14 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
         } else {
             let unknowns = cube.cells() * B;
             let mut entries = empty_table(unknowns)?;
-            let rows = |i, rows: &mut [f64]| cube.fill_row(rule, i, rows);
+            let kernel = values.kernel();
+            let rows = |i, rows: &mut [f64]| {
+                if cut.has_integrals() {
+                    cut.fill_by_integral(&kernel, i, rows);
+                    return Ok(());
+                }
+                cube.fill_row(rule, i, rows)
+            };
             fill(&mut entries, unknowns * B, &rows)?;
             Table::Dense {
                 entries,
@@ -195,6 +202,7 @@ impl<F: Real, const D: usize> Degree<F, D> for Constants {
                 Smooth::<1>.with_neighbour(of, kinds, then)
             }
             Kinds::Diagonal(pairs) => with_pairs(*pairs, of, then),
+            Kinds::Band(band) => with_pairs(*band, of, then),
             Kinds::Table(table) => with_pairs(PairTable::new(table, of.cut.all_cells())?, of, then),
         }
     }

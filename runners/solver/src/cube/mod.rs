@@ -8,6 +8,7 @@ mod functions;
 mod integral;
 mod nystrom;
 mod shapes;
+mod singular;
 mod system;
 mod table;
 
@@ -17,7 +18,7 @@ use std::sync::{Arc, OnceLock};
 use fredholm_core::NoNeighbour;
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Partition};
 use fredholm_cube::{
-    Cube, CubeError, Function as _, IntegralKernel as _, KernelFactors as _, Product,
+    CellIntegral, Cube, CubeError, Function as _, IntegralKernel, KernelFactors as _, Product,
     ProductTables, Rule, absolute_radius, empty_table, functions as count, table_bytes,
 };
 
@@ -25,6 +26,7 @@ pub use functions::{CubeFunctions, CubeValues};
 
 use crate::cost::{Cost, PointwisePairs, WalkCost};
 use crate::model::{About, Prepared, Request, Then};
+use crate::pairs::Band;
 use crate::sweep::Deterministic;
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
@@ -32,7 +34,7 @@ use crate::{
 use closures::Closures;
 use degree::{AnyDegree, Constants, Smooth};
 use domain::Domain;
-use functions::{CubeScalar, ModelCube, Which, with_values};
+use functions::{CubeScalar, ModelCube, WatchedKernel, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
 use system::{Boxed, CubeSystem, WeightedStart, with_job};
 use table::fill;
@@ -40,6 +42,13 @@ use table::fill;
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
 const TOLERANCE: f64 = 1e-14;
+/// The least order of √Var that is told: on a hundred times as many cells it is a half.
+const LEAST_ORDER: f64 = 0.05;
+/// Points of the outer integral of a coefficient, in a cell [0, 1]: a Gauss rule of equal weights.
+const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+/// The band around a singularity: k − h beyond it is smaller, and a score takes longer, the wider it is. With this width
+/// both halves of the variance, of the source and of the pairs beyond, are alike on some hundred cells.
+const SINGULAR: Band = Band { width: 8 };
 /// The most sweeps.
 const SWEEPS: u32 = 1000;
 /// Seconds of a function on a cell at a point, or of a product of two.
@@ -62,6 +71,8 @@ pub struct CubeModel {
     dimension: usize,
     /// The spectral radius of T_K², once it is computed: no number of cells and no absorption changes it.
     squared_radius: OnceLock<f64>,
+    /// The exponent of a singularity at x = y, once it is computed; 0 without one.
+    exponent: OnceLock<f64>,
 }
 
 impl core::fmt::Debug for CubeModel {
@@ -80,6 +91,7 @@ impl CubeModel {
             dimension: functions.dimension(),
             functions,
             squared_radius: OnceLock::new(),
+            exponent: OnceLock::new(),
         }
     }
 
@@ -108,6 +120,21 @@ impl CubeModel {
     /// The largest degree that has code of its own.
     const fn most_degree(&self) -> usize {
         if self.dimension <= 3 { 4 } else { 2 }
+    }
+
+    /// The exponent a of a kernel like |x − y|^−a in one dimension; 0 without a singularity.
+    fn exponent(&self) -> f64 {
+        *self.exponent.get_or_init(|| {
+            if self.dimension > 1 {
+                return 0.0;
+            }
+            let found = with_values::<f64, _>(&*self.functions, |values| {
+                let kernel = values.kernel();
+                let kernel = |x: f64, y: f64| IntegralKernel::<f64, 1>::kernel(&kernel, &[x], &[y]);
+                Ok(singular::exponent(&kernel))
+            });
+            found.unwrap_or(0.0)
+        })
     }
 
     fn exact_in<const D: usize>(&self, region: &Region) -> Result<Option<f64>, Error> {
@@ -190,7 +217,7 @@ impl Model for CubeModel {
             most_degree: self.most_degree(),
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
             // One whose integral is given may have a singularity.
-            is_singular: self.functions.has_integral(),
+            is_singular: self.functions.has_integral() || self.exponent() > 0.0,
             has_rare_scores: false,
             takes_any_cells: false,
             counts_evaluations: true,
@@ -293,6 +320,16 @@ impl Model for CubeModel {
         levels.filter(|&m| unknowns(m) <= most).collect()
     }
 
+    /// Beyond a band of pointwise pairs k − h falls like the cells' width to ½ − a.
+    fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
+        match self.exponent() {
+            exponent if exponent > 0.0 && pairs != Pairs::Pointwise => {
+                (0.5 - exponent).max(LEAST_ORDER)
+            }
+            _ => self.smooth_order(discretisation.degree),
+        }
+    }
+
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {
         in_dimension!(self.dimension, D => nystrom::solutions::<D>(&*self.functions))
     }
@@ -346,6 +383,12 @@ impl<'m> CubePartition<'m> {
         Some(OffDiagonal { diagonal })
     }
 
+    /// The pairs near the diagonal that are pointwise by default if the kernel is singular there.
+    fn band(&self, pairs: Pairs) -> Option<Band> {
+        let has_band = pairs == Pairs::Default && self.functions().has_integral();
+        (has_band && self.has_integrals() && self.model.exponent() > 0.0).then_some(SINGULAR)
+    }
+
     /// The coefficients and the Galerkin solution, on all threads.
     fn solve_in<const D: usize>(
         &self,
@@ -365,6 +408,33 @@ impl<'m> CubePartition<'m> {
         }))
     }
 
+    /// Whether coefficients come from integrals over cells, in which x = y is no quadrature point: means of piecewise
+    /// constants in one dimension, whose kernel has an integral or a singularity.
+    fn has_integrals(&self) -> bool {
+        let is_one = self.model.dimension == 1 && self.degree == 0;
+        is_one && !self.functions().is_product() && self.model.about().is_singular
+    }
+
+    /// K'_ij = n ∫_Xi ∫_Xj K(x, y) dy dx: the inner integral is exact if it is given, the outer one by Gauss points.
+    fn fill_by_integral(&self, kernel: &WatchedKernel<'_, f64>, i: usize, row: &mut [f64]) {
+        let width = 1.0 / self.per_axis as f64;
+        let (exact, exponent) = (self.functions().has_integral(), self.model.exponent());
+        row.fill(0.0);
+        for t in GAUSS_POINTS {
+            let x = (i as f64 + t) * width;
+            for (j, entry) in row.iter_mut().enumerate() {
+                let [low, high] = [j, j + 1].map(|j| j as f64 * width);
+                let integral = if exact {
+                    CellIntegral::<f64, 1>::integral(kernel, &[x], &[low], &[high])
+                } else {
+                    let at = |y: f64| IntegralKernel::<f64, 1>::kernel(kernel, &[x], &[y]);
+                    singular::integral(at, exponent, x, [low, high])
+                };
+                *entry += integral / GAUSS_POINTS.len() as f64;
+            }
+        }
+    }
+
     /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
     /// looked at when K' is known: it is smaller if K' is exact.
     fn squared_radius_in<const D: usize>(&self) -> Result<f64, Error> {
@@ -372,6 +442,11 @@ impl<'m> CubePartition<'m> {
         let absorption = 0.5;
         with_values::<f64, _>(self.functions(), |values| {
             let kernel = values.kernel();
+            let exponent = self.model.exponent();
+            if exponent > 0.0 && !self.functions().is_product() {
+                let at = |x: f64, y: f64| kernel.kernel(&[x; D], &[y; D]);
+                return singular::squared_radius(&at, exponent);
+            }
             let dark = |_: &[f64; D]| 0.0;
             if self.functions().is_product() {
                 let square = |a: usize, x: f64, y: f64| {
@@ -484,7 +559,11 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             let sweeps = n * functions.powi(d as i32) * m * functions * d as f64;
             (axes + 12e-9 * sweeps, 0.7e-9 * sweeps)
         } else {
-            let integrals = points * points * (kernel + values) + points * VALUE * b * b;
+            let integrals = if self.has_integrals() {
+                GAUSS_POINTS.len() as f64 * 2.0 * integral.max(2.0 * kernel)
+            } else {
+                points * points * (kernel + values) + points * VALUE * b * b
+            };
             (n * n * (integrals + 20e-9 * b * b), 3e-9 * (n * b).powi(2))
         };
         let (d, b) = (d as f64, if self.degree == 0 { 0.0 } else { b });
@@ -515,6 +594,11 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     }
 
     fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        let band = self.band(pairs);
+        let near = band.map(|band| (2 * band.width + 1).min(self.per_axis) as f64);
+        if let Some(seen) = near {
+            return Ok(PointwisePairs { seen, hidden: 0.0 });
+        }
         let seen = match self.off_diagonal(pairs) {
             None => self.all_cells() as f64,
             Some(pairs) => f64::from(u8::from(pairs.diagonal == PairKind::Pointwise)),

@@ -13,7 +13,7 @@ use super::table::Table;
 use super::{CubePartition, export};
 use crate::examined::Examined;
 use crate::model::{Prepared, Request, Then, WithJob, WithStarts};
-use crate::pairs::{self, AnyPairs, PairCounts};
+use crate::pairs::{self, AnyPairs, Band, PairCounts};
 use crate::{Error, Pairs, Partitioned, Region, Scalar, System};
 
 /// Coefficients and Galerkin solution of a cube.
@@ -53,6 +53,8 @@ pub(super) struct WeightedStart<'a, F, const D: usize> {
 pub(super) enum Kinds {
     /// All in S, or the diagonal of another kind.
     Diagonal(fredholm_core::galerkin::OffDiagonal),
+    /// Those near the diagonal pointwise.
+    Band(Band),
     /// All pointwise.
     AllPointwise,
     /// Each by itself.
@@ -69,6 +71,7 @@ impl Kinds {
                 diagonal: PairKind::Pointwise,
             }),
             Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
+            Self::Band(band) => AnyPairs::Band(*band),
             Self::Table(table) => AnyPairs::Table(PairTable::new(table, cells)?),
         })
     }
@@ -110,9 +113,10 @@ impl<const D: usize> CubeSystem<'_, D> {
     fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
         Ok(match request.walk.pairs {
             Pairs::Theory => Kinds::Table(self.theory(request)?),
-            pairs => match self.cut.off_diagonal(pairs) {
-                Some(pairs) => Kinds::Diagonal(pairs),
-                None => Kinds::AllPointwise,
+            pairs => match (self.cut.band(pairs), self.cut.off_diagonal(pairs)) {
+                (Some(band), _) => Kinds::Band(band),
+                (None, Some(pairs)) => Kinds::Diagonal(pairs),
+                (None, None) => Kinds::AllPointwise,
             },
         })
     }

@@ -181,6 +181,11 @@ impl Search<'_> {
             doubt,
         );
         if let (Some(mut family), Some(number)) = (family.take(), number) {
+            let before = family
+                .pilot(number)
+                .filter(|before| before.walks < pilot.walks);
+            let times = before.map_or(1.0, |before| pilot.needed() / before.needed());
+            self.correct_related(setting, times, pilot.walks);
             family.add(number, pilot);
             self.update_predictions(&family);
             self.families.push(family);
@@ -190,6 +195,21 @@ impl Search<'_> {
             self.found.push(predicted);
         }
         self.best_of(|found| found.setting == *setting)
+    }
+
+    /// Corrects what few walks told of the same neighbour equation with other walks, if this setting's missed as much as
+    /// that of the variance: they missed the same.
+    fn correct_related(&mut self, setting: &Setting, times: f64, walks: u64) {
+        if !(times > 1.0 && times.is_finite()) {
+            return;
+        }
+        let mut families = core::mem::take(&mut self.families);
+        let related = families
+            .iter_mut()
+            .filter(|f| f.first.shares_order(setting));
+        related.for_each(|family| family.missed(times, walks));
+        self.families = families;
+        self.update_related(setting);
     }
 
     /// Replaces the predictions of a family.
