@@ -49,11 +49,9 @@ impl Tail {
         }
     }
 
-    /// The tail index α of the scores by Hill's estimate, from the square root of the number of batches; `None` if there
-    /// are too few. The standard error is α over the fourth root of that number; scores without a heavy tail have a large
-    /// index.
-    #[must_use]
-    pub fn index(&self) -> Option<f64> {
+    /// The tail index α of the scores by Hill's estimate, and its standard error, from the square root of the number of
+    /// batches; `None` if there are too few. Scores without a heavy tail have a large index.
+    fn hill(&self) -> Option<[f64; 2]> {
         if self.batches < MIN_BATCHES {
             return None;
         }
@@ -61,15 +59,31 @@ impl Tail {
         let (few, rest) = self.largest.split_at_checked(count)?;
         let least = rest.first().filter(|&&least| least > 0.0)?;
         let logarithms: f64 = few.iter().map(|squares| (squares / least).ln()).sum();
-        Some(2.0 * count as f64 / logarithms)
+        let index = 2.0 * count as f64 / logarithms;
+        Some([index, index / (count as f64).sqrt()])
     }
 
-    /// Whether the error bar may mean nothing: one of many batches makes most of the variance, or the variance seems to
-    /// be infinite.
+    /// The tail index α of the scores by Hill's estimate; `None` if there are too few batches for one.
+    #[must_use]
+    pub fn index(&self) -> Option<f64> {
+        self.hill().map(|[index, _]| index)
+    }
+
+    /// Whether the variance seems to be infinite: the tail index is below 2 by its standard error, or few batches make all of
+    /// the variance.
+    #[must_use]
+    pub fn seems_infinite(&self) -> bool {
+        match self.hill() {
+            Some([index, error]) => index + error < INFINITE,
+            None => self.batches >= MIN_BATCHES && self.share() > MOST_SHARE,
+        }
+    }
+
+    /// Whether the error bar may mean little: one of many batches makes most of the variance, or that seems to be infinite.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
-        let is_heavy = self.index().is_some_and(|index| index < INFINITE);
-        self.batches >= MIN_BATCHES && (self.share() > MOST_SHARE || is_heavy)
+        let is_alone = self.batches >= MIN_BATCHES && self.share() > MOST_SHARE;
+        is_alone || self.seems_infinite()
     }
 }
 
@@ -104,14 +118,14 @@ mod tests {
 
     #[test]
     fn an_infinite_variance_is_doubtful() {
-        assert!(pareto(0.8, 1024).is_doubtful());
+        assert!(pareto(0.7, 1024).seems_infinite());
         assert!(!pareto(1.5, 1024).is_doubtful());
         let mut one = Tail::default();
         for _ in 0..15 {
             one.add(0.0);
         }
         one.add(1.0);
-        assert!(one.is_doubtful() && one.index().is_none());
+        assert!(one.is_doubtful() && one.seems_infinite() && one.index().is_none());
     }
 
     #[test]

@@ -18,6 +18,9 @@ use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, Walk
 /// doubtful go on until then.
 pub(crate) const MANY_BATCHES: u64 = 64;
 
+/// The part of the tolerance that a doubtful error bar must reach: if it is half of the true one, the tolerance is kept.
+const SAFE: f64 = 0.5;
+
 /// Sees what a solution is at, and may end it.
 pub trait Watch: Observer {
     /// Walks begin: from now on there is something to report.
@@ -100,7 +103,7 @@ impl Gave {
         floor: &dyn Fn(&Statistics) -> f64,
     ) -> Option<Self> {
         let mut all = statistics.iter().zip(tails);
-        let (_, tail) = all.find(|(all, tail)| tail.is_doubtful() && deviates(all, floor))?;
+        let (_, tail) = all.find(|(all, tail)| tail.seems_infinite() && deviates(all, floor))?;
         Some(Self::Doubtful {
             share: tail.share(),
             index: tail.index(),
@@ -292,6 +295,7 @@ impl Walks<'_> {
         let watched = Watched {
             watch,
             floor: &floor,
+            tolerance: walk.tolerance,
         };
         let mut outcome = run(prepared.job, &plan(walk), walk.time_limit, &watched)?;
         let walk_seconds = start.elapsed().as_secs_f64();
@@ -341,6 +345,7 @@ pub(crate) fn bound(tolerance: Tolerance, statistics: &Statistics) -> f64 {
 struct Watched<'a> {
     watch: &'a dyn Watch,
     floor: &'a (dyn Fn(&Statistics) -> f64 + Sync),
+    tolerance: Option<Tolerance>,
 }
 
 impl Observer for Watched<'_> {
@@ -362,8 +367,15 @@ impl Observer for Watched<'_> {
     }
 
     fn is_enough(&self, statistics: &Statistics, tail: &Tail) -> bool {
-        let is_known = tail.batches() >= MANY_BATCHES || !tail.is_doubtful();
-        is_known || !deviates(statistics, self.floor)
+        if !tail.is_doubtful() || !deviates(statistics, self.floor) {
+            return true;
+        }
+        let error = statistics.preconditioned().std_error.unwrap_or(0.0);
+        let bound = self
+            .tolerance
+            .map_or(0.0, |tolerance| bound(tolerance, statistics));
+        let is_settled = error < SAFE * bound || tail.seems_infinite();
+        tail.batches() >= MANY_BATCHES && (is_settled || tail.batches() >= MANY_BATCHES.pow(2))
     }
 
     fn cancelled(&self) -> bool {

@@ -89,8 +89,16 @@ name = 'all'
 over = 'all'
 ";
 
-/// In a third of the default's nodes: a ninth of its work, which accuracy within some per cent does not need.
-const DIAGNOSE: [&str; 3] = ["diagnose", "--nodes", "800"];
+/// In a third of the default's nodes by day: a ninth of its work, which accuracy within some per cent does not need. In all
+/// of them with `FREDHOLM_LONG=1`.
+fn diagnose() -> &'static [&'static str] {
+    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    if is_long {
+        &["diagnose"]
+    } else {
+        &["diagnose", "--nodes", "800"]
+    }
+}
 
 /// √Var of both estimates, predicted and measured, within 10 %: 100,000 walks know them to some per cent, where
 /// kurtoses are large. The accuracy itself is measured by `fredholm-tests`, test `variance`.
@@ -101,7 +109,7 @@ fn agrees(text: &str, options: &[&str]) {
         let arguments = [command, &[file.as_str(), "--json"], options].concat();
         fredholm(&arguments).quietly(0).json()
     };
-    let (predicted, measured) = (run(&DIAGNOSE), run(&["solve"]));
+    let (predicted, measured) = (run(diagnose()), run(&["solve"]));
     let (predicted, measured) = (list(&predicted, "targets"), list(&measured, "targets"));
     assert_eq!(predicted.len(), measured.len());
     for (predicted, measured) in predicted.iter().zip(measured.iter()) {
@@ -178,10 +186,9 @@ fn one_result_for_any_number_of_threads() {
     let folder = Folder::new();
     let file = folder.file("a.toml", ROOM);
     let of = |threads: &str| -> Value {
-        let mut json =
-            fredholm(&[&DIAGNOSE[..], &[&file, "--json", "--threads", threads]].concat())
-                .quietly(0)
-                .json();
+        let mut json = fredholm(&[diagnose(), &[&file, "--json", "--threads", threads]].concat())
+            .quietly(0)
+            .json();
         json.as_object_mut().unwrap().remove("seconds");
         json
     };
@@ -198,8 +205,8 @@ fn text_and_pictures() {
     ] {
         let file = folder.file(&format!("{name}.toml"), text);
         let out = folder.path().join(name);
-        let ran = fredholm(&[&DIAGNOSE[..], &[&file, "--out", out.to_str().unwrap()]].concat())
-            .quietly(0);
+        let ran =
+            fredholm(&[diagnose(), &[&file, "--out", out.to_str().unwrap()]].concat()).quietly(0);
         for expected in [
             words,
             "Theorem 3: √Var ≤",
@@ -265,7 +272,9 @@ name = 'mean'
 over = 'all'
 ";
     let file = folder.file("a.toml", text);
-    let arguments = [&DIAGNOSE[..], &[file.as_str(), "--cells", "100", "--json"]].concat();
+    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let few: &[&str] = if is_long { &[] } else { &["--cells", "100"] };
+    let arguments = [diagnose(), &[file.as_str(), "--json"], few].concat();
     let json = fredholm(&arguments).quietly(0).json();
     let target = &list(&json, "targets")[0];
     assert!(json["kernel_power"].is_null(), "{json}");

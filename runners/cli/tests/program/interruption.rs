@@ -84,6 +84,70 @@ fn walks_end_with_what_is_there() {
     }
 }
 
+/// A choice, a set-up and walks of a tenth of a second or more each, and a curve of many points to print.
+const CHOSEN: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
+    kernel = '1.2 * exp(-((x1 - y1)^2 + (x2 - y2)^2))'\nsource = '1 + x1'\n[walk]\ntarget_error = 3e-8\n\
+    [[target]]\nname = 'mean'\nover = 'all'\n";
+
+/// Ctrl-C at any instant, of the choice, the set-up, the walks or the output: status 130, a word, and the results so far, or
+/// none; or the run was done. Six instants by day, 200 with `FREDHOLM_LONG=1`.
+#[test]
+fn an_interrupt_may_come_at_any_instant() {
+    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let instants = if is_long { 100 } else { 3 };
+    let many = CIRCLE.replace("grid = 3", "grid = 3000");
+    let folder = Folder::new();
+    let mut seen = [0; 3];
+    for (problem, args) in [(CHOSEN, &[][..]), (&many, &["--walks", "300"][..])] {
+        let problem = folder.file("problem.toml", problem);
+        let solve = |out: &Folder| {
+            let result = out.at("result.json");
+            [&["solve", &problem, "--json", "--out", &result], args]
+                .concat()
+                .iter()
+                .map(|&arg| arg.to_owned())
+                .collect::<Vec<String>>()
+        };
+        let whole = {
+            let out = Folder::new();
+            let args = solve(&out);
+            let args: Vec<&str> = args.iter().map(String::as_str).collect();
+            fredholm(&args).quietly(0).time
+        };
+        for instant in 0..instants {
+            // As evenly spread as possible, and a little beyond the end.
+            let share = (f64::from(instant) * 0.618_034 + 0.31).fract();
+            let out = Folder::new();
+            let args = solve(&out);
+            let args: Vec<&str> = args.iter().map(String::as_str).collect();
+            let ran = signalled(&args, &out, whole.mul_f64(1.05 * share), "INT");
+            let files = out.names();
+            let ended = match (ran.status, ran.stdout.is_empty()) {
+                (Some(0), false) => 0,
+                (Some(130), false) => 1,
+                (Some(130), true) => 2,
+                _ => panic!("{share}: {ran:?}"),
+            };
+            seen[ended] += 1;
+            assert_eq!(ended > 0, ran.stderr.contains("interrupted"), "{ran:?}");
+            // A file is whole, and that of what is printed.
+            let is_there = ended < 2;
+            assert_eq!(files.len(), usize::from(is_there), "{files:?}, {ran:?}");
+            if is_there {
+                let written = fs::read_to_string(out.at("result.json")).unwrap();
+                assert_eq!(written, ran.stdout);
+                let stop = if ended == 0 { "done" } else { "cancelled" };
+                assert_eq!(ran.json()["stop"], stop);
+            }
+        }
+    }
+    println!(
+        "{} done, {} with results, {} without",
+        seen[0], seen[1], seen[2]
+    );
+    assert!(seen[1] + seen[2] > 0, "{seen:?}");
+}
+
 /// There is nothing to print: status 130 at once, and nothing is left, whatever was to be written.
 #[test]
 fn a_set_up_ends_at_once() {
@@ -311,7 +375,11 @@ fn a_full_disk_behind_stdout() {
     let (result, picture) = (out.at("result.json"), out.at("profile.svg"));
     let solve: &[&str] = &["solve", &problem, "--json", "--out", &result];
     let draw: &[&str] = &["solve", &problem, "--out", &picture];
-    for args in [solve, draw, &["verify"]] {
+    let mut all: Vec<&[&str]> = vec![solve, draw, &["verify"]];
+    if std::env::var_os("FREDHOLM_LONG").is_some() {
+        all.push(&["verify", "--json"]);
+    }
+    for args in all {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let ran = wait(command(args).stdout(full).spawn().unwrap());
         assert_eq!(ran.status, Some(1), "{args:?}: {ran:?}");
