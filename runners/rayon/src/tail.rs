@@ -3,7 +3,7 @@
 /// The most batches that are kept.
 const KEPT: usize = 33;
 /// The least number of the largest batches that tell a tail index.
-const FEWEST: usize = 4;
+const FEWEST: usize = 3;
 /// The fewest batches that tell anything.
 const MIN_BATCHES: u64 = 16;
 /// The share of one batch in the variance from which on an error bar may mean nothing: eight times an equal share of 16
@@ -49,34 +49,36 @@ impl Tail {
         }
     }
 
-    /// The tail index α of the scores by Hill's estimate, and its standard error, from the square root of the number of
-    /// batches; `None` if there are too few. Scores without a heavy tail have a large index.
-    fn hill(&self) -> Option<[f64; 2]> {
-        if self.batches < MIN_BATCHES {
-            return None;
-        }
-        let count = (self.batches.isqrt() as usize).clamp(FEWEST, KEPT - 1);
+    /// The tail index α of the scores by Hill's estimate from so many of the largest batches; `None` if there are too few.
+    fn hill(&self, count: usize) -> Option<f64> {
         let (few, rest) = self.largest.split_at_checked(count)?;
         let least = rest.first().filter(|&&least| least > 0.0)?;
         let logarithms: f64 = few.iter().map(|squares| (squares / least).ln()).sum();
-        let index = 2.0 * count as f64 / logarithms;
-        Some([index, index / (count as f64).sqrt()])
+        Some(2.0 * count as f64 / logarithms)
     }
 
-    /// The tail index α of the scores by Hill's estimate; `None` if there are too few batches for one.
+    /// The number of the largest batches that tell most of the tail: the square root of that of all.
+    fn told(&self) -> usize {
+        (self.batches.isqrt() as usize).clamp(FEWEST, KEPT - 1)
+    }
+
+    /// The tail index α of the scores by Hill's estimate; `None` if there are too few batches for one. Scores without a heavy
+    /// tail have a large index.
     #[must_use]
     pub fn index(&self) -> Option<f64> {
-        self.hill().map(|[index, _]| index)
+        let has_enough = self.batches >= MIN_BATCHES;
+        self.hill(self.told()).filter(|_| has_enough)
     }
 
-    /// Whether the variance seems to be infinite: the tail index is below 2 by its standard error, or few batches make all of
-    /// the variance.
+    /// Whether the variance seems to be infinite: the tail index is below 2 by its standard error, from however many of the
+    /// largest batches. A few that are alike, and far above all others, are scores that are rare but bounded.
     #[must_use]
     pub fn seems_infinite(&self) -> bool {
-        match self.hill() {
-            Some([index, error]) => index + error < INFINITE,
-            None => self.batches >= MIN_BATCHES && self.share() > MOST_SHARE,
-        }
+        let is_heavy = |count: usize| {
+            let index = self.hill(count);
+            index.is_some_and(|index| index * (1.0 + 1.0 / (count as f64).sqrt()) < INFINITE)
+        };
+        self.batches >= MIN_BATCHES && (FEWEST..=self.told()).all(is_heavy)
     }
 
     /// Whether the error bar may mean little: one of many batches makes most of the variance, or that seems to be infinite.
@@ -125,7 +127,22 @@ mod tests {
             one.add(0.0);
         }
         one.add(1.0);
-        assert!(one.is_doubtful() && one.seems_infinite() && one.index().is_none());
+        assert!(one.is_doubtful() && one.index().is_none());
+    }
+
+    /// Four batches of 64 have a score that all others miss.
+    #[test]
+    fn rare_scores_that_are_bounded_have_a_finite_variance() {
+        let mut tail = Tail::default();
+        for i in 0..64 {
+            let rare = if i % 16 == 3 {
+                100.0 + f64::from(i)
+            } else {
+                0.0
+            };
+            tail.add(1e-3 + rare);
+        }
+        assert!(tail.index() < Some(1.0) && !tail.seems_infinite() && !tail.is_doubtful());
     }
 
     #[test]

@@ -286,7 +286,13 @@ impl Walks<'_> {
         let start = Instant::now();
         let floor = |statistics: &Statistics| {
             let u = statistics.preconditioned().estimate;
-            let (largest, contraction) = (prepared.largest, prepared.contraction);
+            // Plain walks have no table: every step of theirs rounds once.
+            let length = statistics.states() as f64 / statistics.walks().max(1) as f64;
+            let contraction = match prepared.contraction {
+                0.0 => 1.0 - 1.0 / length.max(1.0),
+                contraction => contraction,
+            };
+            let largest = prepared.largest;
             match self.scalar {
                 Scalar::F32 => rounding_floor::<f32>(largest, u, contraction),
                 Scalar::F64 => rounding_floor::<f64>(largest, u, contraction),

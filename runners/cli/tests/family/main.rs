@@ -21,7 +21,7 @@ use problems::{Problem, Random};
 
 /// Problems that were looked at when the choice was made, and others.
 const SEEN: u64 = 1;
-const UNSEEN: u64 = 2;
+const UNSEEN: u64 = 3;
 
 /// The problems of a half in a day's share, and in all.
 const FEW: usize = 10;
@@ -100,6 +100,9 @@ fn ran(problem: &Problem) -> Ran {
                 setting(&chosen)
             )
             .unwrap();
+            if let Some(why) = answer.gave_up {
+                write!(text, " ({why})").unwrap();
+            }
             if let Some((rung, walked)) = &best {
                 let least = rung.seconds_of(walked.walks());
                 let times = seconds / (least + LEAST_SECONDS);

@@ -93,11 +93,13 @@ impl State<'_, '_> {
         walks as f64 * self.predicted.seconds_per_walk
     }
 
-    /// The end if everything so far took many times as long as was predicted.
-    fn unpredicted(&self, statistics: &[Statistics]) -> Option<End> {
+    /// The end if everything so far took many times as long as was predicted, and as many walks are left as take longer.
+    fn unpredicted(&self, statistics: &[Statistics], left: f64) -> Option<End> {
         let seconds = self.search.lost() + self.walked(statistics);
         let times = seconds / self.search.predicted_first;
-        (times > MOST_TIMES && seconds > LONG_SECONDS)
+        // What is nearly done is done.
+        let is_far = left * self.predicted.seconds_per_walk > seconds;
+        (times > MOST_TIMES && seconds > LONG_SECONDS && is_far)
             .then_some(End::Gave(Gave::Unpredicted { times }))
     }
 
@@ -184,7 +186,8 @@ impl Watch for Course<'_, '_> {
             state.end = if open().all(is_rounded) {
                 Some(End::Gave(Gave::Rounding))
             } else {
-                state.unpredicted(statistics)
+                let left = (needed - walks).max(0.0) * open().count() as f64;
+                state.unpredicted(statistics, left)
             };
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {

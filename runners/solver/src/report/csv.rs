@@ -1,5 +1,7 @@
 //! A report as CSV.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Over, Report};
@@ -87,7 +89,7 @@ fn places(target: &GoalReport, columns: usize) -> Vec<String> {
             places.extend(numbers(x));
             places
         }
-        Some(Coordinates::On { surface, t }) => vec![surface.clone(), t.to_string()],
+        Some(Coordinates::On { surface, t }) => vec![harmless(surface).into_owned(), t.to_string()],
     };
     places.extend(numbers(target.position.as_deref().unwrap_or(&[])));
     places.resize(columns, String::new());
@@ -126,11 +128,11 @@ const COLUMNS: [&str; 25] = [
 /// A target in one line.
 #[derive(Serialize)]
 struct CsvRow<'a> {
-    name: &'a str,
+    name: Cow<'a, str>,
     at: Option<String>,
     from: Option<f64>,
     to: Option<f64>,
-    weight: Option<&'a str>,
+    weight: Option<Cow<'a, str>>,
     exact: Option<f64>,
     galerkin: f64,
     walks: u64,
@@ -160,11 +162,11 @@ impl<'a> CsvRow<'a> {
             _ => None,
         };
         Self {
-            name: &target.name,
+            name: harmless(&target.name),
             at: target.at.as_ref().map(point),
             from: interval.map(|over| over[0]),
             to: interval.map(|over| over[1]),
-            weight: target.weight.as_deref(),
+            weight: target.weight.as_deref().map(harmless),
             exact: target.exact,
             galerkin: target.galerkin,
             walks: target.walks,
@@ -189,6 +191,15 @@ impl<'a> CsvRow<'a> {
     }
 }
 
+/// A text that no spreadsheet takes for a formula: behind an apostrophe if it begins as one.
+fn harmless(text: &str) -> Cow<'_, str> {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        Cow::Owned(format!("'{text}"))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
 /// A point as one entry of a table.
 fn point(at: &Coordinates) -> String {
     match at {
@@ -197,6 +208,6 @@ fn point(at: &Coordinates) -> String {
             let texts: Vec<String> = x.iter().map(f64::to_string).collect();
             texts.join(" ")
         }
-        Coordinates::On { surface, t } => format!("{surface} {t}"),
+        Coordinates::On { surface, t } => format!("{} {t}", harmless(surface)),
     }
 }
