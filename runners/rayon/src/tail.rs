@@ -120,7 +120,8 @@ mod tests {
 
     #[test]
     fn an_infinite_variance_is_doubtful() {
-        assert!(pareto(0.7, 1024).seems_infinite());
+        // Three batches alone know an index to 58 %.
+        assert!(pareto(0.5, 1024).seems_infinite());
         assert!(!pareto(1.5, 1024).is_doubtful());
         let mut one = Tail::default();
         for _ in 0..15 {
