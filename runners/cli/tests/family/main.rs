@@ -3,8 +3,6 @@
 //!
 //! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod ladder;
 mod problems;
 

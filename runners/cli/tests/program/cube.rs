@@ -233,12 +233,17 @@ fn what_is_not_finite_is_shown_with_its_point() {
     };
     let good = "kernel = '0.3'";
     refused(
-        &solve("kernel = '0.1 / (x - y)'", "1", ""),
+        &solve("kernel = '0.1 / (x - x)'", "1", ""),
         &[
             "`kernel` is inf at x = ",
             ", y = ",
             "finite number is needed",
         ],
+    );
+    // Its square is not integrable.
+    refused(
+        &solve("kernel = '0.1 / (x - y)'", "1", ""),
+        &["variance of a walk is infinite", "like |x - y|^-1.00"],
     );
     refused(
         &solve("kernel_factors = ['sqrt(x - y)']", "1", ""),

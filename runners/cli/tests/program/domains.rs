@@ -96,7 +96,7 @@ fn a_domain_is_the_same_equation_transformed_by_hand() {
 }
 
 #[test]
-fn a_singularity_at_x_equals_y_needs_its_integral_and_no_value() {
+fn a_singularity_at_x_equals_y_needs_no_value() {
     let folder = Folder::new();
     let integral = "kernel_integral = 'y > x ? (y - x)^0.7 * 3 / 7 : -(x - y)^0.7 * 3 / 7'";
     let problem = "dimension = 1\nkernel = '0.3 * abs(x - y)^-0.3'\nsource = '1'\n";
@@ -107,7 +107,14 @@ fn a_singularity_at_x_equals_y_needs_its_integral_and_no_value() {
     let found = &list(&report, "targets")[0]["preconditioned"];
     let (estimate, error) = (number(found, "estimate"), number(found, "std_error"));
     assert!((estimate - 2.071_909).abs() < 4.9 * error + 1e-4, "{found}");
-    let ran = folder.solve(&cube(problem, target), &[]);
+    // The integral of what is written as a power of |x - y| is known.
+    let ran = folder.solve(&cube(problem, target), &["--json"]);
+    let found = &list(&ran.quietly(0).json(), "targets")[0]["preconditioned"];
+    let (estimate, error) = (number(found, "estimate"), number(found, "std_error"));
+    assert!((estimate - 2.071_909).abs() < 4.9 * error + 1e-4, "{found}");
+    // Others need it for polynomials, whose coefficients are quadratures with points at x = y.
+    let other = problem.replace("0.3 *", "0.1 * (1 + y) *");
+    let ran = folder.solve(&cube(&other, target), &["--cells", "10", "--degree", "2"]);
     assert_eq!(ran.status, Some(2), "{ran:?}");
     for word in [
         "`kernel` is inf at x = ",

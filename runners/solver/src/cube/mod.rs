@@ -560,7 +560,9 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             (axes + 12e-9 * sweeps, 0.7e-9 * sweeps)
         } else {
             let integrals = if self.has_integrals() {
-                GAUSS_POINTS.len() as f64 * 2.0 * integral.max(2.0 * kernel)
+                let given = self.functions().has_integral();
+                let each = if given { 2.0 * integral } else { 4.0 * kernel };
+                GAUSS_POINTS.len() as f64 * each
             } else {
                 points * points * (kernel + values) + points * VALUE * b * b
             };
@@ -631,9 +633,13 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
 
     /// T_h²p is looked at where the system is solved.
     fn check_variance(&self, _: Pairs, absorption: f64) -> Result<(), Error> {
-        crate::finite::check_plain("K²/(1 − absorption)", absorption, || {
-            self.plain_radius(absorption)
-        })
+        let of = match self.model.exponent() {
+            a if a >= 0.5 => {
+                format!("K²/(1 − absorption), where K is like |x - y|^-{a:.2} at x = y,")
+            }
+            _ => "K²/(1 − absorption)".to_owned(),
+        };
+        crate::finite::check_plain(&of, absorption, || self.plain_radius(absorption))
     }
 
     fn check_examination(&self) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 //!
 //! One in eight is run by default, all hundred with `FREDHOLM_LONG=1`; then what each says is printed.
 
-mod common;
+use crate::common;
 
 use common::{Folder, Ran, list, number};
 
