@@ -109,7 +109,8 @@ fn a_singularity_at_x_equals_y_needs_no_value() {
     assert!((estimate - 2.071_909).abs() < 4.9 * error + 1e-4, "{found}");
     // The integral of what is written as a power of |x - y| is known.
     let ran = folder.solve(&cube(problem, target), &["--json"]);
-    let found = &list(&ran.quietly(0).json(), "targets")[0]["preconditioned"];
+    let report = ran.quietly(0).json();
+    let found = &list(&report, "targets")[0]["preconditioned"];
     let (estimate, error) = (number(found, "estimate"), number(found, "std_error"));
     assert!((estimate - 2.071_909).abs() < 4.9 * error + 1e-4, "{found}");
     // Others need it for polynomials, whose coefficients are quadratures with points at x = y.
