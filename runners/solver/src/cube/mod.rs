@@ -6,6 +6,7 @@ mod domain;
 mod export;
 mod functions;
 mod integral;
+mod mean;
 mod nystrom;
 mod shapes;
 mod singular;
@@ -18,7 +19,7 @@ use std::sync::{Arc, OnceLock};
 use fredholm_core::NoNeighbour;
 use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Partition};
 use fredholm_cube::{
-    CellIntegral, Cube, CubeError, Function as _, IntegralKernel, KernelFactors as _, Product,
+    Cube, CubeError, Function as _, IntegralKernel as _, KernelFactors as _, Product,
     ProductTables, Rule, absolute_radius, empty_table, functions as count, table_bytes,
 };
 
@@ -26,7 +27,6 @@ pub use functions::{CubeFunctions, CubeValues};
 
 use crate::cost::{Cost, PointwisePairs, WalkCost};
 use crate::model::{About, Prepared, Request, Then};
-use crate::pairs::Band;
 use crate::sweep::Deterministic;
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
@@ -34,7 +34,8 @@ use crate::{
 use closures::Closures;
 use degree::{AnyDegree, Constants, Smooth};
 use domain::Domain;
-use functions::{CubeScalar, ModelCube, WatchedKernel, Which, with_values};
+use functions::{CubeScalar, ModelCube, Which, with_values};
+use mean::mean_of;
 use shapes::{in_dimension, in_shape, of_functions};
 use system::{Boxed, CubeSystem, WeightedStart, with_job};
 use table::fill;
@@ -42,13 +43,6 @@ use table::fill;
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
 const TOLERANCE: f64 = 1e-14;
-/// The least order of √Var that is told: on a hundred times as many cells it is a half.
-const LEAST_ORDER: f64 = 0.05;
-/// Points of the outer integral of a coefficient, in a cell [0, 1]: a Gauss rule of equal weights.
-const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// The band around a singularity: k − h beyond it is smaller, and a score takes longer, the wider it is. With this width
-/// both halves of the variance, of the source and of the pairs beyond, are alike on some hundred cells.
-const SINGULAR: Band = Band { width: 8 };
 /// The most sweeps.
 const SWEEPS: u32 = 1000;
 /// Seconds of a function on a cell at a point, or of a product of two.
@@ -122,21 +116,6 @@ impl CubeModel {
         if self.dimension <= 3 { 4 } else { 2 }
     }
 
-    /// The exponent a of a kernel like |x − y|^−a in one dimension; 0 without a singularity.
-    fn exponent(&self) -> f64 {
-        *self.exponent.get_or_init(|| {
-            if self.dimension > 1 {
-                return 0.0;
-            }
-            let found = with_values::<f64, _>(&*self.functions, |values| {
-                let kernel = values.kernel();
-                let kernel = |x: f64, y: f64| IntegralKernel::<f64, 1>::kernel(&kernel, &[x], &[y]);
-                Ok(singular::exponent(&kernel))
-            });
-            found.unwrap_or(0.0)
-        })
-    }
-
     fn exact_in<const D: usize>(&self, region: &Region) -> Result<Option<f64>, Error> {
         with_values::<f64, _>(&*self.functions, |values| {
             let u = values.function(Which::Solution);
@@ -153,29 +132,6 @@ impl CubeModel {
             Ok(value)
         })
     }
-}
-
-/// The mean of a function, if two quadrature rules agree on it.
-fn mean_of<const D: usize>(function: &dyn Fn(&[f64; D]) -> f64) -> Result<Option<f64>, Error> {
-    let nothing = |_: &[f64; D], _: &[f64; D]| 0.0;
-    let rule = Rule::new(5)?;
-    let mean = |per_axis: usize| {
-        let cube = Cube::new(nothing, |_: &[f64; D]| 0.0, per_axis, 0.5)?;
-        let mut means = vec![0.0; cube.cells()];
-        cube.means(&function, rule, &mut means)?;
-        Ok::<f64, CubeError>(means.iter().sum::<f64>() / means.len() as f64)
-    };
-    let cells = match D {
-        1 => [200, 300],
-        2 => [12, 18],
-        3 => [4, 6],
-        4 => [2, 3],
-        _ => [1, 2],
-    };
-    let [coarse, fine] = cells.map(mean);
-    let (coarse, fine) = (coarse?, fine?);
-    let agree = (coarse - fine).abs() <= 1e-12 * fine.abs().max(1e-300);
-    Ok(agree.then_some(fine))
 }
 
 impl CubeModel {
@@ -216,8 +172,7 @@ impl Model for CubeModel {
             dimension: Some(self.dimension),
             most_degree: self.most_degree(),
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
-            // One whose integral is given may have a singularity.
-            is_singular: self.functions.has_integral() || self.exponent() > 0.0,
+            is_singular: self.is_singular(),
             has_rare_scores: false,
             takes_any_cells: false,
             counts_evaluations: true,
@@ -324,7 +279,7 @@ impl Model for CubeModel {
     fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
         match self.exponent() {
             exponent if exponent > 0.0 && pairs != Pairs::Pointwise => {
-                (0.5 - exponent).max(LEAST_ORDER)
+                (0.5 - exponent).max(singular::LEAST_ORDER)
             }
             _ => self.smooth_order(discretisation.degree),
         }
@@ -383,12 +338,6 @@ impl<'m> CubePartition<'m> {
         Some(OffDiagonal { diagonal })
     }
 
-    /// The pairs near the diagonal that are pointwise by default if the kernel is singular there.
-    fn band(&self, pairs: Pairs) -> Option<Band> {
-        let has_band = pairs == Pairs::Default && self.functions().has_integral();
-        (has_band && self.has_integrals() && self.model.exponent() > 0.0).then_some(SINGULAR)
-    }
-
     /// The coefficients and the Galerkin solution, on all threads.
     fn solve_in<const D: usize>(
         &self,
@@ -406,33 +355,6 @@ impl<'m> CubePartition<'m> {
             solved,
             degree,
         }))
-    }
-
-    /// Whether coefficients come from integrals over cells, in which x = y is no quadrature point: means of piecewise
-    /// constants in one dimension, whose kernel has an integral or a singularity.
-    fn has_integrals(&self) -> bool {
-        let is_one = self.model.dimension == 1 && self.degree == 0;
-        is_one && !self.functions().is_product() && self.model.about().is_singular
-    }
-
-    /// K'_ij = n ∫_Xi ∫_Xj K(x, y) dy dx: the inner integral is exact if it is given, the outer one by Gauss points.
-    fn fill_by_integral(&self, kernel: &WatchedKernel<'_, f64>, i: usize, row: &mut [f64]) {
-        let width = 1.0 / self.per_axis as f64;
-        let (exact, exponent) = (self.functions().has_integral(), self.model.exponent());
-        row.fill(0.0);
-        for t in GAUSS_POINTS {
-            let x = (i as f64 + t) * width;
-            for (j, entry) in row.iter_mut().enumerate() {
-                let [low, high] = [j, j + 1].map(|j| j as f64 * width);
-                let integral = if exact {
-                    CellIntegral::<f64, 1>::integral(kernel, &[x], &[low], &[high])
-                } else {
-                    let at = |y: f64| IntegralKernel::<f64, 1>::kernel(kernel, &[x], &[y]);
-                    singular::integral(at, exponent, x, [low, high])
-                };
-                *entry += integral / GAUSS_POINTS.len() as f64;
-            }
-        }
     }
 
     /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
@@ -562,7 +484,7 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             let integrals = if self.has_integrals() {
                 let given = self.functions().has_integral();
                 let each = if given { 2.0 * integral } else { 4.0 * kernel };
-                GAUSS_POINTS.len() as f64 * each
+                singular::POINTS as f64 * each
             } else {
                 points * points * (kernel + values) + points * VALUE * b * b
             };

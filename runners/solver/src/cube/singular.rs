@@ -1,9 +1,12 @@
 //! Kernels of one axis that are singular at x = y.
 
 use fredholm_core::galerkin::Dense;
-use fredholm_cube::{absolute_radius, empty_table};
+use fredholm_cube::{CellIntegral, IntegralKernel, absolute_radius, empty_table};
 
-use crate::Error;
+use super::functions::{WatchedKernel, with_values};
+use super::{CubeModel, CubePartition};
+use crate::pairs::Band;
+use crate::{Error, Pairs};
 
 /// The kernel of an axis, on [0, 1].
 pub(super) type AxisKernel<'a> = dyn Fn(f64, f64) -> f64 + 'a;
@@ -25,6 +28,16 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
+
+/// The least order of √Var that is told: on a hundred times as many cells it is a half.
+pub(super) const LEAST_ORDER: f64 = 0.05;
+/// Points of the outer integral of a coefficient, in a cell [0, 1]: a Gauss rule of equal weights.
+const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+/// The number of these points.
+pub(super) const POINTS: usize = GAUSS_POINTS.len();
+/// The band around a singularity: k − h beyond it is smaller, and a score takes longer, the wider it is. With this width
+/// both halves of the variance, of the source and of the pairs beyond, are alike on some hundred cells.
+const SINGULAR: Band = Band { width: 8 };
 
 /// The exponent a of |K(x, y)| ~ |x − y|^−a as y comes near to x, the largest of some x; 0 without a singularity.
 pub(super) fn exponent(kernel: &AxisKernel<'_>) -> f64 {
@@ -91,6 +104,68 @@ pub(super) fn integral(
     }
     let node = |&[t, weight]: &[f64; 2]| weight * function(low + (high - low) * t);
     (high - low) * GAUSS.iter().map(node).sum::<f64>()
+}
+
+impl CubeModel {
+    /// Whether the kernel may be singular at x = y: one whose integral is given may.
+    pub(super) fn is_singular(&self) -> bool {
+        self.functions.has_integral() || self.exponent() > 0.0
+    }
+
+    /// The exponent a of a kernel like |x − y|^−a in one dimension; 0 without a singularity.
+    pub(super) fn exponent(&self) -> f64 {
+        *self.exponent.get_or_init(|| {
+            if self.dimension > 1 {
+                return 0.0;
+            }
+            let found = with_values::<f64, _>(&*self.functions, |values| {
+                let kernel = values.kernel();
+                let kernel = |x: f64, y: f64| IntegralKernel::<f64, 1>::kernel(&kernel, &[x], &[y]);
+                Ok(exponent(&kernel))
+            });
+            found.unwrap_or(0.0)
+        })
+    }
+}
+
+impl CubePartition<'_> {
+    /// The pairs near the diagonal that are pointwise by default if the kernel is singular there.
+    pub(super) fn band(&self, pairs: Pairs) -> Option<Band> {
+        let has_band = pairs == Pairs::Default && self.functions().has_integral();
+        (has_band && self.has_integrals() && self.model.exponent() > 0.0).then_some(SINGULAR)
+    }
+
+    /// Whether coefficients come from integrals over cells, in which x = y is no quadrature point: means of piecewise
+    /// constants in one dimension, whose kernel has an integral or a singularity.
+    pub(super) fn has_integrals(&self) -> bool {
+        let is_one = self.model.dimension == 1 && self.degree == 0;
+        is_one && !self.functions().is_product() && self.model.is_singular()
+    }
+
+    /// K'_ij = n ∫_Xi ∫_Xj K(x, y) dy dx: the inner integral is exact if it is given, the outer one by Gauss points.
+    pub(super) fn fill_by_integral(
+        &self,
+        kernel: &WatchedKernel<'_, f64>,
+        i: usize,
+        row: &mut [f64],
+    ) {
+        let width = 1.0 / self.per_axis as f64;
+        let (exact, exponent) = (self.functions().has_integral(), self.model.exponent());
+        row.fill(0.0);
+        for t in GAUSS_POINTS {
+            let x = (i as f64 + t) * width;
+            for (j, entry) in row.iter_mut().enumerate() {
+                let [low, high] = [j, j + 1].map(|j| j as f64 * width);
+                let inner = if exact {
+                    CellIntegral::<f64, 1>::integral(kernel, &[x], &[low], &[high])
+                } else {
+                    let at = |y: f64| IntegralKernel::<f64, 1>::kernel(kernel, &[x], &[y]);
+                    integral(at, exponent, x, [low, high])
+                };
+                *entry += inner / GAUSS_POINTS.len() as f64;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
