@@ -128,8 +128,6 @@ pub enum SceneError {
         /// The number of the surface.
         surface: usize,
     },
-    /// Every surface reflects all, so that nothing of what is emitted is ever absorbed.
-    NothingAbsorbs,
     /// There is no memory for a table.
     Memory {
         /// Its size; `None` where that is no number of this machine.
@@ -256,7 +254,6 @@ impl fmt::Display for SceneError {
                 f,
                 "surface {surface}: the emissivity must be above 0 and at most 1"
             ),
-            Self::NothingAbsorbs => write!(f, "at least one surface must absorb something"),
             Self::Memory { bytes: Some(bytes) } => {
                 write!(f, "there is no memory for a table of {bytes} bytes")
             }

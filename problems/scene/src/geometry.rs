@@ -39,6 +39,7 @@ impl<F: Real> Face<F> {
     }
 
     /// The distance of `point` from the plane of the face, positive on the active side.
+    #[cfg(feature = "alloc")]
     #[inline(always)]
     pub(crate) fn height(&self, point: Vector<F>) -> F {
         dot(self.normal, sub(point, self.corners[0]))

@@ -39,7 +39,7 @@ fn origin<F: Real>(rng: &mut ChaCha8Rng, face: &fredholm_scene::Face<F>) -> V {
         2 => t *= 1e-15,
         _ => {}
     }
-    std::array::from_fn(|i| a[i] + s * (b[i] - a[i]) + t * (c[i] - a[i]))
+    core::array::from_fn(|i| a[i] + s * (b[i] - a[i]) + t * (c[i] - a[i]))
 }
 
 /// A direction to the active side: to a vertex, or to an edge, or by the cosine law.
@@ -52,7 +52,7 @@ fn aimed<F: Real>(rng: &mut ChaCha8Rng, geometry: &Geometry<'_, F>, face: u32, f
         let k = rng.random_range(0..p.len());
         let (a, b) = (p[k], p[(k + 1) % p.len()]);
         let t: f64 = if rng.random() { 0.0 } else { rng.random() };
-        let aim: V = std::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
+        let aim: V = core::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
         let d = sub(aim, from);
         // Within rounding of the plane there is nothing to meet.
         if dot(n, d) > 1e-5 * dot(d, d).sqrt() {
@@ -81,7 +81,7 @@ fn by_cosine(rng: &mut ChaCha8Rng, n: V) -> V {
     let y = cross(n, x);
     let (r, phi) = (u.sqrt(), TAU * v);
     let up = (1.0 - u).sqrt();
-    unit(std::array::from_fn(|i| {
+    unit(core::array::from_fn(|i| {
         r * (phi.cos() * x[i] + phi.sin() * y[i]) + up * n[i]
     }))
 }
@@ -143,7 +143,8 @@ fn a_ray_meets_what_a_loop_over_all_faces_meets() {
             let face = rng.random_range(0..geometry.faces().len() as u32);
             let own = &geometry.faces()[face as usize];
             let p = own.polygon();
-            let from: V = std::array::from_fn(|i| 0.31 * p[0][i] + 0.27 * p[1][i] + 0.42 * p[2][i]);
+            let from: V =
+                core::array::from_fn(|i| 0.31 * p[0][i] + 0.27 * p[1][i] + 0.42 * p[2][i]);
             let to = by_cosine(&mut rng, own.normal);
             let hit = geometry.cast(face, from, to).unwrap();
             let nearest = geometry
@@ -153,7 +154,7 @@ fn a_ray_meets_what_a_loop_over_all_faces_meets() {
                 .filter(|(f, g)| *g != face && f.plane != own.plane && dot(f.normal, to) < 0.0)
                 .filter_map(|(f, _)| {
                     let t = dot(f.normal, sub(f.corners[0], from)) / dot(f.normal, to);
-                    let at: V = std::array::from_fn(|i| from[i] + t * to[i]);
+                    let at: V = core::array::from_fn(|i| from[i] + t * to[i]);
                     let p = f.polygon();
                     let inside = (0..p.len()).all(|k| {
                         let (a, b) = (sub(p[k], at), sub(p[(k + 1) % p.len()], at));

@@ -8,10 +8,13 @@ use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface, s
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-pub type V = [f64; 3];
-pub type Surfaces = Vec<Vec<Polygon>>;
+pub(crate) type V = [f64; 3];
+pub(crate) type Surfaces = Vec<Vec<Polygon>>;
 
-pub fn scene_of<F: Real>(surfaces: &Surfaces, enclosure: Enclosure) -> Result<Scene, SceneError> {
+pub(crate) fn scene_of<F: Real>(
+    surfaces: &Surfaces,
+    enclosure: Enclosure,
+) -> Result<Scene, SceneError> {
     let black = [Material::BLACK];
     let all: Vec<Surface<'_>> = surfaces
         .iter()
@@ -23,7 +26,7 @@ pub fn scene_of<F: Real>(surfaces: &Surfaces, enclosure: Enclosure) -> Result<Sc
     Scene::new::<F>(&all, enclosure)
 }
 
-pub fn map(surfaces: &Surfaces, f: impl Fn(V) -> V) -> Surfaces {
+pub(crate) fn map(surfaces: &Surfaces, f: impl Fn(V) -> V) -> Surfaces {
     let polygon = |p: &Polygon| match p {
         Polygon::Triangle(p) => Polygon::Triangle(p.map(&f)),
         Polygon::Quad(p) => Polygon::Quad(p.map(&f)),
@@ -35,7 +38,7 @@ pub fn map(surfaces: &Surfaces, f: impl Fn(V) -> V) -> Surfaces {
 }
 
 /// A proper rotation.
-pub fn rotation(rng: &mut ChaCha8Rng) -> impl Fn(V) -> V + use<> {
+pub(crate) fn rotation(rng: &mut ChaCha8Rng) -> impl Fn(V) -> V + use<> {
     // A random unit quaternion (Shoemake 1992).
     let (u, v, w): (f64, f64, f64) = (rng.random(), rng.random(), rng.random());
     let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
@@ -61,7 +64,7 @@ pub fn rotation(rng: &mut ChaCha8Rng) -> impl Fn(V) -> V + use<> {
     move |p| m.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2])
 }
 
-pub fn triangulated(surfaces: &Surfaces) -> Surfaces {
+pub(crate) fn triangulated(surfaces: &Surfaces) -> Surfaces {
     let cut = |p: &Polygon| match *p {
         Polygon::Triangle(_) => vec![*p],
         Polygon::Quad([a, b, c, d]) => {
@@ -75,7 +78,7 @@ pub fn triangulated(surfaces: &Surfaces) -> Surfaces {
 }
 
 /// Every quadrilateral of a shape in n × n.
-pub fn meshed(surfaces: &Surfaces, n: usize) -> Surfaces {
+pub(crate) fn meshed(surfaces: &Surfaces, n: usize) -> Surfaces {
     let cut = |p: &Polygon| match *p {
         Polygon::Quad(corners) => shapes::grid(corners, n),
         Polygon::Triangle(_) => vec![*p],
@@ -87,7 +90,7 @@ pub fn meshed(surfaces: &Surfaces, n: usize) -> Surfaces {
 }
 
 /// A sphere of 2n × n patches seen from inside, with poles of high degree.
-pub fn sphere(n: usize, radius: f64, inside: bool) -> Surfaces {
+pub(crate) fn sphere(n: usize, radius: f64, inside: bool) -> Surfaces {
     let at = |i: usize, j: usize| -> V {
         let i = i % (2 * n);
         let (phi, theta) = (
@@ -115,7 +118,7 @@ pub fn sphere(n: usize, radius: f64, inside: bool) -> Surfaces {
 }
 
 /// A prism over a star-shaped outline, seen from inside or outside; caps are fans around a middle.
-pub fn prism(outline: &[[f64; 2]], low: f64, high: f64, inside: bool) -> Surfaces {
+pub(crate) fn prism(outline: &[[f64; 2]], low: f64, high: f64, inside: bool) -> Surfaces {
     let n = outline.len();
     let at = |k: usize, z: f64| [outline[k % n][0], outline[k % n][1], z];
     let sum = outline
@@ -159,7 +162,7 @@ fn needles(n: usize) -> Surfaces {
 }
 
 /// Thirty closed scenes: rooms, obstacles, spheres, prisms, thin plates, needles, T-junctions.
-pub fn closed_scenes() -> Vec<(String, Surfaces)> {
+pub(crate) fn closed_scenes() -> Vec<(String, Surfaces)> {
     let mut rng = ChaCha8Rng::seed_from_u64(26);
     let mut all: Vec<(String, Surfaces)> = Vec::new();
     let room = || shapes::room([0.0; 3], [1.0; 3]).surfaces;
