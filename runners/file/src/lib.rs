@@ -7,6 +7,7 @@ mod load;
 mod model;
 mod place;
 mod points;
+pub mod scene;
 mod section;
 mod validate;
 
