@@ -145,8 +145,7 @@ fn wrong_at_edge(scene: &Scene, around: &[Spoke]) -> SceneError {
     let Some(first) = around.first() else {
         return SceneError::Empty;
     };
-    let ends = first.edge.map(|v| scene.vertex(v));
-    let middle = centroid(&ends);
+    let middle = centroid(&first.edge.map(|v| scene.vertex(v)));
     if let [a, b] = around {
         return SceneError::Flipped {
             first: scene.place_of(a.face.min(b.face)),
@@ -155,10 +154,10 @@ fn wrong_at_edge(scene: &Scene, around: &[Spoke]) -> SceneError {
         };
     }
     if around.len() == 1
-        && let Some((vertex, distance)) = near_vertex(scene, ends, first.edge)
+        && let Some((face, vertex, distance)) = near_edge(scene, first)
     {
         return SceneError::TJunction {
-            at: scene.place_of(first.face),
+            at: scene.place_of(face),
             vertex,
             distance,
         };
@@ -166,30 +165,36 @@ fn wrong_at_edge(scene: &Scene, around: &[Spoke]) -> SceneError {
     leaving(scene, around, middle)
 }
 
-/// A vertex so close to the inside of an edge that it may have been meant to be on it.
-fn near_vertex(
-    scene: &Scene,
-    [a, b]: [Vector<f64>; 2],
-    edge: [u32; 2],
-) -> Option<(Vector<f64>, f64)> {
-    let span = sub(b, a);
-    let length = norm(span);
-    let mut best: Option<(Vector<f64>, f64)> = None;
-    for &v in &scene.outlines.vertices {
+/// A vertex so close to the inside of an edge that it may have been meant to be on it: one close to
+/// this edge, or one of its ends close to another. The face with the edge, the vertex, their distance.
+fn near_edge(scene: &Scene, spoke: &Spoke) -> Option<(u32, Vector<f64>, f64)> {
+    let mut best: Option<(u32, Vector<f64>, f64)> = None;
+    let mut look = |face: u32, edge: [u32; 2], v: u32| {
         if edge.contains(&v) {
-            continue;
+            return;
         }
-        let point = scene.vertex(v);
+        let ([a, b], point) = (edge.map(|v| scene.vertex(v)), scene.vertex(v));
+        let span = sub(b, a);
+        let length = norm(span);
         let ahead = dot(span, sub(point, a)) / (length * length);
         let aside = norm(sub(point, along(a, ahead, span)));
-        if (0.001..0.999).contains(&ahead)
-            && aside <= 0.01 * length
-            && best.is_none_or(|(_, least)| aside < least)
-        {
-            best = Some((point, aside));
+        let near = (0.001..0.999).contains(&ahead) && aside <= 0.01 * length;
+        if near && best.is_none_or(|(_, _, least)| aside < least) {
+            best = Some((face, point, aside));
+        }
+    };
+    for &v in &scene.outlines.vertices {
+        look(spoke.face, spoke.edge, v);
+    }
+    for f in 0..scene.faces.len() {
+        for edge in scene.outlines.edges(f) {
+            for v in spoke.edge {
+                look(f as u32, edge, v);
+            }
         }
     }
-    best
+    // On the edge it is no gap.
+    best.filter(|(_, _, aside)| *aside > scene.smallest)
 }
 
 /// A ray that leaves at an edge: from the faces at it and from everywhere, to points next to it.

@@ -384,7 +384,7 @@ fn face(
         )
     });
     // Written so that NaN fails.
-    if !(norm(double) >= 4.0 * smallest * longest) {
+    if !(norm(double) > 4.0 * smallest * longest) {
         let crossed = quad && norm(turn(a, b, c)) >= 4.0 * smallest * longest;
         return Err(if crossed {
             SceneError::NotConvex(place)

@@ -153,7 +153,7 @@ pub(super) fn read(
             match element.name.as_str() {
                 "vertex" => match item.point {
                     [Some(x), Some(y), Some(z)] if [x, y, z].iter().all(|c| c.is_finite()) => {
-                        vertices.push([x, y, z])
+                        vertices.push([x, y, z]);
                     }
                     [Some(_), Some(_), Some(_)] => {
                         return Err(fail("a coordinate is no finite number".to_owned()));
