@@ -86,7 +86,7 @@ fn canyon(n: usize) -> Vec<Vec<Polygon>> {
             9..=12 => 1,
             _ => return None,
         };
-        (x % 4 != 0 && x < 7 * 4 + 1).then_some((side, x / 4))
+        (!x.is_multiple_of(4) && x < 7 * 4 + 1).then_some((side, x / 4))
     };
     let mut ground = Vec::new();
     for x in 0..long * n {
