@@ -48,7 +48,10 @@ fn balls(n: usize) -> Scene {
     let black = [Material::BLACK];
     let surfaces: Vec<Surface<'_>> = all
         .iter()
-        .map(|polygons| Surface { polygons, materials: &black })
+        .map(|polygons| Surface {
+            polygons,
+            materials: &black,
+        })
         .collect();
     Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap()
 }
@@ -146,19 +149,27 @@ fn casting(c: &mut Criterion) {
         for (k, &(face, from, d)) in rays.iter().enumerate() {
             let ours = geometry.cast(face, from, d).unwrap().distance;
             if let Some(theirs) = mesh.cast_local_ray(&with_parry[k], 10.0, true) {
-                assert!((ours - theirs).abs() < 1e-6 || theirs < 1e-6, "{ours} {theirs}");
+                assert!(
+                    (ours - theirs).abs() < 1e-6 || theirs < 1e-6,
+                    "{ours} {theirs}"
+                );
             }
         }
         group.throughput(Throughput::Elements(RAYS as u64));
         group.bench_function(BenchmarkId::new("fredholm", count), |b| {
             b.iter(|| {
-                let hits = rays.iter().map(|&(face, from, d)| geometry.cast(face, from, d));
-                hits.map(|hit| hit.map_or(0.0, |hit| hit.distance)).sum::<f64>()
+                let hits = rays
+                    .iter()
+                    .map(|&(face, from, d)| geometry.cast(face, from, d));
+                hits.map(|hit| hit.map_or(0.0, |hit| hit.distance))
+                    .sum::<f64>()
             });
         });
         group.bench_function(BenchmarkId::new("parry3d", count), |b| {
             b.iter(|| {
-                let hits = with_parry.iter().map(|ray| mesh.cast_local_ray(ray, 10.0, true));
+                let hits = with_parry
+                    .iter()
+                    .map(|ray| mesh.cast_local_ray(ray, 10.0, true));
                 hits.map(Option::unwrap_or_default).sum::<f64>()
             });
         });

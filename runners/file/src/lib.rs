@@ -162,6 +162,11 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
                  file with `kind = \"room\"`, `deck = …`"
             ));
         }
+        if scene::is_mesh(Path::new(name)) {
+            return InputError::new(format_args!(
+                "{name} is a scene in space and no problem file: see `fredholm factors {name}`"
+            ));
+        }
         let span = error.span().unwrap_or(0..0);
         source.error(span, format_args!("not valid TOML: {}", error.message()))
     })?;

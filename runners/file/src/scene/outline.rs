@@ -59,27 +59,45 @@ fn is_flat([a, b, c, d]: [Point; 4]) -> bool {
     off <= FLAT * across * size.sqrt() && turns.iter().all(|&t| dot(t, double) > 0.0)
 }
 
-/// Ears are cut off, the fattest first (Meisters 1975).
+/// Ears are cut off, the fattest first (Meisters 1975). How fat they are is kept: an ear that is cut off changes its
+/// neighbours.
 fn ears(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
     let mut left: Vec<Point> = points.to_vec();
     let normal = left.windows(2).skip(1).fold([0.0; 3], |sum: Point, pair| {
         let t = turn(points[0], pair[0], pair[1]);
         from_fn(|k| sum[k] + t[k])
     });
+    let all = |left: &[Point]| -> Vec<Option<f64>> {
+        (0..left.len()).map(|k| fatness(left, k, normal)).collect()
+    };
+    let best = |fat: &[Option<f64>]| {
+        let known = fat
+            .iter()
+            .enumerate()
+            .filter_map(|(k, fat)| Some(((*fat)?, k)));
+        known.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut fat = all(&left);
     while left.len() > 3 {
-        let n = left.len();
-        let best = (0..n)
-            .filter_map(|k| Some((fatness(&left, k, normal)?, k)))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, k)) = best else {
+        // What was in the way of an ear may be gone.
+        let found = best(&fat).or_else(|| {
+            fat = all(&left);
+            best(&fat)
+        });
+        let Some((_, k)) = found else {
             return Err("the outline of this polygon crosses itself, or has no area".to_owned());
         };
+        let n = left.len();
         each(Polygon::Triangle([
             left[(k + n - 1) % n],
             left[k],
             left[(k + 1) % n],
         ]));
         left.remove(k);
+        fat.remove(k);
+        for neighbour in [(k + n - 2) % (n - 1), k % (n - 1)] {
+            fat[neighbour] = fatness(&left, neighbour, normal);
+        }
     }
     each(Polygon::Triangle([left[0], left[1], left[2]]));
     Ok(())

@@ -143,7 +143,10 @@ pub(super) fn read(
     for element in &elements {
         for number in 0..element.count {
             let fail = |message: String| {
-                nowhere(name, format_args!("{} {number}: {message}", element.name))
+                nowhere(
+                    name,
+                    format_args!("{} {number}: {message}", element.name.escape_debug()),
+                )
             };
             // What has no properties has no bytes either: a count of them costs nothing to claim.
             if element.properties.is_empty() {
