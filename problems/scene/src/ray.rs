@@ -388,3 +388,18 @@ impl<F: Real> Geometry<'_, F> {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::determinant;
+
+    /// (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰, of which the product of numbers loses the last.
+    #[test]
+    fn a_determinant_has_the_sign_of_the_exact_one() {
+        let (a, c) = (1.0 + 2_f64.powi(-30), 1.0 + 2_f64.powi(-29));
+        assert_eq!(a * a - c, 0.0);
+        assert_eq!(determinant(a, a, c, 1.0), 2_f64.powi(-60));
+        assert_eq!(determinant(c, 1.0, a, a), -(2_f64.powi(-60)));
+        assert_eq!(determinant(3.0, 2.0, 1.0, 4.0), 2.0);
+    }
+}
