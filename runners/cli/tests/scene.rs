@@ -90,7 +90,7 @@ fn the_template_has_factors_and_a_picture() {
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let folder = Folder::new();
-    let open = folder.file("open.vs3", &DECK.replace("encl=0", "encl=1"));
+    let open = folder.file("open.vs3", DECK.replace("encl=0", "encl=1"));
     let refused = ended(2, &["factors", &open]);
     assert!(refused.stderr.contains("open.vs3:"), "{}", refused.stderr);
     assert!(refused.stderr.contains("not closed"), "{}", refused.stderr);
