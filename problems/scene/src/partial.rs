@@ -15,7 +15,7 @@ use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
 use crate::clear::{self, Sheet};
-use crate::clip::{cut, keep, within};
+use crate::clip::{below, cut, halves, keep, ring, within};
 use crate::lambert::from_origin;
 use crate::occluders::{Occluder, Occluders};
 use crate::rules::{Rules, area, radius};
@@ -565,55 +565,5 @@ impl Partial<'_> {
             sum += weight * self.hidden(x, active);
         });
         sum
-    }
-}
-
-/// The edges of a polygon.
-fn ring(points: &[Vector<f64>]) -> impl Iterator<Item = [Vector<f64>; 2]> {
-    let next = points.iter().cycle().skip(1);
-    points.iter().zip(next).map(|(&a, &b)| [a, b])
-}
-
-/// The part of a segment with heights up to `top`.
-fn below(ends: [Vector<f64>; 2], heights: [f64; 2], top: f64) -> Option<[Vector<f64>; 2]> {
-    let [a, b] = ends;
-    let [low, high] = heights;
-    let at = |t: f64| -> Vector<f64> { from_fn(|k| a[k] + t * (b[k] - a[k])) };
-    match (low <= top, high <= top) {
-        (true, true) => Some(ends),
-        (true, false) => Some([a, at((top - low) / (high - low))]),
-        (false, true) => Some([at((top - low) / (high - low)), b]),
-        (false, false) => None,
-    }
-}
-
-/// A triangle cut at the middle of its longest edge, a quadrilateral across its longer sides.
-fn halves(part: &[Vector<f64>]) -> [Vec<Vector<f64>>; 2] {
-    let middle = |a: Vector<f64>, b: Vector<f64>| from_fn(|k| 0.5 * (a[k] + b[k]));
-    let length = |a: Vector<f64>, b: Vector<f64>| norm(sub(a, b));
-    match *part {
-        [a, b, c, d] => {
-            if length(a, b) + length(c, d) >= length(b, c) + length(d, a) {
-                let (m, n) = (middle(a, b), middle(c, d));
-                [Vec::from([a, m, n, d]), Vec::from([m, b, c, n])]
-            } else {
-                let (m, n) = (middle(b, c), middle(d, a));
-                [Vec::from([a, b, m, n]), Vec::from([n, m, c, d])]
-            }
-        }
-        [a, b, c] => {
-            let (x, y, z) = (length(a, b), length(b, c), length(c, a));
-            if y >= x && y >= z {
-                let m = middle(b, c);
-                [Vec::from([a, b, m]), Vec::from([a, m, c])]
-            } else if x >= z {
-                let m = middle(a, b);
-                [Vec::from([a, m, c]), Vec::from([m, b, c])]
-            } else {
-                let m = middle(c, a);
-                [Vec::from([a, b, m]), Vec::from([m, b, c])]
-            }
-        }
-        _ => [Vec::new(), Vec::new()],
     }
 }
