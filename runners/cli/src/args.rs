@@ -52,9 +52,10 @@ and may be written into it.")]
 Nothing is run, except the pilot walks of a file that gives a target error and leaves cells open: what \
 `solve` would choose is printed.")]
     Check {
-        /// The problem file (TOML)
+        /// The problem file (TOML), or a mesh or deck of a scene (.obj, .stl, .ply, .vs3)
         file: PathBuf,
-        /// Rooms: draw the surfaces with their names and active sides, and where light leaves, into this file (.svg)
+        /// Rooms and scenes: draw the surfaces with their names, and of rooms active sides and where light leaves, into this
+        /// file (.svg)
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
@@ -93,7 +94,10 @@ would be dots in the picture.
   fredholm render FILE.toml -o field.csv           the numbers behind the pixels
   fredholm render FILE.toml --profile -o walls.svg  u along all walls, with a band of ±2 standard errors")]
     Render(RenderArgs),
-    /// Print the form factors between the surfaces of a room
+    /// Print the form factors between the surfaces of a room, or of a scene in space
+    #[command(after_help = "\
+Exact, obstacles included: in space pairs that see each other wholly by closed forms, others by cutting what is hidden away, \
+to --error. A row's sum is 1 in a closed scene. Areas times form factors are symmetric: one number is kept for both.")]
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
@@ -250,8 +254,26 @@ pub(crate) struct ExportArgs {
 /// Options of `factors`.
 #[derive(Debug, Args)]
 pub(crate) struct FactorsArgs {
-    /// The problem file of a room (TOML), or a View2D deck (.vs2)
+    /// The problem file of a room or a scene (TOML), a View2D or View3D deck (.vs2, .vs3), or a mesh (.obj, .stl, .ply)
     pub(crate) file: PathBuf,
+    /// Scenes: the error that a form factor behind an obstacle may have [default: 1e-9]
+    #[arg(long, value_name = "E")]
+    pub(crate) error: Option<f64>,
+    /// Scenes: light may leave, whatever the file says
+    #[arg(long)]
+    pub(crate) open: bool,
+    /// Scenes: form factors between all polygons, and not between surfaces
+    #[arg(long)]
+    pub(crate) faces: bool,
+    /// Scenes: the exchange factors (script F) of the grey surfaces, all reflections included, and not form factors
+    #[arg(long, conflicts_with = "faces")]
+    pub(crate) grey: bool,
+    /// Scenes: threads; results do not depend on it [default: all cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), or .txt (View3D's text format)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]
     pub(crate) json: bool,
@@ -316,9 +338,11 @@ pub(crate) struct SolveArgs {
 
 /// The words of the kinds of problems, with what each is.
 fn kinds() -> PossibleValuesParser {
+    let scene = PossibleValue::new("scene").help("Polygons in space, for form factors");
     let values = KINDS
         .iter()
-        .map(|kind| PossibleValue::new(kind.word).help(kind.about));
+        .map(|kind| PossibleValue::new(kind.word).help(kind.about))
+        .chain([scene]);
     PossibleValuesParser::new(values)
 }
 

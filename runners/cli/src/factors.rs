@@ -1,6 +1,7 @@
-//! `fredholm factors`: form factors between the surfaces of a room.
+//! `fredholm factors`: form factors between the surfaces of a room, or of a scene in space.
 
 use std::io::Write;
+use std::path::Path;
 
 use fredholm::Scalar;
 use fredholm_room::{Scene, factors as form_factors};
@@ -8,10 +9,14 @@ use serde::Serialize;
 
 use crate::args::FactorsArgs;
 use crate::deck::{self, Deck};
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
 use crate::numbers::aligned;
-use crate::solve;
+use crate::output::Output;
+use crate::{scene, solve};
+
+/// The most surfaces of scenes and rooms of which a table is printed.
+const WIDEST: usize = 200;
 
 /// Bytes of a form factor: twice as a number, and as text.
 const PAIR: usize = 48;
@@ -22,31 +27,103 @@ pub(crate) struct Factors {
     pub(crate) surfaces: Vec<String>,
     /// Row I: of the energy that leaves surface I, the share that arrives at each.
     pub(crate) factors: Vec<Vec<f64>>,
+    /// What only scenes in space have.
+    #[serde(flatten)]
+    pub(crate) space: Option<Space>,
+}
+
+/// What is said of form factors in space beside them.
+#[derive(Debug, Serialize)]
+pub(crate) struct Space {
+    pub(crate) areas: Vec<f64>,
+    pub(crate) emissivities: Vec<f64>,
+    pub(crate) open: bool,
+    /// The number of polygons, and of their pairs that see each other.
+    pub(crate) polygons: usize,
+    pub(crate) pairs: usize,
+    /// The largest error that a form factor between polygons is estimated to have.
+    pub(crate) estimated_error: f64,
+    pub(crate) seconds: f64,
 }
 
 /// Runs `factors`.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
-    let is_deck = args
-        .file
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
-    let factors = if is_deck {
-        of_deck(&deck::read(&args.file)?)?
-    } else {
-        let file = solve::read(&args.file, |_| ())?;
-        of_file(&args.file.display().to_string(), &file)?
+    let output = args.out.as_deref().map(Format::open).transpose()?;
+    let factors = match scene::read(&args.file)? {
+        Some(file) => scene::factors(args, file)?,
+        None => of_room(args)?,
     };
+    let written = output.map_or(Ok(()), |(format, output)| {
+        output.finish(match format {
+            Format::Json => factors.json()?,
+            Format::Csv => factors.csv()?,
+            Format::View3d => factors.view3d(),
+        })
+    });
     let text = if args.json {
-        let mut text = serde_json::to_string_pretty(&factors).map_err(Failure::run)?;
-        text.push('\n');
-        text
+        factors.json()?
     } else {
         factors.text()
     };
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
-    Ok(Ended::Done)
+    factors.remarks(args);
+    written.map(|()| Ended::Done)
+}
+
+/// The kinds of files of form factors.
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    Json,
+    Csv,
+    View3d,
+}
+
+impl Format {
+    /// What to write where, known to be possible before any work is done.
+    fn open(path: &Path) -> Result<(Self, Output), Failure> {
+        let format = match path.extension().and_then(|e| e.to_str()) {
+            Some("json") => Self::Json,
+            Some("csv") => Self::Csv,
+            Some("txt") => Self::View3d,
+            _ => {
+                let message = format!(
+                    "`--out {}`: the name must end in .json, .csv or .txt",
+                    path.display()
+                );
+                return Err(Failure::input(message));
+            }
+        };
+        Ok((format, Output::open(path)?))
+    }
+}
+
+/// The form factors of a room or a deck in the plane.
+fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
+    let flags = [
+        ("--error", args.error.is_some()),
+        ("--open", args.open),
+        ("--faces", args.faces),
+        ("--grey", args.grey),
+        ("--threads", args.threads.is_some()),
+    ];
+    if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
+        let message = format_args!(
+            "`{flag}` belongs to scenes in space; {} is a room",
+            args.file.display()
+        );
+        return Err(Failure::input(message));
+    }
+    let is_deck = args
+        .file
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
+    if is_deck {
+        return of_deck(&deck::read(&args.file)?);
+    }
+    let file = solve::read(&args.file, |_| ())?;
+    of_file(&args.file.display().to_string(), &file)
 }
 
 /// The form factors of a deck.
@@ -93,11 +170,104 @@ impl Factors {
         Ok(Self {
             factors: rows.map(<[f64]>::to_vec).collect(),
             surfaces,
+            space: None,
         })
+    }
+
+    fn json(&self) -> Result<String, Failure> {
+        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// A line for every factor that is not 0.
+    fn csv(&self) -> Result<String, Failure> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer
+            .write_record(["from", "to", "factor"])
+            .map_err(Failure::run)?;
+        for (from, row) in self.surfaces.iter().zip(&self.factors) {
+            for (to, factor) in self.surfaces.iter().zip(row).filter(|(_, f)| **f != 0.0) {
+                let factor = format!("{factor:?}");
+                writer
+                    .write_record([from, to, &factor])
+                    .map_err(Failure::run)?;
+            }
+        }
+        let bytes = writer.into_inner().map_err(Failure::run)?;
+        String::from_utf8(bytes).map_err(Failure::run)
+    }
+
+    /// As View3D's format 0 has it: a line that says what follows, areas, rows of factors, emissivities.
+    fn view3d(&self) -> String {
+        let joined = |numbers: &[f64]| {
+            let words: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+            words.join(" ") + "\n"
+        };
+        let n = self.surfaces.len();
+        let (closed, areas, emissivities) = match &self.space {
+            Some(space) => (!space.open, space.areas.clone(), space.emissivities.clone()),
+            None => (true, vec![1.0; n], vec![1.0; n]),
+        };
+        let head = format!(
+            "fredholm {} 0 {} 0 {n}",
+            env!("CARGO_PKG_VERSION"),
+            u8::from(closed)
+        );
+        let mut text = format!("{head:<30}\n");
+        text += &joined(&areas);
+        for row in &self.factors {
+            text += &joined(row);
+        }
+        text + &joined(&emissivities)
+    }
+
+    /// Says on stderr how good they are.
+    fn remarks(&self, args: &FactorsArgs) {
+        let Some(space) = &self.space else { return };
+        let sums = self.factors.iter().map(|row| row.iter().sum::<f64>());
+        if !args.grey && !space.open {
+            let off = sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max);
+            say(format_args!("row sums: at most {off:.1e} from 1"));
+        }
+        say(format_args!(
+            "{} polygons, {} pairs see each other, estimated error {:.1e}, {:.2} s; A_I F_IJ = A_J F_JI: one number is \
+             kept for both",
+            space.polygons, space.pairs, space.estimated_error, space.seconds
+        ));
+        let asked = args.error.unwrap_or(scene::ERROR);
+        if space.estimated_error > asked {
+            say(format_args!(
+                "warning: {asked:e} was asked for: some polygons see others between several obstacles; smaller polygons help"
+            ));
+        }
+    }
+
+    /// The sums of the rows of a table that is too wide.
+    fn summary(&self) -> String {
+        let mut rows = vec![vec![
+            "surface".to_owned(),
+            "sum".to_owned(),
+            "area".to_owned(),
+        ]];
+        for (k, (name, row)) in self.surfaces.iter().zip(&self.factors).enumerate() {
+            let area = self.space.as_ref().and_then(|space| space.areas.get(k));
+            let area = area.map_or_else(String::new, |area| format!("{area:.6}"));
+            rows.push(vec![
+                name.clone(),
+                format!("{:.12}", row.iter().sum::<f64>()),
+                area,
+            ]);
+        }
+        aligned(&rows)
+            + "the factors are too many for a table: write them with `--out FILE.csv`, or use `--json`\n"
     }
 
     /// A table, with the sum of every row: 1 in a closed room.
     fn text(&self) -> String {
+        if self.surfaces.len() > WIDEST {
+            return self.summary();
+        }
         let mut header = vec!["from \\ to".to_owned()];
         header.extend(self.surfaces.iter().cloned());
         header.push("sum".to_owned());

@@ -14,6 +14,7 @@ mod paper;
 mod progress;
 mod rates;
 mod render;
+mod scene;
 mod solve;
 mod table;
 mod threads;

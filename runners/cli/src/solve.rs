@@ -264,6 +264,9 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Fai
 
 /// Runs `check`.
 pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
+    if let Some(scene) = crate::scene::read(path)? {
+        return crate::scene::check(&scene, out);
+    }
     let file = read(path, |_| ())?;
     // Before what is drawn is refused.
     if let Some(out) = out {

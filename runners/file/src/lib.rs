@@ -7,6 +7,7 @@ mod load;
 mod model;
 mod place;
 mod points;
+pub mod scene;
 mod section;
 mod validate;
 
@@ -159,6 +160,11 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
             return InputError::new(format_args!(
                 "{name} is a View2D deck and no problem file: see `fredholm factors {name}`, or name it in a problem \
                  file with `kind = \"room\"`, `deck = …`"
+            ));
+        }
+        if scene::is_mesh(Path::new(name)) {
+            return InputError::new(format_args!(
+                "{name} is a scene in space and no problem file: see `fredholm factors {name}`"
             ));
         }
         let span = error.span().unwrap_or(0..0);

@@ -10,4 +10,4 @@ mod memory;
 mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
-pub use text::{deck, formula, problem_file};
+pub use text::{deck, formula, problem_file, scene};

@@ -18,6 +18,11 @@ const DECK: Bound = Bound {
     each: 32,
     besides: 1 << 16,
 };
+/// A scene: a polygon of 112 bytes for two bytes more of a face, in a list that doubles, and what TOML takes.
+const SCENE: Bound = Bound {
+    each: 1024,
+    besides: 1 << 16,
+};
 /// A formula: two instructions of 48 bytes each, and what a message says.
 const FORMULA: Bound = Bound {
     each: 128,
@@ -66,6 +71,44 @@ pub fn deck(bytes: &[u8]) {
         Ok(deck) => {
             let same = read(written(&deck)).expect("what was read can be read again");
             assert_eq!(same, deck, "a deck written again is the same");
+        }
+    }
+}
+
+/// Reads a scene: a mesh or a description, of the format that the first byte chooses.
+///
+/// # Panics
+/// If that takes too much memory, or if a refusal does not name the file.
+pub fn scene(bytes: &[u8]) {
+    const NAMES: [&str; 5] = ["a.obj", "a.stl", "a.ply", "a.vs3", "a.toml"];
+    let Some((&first, rest)) = bytes.split_first() else {
+        return;
+    };
+    let name = NAMES[usize::from(first) % NAMES.len()];
+    let read = || {
+        if name.ends_with("toml") {
+            let text = file::utf8(name, rest.to_vec())?;
+            file::scene::parse_description(name, &text)
+        } else {
+            file::scene::parse_mesh(name, rest.to_vec())
+        }
+    };
+    match SCENE.holds(rest.len(), read) {
+        Err(error) => {
+            let message = error.to_string();
+            assert!(message.starts_with(name), "{message}");
+            assert_message(&message);
+        }
+        Ok(scene) => {
+            assert!(!scene.surfaces.is_empty());
+            for surface in &scene.surfaces {
+                let numbers = surface.polygons.iter().flat_map(|p| p.points()).flatten();
+                assert!(
+                    numbers.into_iter().all(|x| x.is_finite()),
+                    "{:?}",
+                    surface.name
+                );
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Some seconds of what the fuzz targets do for hours, with the same assertions and without a fuzzer.
 
 use fredholm_hostile::{
-    deck, formula, problem_file, state, state_with_checksum, table, table_with_checksum,
+    deck, formula, problem_file, scene, state, state_with_checksum, table, table_with_checksum,
 };
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -18,6 +18,16 @@ const FILES: [&[u8]; 8] = [
     include_bytes!("../../../runners/file/templates/room.toml"),
 ];
 const DECKS: [&[u8]; 1] = [include_bytes!("../../../examples/facet.vs2")];
+/// Behind the byte of their format.
+const SCENES: [&[u8]; 5] = [
+    b"\0o a\nusemtl b\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0.5\nf 1/1/1 2//1 3 4\nf -5 -4 -3 -2 -1\n",
+    b"\x01solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+    b"\x02ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face \
+      1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    b"\x03T a\nC encl=0\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 0 1 0\nS 1 1 2 3 0 0 0 0.5 a\nS 2 1 3 2 0 0 1 0.5\nEnd of data\n",
+    b"\x04[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"a\"\npolygon = [[0,0,0],[1,0,0],[0,1,0]]\n\
+      rotate = [10, 0, 0]\n[[problem.surface]]\nname = \"b\"\nbox = [[0,0,1],[1,1,2]]\n",
+];
 const TABLES: [&[u8]; 3] = [
     include_bytes!("../../../runners/embedded/firmware/tables/circle_f32.bin"),
     include_bytes!("../../../runners/embedded/firmware/tables/product_f32.bin"),
@@ -184,6 +194,11 @@ proptest! {
     }
 
     #[test]
+    fn scenes_are_read_or_refused(bytes in mutated(&SCENES)) {
+        scene(&bytes);
+    }
+
+    #[test]
     fn tables_are_read_or_refused(bytes in mutated(&TABLES)) {
         table(&bytes);
         table_with_checksum(&bytes);
@@ -192,6 +207,7 @@ proptest! {
     #[test]
     fn anything_is_read_or_refused(bytes in pieces()) {
         formula(&bytes);
+        scene(&bytes);
         problem_file(&bytes[1..]);
         deck(&bytes[1..]);
         table(&bytes);

@@ -90,6 +90,8 @@ pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Arc<dyn Kind>, InputE
     let word = kind.text()?;
     match KINDS.iter().find(|entry| entry.word == word) {
         Some(entry) => (entry.read)(section),
+        None if word == "scene" => Err(kind
+            .error("a scene has form factors, which `fredholm factors` prints; it is not solved")),
         None => {
             let known: Vec<String> = KINDS.iter().map(|entry| entry.word.to_owned()).collect();
             Err(kind.error(unknown_word("kind", word, &known)))

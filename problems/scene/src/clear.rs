@@ -1,0 +1,98 @@
+//! What two polygons exchange that see each other wholly.
+
+use fredholm_core::Real;
+use fredholm_core::array::from_fn;
+
+use crate::contour;
+use crate::lambert::from_origin;
+use crate::rules::{Rules, radius};
+use crate::vector::{Vector, centroid, dot, norm, sub};
+
+/// The number of unit roundings that a rule is allowed to be off.
+const ACCURATE: f64 = 3e-14;
+
+/// At this many radii the contours' differences begin to cost digits, and few points suffice.
+const FAR: f64 = 4.0;
+
+/// A polygon, and the unit vector to its active side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sheet<'a> {
+    pub(crate) points: &'a [Vector<f64>],
+    pub(crate) normal: Vector<f64>,
+}
+
+/// A_1 F_12 of two polygons, each wholly on the active side of the other and seeing all of it, to
+/// `error` in F; never below 0. By contours if they are near each other, else by points of which
+/// there are as many as the distance asks for.
+pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) -> f64 {
+    let middles = [centroid(a.points), centroid(b.points)];
+    let radii = [radius(a.points, middles[0]), radius(b.points, middles[1])];
+    let apart = norm(sub(middles[0], middles[1]));
+    let (large, small) = if radii[0] >= radii[1] { (0, 1) } else { (1, 0) };
+    // The distance of the large one's points from the middle of the small one, in radii of this.
+    let reach = (apart - radii[large]) / radii[small];
+    let value = if reach < FAR {
+        near(a, b, middles[0], radii[0] + radii[1], rules)
+    } else {
+        let gain = reach + Real::sqrt(reach * reach - 1.0);
+        let factor = radii[large] * radii[large] / (apart * apart);
+        let digits = Real::ln(Real::max(factor.min(1.0) / Real::max(error, ACCURATE), 1.0));
+        let points = |gain: f64| 1 + (0.5 * digits / Real::ln(gain)) as usize;
+        let mutual = (apart - radii[small]) / radii[large];
+        let both = if mutual > 2.0 {
+            points(mutual + Real::sqrt(mutual * mutual - 1.0))
+        } else {
+            usize::MAX
+        };
+        if both <= 3 {
+            double(a, b, both, rules)
+        } else {
+            let (outer, inner) = if small == 0 { (a, b) } else { (b, a) };
+            single(outer, inner, points(gain), rules)
+        }
+    };
+    Real::max(value, 0.0)
+}
+
+/// By contours, in units of the polygons' own size.
+fn near(a: Sheet<'_>, b: Sheet<'_>, origin: Vector<f64>, size: f64, rules: &Rules) -> f64 {
+    const MOST: usize = 16;
+    if a.points.len() > MOST || b.points.len() > MOST {
+        return contour::exchange(a.points, b.points, rules);
+    }
+    let mut own = [[[0.0; 3]; MOST]; 2];
+    for (to, from) in own.iter_mut().zip([a.points, b.points]) {
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = from_fn(|k| (from[k] - origin[k]) / size);
+        }
+    }
+    let [p, q] = [&own[0][..a.points.len()], &own[1][..b.points.len()]];
+    size * size * contour::exchange(p, q, rules)
+}
+
+/// By points of one polygon.
+fn single(outer: Sheet<'_>, inner: Sheet<'_>, points: usize, rules: &Rules) -> f64 {
+    let mut sum = 0.0;
+    let mut relative = alloc::vec::Vec::with_capacity(inner.points.len());
+    rules.polygon(points, outer.points, &mut |x, weight| {
+        relative.clear();
+        relative.extend(inner.points.iter().map(|&p| sub(p, x)));
+        sum += weight * from_origin(outer.normal, &relative);
+    });
+    sum
+}
+
+/// By points of both: cos θ cos θ'/(π r²).
+fn double(a: Sheet<'_>, b: Sheet<'_>, points: usize, rules: &Rules) -> f64 {
+    let mut sum = 0.0;
+    rules.polygon(points, a.points, &mut |x, weight| {
+        let mut inner = 0.0;
+        rules.polygon(points, b.points, &mut |y, weight| {
+            let r = sub(y, x);
+            let square = dot(r, r);
+            inner -= weight * dot(a.normal, r) * dot(b.normal, r) / (square * square);
+        });
+        sum += weight * inner;
+    });
+    sum / core::f64::consts::PI
+}

@@ -1,0 +1,274 @@
+//! What can be wrong with a scene.
+
+use core::fmt;
+
+/// A polygon of a surface, both counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The number of the surface.
+    pub surface: usize,
+    /// The number of the polygon within it.
+    pub polygon: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "surface {}, polygon {}", self.surface, self.polygon)
+    }
+}
+
+/// Why there is no such scene, table or form factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SceneError {
+    /// There is no surface.
+    Empty,
+    /// A surface has no polygons.
+    Polygons {
+        /// The number of the surface.
+        surface: usize,
+    },
+    /// A surface has neither one material nor one per polygon.
+    Materials {
+        /// The number of the surface.
+        surface: usize,
+    },
+    /// A coordinate is infinite or NaN, or so large or small that products of distances are no
+    /// numbers of the scalar.
+    Coordinate(Place),
+    /// A reflectance is NaN or outside [0, 1), which an emissivity outside (0, 1] makes it, too.
+    Reflectance(Place),
+    /// An emission is infinite or NaN, or a temperature is NaN, negative or beyond the scalar.
+    Emission(Place),
+    /// A polygon is thinner than four times the scene's smallest distance.
+    Degenerate(Place),
+    /// The vertices of a quadrilateral do not lie in a plane.
+    NotPlanar {
+        /// The quadrilateral.
+        at: Place,
+        /// The distance of a vertex from the plane of the others.
+        by: f64,
+    },
+    /// A quadrilateral is not convex, or its edges cross.
+    NotConvex(Place),
+    /// Two polygons have the same vertices and face the same side.
+    Duplicate {
+        /// One of them.
+        first: Place,
+        /// The other.
+        second: Place,
+    },
+    /// Two polygons overlap in one plane and face the same side.
+    Overlap {
+        /// One of them.
+        first: Place,
+        /// The other.
+        second: Place,
+    },
+    /// An edge of a polygon goes through another.
+    Crossing {
+        /// The polygon with the edge.
+        first: Place,
+        /// The one that it goes through.
+        second: Place,
+        /// Where.
+        at: [f64; 3],
+    },
+    /// A vertex lies close to an edge, but not on it, so that there is a gap.
+    TJunction {
+        /// The polygon with the edge.
+        at: Place,
+        /// The vertex.
+        vertex: [f64; 3],
+        /// Its distance from the edge.
+        distance: f64,
+    },
+    /// A polygon faces the other way than the one beside it.
+    Flipped {
+        /// One of them.
+        first: Place,
+        /// The other.
+        second: Place,
+        /// The middle of their common edge.
+        edge: [f64; 3],
+    },
+    /// The scene is open, or the back of a polygon can be seen from it.
+    Open {
+        /// The polygon at the gap, or the one that is seen from behind or sees nothing.
+        at: Place,
+        /// A point of a polygon.
+        from: [f64; 3],
+        /// A direction in which light leaves from there, or meets a back.
+        direction: [f64; 3],
+    },
+    /// More than 2³² − 2 polygons or vertices.
+    TooMany,
+    /// There is no such surface.
+    Surface {
+        /// The number that was asked for.
+        surface: usize,
+    },
+    /// There is no such face.
+    Face {
+        /// The number that was asked for.
+        face: usize,
+    },
+    /// Numbers in borrowed tables lead nowhere.
+    Tables,
+    /// The error that is asked for is NaN or outside [1e-13, 0.1].
+    Tolerance,
+    /// A slice has the wrong length.
+    Length {
+        /// The length that is needed.
+        expected: usize,
+        /// The length that was given.
+        found: usize,
+    },
+    /// An emissivity is NaN or outside (0, 1].
+    Emissivity {
+        /// The number of the surface.
+        surface: usize,
+    },
+    /// There is no memory for a table.
+    Memory {
+        /// Its size; `None` where that is no number of this machine.
+        bytes: Option<usize>,
+    },
+}
+
+/// Three numbers as people write them.
+struct Point([f64; 3]);
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0;
+        write!(f, "({x}, {y}, {z})")
+    }
+}
+
+impl SceneError {
+    /// What is wrong with one polygon alone.
+    fn of_one(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Coordinate(place) => write!(
+                f,
+                "{place}: coordinates must be finite, and the scene between 1e-6 and 1e9 wide in f32, \
+                 1e-60 and 1e60 in f64"
+            ),
+            Self::Reflectance(place) => write!(
+                f,
+                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 and at most 1)"
+            ),
+            Self::Emission(place) => write!(
+                f,
+                "{place}: the emission must be finite (a temperature at least 0 kelvin)"
+            ),
+            Self::Degenerate(place) => write!(
+                f,
+                "{place}: the polygon has no area; vertices nearer than 2^-40 (f32: 2^-16) of the scene's \
+                 width are one, and a polygon is at least four times as thick"
+            ),
+            Self::NotPlanar { at, by } => write!(
+                f,
+                "{at}: the vertices are not in a plane, one is {by:e} off; cut it into two triangles"
+            ),
+            Self::NotConvex(place) => write!(
+                f,
+                "{place}: the quadrilateral is not convex, or its edges cross; cut it into two triangles"
+            ),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is wrong between polygons.
+    fn of_two(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Duplicate { first, second } => {
+                write!(f, "{second} is {first} once more: remove one of them")
+            }
+            Self::Overlap { first, second } => write!(
+                f,
+                "{first} and {second} overlap in one plane and face the same side; a thin plate is two \
+                 surfaces that face opposite sides"
+            ),
+            Self::Crossing { first, second, at } => write!(
+                f,
+                "an edge of {first} goes through {second} at {}; cut them where they meet",
+                Point(*at)
+            ),
+            Self::TJunction {
+                at,
+                vertex,
+                distance,
+            } => write!(
+                f,
+                "the vertex {} is {distance:e} away from an edge of {at}, which leaves a gap: move it onto the edge",
+                Point(*vertex)
+            ),
+            Self::Flipped {
+                first,
+                second,
+                edge,
+            } => write!(
+                f,
+                "{first} and {second} face different sides at their common edge, at {}: turn one of them",
+                Point(*edge)
+            ),
+            Self::Open {
+                at,
+                from,
+                direction,
+            } => write!(
+                f,
+                "the scene is not closed at {at}: light leaves, or meets a polygon from behind, from {} in \
+                 direction {}; close the gap, turn polygons whose vertices are not counter-clockwise seen from \
+                 the active side, or declare the scene open",
+                Point(*from),
+                Point(*direction)
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "a scene needs at least one surface"),
+            Self::Polygons { surface } => write!(f, "surface {surface} has no polygons"),
+            Self::Materials { surface } => write!(
+                f,
+                "surface {surface} needs one material, or one for each of its polygons"
+            ),
+            Self::TooMany => write!(f, "a scene has at most 2^32 - 2 polygons and vertices"),
+            Self::Surface { surface } => write!(f, "there is no surface {surface}"),
+            Self::Face { face } => write!(f, "there is no face {face}"),
+            Self::Tables => write!(f, "the tables of a scene do not belong together"),
+            Self::Tolerance => write!(
+                f,
+                "the error of form factors must lie between 1e-13 and 0.1"
+            ),
+            Self::Length { expected, found } => {
+                write!(f, "{expected} numbers are needed, not {found}")
+            }
+            Self::Emissivity { surface } => write!(
+                f,
+                "surface {surface}: the emissivity must be above 0 and at most 1"
+            ),
+            Self::Memory { bytes: Some(bytes) } => {
+                write!(f, "there is no memory for a table of {bytes} bytes")
+            }
+            Self::Memory { bytes: None } => {
+                write!(f, "a table of this size cannot be addressed")
+            }
+            Self::Coordinate(_)
+            | Self::Reflectance(_)
+            | Self::Emission(_)
+            | Self::Degenerate(_)
+            | Self::NotPlanar { .. }
+            | Self::NotConvex(_) => self.of_one(f),
+            _ => self.of_two(f),
+        }
+    }
+}
+
+impl core::error::Error for SceneError {}

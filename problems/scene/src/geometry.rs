@@ -1,0 +1,241 @@
+//! Faces, the hierarchy over their triangles, and the tables of both.
+
+use fredholm_core::Real;
+use num_traits::{one, zero};
+
+use crate::SceneError;
+use crate::vector::{Vector, dot, sub};
+
+/// A triangle or planar convex quadrilateral. Its active side is the one from which its vertices
+/// are seen counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Face<F> {
+    /// The vertices; a triangle has its first one again in the last place.
+    pub corners: [[F; 3]; 4],
+    /// The numbers of the vertices: faces that meet have numbers in common.
+    pub vertices: [u32; 4],
+    /// The number of vertices: 3 or 4.
+    pub count: u32,
+    /// The number of its plane: faces in one plane that touch have it in common.
+    pub plane: u32,
+    /// The unit vector to the active side.
+    pub normal: [F; 3],
+    /// The area.
+    pub area: F,
+    /// ρ, the reflectance.
+    pub reflectance: F,
+    /// F, the emission.
+    pub emission: F,
+}
+
+impl<F: Real> Face<F> {
+    /// The vertices, three or four.
+    #[inline]
+    #[must_use]
+    pub fn polygon(&self) -> &[[F; 3]] {
+        let all = self.corners.as_slice();
+        all.get(..self.count as usize).unwrap_or(all)
+    }
+
+    /// The distance of `point` from the plane of the face, positive on the active side.
+    #[cfg(feature = "alloc")]
+    #[inline(always)]
+    pub(crate) fn height(&self, point: Vector<F>) -> F {
+        dot(self.normal, sub(point, self.corners[0]))
+    }
+
+    /// The mean of the vertices.
+    pub(crate) fn middle(&self) -> Vector<F> {
+        let mut sum = [zero::<F>(); 3];
+        for p in self.polygon() {
+            sum = [sum[0] + p[0], sum[1] + p[1], sum[2] + p[2]];
+        }
+        let per = one::<F>() / F::from_u32(self.count);
+        [sum[0] * per, sum[1] * per, sum[2] * per]
+    }
+}
+
+/// A piece of a face as rays see it, in the order of the hierarchy's leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Triangle<F> {
+    /// The first, second and third coordinates of its three vertices.
+    pub axes: [[F; 3]; 3],
+    /// The number of the face.
+    pub face: u32,
+    /// The number of the face's plane.
+    pub plane: u32,
+}
+
+/// A box of the hierarchy, widened so that no rounding error of a test makes a ray miss a triangle
+/// in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Node<F> {
+    /// The lowest coordinates.
+    pub low: [F; 3],
+    /// The highest coordinates.
+    pub high: [F; 3],
+    /// A leaf's first triangle, otherwise the first of two children, which stand side by side.
+    pub first: u32,
+    /// The number of a leaf's triangles, 0 for other nodes.
+    pub count: u32,
+}
+
+/// The levels that a hierarchy may have.
+pub(crate) const DEPTH: usize = 60;
+
+/// The geometry of a scene: borrowed tables, all in one scalar.
+#[derive(Clone, Copy, Debug)]
+pub struct Geometry<'a, F> {
+    faces: &'a [Face<F>],
+    triangles: &'a [Triangle<F>],
+    nodes: &'a [Node<F>],
+    open: bool,
+}
+
+impl<'a, F: Real> Geometry<'a, F> {
+    /// Geometry of tables that were made elsewhere, for instance kept as constants of a program.
+    /// `open` says whether light may leave.
+    ///
+    /// What cannot be is refused; whether the numbers are right is not looked at.
+    ///
+    /// # Errors
+    /// [`SceneError::Tables`]: a number in them leads nowhere, a triangle is not in its face's
+    /// plane, a material is none, or the hierarchy is no tree of at most 60 levels in which
+    /// children follow their parents.
+    pub fn new(
+        faces: &'a [Face<F>],
+        triangles: &'a [Triangle<F>],
+        nodes: &'a [Node<F>],
+        open: bool,
+    ) -> Result<Self, SceneError> {
+        let geometry = Self::made(faces, triangles, nodes, open);
+        let possible = zero::<F>()..one::<F>();
+        let faces_stand = faces.iter().all(|f| {
+            matches!(f.count, 3 | 4)
+                && possible.contains(&f.reflectance)
+                && f.emission.is_finite()
+                && f.area > zero()
+        });
+        let triangles_lead = triangles.iter().all(|t| {
+            let face = faces.get(t.face as usize);
+            face.is_some_and(|f| f.plane == t.plane)
+        });
+        let nodes_lead = nodes.iter().enumerate().all(|(i, node)| {
+            let first = node.first as usize;
+            if node.count == 0 {
+                first > i && first + 1 < nodes.len()
+            } else {
+                first + node.count as usize <= triangles.len()
+            }
+        });
+        // In a tree no node has two parents: the children of all others are as many as its nodes.
+        let inner = nodes.iter().filter(|node| node.count == 0).count();
+        let tree = 2 * inner + 1 == nodes.len();
+        if faces_stand && triangles_lead && nodes_lead && tree && geometry.depth() <= DEPTH {
+            Ok(geometry)
+        } else {
+            Err(SceneError::Tables)
+        }
+    }
+
+    /// Tables that this crate made.
+    pub(crate) const fn made(
+        faces: &'a [Face<F>],
+        triangles: &'a [Triangle<F>],
+        nodes: &'a [Node<F>],
+        open: bool,
+    ) -> Self {
+        Self {
+            faces,
+            triangles,
+            nodes,
+            open,
+        }
+    }
+
+    /// The level of the deepest leaf.
+    fn depth(&self) -> usize {
+        let mut stack = [(0, 0); DEPTH + 2];
+        let (mut top, mut deepest) = (1, 0);
+        while top > 0 {
+            top -= 1;
+            let Some(&(node, level)) = stack.get(top) else {
+                return usize::MAX;
+            };
+            deepest = if level > deepest { level } else { deepest };
+            let Some(node) = self.nodes.get(node) else {
+                return usize::MAX;
+            };
+            if node.count == 0 {
+                let first = node.first as usize;
+                let Some(places) = stack.get_mut(top..top + 2) else {
+                    return usize::MAX;
+                };
+                places.copy_from_slice(&[(first, level + 1), (first + 1, level + 1)]);
+                top += 2;
+            }
+        }
+        deepest
+    }
+
+    /// The faces.
+    #[must_use]
+    pub const fn faces(&self) -> &'a [Face<F>] {
+        self.faces
+    }
+
+    /// The faces as rays see them.
+    #[must_use]
+    pub const fn triangles(&self) -> &'a [Triangle<F>] {
+        self.triangles
+    }
+
+    /// The hierarchy.
+    #[must_use]
+    pub const fn nodes(&self) -> &'a [Node<F>] {
+        self.nodes
+    }
+
+    /// Whether light may leave.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+
+    #[inline(always)]
+    pub(crate) fn face(&self, face: u32) -> Option<&'a Face<F>> {
+        self.faces.get(face as usize)
+    }
+
+    /// Calls `each` for all triangles of leaves that `outside` does not leave out.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn visit(
+        &self,
+        outside: &mut dyn FnMut(&Node<F>) -> bool,
+        each: &mut dyn FnMut(&Triangle<F>),
+    ) {
+        let mut stack = [0_u32; DEPTH + 2];
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let node = stack.get(top).and_then(|&i| self.nodes.get(i as usize));
+            let Some(node) = node else { break };
+            if outside(node) {
+                continue;
+            }
+            let first = node.first as usize;
+            if node.count > 0 {
+                let leaf = self.triangles.get(first..first + node.count as usize);
+                for triangle in leaf.unwrap_or(&[]) {
+                    each(triangle);
+                }
+            } else if let Some(places) = stack.get_mut(top..top + 2) {
+                places.copy_from_slice(&[node.first, node.first + 1]);
+                top += 2;
+            }
+        }
+    }
+}

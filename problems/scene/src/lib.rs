@@ -1,0 +1,58 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+#[cfg(feature = "alloc")]
+mod check;
+#[cfg(feature = "alloc")]
+mod clear;
+#[cfg(feature = "alloc")]
+mod clip;
+#[cfg(feature = "alloc")]
+mod closed;
+#[cfg(feature = "alloc")]
+mod contour;
+mod error;
+#[cfg(feature = "alloc")]
+mod factors;
+mod geometry;
+#[cfg(feature = "alloc")]
+mod hierarchy;
+#[cfg(feature = "alloc")]
+mod join;
+#[cfg(feature = "alloc")]
+mod lambert;
+#[cfg(feature = "alloc")]
+mod occluders;
+#[cfg(feature = "alloc")]
+mod partial;
+mod ray;
+#[cfg(feature = "alloc")]
+mod rules;
+#[cfg(feature = "alloc")]
+mod scene;
+#[cfg(feature = "alloc")]
+mod shaft;
+#[cfg(feature = "alloc")]
+pub mod shapes;
+#[cfg(feature = "alloc")]
+mod sights;
+#[cfg(feature = "alloc")]
+mod tables;
+mod vector;
+
+pub use error::{Place, SceneError};
+#[cfg(feature = "alloc")]
+pub use factors::{Factors, Groups, factors};
+pub use geometry::{Face, Geometry, Node, Triangle};
+#[cfg(feature = "alloc")]
+pub use lambert::form_factor_of_point;
+pub use ray::Hit;
+#[cfg(feature = "alloc")]
+pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};
+#[cfg(feature = "alloc")]
+pub use sights::{Row, Sights};
+#[cfg(feature = "alloc")]
+pub use tables::Tables;

@@ -1,0 +1,485 @@
+//! Scenes: what a user gives, validated and made watertight.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use fredholm_core::Real;
+
+use crate::SceneError;
+use crate::error::Place;
+use crate::geometry::{Face, Geometry, Node, Triangle};
+use crate::hierarchy::{self, Item};
+use crate::join;
+use crate::vector::{Vector, cross, dot, empty_box, hull, norm, sub, turn, unit};
+
+/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
+pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+/// What a face does with light: u = F + ρ H, where H is the irradiance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// The reflectance ρ ∈ [0, 1).
+    pub reflectance: f64,
+    /// The emission F, in the unit of u.
+    pub emission: f64,
+}
+
+impl Material {
+    /// A black body that emits nothing: for form factors, to which materials are nothing.
+    pub const BLACK: Self = Self {
+        reflectance: 0.0,
+        emission: 0.0,
+    };
+
+    /// A grey body of emissivity ε at T kelvin: ρ = 1 − ε, F = ε σ T⁴ in W m⁻².
+    ///
+    /// ```
+    /// let wall = fredholm_scene::Material::grey(0.9, 300.0);
+    /// assert!((wall.emission - 413.37).abs() < 0.01);
+    /// ```
+    #[must_use]
+    pub const fn grey(emissivity: f64, temperature: f64) -> Self {
+        let square = temperature * temperature;
+        Self {
+            reflectance: 1.0 - emissivity,
+            // Written so that a temperature below 0 is refused: see `Scene::new`.
+            emission: if temperature >= 0.0 {
+                emissivity * STEFAN_BOLTZMANN * square * square
+            } else {
+                f64::NAN
+            },
+        }
+    }
+}
+
+/// A polygon of a surface. Its active side is the one from which its vertices are seen
+/// counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Polygon {
+    /// Three vertices.
+    Triangle([[f64; 3]; 3]),
+    /// Four vertices, in a plane and convex.
+    Quad([[f64; 3]; 4]),
+}
+
+impl Polygon {
+    /// The vertices.
+    #[must_use]
+    pub fn points(&self) -> &[[f64; 3]] {
+        match self {
+            Self::Triangle(points) => points,
+            Self::Quad(points) => points,
+        }
+    }
+}
+
+/// A surface: polygons that are reported together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface<'a> {
+    /// At least one polygon.
+    pub polygons: &'a [Polygon],
+    /// One material, or one for every polygon.
+    pub materials: &'a [Material],
+}
+
+/// Whether light may leave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Enclosure {
+    /// It may not: a scene from which a ray leaves is refused.
+    Closed,
+    /// Light that leaves, or that meets a face from behind, is absorbed.
+    Open,
+}
+
+/// A validated scene, in f64, with coordinates that the walk's scalar has exactly.
+///
+/// Where faces meet they have vertices in common: vertices nearer to each other than the scene's
+/// smallest distance, 2⁻⁴⁰ of its width (2⁻¹⁶ for f32), are one, and an edge on which a vertex of
+/// another face lies has it, too. So a scene that is closed on paper is closed for rays, in spite
+/// of rounding.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub(crate) faces: Vec<Face<f64>>,
+    pub(crate) triangles: Vec<Triangle<f64>>,
+    pub(crate) nodes: Vec<Node<f64>>,
+    /// The vertices of each face in its sense of rotation, with those of others on its edges.
+    pub(crate) outlines: Outlines,
+    pub(crate) places: Vec<Place>,
+    /// The first face of every surface, and the number of faces.
+    first: Vec<u32>,
+    pub(crate) vertices: Vec<Vector<f64>>,
+    enclosure: Enclosure,
+    /// The scene's smallest distance.
+    pub(crate) smallest: f64,
+}
+
+/// The numbers of the vertices around every face.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outlines {
+    pub(crate) vertices: Vec<u32>,
+    /// Where those of each face begin, and the number of all.
+    pub(crate) first: Vec<u32>,
+}
+
+impl Outlines {
+    /// The vertices around a face.
+    pub(crate) fn of(&self, face: usize) -> &[u32] {
+        match (self.first.get(face), self.first.get(face + 1)) {
+            (Some(&from), Some(&to)) => {
+                self.vertices.get(from as usize..to as usize).unwrap_or(&[])
+            }
+            _ => &[],
+        }
+    }
+
+    /// The edges around a face, in its sense of rotation.
+    pub(crate) fn edges(&self, face: usize) -> impl Iterator<Item = [u32; 2]> {
+        let all = self.of(face);
+        let next = all.iter().cycle().skip(1);
+        all.iter().zip(next).map(|(&a, &b)| [a, b])
+    }
+}
+
+/// How far coordinates may be from 0, and how near to each other their extremes, and the smallest
+/// distance as a share of the extremes' distance.
+struct Limits {
+    largest: f64,
+    narrowest: f64,
+    smallest: f64,
+}
+
+fn limits<F: Real>() -> Limits {
+    if F::EPSILON.to_f64() > 1e-10 {
+        Limits {
+            largest: 1e9,
+            narrowest: 1e-6,
+            smallest: 1.0 / 65_536.0,
+        }
+    } else {
+        Limits {
+            largest: 1e60,
+            narrowest: 1e-60,
+            smallest: 1.0 / (1_u64 << 40) as f64,
+        }
+    }
+}
+
+/// The polygons of all surfaces, with the coordinates of the walk's scalar.
+struct Raw {
+    /// The vertices of all polygons.
+    points: Vec<Vector<f64>>,
+    counts: Vec<u32>,
+    places: Vec<Place>,
+    materials: Vec<Material>,
+    first: Vec<u32>,
+}
+
+impl Scene {
+    /// A scene for walks in the scalar `F`. Form factors are always in f64.
+    ///
+    /// # Errors
+    /// [`SceneError`] says what cannot be, and where: coordinates and materials that are none,
+    /// polygons without area, quadrilaterals that are not planar or not convex, polygons that lie on
+    /// each other or go through each other, and, if the scene is to be closed, gaps, vertices that
+    /// are near an edge without being on it, and polygons that are seen from behind, with a ray that
+    /// leaves.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
+    ///
+    /// // A pyramid without its base.
+    /// let [a, b, c, top] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let sides = [[a, b, top], [b, c, top], [c, a, top]].map(|[p, q, r]| Polygon::Triangle([p, r, q]));
+    /// let surface = Surface { polygons: &sides, materials: &[Material::BLACK] };
+    /// let refused = Scene::new::<f64>(&[surface], Enclosure::Closed).unwrap_err();
+    /// assert!(matches!(refused, SceneError::Open { .. }));
+    /// assert!(Scene::new::<f64>(&[surface], Enclosure::Open).is_ok());
+    /// ```
+    pub fn new<F: Real>(
+        surfaces: &[Surface<'_>],
+        enclosure: Enclosure,
+    ) -> Result<Self, SceneError> {
+        let raw = read::<F>(surfaces)?;
+        let [low, high] = hull(&raw.points);
+        let width = (0..3).fold(0.0, |w: f64, k| Real::max(w, high[k] - low[k]));
+        // Written so that NaN fails.
+        if !(width >= limits::<F>().narrowest) {
+            let at = raw.places.first().copied();
+            return Err(at.map_or(SceneError::Empty, SceneError::Coordinate));
+        }
+        let smallest = width * limits::<F>().smallest;
+        Self::assemble(raw, enclosure, smallest, F::EPSILON.to_f64())
+    }
+
+    /// Joins, checks, and builds the hierarchy.
+    fn assemble(
+        raw: Raw,
+        enclosure: Enclosure,
+        smallest: f64,
+        epsilon: f64,
+    ) -> Result<Self, SceneError> {
+        let numbers = join::numbers(&raw.points, smallest);
+        let mut faces = Vec::with_capacity(raw.counts.len());
+        let mut at = 0;
+        for ((&count, &place), material) in raw.counts.iter().zip(&raw.places).zip(&raw.materials) {
+            let own = numbers.get(at..at + count as usize).unwrap_or(&[]);
+            at += count as usize;
+            faces.push(face(own, &raw.points, *material, place, smallest)?);
+        }
+        let mut scene = Self {
+            faces,
+            triangles: Vec::new(),
+            nodes: Vec::new(),
+            outlines: Outlines::default(),
+            places: raw.places,
+            first: raw.first,
+            vertices: raw.points,
+            enclosure,
+            smallest,
+        };
+        scene.outlines = join::plain_outlines(&scene.faces);
+        scene.index(smallest);
+        scene.outlines = join::outlines(&scene, &numbers);
+        let margin = margin(&scene.faces, epsilon);
+        crate::check::check(&mut scene, margin)?;
+        scene.index(margin);
+        if enclosure == Enclosure::Closed {
+            crate::closed::check(&scene)?;
+        }
+        Ok(scene)
+    }
+
+    /// Cuts the faces into triangles, and builds the hierarchy over these.
+    fn index(&mut self, margin: f64) {
+        let triangles = join::triangles(self);
+        let bounds = |t: &Triangle<f64>| {
+            t.axes
+                .iter()
+                .enumerate()
+                .fold(empty_box(), |mut b, (k, axis)| {
+                    for &x in axis {
+                        b[0][k] = b[0][k].min(x);
+                        b[1][k] = Real::max(b[1][k], x);
+                    }
+                    b
+                })
+        };
+        let mut items: Vec<Item> = triangles
+            .iter()
+            .zip(0..)
+            .map(|(t, number)| Item {
+                bounds: bounds(t),
+                number,
+            })
+            .collect();
+        self.nodes = hierarchy::build(&mut items, margin);
+        self.triangles = items
+            .iter()
+            .filter_map(|item| triangles.get(item.number as usize).copied())
+            .collect();
+    }
+
+    /// The number of surfaces.
+    #[must_use]
+    pub fn surfaces(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// The faces of a surface, in the order of its polygons.
+    ///
+    /// # Errors
+    /// [`SceneError::Surface`].
+    pub fn faces_of(&self, surface: usize) -> Result<Range<usize>, SceneError> {
+        match (self.first.get(surface), self.first.get(surface + 1)) {
+            (Some(&from), Some(&to)) => Ok(from as usize..to as usize),
+            _ => Err(SceneError::Surface { surface }),
+        }
+    }
+
+    /// The faces: one for every polygon, in the order of surfaces.
+    #[must_use]
+    pub fn faces(&self) -> &[Face<f64>] {
+        &self.faces
+    }
+
+    /// The surface and its polygon to which a face belongs.
+    #[must_use]
+    pub fn place(&self, face: usize) -> Option<Place> {
+        self.places.get(face).copied()
+    }
+
+    /// The area of a surface.
+    ///
+    /// # Errors
+    /// [`SceneError::Surface`].
+    pub fn area(&self, surface: usize) -> Result<f64, SceneError> {
+        let faces = self.faces.get(self.faces_of(surface)?).unwrap_or(&[]);
+        Ok(faces.iter().map(|face| face.area).sum())
+    }
+
+    /// Whether light may leave.
+    #[must_use]
+    pub const fn enclosure(&self) -> Enclosure {
+        self.enclosure
+    }
+
+    /// The geometry in f64: for deterministic work. For walks see [`Tables`](crate::Tables).
+    #[must_use]
+    pub fn geometry(&self) -> Geometry<'_, f64> {
+        Geometry::made(
+            &self.faces,
+            &self.triangles,
+            &self.nodes,
+            self.enclosure == Enclosure::Open,
+        )
+    }
+
+    pub(crate) fn place_of(&self, face: u32) -> Place {
+        let none = Place {
+            surface: 0,
+            polygon: 0,
+        };
+        self.place(face as usize).unwrap_or(none)
+    }
+
+    pub(crate) fn vertex(&self, number: u32) -> Vector<f64> {
+        let at = self.vertices.get(number as usize);
+        at.copied().unwrap_or([f64::NAN; 3])
+    }
+}
+
+/// What the tests of boxes may be wrong by: a few rounding errors of the largest coordinate.
+pub(crate) fn margin(faces: &[Face<f64>], epsilon: f64) -> f64 {
+    let largest = faces
+        .iter()
+        .flat_map(|f| f.corners.into_iter().flatten())
+        .fold(0.0, |m: f64, x| Real::max(m, x.abs()));
+    32.0 * epsilon * largest
+}
+
+/// The face of some vertices, if they make one.
+fn face(
+    numbers: &[u32],
+    points: &[Vector<f64>],
+    material: Material,
+    place: Place,
+    smallest: f64,
+) -> Result<Face<f64>, SceneError> {
+    let number = |k: usize| {
+        let own = numbers.get(k).or_else(|| numbers.first());
+        own.copied().unwrap_or(u32::MAX)
+    };
+    let vertices = [number(0), number(1), number(2), number(3)];
+    let corners = vertices.map(|v| points.get(v as usize).copied().unwrap_or([f64::NAN; 3]));
+    let [a, b, c, d] = corners;
+    let quad = numbers.len() == 4;
+    // Twice the area vector; of a triangle d is a.
+    let double = cross(sub(c, a), sub(d, b));
+    let double = if quad { double } else { turn(a, b, c) };
+    let longest = (0..4).fold(0.0, |m: f64, k| {
+        let across = norm(sub(corners[k], corners[(k + 2) % 4]));
+        Real::max(
+            m,
+            Real::max(across, norm(sub(corners[k], corners[(k + 1) % 4]))),
+        )
+    });
+    // Written so that NaN fails.
+    if !(norm(double) > 4.0 * smallest * longest) {
+        let crossed = quad && norm(turn(a, b, c)) >= 4.0 * smallest * longest;
+        return Err(if crossed {
+            SceneError::NotConvex(place)
+        } else {
+            SceneError::Degenerate(place)
+        });
+    }
+    let normal = unit(double);
+    if quad {
+        let by = dot(normal, sub(b, a))
+            .abs()
+            .max(dot(normal, sub(d, c)).abs());
+        if !(by <= 2.0 * smallest) {
+            return Err(SceneError::NotPlanar { at: place, by });
+        }
+        let turns = [turn(a, b, c), turn(b, c, d), turn(c, d, a), turn(d, a, b)];
+        if turns
+            .iter()
+            .any(|&t| !(dot(normal, t) >= -smallest * longest))
+        {
+            return Err(SceneError::NotConvex(place));
+        }
+        let short = (0..4).any(|k| vertices[k] == vertices[(k + 1) % 4]);
+        if short {
+            return Err(SceneError::Degenerate(place));
+        }
+    }
+    Ok(Face {
+        corners,
+        vertices,
+        count: numbers.len() as u32,
+        plane: 0,
+        normal,
+        area: 0.5 * norm(double),
+        reflectance: material.reflectance,
+        emission: material.emission,
+    })
+}
+
+/// All polygons, if their numbers are numbers.
+fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
+    if surfaces.is_empty() {
+        return Err(SceneError::Empty);
+    }
+    let round = |x: f64| F::from_f64(x).to_f64();
+    let largest = limits::<F>().largest;
+    let mut raw = Raw {
+        points: Vec::new(),
+        counts: Vec::new(),
+        places: Vec::new(),
+        materials: Vec::new(),
+        first: Vec::from([0]),
+    };
+    for (s, surface) in surfaces.iter().enumerate() {
+        if surface.polygons.is_empty() {
+            return Err(SceneError::Polygons { surface: s });
+        }
+        let given = surface.materials.len();
+        if given != 1 && given != surface.polygons.len() {
+            return Err(SceneError::Materials { surface: s });
+        }
+        let materials = surface.materials.iter().cycle();
+        for ((p, polygon), material) in surface.polygons.iter().enumerate().zip(materials) {
+            let place = Place {
+                surface: s,
+                polygon: p,
+            };
+            check_material::<F>(material, place)?;
+            for point in polygon.points() {
+                // Written so that NaN fails.
+                if !point.iter().all(|x| x.abs() <= largest) {
+                    return Err(SceneError::Coordinate(place));
+                }
+                raw.points.push(point.map(round));
+            }
+            raw.counts.push(polygon.points().len() as u32);
+            raw.places.push(place);
+            raw.materials.push(*material);
+        }
+        raw.first.push(raw.counts.len() as u32);
+    }
+    if raw.points.len() >= u32::MAX as usize {
+        return Err(SceneError::TooMany);
+    }
+    Ok(raw)
+}
+
+fn check_material<F: Real>(material: &Material, place: Place) -> Result<(), SceneError> {
+    let reflectance = F::from_f64(material.reflectance);
+    let possible = F::from_f64(0.0)..F::from_f64(1.0);
+    if !possible.contains(&reflectance) {
+        return Err(SceneError::Reflectance(place));
+    }
+    if !F::from_f64(material.emission).is_finite() {
+        return Err(SceneError::Emission(place));
+    }
+    Ok(())
+}

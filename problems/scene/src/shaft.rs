@@ -1,0 +1,175 @@
+//! What may be between two polygons.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::array::from_fn;
+
+use crate::clear::Sheet;
+use crate::geometry::Node;
+use crate::occluders::{Occluder, Occluders};
+use crate::vector::{Box3, Vector, cross, dot, hull, join, norm, scale, sub, unit};
+
+/// The convex hull of two polygons as half-spaces (Haines and Wallace 1991): light between them
+/// stays in it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shaft {
+    /// Unit normals outwards, and points.
+    planes: Vec<(Vector<f64>, Vector<f64>)>,
+    bounds: Box3,
+    /// What is nearer than this to a plane is on it.
+    slack: f64,
+}
+
+/// What hides two polygons from each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Between {
+    Nothing,
+    /// One polygon hides all.
+    Hidden,
+    /// Those that may hide something were listed.
+    Some,
+}
+
+impl Shaft {
+    /// Makes it that of two polygons in front of each other.
+    pub(crate) fn enclose(&mut self, a: Sheet<'_>, b: Sheet<'_>, slack: f64) {
+        self.slack = slack;
+        self.bounds = join(hull(a.points), hull(b.points));
+        self.planes.clear();
+        for (own, other) in [(a, b), (b, a)] {
+            if let Some(&point) = own.points.first() {
+                self.planes.push((own.normal.map(|x| -x), point));
+            }
+            let next = own.points.iter().cycle().skip(1);
+            for (&from, &to) in own.points.iter().zip(next) {
+                // The plane through the edge that leans outwards as far as the other polygon asks.
+                let out = cross(sub(to, from), own.normal);
+                let length = norm(out);
+                if length == 0.0 {
+                    continue;
+                }
+                let out = scale(out, 1.0 / length);
+                let mut normal = out;
+                for &p in other.points {
+                    let aim = sub(p, from);
+                    if dot(normal, aim) > slack {
+                        let (aside, up) = (dot(out, aim), Real::max(dot(own.normal, aim), 0.0));
+                        normal = unit(from_fn(|k| up * out[k] - aside * own.normal[k]));
+                    }
+                }
+                self.planes.push((normal, from));
+            }
+        }
+    }
+
+    /// Whether a box is off the shaft.
+    fn misses(&self, node: &Node<f64>) -> bool {
+        let [low, high] = self.bounds;
+        if (0..3).any(|k| node.low[k] > high[k] || node.high[k] < low[k]) {
+            return true;
+        }
+        self.planes.iter().any(|(normal, point)| {
+            let nearest: Vector<f64> = from_fn(|k| {
+                if normal[k] > 0.0 {
+                    node.low[k]
+                } else {
+                    node.high[k]
+                }
+            });
+            dot(*normal, sub(nearest, *point)) > 0.0
+        })
+    }
+
+    /// Whether a polygon has no part inside of the shaft, as far as planes tell.
+    fn excludes(&self, polygon: &[Vector<f64>]) -> bool {
+        let outside = |normal: Vector<f64>, point: Vector<f64>| {
+            let mut points = polygon.iter();
+            points.all(|&p| dot(normal, sub(p, point)) >= -self.slack)
+        };
+        self.planes.iter().any(|&(n, p)| outside(n, p))
+    }
+
+    /// Lists what may hide something of two polygons from each other, out of `candidates`, or out of
+    /// all. With `fronts` only what the first one sees from the front counts.
+    pub(crate) fn between(
+        &self,
+        occluders: &Occluders,
+        candidates: Option<&[u32]>,
+        (a, b): (Sheet<'_>, Sheet<'_>),
+        fronts: bool,
+        found: &mut Vec<u32>,
+    ) -> Between {
+        found.clear();
+        let mut hidden = false;
+        let mut test = |number: u32| {
+            let Some(occluder) = occluders.all.get(number as usize) else {
+                return;
+            };
+            if hidden {
+                return;
+            }
+            match self.of_one(occluder, a, b, fronts) {
+                Between::Nothing => {}
+                Between::Some => found.push(number),
+                Between::Hidden => hidden = true,
+            }
+        };
+        match candidates {
+            Some(all) => all.iter().for_each(|&o| test(o)),
+            None => occluders.visit(&mut |node| self.misses(node), &mut test),
+        }
+        if hidden {
+            Between::Hidden
+        } else if found.is_empty() {
+            Between::Nothing
+        } else {
+            Between::Some
+        }
+    }
+
+    fn of_one(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>, fronts: bool) -> Between {
+        let sides = |s: Sheet<'_>| {
+            let (mut above, mut below) = (false, false);
+            for &p in s.points {
+                let height = o.height(p);
+                above |= height > self.slack;
+                below |= height < -self.slack;
+            }
+            (above, below)
+        };
+        let ((above, below), (over, under)) = (sides(a), sides(b));
+        // Both on one side of its plane, or, to be seen from the front, none in front of it.
+        let pass = !((above && under) || (below && over));
+        if pass || (fronts && !(above && under)) || self.excludes(&o.points) {
+            return Between::Nothing;
+        }
+        let across = (!below && !over) || (!above && !under);
+        if across && self.covers(o, a, b) {
+            Between::Hidden
+        } else {
+            Between::Some
+        }
+    }
+
+    /// Whether a polygon between two others is met by all lines between their vertices.
+    fn covers(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>) -> bool {
+        a.points.iter().all(|&p| {
+            b.points.iter().all(|&q| {
+                let (from, to) = (o.height(p), o.height(q));
+                let at: Vector<f64> = if from == to {
+                    p
+                } else {
+                    let t = from / (from - to);
+                    from_fn(|k| p[k] + t * (q[k] - p[k]))
+                };
+                let next = o.points.iter().cycle().skip(1);
+                o.points.iter().zip(next).all(|(&c, &d)| {
+                    let edge = sub(d, c);
+                    let inward = cross(o.normal, edge);
+                    dot(inward, sub(at, c)) >= -self.slack * norm(edge)
+                })
+            })
+        })
+    }
+}

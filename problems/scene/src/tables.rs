@@ -1,0 +1,62 @@
+//! Owned tables for walks.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+
+use crate::geometry::{Face, Geometry, Node, Triangle};
+use crate::scene::margin;
+use crate::{Enclosure, Scene};
+
+/// The tables of a scene in the walk's scalar.
+#[derive(Clone, Debug)]
+pub struct Tables<F> {
+    faces: Vec<Face<F>>,
+    triangles: Vec<Triangle<F>>,
+    nodes: Vec<Node<F>>,
+    open: bool,
+}
+
+impl<F: Real> Tables<F> {
+    /// Tables of a scene that was made for this scalar.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let to = F::from_f64;
+        let vector = |p: [f64; 3]| p.map(to);
+        let face = |f: &Face<f64>| Face {
+            corners: f.corners.map(vector),
+            vertices: f.vertices,
+            count: f.count,
+            plane: f.plane,
+            normal: vector(f.normal),
+            area: to(f.area),
+            reflectance: to(f.reflectance),
+            emission: to(f.emission),
+        };
+        let triangle = |t: &Triangle<f64>| Triangle {
+            axes: t.axes.map(vector),
+            face: t.face,
+            plane: t.plane,
+        };
+        // What the rounding of a corner may cut off is less than a margin.
+        let margin = margin(&scene.faces, F::EPSILON.to_f64());
+        let node = |n: &Node<f64>| Node {
+            low: n.low.map(|x| to(x - margin)),
+            high: n.high.map(|x| to(x + margin)),
+            first: n.first,
+            count: n.count,
+        };
+        Self {
+            faces: scene.faces.iter().map(face).collect(),
+            triangles: scene.triangles.iter().map(triangle).collect(),
+            nodes: scene.nodes.iter().map(node).collect(),
+            open: scene.enclosure() == Enclosure::Open,
+        }
+    }
+
+    /// The geometry.
+    #[must_use]
+    pub fn geometry(&self) -> Geometry<'_, F> {
+        Geometry::made(&self.faces, &self.triangles, &self.nodes, self.open)
+    }
+}

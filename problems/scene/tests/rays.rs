@@ -1,0 +1,215 @@
+//! Rays: none leaves a closed scene, whatever it aims at.
+
+use core::f64::consts::TAU;
+
+use fredholm_core::Real;
+use fredholm_scene::{Enclosure, Geometry, Material, Polygon, Scene, Surface, Tables, shapes};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+mod common;
+use common::{closed_scenes, scene_of};
+
+type V = [f64; 3];
+
+fn sub(a: V, b: V) -> V {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn unit(a: V) -> V {
+    a.map(|x| x / dot(a, a).sqrt())
+}
+
+/// A point of a face: inside, or on an edge, or a vertex.
+fn origin<F: Real>(rng: &mut ChaCha8Rng, face: &fredholm_scene::Face<F>) -> V {
+    let p: Vec<V> = face.polygon().iter().map(|p| p.map(F::to_f64)).collect();
+    let k = rng.random_range(0..p.len());
+    let (a, b, c) = (p[k], p[(k + 1) % p.len()], p[(k + 2) % p.len()]);
+    let (mut s, mut t): (f64, f64) = (rng.random(), rng.random());
+    if s + t > 1.0 {
+        (s, t) = (1.0 - s, 1.0 - t);
+    }
+    match rng.random_range(0..8) {
+        0 => t = 0.0,
+        1 => (s, t) = (0.0, 0.0),
+        2 => t *= 1e-15,
+        _ => {}
+    }
+    core::array::from_fn(|i| a[i] + s * (b[i] - a[i]) + t * (c[i] - a[i]))
+}
+
+/// A direction to the active side: to a vertex, or to an edge, or by the cosine law.
+fn aimed<F: Real>(rng: &mut ChaCha8Rng, geometry: &Geometry<'_, F>, face: u32, from: V) -> V {
+    let own = &geometry.faces()[face as usize];
+    let n = own.normal.map(F::to_f64);
+    if rng.random_range(0..2) == 0 {
+        let other = &geometry.faces()[rng.random_range(0..geometry.faces().len())];
+        let p: Vec<V> = other.polygon().iter().map(|p| p.map(F::to_f64)).collect();
+        let k = rng.random_range(0..p.len());
+        let (a, b) = (p[k], p[(k + 1) % p.len()]);
+        let t: f64 = if rng.random() { 0.0 } else { rng.random() };
+        let aim: V = core::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
+        let d = sub(aim, from);
+        // Within rounding of the plane there is nothing to meet.
+        if dot(n, d) > 1e-5 * dot(d, d).sqrt() {
+            return unit(d);
+        }
+    }
+    by_cosine(rng, n)
+}
+
+/// A direction to the side of a normal by the cosine law.
+fn by_cosine(rng: &mut ChaCha8Rng, n: V) -> V {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    let other = if n[0].abs() < 0.5 {
+        [1.0, 0.0, 0.0]
+    } else {
+        [0.0, 1.0, 0.0]
+    };
+    let cross = |a: V, b: V| -> V {
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    };
+    let x = unit(cross(n, other));
+    let y = cross(n, x);
+    let (r, phi) = (u.sqrt(), TAU * v);
+    let up = (1.0 - u).sqrt();
+    unit(core::array::from_fn(|i| {
+        r * (phi.cos() * x[i] + phi.sin() * y[i]) + up * n[i]
+    }))
+}
+
+/// The number of rays that leave.
+fn escapes<F: Real>(geometry: &Geometry<'_, F>, rays: usize, seed: u64) -> usize {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut out = 0;
+    for _ in 0..rays {
+        let face = rng.random_range(0..geometry.faces().len() as u32);
+        let from = origin(&mut rng, &geometry.faces()[face as usize]);
+        let to = aimed(&mut rng, geometry, face, from);
+        let hit = geometry.cast(face, from.map(F::from_f64), to.map(F::from_f64));
+        if hit.is_none() {
+            if out < 3 {
+                println!("from {face} {from:?} to {to:?}");
+            }
+            out += 1;
+        }
+    }
+    out
+}
+
+/// 30 scenes; with FREDHOLM_LONG in the environment 10⁹ rays, or as many as it says if more than 1.
+#[test]
+fn no_ray_leaves_a_closed_scene() {
+    let total: usize = match std::env::var("FREDHOLM_LONG") {
+        Ok(text) => text
+            .parse()
+            .ok()
+            .filter(|&n| n > 1)
+            .unwrap_or(1_000_000_000),
+        Err(_) => 3_000_000,
+    };
+    let scenes = closed_scenes();
+    assert_eq!(scenes.len(), 30);
+    for (seed, (name, surfaces)) in scenes.iter().enumerate() {
+        let rays = total / (2 * scenes.len());
+        let scene = scene_of::<f64>(surfaces, Enclosure::Closed);
+        let scene = scene.unwrap_or_else(|e| panic!("{name}: {e}"));
+        let out = escapes(&scene.geometry(), rays, seed as u64);
+        assert_eq!(out, 0, "{name}: {out} of {rays} rays in f64 leave");
+        // What is too thin for f32 is refused there.
+        if let Ok(scene) = scene_of::<f32>(surfaces, Enclosure::Closed) {
+            let tables = Tables::<f32>::new(&scene);
+            let out = escapes(&tables.geometry(), rays, seed as u64);
+            assert_eq!(out, 0, "{name}: {out} of {rays} rays in f32 leave");
+        }
+    }
+}
+
+#[test]
+fn a_ray_meets_what_a_loop_over_all_faces_meets() {
+    for (seed, (name, surfaces)) in closed_scenes().iter().enumerate() {
+        let scene = scene_of::<f64>(surfaces, Enclosure::Closed).unwrap();
+        let geometry = scene.geometry();
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed as u64);
+        for _ in 0..200 {
+            let face = rng.random_range(0..geometry.faces().len() as u32);
+            let own = &geometry.faces()[face as usize];
+            let p = own.polygon();
+            let from: V =
+                core::array::from_fn(|i| 0.31 * p[0][i] + 0.27 * p[1][i] + 0.42 * p[2][i]);
+            let to = by_cosine(&mut rng, own.normal);
+            let hit = geometry.cast(face, from, to).unwrap();
+            let nearest = geometry
+                .faces()
+                .iter()
+                .zip(0..)
+                .filter(|(f, g)| *g != face && f.plane != own.plane && dot(f.normal, to) < 0.0)
+                .filter_map(|(f, _)| {
+                    let t = dot(f.normal, sub(f.corners[0], from)) / dot(f.normal, to);
+                    let at: V = core::array::from_fn(|i| from[i] + t * to[i]);
+                    let p = f.polygon();
+                    let inside = (0..p.len()).all(|k| {
+                        let (a, b) = (sub(p[k], at), sub(p[(k + 1) % p.len()], at));
+                        let c = [
+                            a[1] * b[2] - a[2] * b[1],
+                            a[2] * b[0] - a[0] * b[2],
+                            a[0] * b[1] - a[1] * b[0],
+                        ];
+                        dot(c, f.normal) >= -1e-13
+                    });
+                    (inside && t > 1e-13).then_some(t)
+                })
+                .fold(f64::INFINITY, f64::min);
+            let off = (hit.distance - nearest).abs();
+            assert!(off <= 1e-6 * (1.0 + nearest), "{name}: {hit:?} {nearest}");
+        }
+    }
+}
+
+#[test]
+fn backs_stop_light_in_open_scenes_only() {
+    let plate = |z: f64, up: bool| {
+        let p = Polygon::Quad([[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]]);
+        if up { p } else { shapes::reversed(&p) }
+    };
+    let three = [[plate(0.0, true)], [plate(0.5, true)], [plate(1.0, false)]];
+    let black = [Material::BLACK];
+    let surfaces = three.each_ref().map(|p| Surface {
+        polygons: p,
+        materials: &black,
+    });
+    let scene = Scene::new::<f64>(&surfaces, Enclosure::Open).unwrap();
+    let up = [0.0, 0.0, 1.0];
+    assert_eq!(scene.geometry().cast(0, [0.3, 0.3, 0.0], up), None);
+    let hit = scene.geometry().cast(1, [0.3, 0.3, 0.5], up).unwrap();
+    assert_eq!(
+        (hit.face, hit.distance, hit.point),
+        (2, 0.5, [0.3, 0.3, 1.0])
+    );
+    assert_eq!(scene.geometry().cast(7, [0.3, 0.3, 0.5], up), None);
+}
+
+#[test]
+fn tables_that_do_not_belong_together_are_refused() {
+    let scene = Scene::new::<f64>(
+        &shapes::room([0.0; 3], [1.0; 3]).surfaces(),
+        Enclosure::Closed,
+    );
+    let scene = scene.unwrap();
+    let g = scene.geometry();
+    assert!(Geometry::new(g.faces(), g.triangles(), g.nodes(), false).is_ok());
+    assert!(Geometry::new(&g.faces()[1..], g.triangles(), g.nodes(), false).is_err());
+    assert!(Geometry::new(g.faces(), &g.triangles()[1..], g.nodes(), false).is_err());
+    assert!(Geometry::new(g.faces(), g.triangles(), &g.nodes()[1..], false).is_err());
+    let mut nodes = g.nodes().to_vec();
+    nodes[0].first = 0;
+    assert!(Geometry::new(g.faces(), g.triangles(), &nodes, false).is_err());
+}

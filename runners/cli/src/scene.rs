@@ -1,0 +1,189 @@
+//! Scenes in space: their form factors, and what `check` says of them.
+
+mod picture;
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::time::Instant;
+
+use fredholm_file::scene::{SceneFile, is_description, is_mesh, parse_description};
+use fredholm_scene::{Factors as AllFactors, Groups, Row, Scene, Sights};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
+
+use crate::args::FactorsArgs;
+use crate::factors::{Factors, Space};
+use crate::failure::{Ended, Failure, say};
+use crate::file;
+use crate::numbers::aligned;
+use crate::output::Output;
+use crate::threads::with_threads;
+
+/// The error of form factors behind obstacles if nothing else is asked for.
+pub(crate) const ERROR: f64 = 1e-9;
+
+/// Bytes of a pair of faces, and of a pair of surfaces, which is printed.
+const PAIR: usize = 16;
+const PRINTED: usize = 48;
+
+/// The scene of a file; `None` if the file is no scene.
+pub(crate) fn read(path: &Path) -> Result<Option<SceneFile>, Failure> {
+    if is_mesh(path) {
+        return Ok(Some(file::scene::read(path)?));
+    }
+    let is_toml = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    if !is_toml {
+        return Ok(None);
+    }
+    let name = path.display().to_string();
+    let text = file::utf8(&name, file::load(path, file::MAX_BYTES)?)?;
+    if !is_description(&text) {
+        return Ok(None);
+    }
+    Ok(Some(parse_description(&name, &text)?))
+}
+
+/// The form factors of a scene.
+pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors, Failure> {
+    file.open |= args.open;
+    let scene = file.scene::<f64>()?;
+    let start = Instant::now();
+    let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
+    refuse_beyond_memory(args, &file, &scene)?;
+    let rows = with_threads(args.threads, || rows(&sights))?;
+    let all = AllFactors::new(&scene, rows).map_err(Failure::run)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
+    let own: Vec<f64> = file
+        .surfaces
+        .iter()
+        .map(|s| 1.0 - s.material.reflectance)
+        .collect();
+    let (groups, names, emissivities) = if args.faces {
+        let each: Vec<usize> = (0..scene.faces().len()).collect();
+        let groups = all.of_groups(&each, each.len()).map_err(Failure::run)?;
+        let places = each.iter().filter_map(|&f| scene.place(f));
+        let name = |p: fredholm_scene::Place| format!("{} {}", names[p.surface], p.polygon);
+        let names = places.clone().map(name).collect();
+        (groups, names, places.map(|p| own[p.surface]).collect())
+    } else {
+        (all.of_surfaces(&scene).map_err(Failure::run)?, names, own)
+    };
+    Ok(Factors {
+        factors: table(&groups, args.grey.then_some(&emissivities))?,
+        surfaces: names,
+        space: Some(Space {
+            areas: groups.areas().to_vec(),
+            emissivities,
+            open: file.open,
+            polygons: scene.faces().len(),
+            pairs: all.pairs(),
+            estimated_error: all.error(),
+            seconds,
+        }),
+    })
+}
+
+/// Form factors, or exchange factors of grey surfaces, row by row.
+fn table(groups: &Groups, grey: Option<&Vec<f64>>) -> Result<Vec<Vec<f64>>, Failure> {
+    let n = groups.len();
+    match grey {
+        Some(emissivities) => {
+            let all = groups.script_f(emissivities).map_err(Failure::input)?;
+            Ok(all.chunks(n.max(1)).map(<[f64]>::to_vec).collect())
+        }
+        None => Ok((0..n)
+            .map(|i| (0..n).map(|j| groups.factor(i, j)).collect())
+            .collect()),
+    }
+}
+
+/// Asked before the work: at worst all faces see each other.
+fn refuse_beyond_memory(
+    args: &FactorsArgs,
+    file: &SceneFile,
+    scene: &Scene,
+) -> Result<(), Failure> {
+    let faces = scene.faces().len();
+    let printed = if args.faces {
+        faces
+    } else {
+        file.surfaces.len()
+    };
+    let pairs = faces.saturating_mul(faces) / 2;
+    let needed = pairs
+        .saturating_mul(PAIR)
+        .saturating_add(printed.saturating_mul(printed).saturating_mul(PRINTED));
+    let what = || format!("the form factors of {faces} polygons");
+    fredholm::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
+}
+
+/// The rows of all faces, on the threads of the pool, with a bar on a terminal.
+fn rows(sights: &Sights<'_>) -> Vec<Row> {
+    let faces = sights.scene().faces().len();
+    let bar = if std::io::stderr().is_terminal() {
+        ProgressBar::with_draw_target(Some(faces as u64), ProgressDrawTarget::stderr_with_hz(10))
+    } else {
+        ProgressBar::hidden()
+    };
+    if let Ok(style) =
+        ProgressStyle::with_template("{bar:30} {percent:>3} % of {human_len} polygons, {eta} left")
+    {
+        bar.set_style(style);
+    }
+    // First rows are the longest: one by one, so that no thread gets all of them.
+    let rows = (0..faces)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|face| {
+            let row = sights.row(face);
+            bar.inc(1);
+            row
+        })
+        .collect();
+    bar.finish_and_clear();
+    rows
+}
+
+/// Checks a scene, and says what it is made of; draws it into a file.
+pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failure> {
+    // Before it is refused: the picture may show why.
+    if let Some(path) = out {
+        if path.extension().is_none_or(|e| e != "svg") {
+            let message = format_args!("`--out {}`: the name must end in .svg", path.display());
+            return Err(Failure::input(message));
+        }
+        Output::open(path)?.finish(picture::svg(file))?;
+    }
+    let scene = file.scene::<f64>()?;
+    let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
+    let mut rows = vec![
+        vec!["problem".to_owned(), "scene".to_owned()],
+        vec!["polygons".to_owned(), scene.faces().len().to_string()],
+        vec![
+            "light".to_owned(),
+            if file.open { "may leave" } else { "stays" }.to_owned(),
+        ],
+        vec![
+            "large polygons that may hide".to_owned(),
+            sights.occluders().to_string(),
+        ],
+    ];
+    for (k, surface) in file.surfaces.iter().enumerate() {
+        let area = scene.area(k).map_err(Failure::run)?;
+        let polygons = surface.polygons.len();
+        rows.push(vec![
+            surface.name.clone(),
+            format!("{polygons} polygons, area {area}"),
+        ]);
+    }
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(aligned(&rows).as_bytes())?;
+    stdout.flush()?;
+    for remark in &file.remarks {
+        say(format_args!("warning: {remark}"));
+    }
+    Ok(Ended::Done)
+}

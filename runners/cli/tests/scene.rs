@@ -1,0 +1,115 @@
+//! `fredholm factors` and `check` of scenes in space.
+
+mod common;
+
+use common::{Folder, Ran};
+
+/// Runs the program, which must end with this status.
+fn ended(status: i32, args: &[&str]) -> Ran {
+    let ran = common::fredholm(args);
+    assert_eq!(ran.status, Some(status), "{ran:?}");
+    ran
+}
+
+/// View3D's example: two unit squares with a square half-way between, which hides a quarter.
+const DECK: &str = "T Two squares\nC encl=0 list=3\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\n\
+V 7 1 1 1\nV 8 0 1 1\nV 9 0 0 .5\nV 10 .5 0 .5\nV 11 .5 .5 .5\nV 12 0 .5 .5\nS 1 1 2 3 4 0 0 0.5 low\nS 2 7 6 5 8 0 0 0.5 high\n\
+S 3 9 10 11 12 0 0 0.5 between\nEnd of data\n";
+
+/// Howell's C-11, of which the square takes a quarter.
+const QUARTER_LESS: f64 = 0.75 * 0.199_824_895_698_387;
+
+#[test]
+fn factors_of_a_deck_in_every_form() {
+    let folder = Folder::new();
+    let deck = folder.file("squares.vs3", DECK);
+    let printed = ended(0, &["factors", &deck]);
+    assert!(printed.stdout.contains("0.149869"), "{}", printed.stdout);
+    assert!(
+        printed
+            .stderr
+            .contains("3 polygons, 2 pairs see each other"),
+        "{}",
+        printed.stderr
+    );
+    let json = ended(
+        0,
+        &[
+            "factors",
+            &deck,
+            "--json",
+            "--error",
+            "1e-11",
+            "--threads",
+            "2",
+        ],
+    );
+    let json = json.json();
+    let f = json["factors"][0][1].as_f64().unwrap();
+    assert!((f - QUARTER_LESS).abs() < 1e-11, "{f}");
+    assert_eq!(json["surfaces"][2], "between");
+    assert_eq!(json["areas"][2], 0.25);
+    let csv = folder.at("factors.csv");
+    ended(0, &["factors", &deck, "--out", &csv]);
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        csv.starts_with("from,to,factor\nlow,high,0.14986867"),
+        "{csv}"
+    );
+    assert_eq!(csv.lines().count(), 5);
+    let text = folder.at("factors.txt");
+    ended(0, &["factors", &deck, "--out", &text]);
+    let text = std::fs::read_to_string(text).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[1], "1.0 1.0 0.25");
+    assert_eq!((lines.len(), lines[5]), (6, "0.5 0.5 0.5"));
+}
+
+#[test]
+fn the_template_has_factors_and_a_picture() {
+    let folder = Folder::new();
+    let template = ended(0, &["init", "scene"]).stdout;
+    let file = folder.file("scene.toml", &template);
+    let printed = ended(0, &["factors", &file, "--error", "1e-6"]);
+    assert!(
+        printed.stderr.contains("row sums: at most"),
+        "{}",
+        printed.stderr
+    );
+    // Black surfaces exchange what they send.
+    let grey = ended(0, &["factors", &file, "--grey", "--error", "1e-6"]);
+    assert!(grey.stdout.contains("0.700000"), "{}", grey.stdout);
+    let svg = folder.at("scene.svg");
+    let check = ended(0, &["check", &file, "--out", &svg]);
+    assert!(check.stdout.contains("12"), "{}", check.stdout);
+    let svg = std::fs::read_to_string(svg).unwrap();
+    assert_eq!(svg.matches("<polygon").count(), 12);
+    assert!(svg.contains(">table</text>"));
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let folder = Folder::new();
+    let open = folder.file("open.vs3", DECK.replace("encl=0", "encl=1"));
+    let refused = ended(2, &["factors", &open]);
+    assert!(refused.stderr.contains("open.vs3:"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("not closed"), "{}", refused.stderr);
+    ended(0, &["factors", &open, "--open"]);
+    let deck = folder.file("squares.vs3", DECK);
+    ended(2, &["factors", &deck, "--error", "1"]);
+    ended(2, &["factors", &deck, "--out", "factors.doc"]);
+    let file = folder.file("scene.toml", &ended(0, &["init", "scene"]).stdout);
+    let refused = ended(2, &["solve", &file]);
+    assert!(
+        refused.stderr.contains("fredholm factors"),
+        "{}",
+        refused.stderr
+    );
+    let room = folder.file("room.toml", &ended(0, &["init", "room"]).stdout);
+    let refused = ended(2, &["factors", &room, "--grey"]);
+    assert!(
+        refused.stderr.contains("`--grey` belongs to scenes"),
+        "{}",
+        refused.stderr
+    );
+}

@@ -1,0 +1,491 @@
+//! Scenes in TOML: `[problem]` with `kind = "scene"`.
+
+use core::array::from_fn;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use fredholm_scene::{Material, Polygon, shapes};
+use toml::de::{DeTable, DeValue};
+
+use super::{MAX_POLYGONS, SceneFile, SceneSurface};
+use crate::place::{InputError, Place, Placed, Source};
+use crate::section::{Field, Section, nearest};
+use crate::validate::{UNPRINTABLE, is_printable};
+
+/// Whether a text describes a scene.
+pub(super) fn is_one(text: &str) -> bool {
+    let Ok(tree) = DeTable::parse(text) else {
+        return false;
+    };
+    let problem = tree.get_ref().get("problem").map(|value| value.get_ref());
+    let kind = problem.and_then(|problem| problem.as_table()?.get("kind"));
+    kind.is_some_and(|kind| matches!(kind.get_ref(), DeValue::String(word) if word == "scene"))
+}
+
+/// Where polygons of this file go.
+struct Reader<'s> {
+    source: &'s Source,
+    scene: SceneFile,
+    known: HashMap<String, usize>,
+}
+
+pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
+    let source = Source {
+        name: name.to_owned(),
+        text: text.to_owned(),
+    };
+    let tree = DeTable::parse(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        source.error(span, format_args!("not valid TOML: {}", error.message()))
+    })?;
+    let mut root = Section::new(&source, "at the top level", 0..0, tree.into_inner());
+    let mut problem = root.required("problem")?.section("in `[problem]`")?;
+    root.finish()?;
+    let kind = problem.required("kind")?;
+    if kind.text()? != "scene" {
+        return Err(kind.error("this is no scene: `kind` must be \"scene\""));
+    }
+    let open = problem.optional("open").map(|f| f.boolean()).transpose()?;
+    let mesh = problem.optional("mesh");
+    let placing = Placing::read(&mut problem)?;
+    let surfaces = problem.optional("surface");
+    problem.finish()?;
+    let mut reader = Reader {
+        source: &source,
+        scene: SceneFile {
+            open: open.is_some_and(|open| open.value),
+            ..SceneFile::default()
+        },
+        known: HashMap::new(),
+    };
+    reader.scene.file(name);
+    if let Some(mesh) = mesh {
+        reader.mesh(&mesh, &placing)?;
+    }
+    if let Some(field) = surfaces {
+        let DeValue::Array(array) = &field.value else {
+            return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
+        };
+        for (index, item) in array.iter().enumerate() {
+            let table = field.element(index, item);
+            reader.surface(table.section("in `[[problem.surface]]`")?)?;
+        }
+    }
+    if reader.scene.surfaces.is_empty() {
+        let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
+        return Err(source.error(problem.span.clone(), message));
+    }
+    Ok(reader.scene)
+}
+
+/// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved.
+struct Placing {
+    scale: f64,
+    turn: [[f64; 3]; 3],
+    shift: [f64; 3],
+}
+
+impl Placing {
+    fn read(section: &mut Section<'_, '_>) -> Result<Self, InputError> {
+        let scale = section.optional("scale");
+        let rotate = section.optional("rotate");
+        let translate = section.optional("translate");
+        let scale = match &scale {
+            Some(field) => {
+                let scale = field.number()?.value;
+                if !(scale > 0.0 && scale.is_finite()) {
+                    return Err(field.error("`scale` must be more than 0"));
+                }
+                scale
+            }
+            None => 1.0,
+        };
+        let three = |field: &Option<Field<'_, '_>>| match field {
+            Some(field) => triple(field).map(|triple| triple.value),
+            None => Ok([0.0; 3]),
+        };
+        let angles = three(&rotate)?;
+        let mut turn = from_fn(|i| from_fn(|j| f64::from(u8::from(i == j))));
+        for (axis, degrees) in angles.into_iter().enumerate() {
+            turn = product(rotation(axis, degrees), turn);
+        }
+        Ok(Self {
+            scale,
+            turn,
+            shift: three(&translate)?,
+        })
+    }
+
+    fn apply(&self, p: [f64; 3]) -> [f64; 3] {
+        from_fn(|i| {
+            let turned: f64 = (0..3).map(|j| self.turn[i][j] * p[j]).sum();
+            self.scale * turned + self.shift[i]
+        })
+    }
+
+    fn is_none(&self) -> bool {
+        self.scale == 1.0 && self.shift == [0.0; 3] && (0..3).all(|i| self.turn[i][i] == 1.0)
+    }
+}
+
+/// A turn by degrees about an axis; quarters are exact.
+fn rotation(axis: usize, degrees: f64) -> [[f64; 3]; 3] {
+    let (sine, cosine) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        other => (libm::sin(other.to_radians()), libm::cos(other.to_radians())),
+    };
+    let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut m = [[0.0; 3]; 3];
+    m[axis][axis] = 1.0;
+    m[j][j] = cosine;
+    m[j][k] = -sine;
+    m[k][j] = sine;
+    m[k][k] = cosine;
+    m
+}
+
+fn product(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    from_fn(|i| from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+impl Reader<'_> {
+    /// All surfaces of a mesh, or of several.
+    fn mesh(&mut self, field: &Field<'_, '_>, placing: &Placing) -> Result<(), InputError> {
+        let paths = match &field.value {
+            DeValue::Array(_) => field.strings()?.value,
+            _ => Vec::from([field.string()?]),
+        };
+        for path in &paths {
+            let mesh = self.load(path)?;
+            for surface in mesh.surfaces {
+                if self.known.contains_key(&surface.name) {
+                    let message =
+                        format!("a second surface named {:?}, of this mesh", surface.name);
+                    return Err(self.error(&path.place, message));
+                }
+                self.known
+                    .insert(surface.name.clone(), self.scene.surfaces.len());
+                self.scene.surfaces.push(moved(surface, placing));
+            }
+        }
+        Ok(())
+    }
+
+    /// A mesh, with the places of its polygons in this scene's list of files.
+    fn load(&mut self, path: &Placed<String>) -> Result<SceneFile, InputError> {
+        let whole = beside(&self.source.name, &path.value);
+        if !super::is_mesh(&whole) {
+            return Err(self.error(&path.place, "a mesh is an .obj, .stl, .ply or .vs3 file"));
+        }
+        let mut mesh = super::read(&whole).map_err(|error| self.error(&path.place, error))?;
+        let file = self.scene.file(&whole.display().to_string());
+        for surface in &mut mesh.surfaces {
+            for place in &mut surface.places {
+                place.0 = file;
+            }
+        }
+        Ok(mesh)
+    }
+
+    fn error(&self, place: &Place, message: impl core::fmt::Display) -> InputError {
+        match place {
+            Place::File(span) => self.source.error(span.clone(), message),
+            _ => InputError::new(message),
+        }
+    }
+
+    /// One `[[problem.surface]]`.
+    fn surface(&mut self, mut section: Section<'_, '_>) -> Result<(), InputError> {
+        let name = section.required("name")?.string()?;
+        let shapes: Vec<Field<'_, '_>> = ["polygon", "polygons", "box", "mesh"]
+            .into_iter()
+            .filter_map(|key| section.optional(key))
+            .collect();
+        let inward = section
+            .optional("inward")
+            .map(|f| f.boolean())
+            .transpose()?;
+        let two_sided = section
+            .optional("two_sided")
+            .map(|f| f.boolean())
+            .transpose()?;
+        let placing = Placing::read(&mut section)?;
+        let material = material(&mut section)?;
+        section.finish()?;
+        if name.value.trim().is_empty() || name.value == "all" {
+            return Err(self.error(
+                &name.place,
+                "the name of a surface must not be empty, nor \"all\"",
+            ));
+        }
+        if !is_printable(&name.value) {
+            return Err(self.error(&name.place, UNPRINTABLE));
+        }
+        let shape = match shapes.as_slice() {
+            [] => return self.change(&name, material),
+            [shape] => shape,
+            [_, second, ..] => {
+                return Err(second.error("give one of `polygon`, `polygons`, `box`, `mesh`"));
+            }
+        };
+        if self.known.contains_key(&name.value) {
+            let message = format!("a second surface named {:?}", name.value);
+            return Err(self.error(&name.place, message));
+        }
+        let mut own = SceneSurface::new(name.value.clone());
+        own.material = material.unwrap_or(Material::BLACK);
+        let at = self.scene.surfaces.len();
+        self.known.insert(name.value.clone(), at);
+        self.scene.surfaces.push(own);
+        self.shape(shape, at, inward.is_some_and(|inward| inward.value))?;
+        if let Some(surface) = self.scene.surfaces.get_mut(at) {
+            *surface = moved(surface.clone(), &placing);
+        }
+        if two_sided.is_some_and(|two| two.value) {
+            self.turned(at, &name)?;
+        }
+        if self
+            .scene
+            .surfaces
+            .iter()
+            .map(|s| s.polygons.len())
+            .sum::<usize>()
+            > MAX_POLYGONS
+        {
+            return Err(self.error(
+                &name.place,
+                format_args!("more than {MAX_POLYGONS} polygons"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// The polygons of a surface.
+    fn shape(&mut self, field: &Field<'_, '_>, at: usize, inward: bool) -> Result<(), InputError> {
+        let line = |span: &core::ops::Range<usize>| self.source.locate(span.start).line as u32;
+        match field.name.as_str() {
+            "polygon" => {
+                let place = (0, line(&field.span));
+                let points = polygon(field)?;
+                self.scene
+                    .add(at, &points, place)
+                    .map_err(|message| field.error(message))
+            }
+            "polygons" => {
+                let DeValue::Array(array) = &field.value else {
+                    return Err(field.mistyped("a list of polygons"));
+                };
+                for (index, item) in array.iter().enumerate() {
+                    let item = field.element(index, item);
+                    let place = (0, self.source.locate(item.span.start).line as u32);
+                    let points = polygon(&item)?;
+                    self.scene
+                        .add(at, &points, place)
+                        .map_err(|message| item.error(message))?;
+                }
+                Ok(())
+            }
+            "box" => {
+                let place = (0, line(&field.span));
+                let corners = polygon_of(field, 2, "two corners [x, y, z]")?;
+                let [low, high] = [corners[0], corners[1]];
+                if (0..3).any(|k| !(low[k] < high[k])) {
+                    return Err(field
+                        .error("a box has two corners, the lower one first in every coordinate"));
+                }
+                let shape = if inward {
+                    shapes::room(low, high)
+                } else {
+                    shapes::block(low, high)
+                };
+                for polygon in shape.surfaces.iter().flatten() {
+                    self.scene
+                        .add(at, polygon.points(), place)
+                        .map_err(|message| field.error(message))?;
+                }
+                Ok(())
+            }
+            _ => {
+                let path = field.string()?;
+                let mesh = self.load(&path)?;
+                if let Some(surface) = self.scene.surfaces.get_mut(at) {
+                    for part in mesh.surfaces {
+                        surface.polygons.extend(part.polygons);
+                        surface.places.extend(part.places);
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The same polygons seen from the other side, as a surface of their own.
+    fn turned(&mut self, at: usize, name: &Placed<String>) -> Result<(), InputError> {
+        let Some(mut back) = self.scene.surfaces.get(at).cloned() else {
+            return Ok(());
+        };
+        back.name.push_str(" (back)");
+        for polygon in &mut back.polygons {
+            *polygon = shapes::reversed(polygon);
+        }
+        if self
+            .known
+            .insert(back.name.clone(), self.scene.surfaces.len())
+            .is_some()
+        {
+            return Err(self.error(
+                &name.place,
+                format_args!("a second surface named {:?}", back.name),
+            ));
+        }
+        self.scene.surfaces.push(back);
+        Ok(())
+    }
+
+    /// The material of a surface of the mesh.
+    fn change(
+        &mut self,
+        name: &Placed<String>,
+        material: Option<Material>,
+    ) -> Result<(), InputError> {
+        let found = self
+            .known
+            .get(&name.value)
+            .and_then(|&at| self.scene.surfaces.get_mut(at));
+        if let Some(surface) = found {
+            if let Some(material) = material {
+                surface.material = material;
+            }
+            return Ok(());
+        }
+        let names: Vec<&String> = self.known.keys().collect();
+        let near = nearest(&name.value, &names);
+        let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
+        let message = format!(
+            "this surface has no `polygon`, `polygons`, `box` or `mesh`, and no mesh above has one of this name{near}"
+        );
+        Err(self.error(&name.place, message))
+    }
+}
+
+/// The path of a file that stands in another.
+fn beside(name: &str, path: &str) -> PathBuf {
+    let folder = Path::new(name).parent();
+    folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+}
+
+/// The surface where it is put.
+fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
+    if !placing.is_none() {
+        for polygon in &mut surface.polygons {
+            *polygon = match polygon {
+                Polygon::Triangle(p) => Polygon::Triangle(p.map(|p| placing.apply(p))),
+                Polygon::Quad(p) => Polygon::Quad(p.map(|p| placing.apply(p))),
+            };
+        }
+    }
+    surface
+}
+
+/// What a surface does with light; `None` if nothing is said.
+fn material(section: &mut Section<'_, '_>) -> Result<Option<Material>, InputError> {
+    let keys = ["reflectance", "emission", "emissivity", "temperature"];
+    let [reflectance, emission, emissivity, temperature] = keys.map(|key| section.optional(key));
+    let light = reflectance.as_ref().or(emission.as_ref());
+    let grey = emissivity.as_ref().or(temperature.as_ref());
+    if let (Some(_), Some(field)) = (light, grey) {
+        return Err(field
+            .error("give either `reflectance` and `emission`, or `emissivity` and `temperature`"));
+    }
+    let number = |field: &Option<Field<'_, '_>>,
+                  default: f64,
+                  good: &dyn Fn(f64) -> bool,
+                  message: &str| match field {
+        Some(field) => {
+            let value = field.number()?.value;
+            if good(value) {
+                Ok(value)
+            } else {
+                Err(field.error(message))
+            }
+        }
+        None => Ok(default),
+    };
+    if grey.is_some() {
+        let good = |e: f64| e > 0.0 && e <= 1.0;
+        let emissivity = number(
+            &emissivity,
+            1.0,
+            &good,
+            "an emissivity must be more than 0 and at most 1",
+        )?;
+        let good = |t: f64| (0.0..=1e6).contains(&t);
+        let temperature = number(
+            &temperature,
+            0.0,
+            &good,
+            "a temperature must be from 0 to a million kelvin",
+        )?;
+        return Ok(Some(Material::grey(emissivity, temperature)));
+    }
+    let good = |r: f64| (0.0..1.0).contains(&r);
+    let reflectance = number(
+        &reflectance,
+        0.0,
+        &good,
+        "a reflectance must be at least 0 and less than 1",
+    )?;
+    let emission = number(
+        &emission,
+        0.0,
+        &f64::is_finite,
+        "an emission must be finite",
+    )?;
+    Ok(light.is_some().then_some(Material {
+        reflectance,
+        emission,
+    }))
+}
+
+/// Three numbers.
+fn triple(field: &Field<'_, '_>) -> Result<Placed<[f64; 3]>, InputError> {
+    let numbers = match &field.value {
+        DeValue::Array(_) => field.numbers()?,
+        _ => return Err(field.mistyped("three numbers [x, y, z]")),
+    };
+    match numbers.value.as_slice() {
+        [x, y, z] => Ok(Placed::file(
+            field.span.clone(),
+            [x.value, y.value, z.value],
+        )),
+        _ => Err(field.error("three numbers are needed: [x, y, z]")),
+    }
+}
+
+/// The vertices of a polygon.
+fn polygon(field: &Field<'_, '_>) -> Result<Vec<[f64; 3]>, InputError> {
+    polygon_of(field, 3, "a list of at least three points [x, y, z]")
+}
+
+/// At least so many points.
+fn polygon_of(
+    field: &Field<'_, '_>,
+    least: usize,
+    what: &str,
+) -> Result<Vec<[f64; 3]>, InputError> {
+    let DeValue::Array(array) = &field.value else {
+        return Err(field.mistyped(what));
+    };
+    let points = array
+        .iter()
+        .enumerate()
+        .map(|(index, item)| triple(&field.element(index, item)).map(|point| point.value))
+        .collect::<Result<Vec<_>, _>>()?;
+    if points.len() < least || (least == 2 && points.len() > 2) {
+        return Err(field.mistyped(what));
+    }
+    Ok(points)
+}

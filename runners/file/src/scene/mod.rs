@@ -1,0 +1,386 @@
+//! Scenes in space from files: OBJ, STL, PLY, View3D decks, and TOML, which may name the others.
+//!
+//! A mesh is a list of surfaces by name, each of polygons. What has more than four vertices, or four that are not in a
+//! plane, is cut into triangles.
+
+mod description;
+mod obj;
+mod outline;
+mod ply;
+mod stl;
+mod vs3;
+
+use core::fmt::Display;
+use std::collections::HashSet;
+use std::path::Path;
+
+use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
+
+use crate::{InputError, Source, load};
+
+/// A commented description of a scene, as `fredholm init scene` prints it.
+pub const TEMPLATE: &str = include_str!("../../templates/scene.toml");
+
+/// The most bytes of a mesh file.
+const MAX_BYTES: u64 = 1 << 30;
+/// The most polygons of a scene.
+const MAX_POLYGONS: usize = 20_000_000;
+/// The most vertices of one polygon: cutting it into triangles takes time in proportion to their square.
+const MAX_VERTICES: usize = 1000;
+
+/// What a scene file says.
+#[derive(Clone, Debug, Default)]
+pub struct SceneFile {
+    /// The surfaces, in the order of the file.
+    pub surfaces: Vec<SceneSurface>,
+    /// Whether light may leave.
+    pub open: bool,
+    /// What was changed on the way, for people.
+    pub remarks: Vec<String>,
+    /// The files that polygons stand in.
+    names: Vec<String>,
+}
+
+/// A surface of a scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneSurface {
+    /// What results call it.
+    pub name: String,
+    /// Its polygons.
+    pub polygons: Vec<Polygon>,
+    /// The material of all of them.
+    pub material: Material,
+    /// Where each polygon stands: a file, and a line or another number of it.
+    places: Vec<(u32, u32)>,
+}
+
+impl SceneSurface {
+    /// A surface without polygons yet, black.
+    fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            polygons: Vec::new(),
+            material: Material::BLACK,
+            places: Vec::new(),
+        }
+    }
+}
+
+impl SceneFile {
+    /// The scene, for walks in `F`.
+    ///
+    /// # Errors
+    /// What is wrong with it, with file and line, and the names of surfaces.
+    pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
+        let materials: Vec<[Material; 1]> = self.surfaces.iter().map(|s| [s.material]).collect();
+        let surfaces: Vec<Surface<'_>> = self
+            .surfaces
+            .iter()
+            .zip(&materials)
+            .map(|(surface, material)| Surface {
+                polygons: &surface.polygons,
+                materials: material,
+            })
+            .collect();
+        let enclosure = if self.open {
+            Enclosure::Open
+        } else {
+            Enclosure::Closed
+        };
+        Scene::new::<F>(&surfaces, enclosure).map_err(|error| self.explain(&error))
+    }
+
+    /// The error with the place in its file, and the names of the surfaces that it numbers.
+    fn explain(&self, error: &SceneError) -> InputError {
+        let (first, second) = match *error {
+            SceneError::Coordinate(at)
+            | SceneError::Reflectance(at)
+            | SceneError::Emission(at)
+            | SceneError::Degenerate(at)
+            | SceneError::NotConvex(at)
+            | SceneError::NotPlanar { at, .. }
+            | SceneError::TJunction { at, .. }
+            | SceneError::Open { at, .. } => (Some(at), None),
+            SceneError::Duplicate { first, second }
+            | SceneError::Overlap { first, second }
+            | SceneError::Flipped { first, second, .. } => (Some(second), Some(first)),
+            SceneError::Crossing { first, second, .. } => (Some(first), Some(second)),
+            _ => (None, None),
+        };
+        let describe = |at: fredholm_scene::Place| {
+            let surface = self.surfaces.get(at.surface)?;
+            let &(file, line) = surface.places.get(at.polygon)?;
+            let file = self.names.get(file as usize)?;
+            Some((format!("{file}:{line}"), at.surface, &surface.name))
+        };
+        let places: Vec<_> = [first, second]
+            .into_iter()
+            .flatten()
+            .filter_map(describe)
+            .collect();
+        let Some((place, ..)) = places.first() else {
+            let name = self.names.first().map_or("", String::as_str);
+            return InputError::new(format_args!("{name}: {error}"));
+        };
+        let known: Vec<String> = places
+            .iter()
+            .map(|(place, number, name)| format!("surface {number} is {name:?}, {place}"))
+            .collect();
+        InputError::new(format_args!("{place}: {error} ({})", known.join("; ")))
+    }
+
+    /// The place of a file in the list.
+    fn file(&mut self, name: &str) -> u32 {
+        self.names.push(name.to_owned());
+        (self.names.len() - 1) as u32
+    }
+
+    /// Adds a polygon with any number of vertices to a surface.
+    fn add(
+        &mut self,
+        surface: usize,
+        points: &[[f64; 3]],
+        place: (u32, u32),
+    ) -> Result<(), String> {
+        let Some(surface) = self.surfaces.get_mut(surface) else {
+            return Err("there is no such surface".to_owned());
+        };
+        if points.len() < 3 {
+            return Err("a polygon has at least three vertices".to_owned());
+        }
+        if points.len() > MAX_VERTICES {
+            return Err(format!("a polygon has at most {MAX_VERTICES} vertices"));
+        }
+        outline::cut(points, &mut |polygon| {
+            surface.polygons.push(polygon);
+            surface.places.push(place);
+        })
+    }
+}
+
+/// Gives a number to surfaces whose names others have already.
+fn distinguish(surfaces: &mut [SceneSurface]) {
+    let mut known: HashSet<String> = surfaces.iter().map(|s| s.name.clone()).collect();
+    let mut seen: HashSet<String> = HashSet::new();
+    for surface in surfaces {
+        if seen.insert(surface.name.clone()) {
+            continue;
+        }
+        let free = (2..)
+            .map(|k| format!("{} {k}", surface.name))
+            .find(|name| !known.contains(name));
+        if let Some(name) = free {
+            known.insert(name.clone());
+            seen.insert(name.clone());
+            surface.name = name;
+        }
+    }
+}
+
+/// The kinds of files that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Obj,
+    Stl,
+    Ply,
+    Vs3,
+    Toml,
+}
+
+/// The format of a file by the end of its name.
+fn format_of(path: &Path) -> Option<Format> {
+    let end = path.extension()?.to_str()?.to_ascii_lowercase();
+    match end.as_str() {
+        "obj" => Some(Format::Obj),
+        "stl" => Some(Format::Stl),
+        "ply" => Some(Format::Ply),
+        "vs3" => Some(Format::Vs3),
+        "toml" => Some(Format::Toml),
+        _ => None,
+    }
+}
+
+/// Whether files of this name are meshes or decks of scenes in space.
+#[must_use]
+pub fn is_mesh(path: &Path) -> bool {
+    format_of(path).is_some_and(|format| format != Format::Toml)
+}
+
+/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
+#[must_use]
+pub fn is_description(text: &str) -> bool {
+    description::is_one(text)
+}
+
+/// Reads a scene of any format, by the end of the file's name.
+///
+/// # Errors
+/// What cannot be read, or is wrong, with its place.
+pub fn read(path: &Path) -> Result<SceneFile, InputError> {
+    let name = path.display().to_string();
+    let Some(format) = format_of(path) else {
+        return Err(InputError::new(format_args!(
+            "{name}: a scene is an .obj, .stl, .ply, .vs3 or .toml file"
+        )));
+    };
+    if format == Format::Toml {
+        let bytes = load(path, crate::MAX_BYTES)?;
+        let text = crate::utf8(&name, bytes)?;
+        return description::read(&name, &text);
+    }
+    let bytes = load(path, MAX_BYTES)?;
+    parse(&name, format, bytes)
+}
+
+/// Reads the description of a scene with the name `name` and the content `text`.
+///
+/// # Errors
+/// What is wrong, with its place.
+pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError> {
+    description::read(name, text)
+}
+
+/// Reads the mesh or deck of this name, whose end says the format.
+///
+/// # Errors
+/// What is wrong, with its place.
+pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
+    match format_of(Path::new(name)) {
+        Some(format) if format != Format::Toml => parse(name, format, bytes),
+        _ => Err(InputError::new(format_args!(
+            "{name}: a mesh is an .obj, .stl, .ply or .vs3 file"
+        ))),
+    }
+}
+
+fn parse(name: &str, format: Format, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
+    let mut scene = SceneFile {
+        // A mesh does not say; a deck does.
+        open: false,
+        ..SceneFile::default()
+    };
+    let file = scene.file(name);
+    match format {
+        Format::Stl => stl::read(&mut scene, file, name, &bytes)?,
+        Format::Ply => ply::read(&mut scene, file, name, &bytes)?,
+        _ => {
+            // Names and comments may be in any encoding; numbers are not.
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            let source = Source {
+                name: name.to_owned(),
+                text,
+            };
+            let read = match format {
+                Format::Obj => obj::read(&mut scene, file, &source.text),
+                _ => vs3::read(&mut scene, file, &source.text),
+            };
+            read.map_err(|wrong| wrong.at(&source))?;
+        }
+    }
+    scene
+        .surfaces
+        .retain(|surface| !surface.polygons.is_empty());
+    distinguish(&mut scene.surfaces);
+    if scene.surfaces.is_empty() {
+        return Err(InputError::new(format_args!("{name}: there are no faces")));
+    }
+    Ok(scene)
+}
+
+/// What is wrong, and the bytes where it is.
+#[derive(Clone, Debug, PartialEq)]
+struct Wrong {
+    place: core::ops::Range<usize>,
+    message: String,
+}
+
+impl Wrong {
+    fn at(self, source: &Source) -> InputError {
+        source.error(self.place, self.message)
+    }
+}
+
+/// The words of a line, with what an error needs.
+#[derive(Clone, Debug)]
+struct Words<'t> {
+    /// The whole text.
+    text: &'t str,
+    rest: &'t str,
+    line: u32,
+}
+
+/// The lines of a text that say something; what follows one of `comments` does not.
+fn lines<'t>(text: &'t str, comments: &'static [char]) -> impl Iterator<Item = Words<'t>> {
+    (1..).zip(text.lines()).filter_map(move |(line, content)| {
+        let rest = content.split(comments).next().unwrap_or("").trim_end();
+        (!rest.trim_start().is_empty()).then_some(Words { text, rest, line })
+    })
+}
+
+impl<'t> Words<'t> {
+    /// The next word, perhaps empty.
+    fn next(&mut self) -> &'t str {
+        let rest = self.rest.trim_start();
+        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+        let (word, rest) = rest.split_at(end);
+        self.rest = rest;
+        word
+    }
+
+    /// An error about a word of the text.
+    fn wrong(&self, word: &str, message: impl Display) -> Wrong {
+        let start = word.as_ptr() as usize - self.text.as_ptr() as usize;
+        Wrong {
+            place: start..start + word.len(),
+            message: message.to_string(),
+        }
+    }
+
+    fn word(&mut self, what: &str) -> Result<&'t str, Wrong> {
+        let word = self.next();
+        if word.is_empty() {
+            return Err(self.wrong(self.rest, format_args!("the line ends before {what}")));
+        }
+        Ok(word)
+    }
+
+    fn parsed<T: core::str::FromStr>(&mut self, what: &str) -> Result<T, Wrong> {
+        let word = self.word(what)?;
+        let wrong = |_| self.wrong(word, format_args!("{word:?} is not {what}"));
+        word.parse().map_err(wrong)
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64, Wrong> {
+        let word = self.word(what)?;
+        let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
+        number.ok_or_else(|| {
+            self.wrong(
+                word,
+                format_args!("{what} must be a finite number, not {word:?}"),
+            )
+        })
+    }
+
+    fn point(&mut self) -> Result<[f64; 3], Wrong> {
+        Ok([
+            self.number("the coordinate x")?,
+            self.number("the coordinate y")?,
+            self.number("the coordinate z")?,
+        ])
+    }
+
+    /// What is left of the line, as a name: what moves the caret of a terminal is no part of it.
+    fn name(&mut self) -> String {
+        let name = self.rest.replace(char::is_control, " ");
+        self.rest = "";
+        name.trim().to_owned()
+    }
+}
+
+/// An error of a file without lines, or one that no line shows.
+fn nowhere(name: &str, message: impl Display) -> InputError {
+    InputError::new(format_args!("{name}: {message}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,416 @@
+use super::{SceneFile, TEMPLATE, is_description, parse_description, parse_mesh};
+
+const CUBE: &str = "# a cube seen from inside\nmtllib x.mtl\no room\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\n\
+v 1 1 1\nv 0 1 1\nusemtl floor\nf 1 2 3 4\nusemtl ceiling\nf 5/1/1 8/2/1 7/3/1 6/4/1\nusemtl walls\nf 1 5 6 2\nf 2 6 7 3\n\
+f -6 -2 -1 -5 # from the end\nf 4 8 5 1\n";
+
+const DECK: &str = "T Two squares\nC encl=0 list=3\nF 3\n! vertices\nV 1 0. 0. 0.\nV 2 1. 0. 0.\nV 3 1. 1. 0.\nV 4 0. 1. 0.\n\
+V 5 0. 0. 1.\nV 6 1. 0. 1.\nV 7 1. 1. 1.\nV 8 0. 1. 1.\nS 1 1 2 3 4 0 0 0.50 lower\nS 2 7 6 5 0 0 0 0.90 upper\n\
+S 3 7 5 8 0 0 2 0.90\nEnd of data\n";
+
+fn mesh(name: &str, text: &str) -> Result<SceneFile, String> {
+    parse_mesh(name, text.as_bytes().to_vec()).map_err(|error| error.to_string())
+}
+
+fn names(scene: &SceneFile) -> Vec<(&str, usize)> {
+    let of = |s: &'_ super::SceneSurface| s.polygons.len();
+    scene
+        .surfaces
+        .iter()
+        .map(|s| (s.name.as_str(), of(s)))
+        .collect()
+}
+
+/// The message, which must begin with this place.
+fn refused(name: &str, text: &str, place: &str, words: &str) {
+    let error = mesh(name, text).expect_err(words);
+    assert!(error.starts_with(place), "{error}");
+    assert!(error.contains(words), "{error}");
+}
+
+#[test]
+fn obj_files() {
+    let cube = mesh("a.obj", CUBE).unwrap();
+    assert_eq!(
+        names(&cube),
+        [("room/floor", 1), ("room/ceiling", 1), ("room/walls", 4)]
+    );
+    assert!(cube.scene::<f64>().is_ok());
+    let one = mesh("a.obj", &CUBE.replace("usemtl", "s")).unwrap();
+    assert_eq!(names(&one), [("room", 6)]);
+    let change = |from: &str, to: &str| {
+        assert!(CUBE.contains(from), "{from}");
+        CUBE.replacen(from, to, 1)
+    };
+    refused(
+        "a.obj",
+        &change("f 1 2 3 4", "f 1 2 3 9"),
+        "a.obj:13:9:",
+        "there is no vertex 9: 8 stand above",
+    );
+    refused(
+        "a.obj",
+        &change("f 1 2 3 4", "f 1 2 0 4"),
+        "a.obj:13:7:",
+        "not the number of a vertex",
+    );
+    refused(
+        "a.obj",
+        &change("f 1 2 3 4", "f 1 2"),
+        "a.obj:13:1:",
+        "at least three vertices",
+    );
+    refused(
+        "a.obj",
+        &change("v 1 1 1", "v 1 nan 1"),
+        "a.obj:10:5:",
+        "finite",
+    );
+    refused(
+        "a.obj",
+        &change("v 1 1 1", "v 1 1"),
+        "a.obj:10:6:",
+        "ends before the coordinate z",
+    );
+    refused(
+        "a.obj",
+        &change("usemtl walls", "curv 1"),
+        "a.obj:16:1:",
+        "unknown key \"curv\"",
+    );
+    refused("a.obj", "", "a.obj:", "no faces");
+    // Left out: the error of the scene names the line of the face and its surface.
+    let gap = mesh("a.obj", &change("f 4 8 5 1\n", "")).unwrap();
+    let error = gap.scene::<f64>().unwrap_err().to_string();
+    assert!(error.starts_with("a.obj:"), "{error}");
+    assert!(error.contains("is \"room/"), "{error}");
+}
+
+#[test]
+fn polygons_are_cut() {
+    // A concave hexagon, an L, of area 3, and a quadrilateral that is bent.
+    let l = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n";
+    let scene = mesh("l.obj", l).unwrap();
+    assert_eq!(names(&scene), [("surface", 4)]);
+    let mut open = scene;
+    open.open = true;
+    let area = open.scene::<f64>().unwrap().area(0).unwrap();
+    assert!((area - 3.0).abs() < 1e-15, "{area}");
+    let bent = "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\n";
+    assert_eq!(names(&mesh("b.obj", bent).unwrap()), [("surface", 2)]);
+    let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
+    refused("x.obj", crossed, "x.obj:5:1:", "crosses itself");
+}
+
+#[test]
+fn view3d_decks() {
+    let deck = mesh("d.vs3", DECK).unwrap();
+    assert!(deck.open);
+    assert_eq!(names(&deck), [("lower", 1), ("upper", 2)]);
+    assert_eq!(deck.surfaces[1].material.reflectance, 1.0 - 0.9);
+    assert!(
+        !mesh("d.vs3", &DECK.replace("encl=0", "encl=1"))
+            .unwrap()
+            .open
+    );
+    let change = |from: &str, to: &str| {
+        assert!(DECK.contains(from), "{from}");
+        DECK.replacen(from, to, 1)
+    };
+    refused(
+        "d.vs3",
+        &change("S 1 1 2 3 4", "S 1 1 2 3 9"),
+        "d.vs3:13:11:",
+        "no vertex 9",
+    );
+    refused(
+        "d.vs3",
+        &change("S 2 7", "S 1 7"),
+        "d.vs3:14:1:",
+        "a second surface 1",
+    );
+    refused(
+        "d.vs3",
+        &change("0 0 0.50", "1 0 0.50"),
+        "d.vs3:13:13:",
+        "base",
+    );
+    refused(
+        "d.vs3",
+        &change("0 2 0.90", "0 7 0.90"),
+        "d.vs3:15:15:",
+        "combine",
+    );
+    refused("d.vs3", &change("0.50", "0"), "d.vs3:13:17:", "emissivity");
+    refused(
+        "d.vs3",
+        &change("upper", "lower"),
+        "d.vs3:14:1:",
+        "named \"lower\"",
+    );
+    refused(
+        "d.vs3",
+        &change("V 8 0. 1. 1.", "V 7 0. 1. 1."),
+        "d.vs3:12:1:",
+        "second vertex 7",
+    );
+    refused(
+        "d.vs3",
+        &change("F 3", "F 2"),
+        "d.vs3:3:3:",
+        "three dimensions",
+    );
+    refused(
+        "d.vs3",
+        &change("End of data", ""),
+        "d.vs3:15:1:",
+        "cut short",
+    );
+    refused(
+        "d.vs3",
+        &change("T Two", "Q Two"),
+        "d.vs3:1:1:",
+        "unknown key",
+    );
+}
+
+/// A tetrahedron in both kinds of STL.
+#[test]
+fn stl_files() {
+    let p = [
+        [0.0_f32, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+    let mut text = "solid four\n".to_owned();
+    let mut bytes = b"solid that is none".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend(4_u32.to_le_bytes());
+    for face in faces {
+        text += "facet normal 0 0 0\nouter loop\n";
+        bytes.extend([0; 12]);
+        for v in face {
+            text += &format!("vertex {} {} {}\n", p[v][0], p[v][1], p[v][2]);
+            bytes.extend(p[v].iter().flat_map(|x| x.to_le_bytes()));
+        }
+        text += "endloop\nendfacet\n";
+        bytes.extend([0; 2]);
+    }
+    text += "endsolid four\n";
+    let ascii = mesh("t.stl", &text).unwrap();
+    assert_eq!(names(&ascii), [("four", 4)]);
+    let binary = parse_mesh("t.STL", bytes.clone()).unwrap();
+    assert_eq!(names(&binary), [("solid", 4)]);
+    assert_eq!(binary.surfaces[0].polygons, ascii.surfaces[0].polygons);
+    assert!(binary.scene::<f32>().is_ok());
+    // Cut short, or lying about its length.
+    let error = parse_mesh("t.stl", bytes[..bytes.len() - 1].to_vec())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("4 triangles, 284 bytes, and has 283"),
+        "{error}"
+    );
+    bytes[80] = 9;
+    let error = parse_mesh("t.stl", bytes.clone()).unwrap_err().to_string();
+    assert!(
+        error.contains("says that it has 9 triangles, 534 bytes, and has 284"),
+        "{error}"
+    );
+    bytes[80] = 4;
+    bytes[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
+    let error = parse_mesh("t.stl", bytes).unwrap_err().to_string();
+    assert!(
+        error.contains("triangle 1 has a coordinate that is no finite number"),
+        "{error}"
+    );
+    refused(
+        "t.stl",
+        &text.replace("endsolid four\n", ""),
+        "t.stl:29:1:",
+        "cut short",
+    );
+    refused(
+        "t.stl",
+        &text.replacen("vertex 0 0 0", "vertex 0 0 x", 1),
+        "t.stl:4:12:",
+        "finite number",
+    );
+    refused(
+        "t.stl",
+        &text.replacen("vertex 0 0 0\n", "", 1),
+        "t.stl:7:1:",
+        "at least three",
+    );
+    refused("t.stl", "hello", "t.stl:", "begins with `solid`");
+}
+
+#[test]
+fn ply_files() {
+    let head = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment none\nelement vertex 4\nproperty double x\nproperty float y\nproperty \
+             double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nproperty list uchar \
+             float other\nend_header\n"
+        )
+    };
+    let text = head("ascii") + "0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3 2 0.5 0.5\n";
+    let ascii = mesh("a.ply", &text).unwrap();
+    assert_eq!(names(&ascii), [("surface", 1)]);
+    for little in [true, false] {
+        let name = if little {
+            "binary_little_endian"
+        } else {
+            "binary_big_endian"
+        };
+        let mut bytes = head(name).into_bytes();
+        let mut put = |b: &[u8]| {
+            let mut b = b.to_vec();
+            if !little {
+                b.reverse();
+            }
+            bytes.extend(b);
+        };
+        for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f64]] {
+            put(&x.to_le_bytes());
+            put(&(y as f32).to_le_bytes());
+            put(&0.0_f64.to_le_bytes());
+            put(&[9]);
+        }
+        put(&[4]);
+        for v in 0..4_i32 {
+            put(&v.to_le_bytes());
+        }
+        put(&[0]);
+        let binary = parse_mesh("a.ply", bytes.clone()).unwrap();
+        assert_eq!(binary.surfaces[0].polygons, ascii.surfaces[0].polygons);
+        bytes.truncate(bytes.len() - 3);
+        let error = parse_mesh("a.ply", bytes).unwrap_err().to_string();
+        assert!(error.contains("face 0: the file is cut short"), "{error}");
+    }
+    refused(
+        "a.ply",
+        &text.replace("4 0 1 2 3", "4 0 1 2 4"),
+        "a.ply: face 0",
+        "only 4 vertices",
+    );
+    refused(
+        "a.ply",
+        &text.replace("4 0 1 2 3", "4 0 1 2 -1"),
+        "a.ply: face 0",
+        "-1 is not",
+    );
+    refused(
+        "a.ply",
+        &text.replace("1 1 0 9", "1 inf 0 9"),
+        "a.ply: vertex 2",
+        "finite",
+    );
+    refused(
+        "a.ply",
+        &text.replace("element face 1", "element face 99999999999"),
+        "a.ply: face 1",
+        "cut short",
+    );
+    refused(
+        "a.ply",
+        &text.replace("ply\nformat", "plx\nformat"),
+        "a.ply:1:",
+        "begins with `ply`",
+    );
+    refused(
+        "a.ply",
+        &text.replace("end_header", "end_heads"),
+        "a.ply:12:",
+        "no line of a PLY header",
+    );
+    refused(
+        "a.ply",
+        &text.replace("format ascii 1.0\n", ""),
+        "a.ply:11:",
+        "no `format`",
+    );
+}
+
+#[test]
+fn descriptions() {
+    assert!(is_description(TEMPLATE));
+    assert!(!is_description("[problem]\nkind = \"room\""));
+    let scene = parse_description("a.toml", TEMPLATE).unwrap();
+    assert_eq!(
+        names(&scene),
+        [("floor", 1), ("ceiling", 1), ("walls", 4), ("table", 6)]
+    );
+    assert_eq!(scene.surfaces[3].material.reflectance, 0.4);
+    assert!(scene.scene::<f64>().is_ok());
+    let plate = "[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"plate\"\nscale = 2\nrotate = [90, 0, \
+                 0]\ntranslate = [0, 0, 1]\ntwo_sided = true\nemissivity = 0.5\npolygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\n";
+    let two = parse_description("a.toml", plate).unwrap();
+    assert_eq!(names(&two), [("plate", 1), ("plate (back)", 1)]);
+    assert_eq!(
+        two.surfaces[0].polygons[0].points(),
+        [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 0.0, 3.0]]
+    );
+    let wrong = |from: &str, to: &str, line: usize, words: &str| {
+        assert!(plate.contains(from), "{from}");
+        let error = parse_description("a.toml", &plate.replacen(from, to, 1))
+            .expect_err(words)
+            .to_string();
+        assert!(error.starts_with(&format!("a.toml:{line}:")), "{error}");
+        assert!(error.contains(words), "{error}");
+    };
+    wrong("[1, 1, 0]]", "[1, 1]]", 11, "three numbers");
+    wrong(", [1, 1, 0]]", "]", 11, "at least three points");
+    wrong("scale = 2", "scale = 0", 6, "more than 0");
+    wrong("emissivity = 0.5", "emissivity = 1.5", 10, "at most 1");
+    wrong(
+        "emissivity = 0.5",
+        "emissivity = 0.5\nreflectance = 0.5",
+        10,
+        "give either",
+    );
+    wrong("two_sided", "two_side", 9, "two_side");
+    wrong("polygon", "box", 11, "two corners");
+    wrong(
+        "polygon = ",
+        "mesh = \"a.obj\"\npolygons = ",
+        11,
+        "give one of",
+    );
+    wrong(
+        "polygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\n",
+        "",
+        5,
+        "has no `polygon`",
+    );
+    wrong(
+        "polygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]",
+        "mesh = \"no.obj\"",
+        11,
+        "cannot read",
+    );
+    wrong("\"plate\"", "\"all\"", 5, "must not be");
+    wrong("kind = \"scene\"", "kind = \"room\"", 2, "no scene");
+}
+
+/// What is wrong with a scene is said with the line of its file.
+#[test]
+fn a_wrong_scene_is_placed() {
+    let error = |text: &str| {
+        let scene = parse_description("a.toml", text).unwrap();
+        scene.scene::<f64>().unwrap_err().to_string()
+    };
+    let low = TEMPLATE.replace(
+        "[[1.5, 1.0, 0.7], [2.5, 2.0, 0.75]]",
+        "[[1.5, 1.0, -0.5], [2.5, 2.0, 0.75]]",
+    );
+    let line = low.lines().position(|l| l.starts_with("box")).unwrap() + 1;
+    let message = error(&low);
+    assert!(message.contains("goes through"), "{message}");
+    assert!(
+        message.contains(&format!("is \"table\", a.toml:{line}")),
+        "{message}"
+    );
+}
