@@ -261,9 +261,7 @@ impl<'c, F: Real> Formula<'c, F> {
         room: &'c mut [Instruction<'c, Value<F>>],
     ) -> Result<Self, FormulaError> {
         let evaluator = Evaluator::<()>::new(&());
-        let few = evaluator
-            .compile::<_, FEW>(text, &mut room.to_vec())
-            .is_ok();
+        let few = evaluator.compile::<_, FEW>(text, &mut *room).is_ok();
         let compiled = if few {
             evaluator.compile(text, room).map(Compiled::Few)
         } else {

@@ -15,6 +15,7 @@ mod readme;
 mod refusals;
 mod render;
 mod room;
+mod scene;
 mod solve;
 mod sphere;
 mod split;

@@ -1,6 +1,6 @@
 //! `fredholm factors` and `check` of scenes in space.
 
-mod common;
+use crate::common;
 
 use common::{Folder, Ran};
 
