@@ -4,11 +4,11 @@
 //! standard deviation depends on where the point lies in its cell; the mean has no such place.
 
 mod by_degree;
-mod table;
+mod figures;
 
 use std::io::Write;
 
-use fredholm::sweep::Sweep;
+use fredholm::sweep::{Rates, Row, Sweep, squared};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
@@ -19,7 +19,7 @@ use crate::progress::Progress;
 use crate::solve::{self, Problem};
 use crate::threads::with_threads;
 use by_degree::ByDegree;
-use table::{Rates, Row, squared};
+use figures::{deviation_figure, work_figure};
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
 const ENOUGH_WALKS: u64 = 1 << 16;
@@ -135,8 +135,8 @@ impl Report {
         let (sweeps, work, deviation) = match self {
             Self::One(rates) => (
                 core::slice::from_ref(rates),
-                rates.work_figure(),
-                rates.deviation_figure(),
+                work_figure(rates),
+                deviation_figure(rates),
             ),
             Self::Several(several) => (
                 several.sweeps(),
@@ -291,7 +291,7 @@ impl<'a> Sweeping<'a> {
             _ => Vec::new(),
         };
         progress.done();
-        let rates = Rates::new(self, (exact, &estimates), rows, nystrom);
+        let rates = Rates::new(&self.sweep, (exact, &estimates), rows, nystrom);
         Ok((rates, ended))
     }
 }

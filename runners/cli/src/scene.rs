@@ -1,12 +1,11 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
-mod picture;
-
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use fredholm_file::scene::{SceneFile, is_description, is_mesh, parse_description};
+use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, parse_description};
+use fredholm_plot::SpaceDrawing;
 use fredholm_scene::{Factors as AllFactors, Groups, Row, Scene, Sights};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
@@ -155,7 +154,17 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
             let message = format_args!("`--out {}`: the name must end in .svg", path.display());
             return Err(Failure::input(message));
         }
-        Output::open(path)?.finish(picture::svg(file))?;
+        let polygons = |surface: &SceneSurface| {
+            let own = surface.polygons.iter();
+            own.map(|polygon| polygon.points().to_vec()).collect()
+        };
+        let surfaces = file.surfaces.iter();
+        let drawing = SpaceDrawing {
+            surfaces: surfaces
+                .map(|own| (own.name.clone(), polygons(own)))
+                .collect(),
+        };
+        Output::open(path)?.finish(drawing.svg())?;
     }
     let scene = file.scene::<f64>()?;
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;

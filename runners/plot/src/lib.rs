@@ -10,6 +10,7 @@ mod profile;
 mod raster;
 mod scale;
 mod shares;
+mod space;
 mod strips;
 
 pub use canvas::{Canvas, Piece, Wall};
@@ -20,3 +21,4 @@ pub use picture::{Panel, RoomPicture};
 pub use profile::ProfilePlot;
 pub use scale::Scale;
 pub use shares::ShareTable;
+pub use space::SpaceDrawing;

@@ -11,6 +11,7 @@ use crate::diagnosis::{Diagnosis, diagnose};
 use crate::goal::{Ask, Target, goals};
 use crate::memory::refuse_beyond_memory;
 use crate::report::{Report, Run};
+use crate::sweep::{Rates, Row, Sweep};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Request, Scalar, Settings};
 
 /// Points in which a diagnosis takes integrals, if nothing is said of them.
@@ -372,6 +373,31 @@ impl<'m> Solver<'m> {
             NODES,
             self.watch,
         )?)
+    }
+
+    /// Measures how fast the standard deviation of the mean of u falls: with this number of walks on each of these numbers of
+    /// cells, and deterministic solutions beside it, if the equation has some. The coarsest come first.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn sweep(&self, cells: &[usize], walks: u64) -> Result<Rates, SolveError> {
+        self.check()?;
+        let sweep = Sweep {
+            model: self.model,
+            discretisation: self.settings.discretisation(),
+            walk: self.settings.walk_options(),
+            timed: None,
+        };
+        let (mut rows, mut estimates, mut exact) = (Vec::new(), Vec::new(), None);
+        for &cells in cells {
+            let level = sweep.level(cells, walks, self.watch)?;
+            let level = level.ok_or(SolveError::Cancelled(None))?;
+            exact = level.exact;
+            estimates.push(level.statistics.preconditioned());
+            rows.push(Row::new(&level, sweep.discretisation.degree));
+        }
+        let nystrom = self.model.nystrom()?;
+        Ok(Rates::new(&sweep, (exact, &estimates), rows, nystrom))
     }
 
     /// Cells that fit into memory, and whose walks have finite variances.

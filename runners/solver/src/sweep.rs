@@ -1,5 +1,7 @@
 //! How fast the error falls with cells: what the `rates` of a model are made of.
 
+mod rates;
+
 use std::time::Instant;
 
 use fredholm_core::{Statistics, StopReason};
@@ -8,6 +10,8 @@ use serde::Serialize;
 use crate::answer::{Solved, Walks, Watch};
 use crate::model::Request;
 use crate::{Discretisation, Error, Goal, Model, Partitioned, Scalar, WalkOptions};
+
+pub use rates::{Fits, Rates, Row, exponent, squared};
 
 /// A deterministic solution.
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -229,3 +229,17 @@ fn what_is_predicted_is_what_is_done() {
     );
     assert!(solver.cells(5).degree(1).diagnose().unwrap().targets.len() == 2);
 }
+
+#[test]
+fn a_sweep_falls_as_theory_says() {
+    let model = gauss();
+    let rates = Solver::new(&model)
+        .degree(1)
+        .sweep(&[5, 10, 20, 40], 20_000)
+        .unwrap();
+    // √Var ~ n^−(p + 1): 20,000 walks know it to a percent, and coarse cells are not yet in the limit.
+    let fitted = rates.fits.std_dev.unwrap();
+    assert_eq!(rates.fits.std_dev_theory, -2.0);
+    assert!((fitted + 2.0).abs() < 0.2, "{fitted}");
+    assert_eq!(rates.rows.len(), 4);
+}

@@ -1,10 +1,11 @@
 //! Sweeps of several degrees side by side, by the clock: which degree pays.
 
+use fredholm::numbers::{aligned, short};
+use fredholm::sweep::{Rates, Row, exponent};
 use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
-use super::table::{Rates, Row, exponent};
-use fredholm::numbers::{aligned, short};
+use super::figures::what;
 
 /// The seconds of which the least errors are told.
 const SECONDS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
@@ -26,18 +27,6 @@ struct Least {
     cells: usize,
     unknowns: usize,
     error: f64,
-}
-
-impl Row {
-    /// √(Var/N) of as many walks as these seconds leave after the set-up, or what rounding leaves of it;
-    /// `None` where the set-up takes longer.
-    fn error_in(&self, seconds: f64) -> Option<f64> {
-        let setup = self.setup_seconds?;
-        let walk = (self.seconds? - setup) / self.walks as f64;
-        let left = seconds - setup;
-        let error = self.std_dev * (walk / left).sqrt();
-        (left > 0.0).then(|| error.max(self.rounding_floor))
-    }
 }
 
 impl ByDegree {
@@ -185,7 +174,7 @@ impl ByDegree {
         }
         curves.extend(self.curves(at));
         let [title, x_label, y_label] = titles;
-        let what = self.sweeps.last().map_or(String::new(), Rates::what);
+        let what = self.sweeps.last().map_or(String::new(), what);
         LogLogPlot {
             title: format!("{title} ({what})"),
             x_label: x_label.to_owned(),

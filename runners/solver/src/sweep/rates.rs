@@ -1,96 +1,115 @@
-//! The tables and figures of a sweep.
+//! The table of a sweep: errors against work, and the exponents that they follow.
 
-use fredholm::Choices;
-use fredholm::numbers::{aligned, short, slope};
-use fredholm::sweep::{Deterministic, Level};
 use fredholm_core::Estimate;
-use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
-use super::Sweeping;
+use super::{Deterministic, Level, Sweep};
+use crate::Choices;
+use crate::numbers::{aligned, short, slope};
 
 /// A standard deviation is left out of fits where it is below this part of the plain one: rounding may hold
 /// it there.
 const ROUNDING: f64 = 1e-12;
 
-/// What a sweep gave. Names are a promise; fields may be added.
+/// The rates of a sweep. The serialised names are stable; fields may be added.
 #[derive(Debug, Serialize)]
-pub(super) struct Rates {
-    pub(super) problem: &'static str,
-    pub(super) dimension: Option<usize>,
-    pub(super) degree: usize,
-    pub(super) pairs: &'static str,
-    pub(super) absorption: f64,
-    pub(super) seed: u64,
+pub struct Rates {
+    /// The kind of the problem.
+    pub problem: &'static str,
+    /// The dimension d of a cube.
+    pub dimension: Option<usize>,
+    /// The degree of the polynomials on a cell.
+    pub degree: usize,
+    /// The name of the choice of pairs.
+    pub pairs: &'static str,
+    /// The absorption probability q0.
+    pub absorption: f64,
+    /// The seed of the walks.
+    pub seed: u64,
     /// The mean of u: exact, or the preconditioned estimate of the finest level.
-    pub(super) mean: f64,
-    /// Its standard error; `null` where it is exact.
-    pub(super) mean_std_error: Option<f64>,
-    pub(super) rows: Vec<Row>,
-    pub(super) nystrom: Vec<Deterministic>,
-    pub(super) fits: Fits,
+    pub mean: f64,
+    /// The standard error of the mean; `None` if it is exact.
+    pub mean_std_error: Option<f64>,
+    /// The levels, the coarsest first.
+    pub rows: Vec<Row>,
+    /// Deterministic solutions to compare with.
+    pub nystrom: Vec<Deterministic>,
+    /// The fitted exponents.
+    pub fits: Fits,
 }
 
-/// One level.
+/// One level of a sweep.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Row {
-    /// p.
-    pub(super) degree: usize,
-    /// As the file counts them: of a cube, per axis.
-    pub(super) cells: usize,
-    /// n.
-    pub(super) unknowns: usize,
-    /// N = n².
-    pub(super) walks: u64,
-    /// Kernel evaluations of the set-up, and of all; `null` where seconds tell the work.
-    pub(super) setup_evaluations: Option<f64>,
-    pub(super) evaluations: Option<f64>,
-    /// Seconds of the set-up, and of all; `null` where kernel evaluations tell the work.
-    pub(super) setup_seconds: Option<f64>,
-    pub(super) seconds: Option<f64>,
-    pub(super) std_dev_plain: f64,
-    pub(super) std_dev: f64,
+pub struct Row {
+    /// The degree of the polynomials on a cell.
+    pub degree: usize,
+    /// The number of cells; of a cube, per axis.
+    pub cells: usize,
+    /// The number n of unknowns.
+    pub unknowns: usize,
+    /// The number N = n² of walks.
+    pub walks: u64,
+    /// Kernel evaluations of the set-up; `None` if seconds tell the work.
+    pub setup_evaluations: Option<f64>,
+    /// The same of the set-up and N walks.
+    pub evaluations: Option<f64>,
+    /// Seconds of the set-up; `None` if kernel evaluations tell the work.
+    pub setup_seconds: Option<f64>,
+    /// The same of the set-up and N walks.
+    pub seconds: Option<f64>,
+    /// √Var of a plain walk.
+    pub std_dev_plain: f64,
+    /// √Var of a walk that both equations follow.
+    pub std_dev: f64,
     /// √(Var/N) of the preconditioned estimate of N walks.
-    pub(super) error: f64,
-    /// √(Var/N) of as much work spent on plain walks alone.
+    pub error: f64,
+    /// √(Var/N) of as many kernel evaluations spent on plain walks alone.
     #[serde(rename = "error_plain")]
-    pub(super) error_plain_in_evaluations: Option<f64>,
-    pub(super) error_plain_in_seconds: Option<f64>,
+    pub error_plain_in_evaluations: Option<f64>,
+    /// The same for seconds.
+    pub error_plain_in_seconds: Option<f64>,
     /// What rounding leaves of the error however many walks there are.
-    pub(super) rounding_floor: f64,
-    /// (v, Φ), and its error; `null` where that is not known well enough.
-    pub(super) galerkin: f64,
-    pub(super) error_galerkin: Option<f64>,
+    pub rounding_floor: f64,
+    /// The mean (v, Φ) of the Galerkin solution.
+    pub galerkin: f64,
+    /// The error of (v, Φ); `None` if it is not known well enough.
+    pub error_galerkin: Option<f64>,
 }
 
 /// Exponents, found and expected.
 #[derive(Debug, Serialize)]
-pub(super) struct Fits {
+pub struct Fits {
     /// √Var ~ n^this.
-    pub(super) std_dev: Option<f64>,
+    pub std_dev: Option<f64>,
     /// The same from a tenth of the finest level's cells on.
-    pub(super) std_dev_last_decade: Option<f64>,
-    pub(super) std_dev_theory: f64,
-    /// error ~ evaluations^this, or seconds^this.
+    pub std_dev_last_decade: Option<f64>,
+    /// The exponent of √Var in theory.
+    pub std_dev_theory: f64,
+    /// error ~ evaluations^this.
     #[serde(rename = "error")]
-    pub(super) error_in_evaluations: Option<f64>,
-    pub(super) error_in_seconds: Option<f64>,
-    pub(super) error_theory: f64,
+    pub error_in_evaluations: Option<f64>,
+    /// error ~ seconds^this.
+    pub error_in_seconds: Option<f64>,
+    /// The exponent of the error in theory.
+    pub error_theory: f64,
 }
 
-/// An exponent, if there is one.
-pub(super) fn exponent(x: Option<f64>) -> String {
+/// The text of a fitted exponent; a dash if there is none.
+#[must_use]
+pub fn exponent(x: Option<f64>) -> String {
     x.map_or("-".to_owned(), |x| format!("{x:.3}"))
 }
 
-/// N = n².
-pub(super) fn squared(unknowns: usize) -> u64 {
+/// The number N = n² of walks on n unknowns.
+#[must_use]
+pub fn squared(unknowns: usize) -> u64 {
     (unknowns as u64).saturating_pow(2)
 }
 
 impl Row {
-    /// Work is what the clock says or, where it is not asked, kernel evaluations.
-    pub(super) fn new(level: &Level, degree: usize) -> Self {
+    /// The row of a level. Work is what the clock says or, if it is not asked, kernel evaluations.
+    #[must_use]
+    pub fn new(level: &Level, degree: usize) -> Self {
         let (statistics, work) = (&level.statistics, level.clock.ok_or(level.evaluations));
         let deviation = |estimate: Estimate| estimate.std_dev.unwrap_or(f64::NAN);
         let (plain, std_dev) = (
@@ -126,13 +145,26 @@ impl Row {
         }
     }
 
-    /// Whether the deviation is none of rounding.
-    pub(super) fn is_above_rounding(&self) -> bool {
+    /// Whether the standard deviation is above what rounding makes.
+    #[must_use]
+    pub fn is_above_rounding(&self) -> bool {
         self.std_dev > ROUNDING * self.std_dev_plain
     }
 
-    /// The columns of the table for people.
-    pub(super) fn columns(unit: &str) -> [&str; 11] {
+    /// √(Var/N) of as many walks as these seconds leave after the set-up, or what rounding leaves of it; `None` if the set-up
+    /// takes longer, or if seconds were not measured.
+    #[must_use]
+    pub fn error_in(&self, seconds: f64) -> Option<f64> {
+        let setup = self.setup_seconds?;
+        let walk = (self.seconds? - setup) / self.walks as f64;
+        let left = seconds - setup;
+        let error = self.std_dev * (walk / left).sqrt();
+        (left > 0.0).then(|| error.max(self.rounding_floor))
+    }
+
+    /// The heads of the table for people, with this unit of work.
+    #[must_use]
+    pub fn columns(unit: &str) -> [&str; 11] {
         [
             "cells",
             "n",
@@ -148,8 +180,9 @@ impl Row {
         ]
     }
 
-    /// What stands in them.
-    pub(super) fn texts(&self) -> [String; 11] {
+    /// The cells of the table for people.
+    #[must_use]
+    pub fn texts(&self) -> [String; 11] {
         let [_, work, error_plain] = self.work();
         [
             self.cells.to_string(),
@@ -166,8 +199,9 @@ impl Row {
         ]
     }
 
-    /// Evaluations or seconds of the set-up, of all, and the error of plain walks in these.
-    pub(super) fn work(&self) -> [f64; 3] {
+    /// The work of the set-up and of all, in kernel evaluations or seconds, and the error of plain walks with as much.
+    #[must_use]
+    pub fn work(&self) -> [f64; 3] {
         let one = |counted: Option<f64>, timed: Option<f64>| counted.or(timed).unwrap_or(f64::NAN);
         [
             one(self.setup_evaluations, self.setup_seconds),
@@ -178,8 +212,10 @@ impl Row {
 }
 
 impl Rates {
-    pub(super) fn new(
-        sweeping: &Sweeping<'_>,
+    /// The rates of a sweep from its rows, the exact mean or the estimates of all levels, and deterministic solutions.
+    #[must_use]
+    pub fn new(
+        sweep: &Sweep<'_>,
         (exact, estimates): (Option<f64>, &[Estimate]),
         mut rows: Vec<Row>,
         mut nystrom: Vec<Deterministic>,
@@ -206,7 +242,6 @@ impl Rates {
         let above = |row: &&Row| row.is_above_rounding();
         let fit =
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
-        let sweep = &sweeping.sweep;
         let (model, about) = (sweep.model, sweep.model.about());
         let order = model.order(&sweep.discretisation, sweep.walk.pairs);
         let deviations = |from: usize| {
@@ -243,15 +278,17 @@ impl Rates {
         }
     }
 
-    /// "cube of dimension 2".
-    pub(super) fn named(&self) -> String {
+    /// The name of the problem: "cube of dimension 2".
+    #[must_use]
+    pub fn named(&self) -> String {
         let dimension = self.dimension;
         let dimension = dimension.map_or(String::new(), |d| format!(" of dimension {d}"));
         format!("{}{dimension}", self.problem)
     }
 
-    /// "the mean of u, 5 (exact)".
-    pub(super) fn mean_text(&self) -> String {
+    /// The mean for people: "the mean of u, 5 (exact)".
+    #[must_use]
+    pub fn mean_text(&self) -> String {
         let error = self.mean_std_error;
         let error = error.map_or("(exact)".to_owned(), |e| {
             format!("± {e:.1e} (finest level)")
@@ -259,8 +296,9 @@ impl Rates {
         format!("the mean of u, {:.9} {error}", self.mean)
     }
 
-    /// From where errors are told.
-    pub(super) fn reference(&self) -> &'static str {
+    /// The reference of errors, in words.
+    #[must_use]
+    pub fn reference(&self) -> &'static str {
         match self.mean_std_error {
             Some(_) => "the finest level's estimate, where that is known well enough",
             None => "the exact value",
@@ -268,7 +306,8 @@ impl Rates {
     }
 
     /// The tables for people.
-    pub(super) fn text(&self) -> String {
+    #[must_use]
+    pub fn text(&self) -> String {
         let mut rows = vec![Row::columns(self.unit()).map(str::to_owned).to_vec()];
         rows.extend(self.rows.iter().map(|row| row.texts().to_vec()));
         let mut text = format!(
@@ -317,106 +356,12 @@ impl Rates {
         text
     }
 
-    /// What work is counted in.
-    pub(super) fn unit(&self) -> &'static str {
+    /// The unit of work: "seconds" or "evaluations".
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
         match self.rows.first() {
             Some(row) if row.seconds.is_some() => "seconds",
             _ => "evaluations",
-        }
-    }
-
-    pub(super) fn what(&self) -> String {
-        match self.dimension {
-            Some(d) => format!("{}, d = {d}", self.problem),
-            None => self.problem.to_owned(),
-        }
-    }
-
-    /// Errors against work.
-    pub(super) fn work_figure(&self) -> LogLogPlot {
-        let of = |y: &dyn Fn(&Row) -> Option<f64>| {
-            let rows = self.rows.iter();
-            rows.filter_map(|row| Some((row.work()[1], y(row)?)))
-                .collect::<Vec<_>>()
-        };
-        // A deterministic solution ends where its walks would begin.
-        let galerkin = self.rows.iter();
-        let galerkin = galerkin.filter_map(|r| Some((r.work()[0], r.error_galerkin?)));
-        let nystrom = self.nystrom.iter();
-        let nystrom = nystrom.filter_map(|s| Some((s.evaluations, s.error?)));
-        let curve = |name: &str, points, colour, marker| Curve {
-            name: name.to_owned(),
-            points,
-            style: Style {
-                colour,
-                marker: Some(marker),
-                dashed: false,
-            },
-        };
-        let mut curves = vec![
-            curve("plain Monte Carlo", of(&|r| Some(r.work()[2])), 0, 1),
-            curve("Galerkin alone", galerkin.collect(), 5, 3),
-            curve("Gauss–Nyström", nystrom.collect(), 3, 2),
-            curve("preconditioned", of(&|r| Some(r.error)), 1, 0),
-        ];
-        if let (Some(first), Some(last)) = (self.rows.first(), self.rows.last()) {
-            let exponent = self.fits.error_theory;
-            let from = (first.work()[1], 2.0 * first.error);
-            let name = format!("slope {exponent:.2}").replace('-', "−");
-            curves.push(Curve::power_law(&name, exponent, from, last.work()[1]));
-        }
-        LogLogPlot {
-            title: format!("Error of the mean against work ({})", self.what()),
-            x_label: match self.unit() {
-                "seconds" => "seconds, set-up included",
-                _ => "kernel evaluations, set-up included",
-            }
-            .to_owned(),
-            y_label: "error".to_owned(),
-            curves,
-        }
-    }
-
-    /// √Var against n.
-    pub(super) fn deviation_figure(&self) -> LogLogPlot {
-        let of = |y: &dyn Fn(&Row) -> f64| {
-            let rows = self.rows.iter();
-            rows.map(|row| (row.unknowns as f64, y(row)))
-                .collect::<Vec<_>>()
-        };
-        let style = |colour, marker| Style {
-            colour,
-            marker: Some(marker),
-            dashed: false,
-        };
-        let mut curves = vec![
-            Curve {
-                name: "plain Monte Carlo".to_owned(),
-                points: of(&|r| r.std_dev_plain),
-                style: style(0, 1),
-            },
-            Curve {
-                name: "preconditioned".to_owned(),
-                points: of(&|r| r.std_dev),
-                style: style(1, 0),
-            },
-        ];
-        if let (Some(first), Some(last)) = (self.rows.first(), self.rows.last()) {
-            let exponent = self.fits.std_dev_theory;
-            let from = (first.unknowns as f64, 1.5 * first.std_dev);
-            let name = format!("slope {exponent:.2}").replace('-', "−");
-            curves.push(Curve::power_law(
-                &name,
-                exponent,
-                from,
-                last.unknowns as f64,
-            ));
-        }
-        LogLogPlot {
-            title: format!("Standard deviation against cells ({})", self.what()),
-            x_label: "cells n".to_owned(),
-            y_label: "√Var of the mean".to_owned(),
-            curves,
         }
     }
 }
