@@ -4,11 +4,11 @@ use core::time::Duration;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm::answer::{Answer, Solved, Walks};
+use fredholm::answer::Answer;
 use fredholm::choice::choose;
 use fredholm::report::Report;
 use fredholm::{
-    Choices, Error, Goal, Model, Partitioned, Request, Settings, SolveError, Solver, bytes,
+    Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, bytes,
     refuse_beyond_memory,
 };
 use fredholm_core::STEP_LIMIT;
@@ -239,27 +239,15 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
 
 /// The walks of a problem in which nothing is to be chosen.
 pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Failure> {
-    let fail = Failure::of(&problem.file);
-    let settings = &problem.resolved.settings;
-    let (model, walk) = (problem.model(), settings.walk_options());
-    let cells = cut(&problem.file, model, settings, &problem.goals)?;
-    if !walk.allow_infinite_variance {
-        cells
-            .check_variance(walk.pairs, walk.absorption)
-            .map_err(&fail)?;
-    }
-    let request = Request {
-        goals: &problem.goals,
-        walk: &walk,
-        only_u: false,
-    };
-    let walks = Walks {
-        model,
-        scalar: settings.scalar,
-    };
-    Solved::new(&*cells, walk.absorption)
-        .and_then(|solved| solved.walk(&walks, &request, progress))
-        .map_err(&fail)
+    let Resolved {
+        targets, settings, ..
+    } = &problem.resolved;
+    let solver = Solver::with(problem.model(), settings.clone(), targets.clone());
+    let answered = solver.observer(progress).answer();
+    answered.map_err(|error| match error {
+        SolveError::Failed(error) => Failure::of(&problem.file)(error),
+        error => Failure::run(error),
+    })
 }
 
 /// Runs `check`.

@@ -341,6 +341,16 @@ impl<'m> Solver<'m> {
         }
     }
 
+    /// The statistics of the walks of every functional, with a default for what is open in place of a choice.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn answer(&self) -> Result<Answer, SolveError> {
+        self.check()?;
+        let goals = self.goals(&self.targets()?)?;
+        Ok(self.walk(&goals)?)
+    }
+
     /// What would be chosen for this standard error, and what it is predicted to take, without the walks of the answer.
     /// `None`: the number of cells is given, so that nothing is chosen.
     ///

@@ -135,6 +135,9 @@ impl RoomModel {
     /// # Errors
     /// [`Error::Room`].
     pub fn are_inside(&self, positions: &[[f64; 2]]) -> Result<Vec<bool>, Error> {
+        if positions.is_empty() {
+            return Ok(Vec::new());
+        }
         let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
         let tables = Tables::<f64>::new(&self.scene, &mesh);
         let room = &Room::new(tables.geometry(), tables.cells(), Views::none(), 0.5)?;
