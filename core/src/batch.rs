@@ -5,27 +5,27 @@ use core::fmt;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Draws, Ending, Equation, Estimator, Functional, NeighbourOf, Real, Statistics, Stream, Walk,
-    walk,
+    Equation, Estimator, Functional, NeighbourOf, Real, RngUniforms, Statistics, Termination, Walk,
+    WalkSeeds, walk,
 };
 
-/// Everything that a walk of one goal depends on. A batch's statistics follow from a task and
-/// from walk numbers, and from nothing else.
+/// The equations, goal, estimator and seeds of one goal: everything that a walk of it depends on. A
+/// batch's statistics follow from a task and from walk numbers, and from nothing else.
 #[derive(Debug)]
 pub struct Task<'a, E, N: ?Sized, T, G> {
     /// The equation and its chain.
     pub equation: &'a E,
     /// The neighbour equation.
     pub neighbour: &'a N,
-    /// Where walks start, and what is estimated.
+    /// The functional: where walks start, and what is estimated.
     pub functional: &'a T,
-    /// (v, Φ), exact. `None`: [`Functional::neighbour_value`] walk by walk, which is unbiased too; but
+    /// (v, Φ), exact. `None`: [`Functional::control_estimate`] walk by walk, which is unbiased too; but
     /// for a spread-out start its own variance stays in that of ζ.
-    pub neighbour_value: Option<f64>,
-    /// What a walk scores.
+    pub control_mean: Option<f64>,
+    /// The estimator: what a walk scores.
     pub estimator: Estimator,
-    /// Where its draws come from.
-    pub stream: Stream<G>,
+    /// The seeds of the walks' generators.
+    pub seeds: WalkSeeds<G>,
     /// Most states of a walk; a walk that is cut off there is counted.
     pub step_limit: u32,
 }
@@ -66,14 +66,14 @@ where
     /// Walk number `number`, and (v, Φ) or its own part of it.
     #[inline(always)]
     fn follow(&self, estimator: Estimator, number: u64) -> (Walk<E::Scalar>, f64) {
-        let mut draws = Draws(self.stream.generator(number));
+        let mut draws = RngUniforms(self.seeds.generator(number));
         let (x0, phi) = self.functional.start(&mut draws);
         let x0 = self.neighbour.locate(x0);
-        let value = match self.neighbour_value {
+        let value = match self.control_mean {
             Some(value) => value,
             None => {
                 let v = self.neighbour.value(&x0);
-                self.functional.neighbour_value(&x0, phi, v)
+                self.functional.control_estimate(&x0, phi, v)
             }
         };
         let start = (x0, phi);
@@ -112,7 +112,7 @@ impl Batch {
         }
     }
 
-    /// The same batch after as many of its walks as `statistics` are of. `None`: it has not so many.
+    /// Goes on with a batch after the walks of `statistics`. `None`: the batch has fewer walks.
     #[must_use]
     pub fn resume(index: u64, size: u64, walks: u64, statistics: Statistics) -> Option<Self> {
         let fresh = Self::new(index, size, walks);
@@ -161,7 +161,7 @@ impl Batch {
         let mut outcome = Ok(());
         while self.next < end {
             let (scores, value) = walk(self.next);
-            if scores.ending == Ending::NotFinite || !value.is_finite() {
+            if scores.termination == Termination::NotFinite || !value.is_finite() {
                 outcome = Err(NotFinite { walk: self.next });
                 break;
             }

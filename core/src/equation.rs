@@ -90,7 +90,7 @@ pub trait Functional<E: StateSpace> {
 
     /// A number whose mean over p0 is (v, Φ), from a start x0, φ(x0) and v(x0), for where (v, Φ) is not
     /// known: φ(x0) v(x0), unless a functional has one that varies less. Its variance stays in that of ζ.
-    fn neighbour_value(&self, x0: &Located<E::Point>, phi: E::Scalar, v: E::Scalar) -> f64 {
+    fn control_estimate(&self, x0: &Located<E::Point>, phi: E::Scalar, v: E::Scalar) -> f64 {
         let _ = x0;
         (phi * v).to_f64()
     }

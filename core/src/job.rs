@@ -6,10 +6,10 @@ use rand_core::{Rng, SeedableRng};
 
 use crate::{
     Batch, DefaultGenerator, Equation, Estimator, Functional, NeighbourOf, NotFinite, STEP_LIMIT,
-    Stream, Task,
+    Task, WalkSeeds,
 };
 
-/// Everything that a walk of a run depends on: equation, neighbour equation, goals, estimator, seed,
+/// A run's walks, without any type of the problem: equation, neighbour equation, goals, estimator, seed,
 /// step limit and generator.
 ///
 /// The statistics of a batch follow from the job, the goal's number and the batch, and from nothing
@@ -27,16 +27,16 @@ pub trait Job: Sync {
     fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite>;
 }
 
-/// What a run estimates: a functional of the solution and, if it is known, (v, Φ).
+/// A quantity that a run estimates: a functional of the solution and, if it is known, (v, Φ).
 #[derive(Clone, Copy, Debug)]
 pub struct Goal<T> {
-    /// Where walks start, and what is estimated.
+    /// The functional: where walks start, and what is estimated.
     pub functional: T,
-    /// (v, Φ), exact; `None`: walk by walk (see [`Task::neighbour_value`]).
-    pub neighbour_value: Option<f64>,
+    /// (v, Φ), exact; `None`: walk by walk (see [`Task::control_mean`]).
+    pub control_mean: Option<f64>,
 }
 
-/// What walks of all goals have in common, besides the equations.
+/// Options that walks of all goals share: seed, estimator and step limit.
 ///
 /// ```
 /// use fredholm_core::{Estimator, WalkOptions};
@@ -48,7 +48,7 @@ pub struct Goal<T> {
 pub struct WalkOptions {
     /// The seed of all draws.
     pub seed: u64,
-    /// What a walk scores.
+    /// The estimator: what a walk scores.
     pub estimator: Estimator,
     /// Most states of a walk; a walk that is cut off there is counted.
     pub step_limit: u32,
@@ -67,14 +67,14 @@ impl Default for WalkOptions {
 
 /// The job of one equation with one neighbour equation: goals of one type of functional.
 ///
-/// The number of a goal is also the number of its [`Stream`] of draws.
+/// The number of a goal is also the number of its [`WalkSeeds`] of draws.
 #[derive(Debug)]
 pub struct Goals<'a, E, N: ?Sized, T, G = DefaultGenerator> {
     /// The equation and its chain.
     pub equation: &'a E,
     /// The neighbour equation.
     pub neighbour: &'a N,
-    /// What is estimated.
+    /// The goals: what is estimated.
     pub goals: &'a [Goal<T>],
     /// Seed, estimator and step limit.
     pub options: WalkOptions,
@@ -109,7 +109,7 @@ impl<'a, E, N: ?Sized, T> Goals<'a, E, N, T> {
 }
 
 impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
-    /// The same job with draws of another generator, which is part of what bits depend on.
+    /// This job with draws of another generator, which is part of what bits depend on.
     #[must_use]
     pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, H> {
         Goals {
@@ -121,21 +121,21 @@ impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
         }
     }
 
-    /// What the walks of one goal depend on, for instance to replay one. `None`: there is no such
+    /// The [`Task`] of one goal, for instance to replay one. `None`: there is no such
     /// goal.
     #[must_use]
     pub fn task(&self, goal: usize) -> Option<Task<'a, E, N, T, G>> {
         let Goal {
             functional,
-            neighbour_value,
+            control_mean,
         } = self.goals.get(goal)?;
         Some(Task {
             equation: self.equation,
             neighbour: self.neighbour,
             functional,
-            neighbour_value: *neighbour_value,
+            control_mean: *control_mean,
             estimator: self.options.estimator,
-            stream: Stream::new(self.options.seed, goal as u64),
+            seeds: WalkSeeds::new(self.options.seed, goal as u64),
             step_limit: self.options.step_limit,
         })
     }

@@ -8,7 +8,6 @@ extern crate std;
 
 pub mod array;
 mod batch;
-mod draws;
 mod equation;
 pub mod galerkin;
 mod job;
@@ -16,10 +15,10 @@ mod neighbour;
 mod real;
 mod schedule;
 mod statistics;
+mod uniforms;
 mod walk;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
-pub use draws::{DEFAULT_GENERATOR, DefaultGenerator, Draws, Stream, Uniforms};
 pub use equation::{
     At, Equation, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity,
 };
@@ -27,10 +26,12 @@ pub use job::{Goal, Goals, Job, WalkOptions};
 pub use neighbour::{Located, Neighbour, NeighbourOf, NoNeighbour};
 pub use real::Real;
 pub use schedule::{
-    MIN_BATCHES, MIN_SCORED_WALKS, Plan, PlanError, Schedule, StopReason, Tolerance, next_stage,
+    MIN_BATCHES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule, StopReason, Tolerance,
+    next_stage,
 };
-pub use statistics::{Endings, Estimate, Statistics, rounding_floor};
-pub use walk::{Ending, Estimator, Walk, walk};
+pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
+pub use uniforms::{DEFAULT_GENERATOR, DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
+pub use walk::{Estimator, Termination, Walk, walk};
 
-/// The generator traits that [`Stream`] and [`Task`] ask for.
+/// The generator traits that [`WalkSeeds`] and [`Task`] ask for.
 pub use rand_core;

@@ -50,7 +50,7 @@ pub trait Real:
 
     /// The nearest number of this type.
     fn from_f64(x: f64) -> Self;
-    /// The same number as an `f64`; exact.
+    /// This number as an `f64`; exact.
     fn to_f64(self) -> f64;
     /// The nearest number of this type.
     fn from_u32(x: u32) -> Self;

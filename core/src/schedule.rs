@@ -7,11 +7,18 @@ use core::ops::Range;
 use crate::{Estimate, Statistics};
 
 /// The standard error at which a goal is reached.
+///
+/// ```
+/// use fredholm_core::Tolerance;
+///
+/// let percent = Tolerance::Relative(0.01);
+/// assert_eq!(percent.bound(), 0.01);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
-    /// In the units of the estimate.
+    /// A standard error in the units of the estimate.
     Absolute(f64),
-    /// As a part of the estimate's magnitude.
+    /// A standard error relative to the magnitude of the estimate.
     Relative(f64),
 }
 
@@ -69,18 +76,18 @@ pub fn next_stage(done: u64, all: u64) -> u64 {
         .min(all.saturating_sub(done))
 }
 
-/// How much every goal of a run gets, and when it stops. What else a result depends on is in the
-/// [`Job`](crate::Job).
+/// The number of walks of every goal of a run, their batches, and when a goal stops. What else a
+/// result depends on is in the [`Job`](crate::Job).
 ///
 /// ```
-/// use fredholm_core::{Plan, Tolerance};
+/// use fredholm_core::{RunOptions, Tolerance};
 ///
-/// let mut plan = Plan::new(1_000_000);
-/// plan.tolerance = Some(Tolerance::Relative(1e-4));
-/// assert_eq!(plan.batch, 4096);
+/// let mut options = RunOptions::new(1_000_000);
+/// options.tolerance = Some(Tolerance::Relative(1e-4));
+/// assert_eq!(options.batch, 4096);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub struct RunOptions {
     /// Walks for each goal; with a tolerance the most.
     pub walks: u64,
     /// Walks of a batch. It is part of what bits depend on.
@@ -90,7 +97,7 @@ pub struct Plan {
     pub tolerance: Option<Tolerance>,
 }
 
-impl Plan {
+impl RunOptions {
     /// `walks` walks for each goal, in batches of 4096.
     #[must_use]
     pub const fn new(walks: u64) -> Self {
@@ -101,16 +108,16 @@ impl Plan {
         }
     }
 
-    /// Whether it can be run.
+    /// Whether a run with these options is possible.
     ///
     /// # Errors
-    /// [`PlanError`].
-    pub fn validate(&self) -> Result<(), PlanError> {
+    /// [`RunOptionsError`].
+    pub fn validate(&self) -> Result<(), RunOptionsError> {
         if self.walks == 0 || self.batch == 0 {
-            return Err(PlanError::NoWalks);
+            return Err(RunOptionsError::NoWalks);
         }
         match self.tolerance {
-            Some(tolerance) if !(tolerance.bound() > 0.0) => Err(PlanError::Tolerance),
+            Some(tolerance) if !(tolerance.bound() > 0.0) => Err(RunOptionsError::Tolerance),
             _ => Ok(()),
         }
     }
@@ -121,7 +128,7 @@ impl Plan {
         self.batches_of(self.walks)
     }
 
-    /// The number of batches that so many walks are, the last one not always whole.
+    /// The number of batches of this many walks; the last one may be shorter.
     #[must_use]
     pub fn batches_of(&self, walks: u64) -> u64 {
         // The compiler does not know that a batch has a walk, and would link a panic.
@@ -130,16 +137,17 @@ impl Plan {
     }
 }
 
-/// Why a plan cannot be run.
+/// Why [`RunOptions`] cannot be run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlanError {
-    /// The plan has no walks, or batches of no walks.
+#[non_exhaustive]
+pub enum RunOptionsError {
+    /// The run has no walks, or batches of no walks.
     NoWalks,
     /// The tolerance is not a positive number.
     Tolerance,
 }
 
-impl fmt::Display for PlanError {
+impl fmt::Display for RunOptionsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NoWalks => "at least one walk and one walk a batch are needed",
@@ -148,7 +156,7 @@ impl fmt::Display for PlanError {
     }
 }
 
-impl core::error::Error for PlanError {}
+impl core::error::Error for RunOptionsError {}
 
 /// Why a run ended, or one goal of it: from the best reason to the worst. A run of several goals
 /// ended for the greatest of their reasons.
@@ -171,18 +179,20 @@ pub enum StopReason {
 /// it stops. As plain numbers it may be saved, or be followed by many machines at once.
 ///
 /// ```
-/// use fredholm_core::{Batch, Job, NotFinite, Plan, PlanError, Schedule, Statistics, StopReason};
+/// use fredholm_core::{
+///     Batch, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
+/// };
 ///
 /// /// What every runner does, one batch after the other.
-/// fn run_alone(job: &dyn Job, plan: Plan) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
-///     let mut schedule = Schedule::new(plan).expect("a plan with walks");
+/// fn run_alone(job: &dyn Job, options: RunOptions) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
+///     let mut schedule = Schedule::new(options).expect("options with walks");
 ///     let mut statistics = vec![Statistics::default(); job.goals()];
 ///     let mut active: Vec<usize> = (0..job.goals()).collect();
 ///     let mut reason = StopReason::Done;
 ///     while !active.is_empty() {
 ///         for &goal in &active {
 ///             for index in schedule.stage() {
-///                 let mut batch = Batch::new(index, plan.batch, plan.walks);
+///                 let mut batch = Batch::new(index, options.batch, options.walks);
 ///                 job.run(goal, &mut batch, u64::MAX)?;
 ///                 statistics[goal].merge(batch.statistics());
 ///             }
@@ -200,7 +210,7 @@ pub enum StopReason {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
-    plan: Plan,
+    options: RunOptions,
     /// The batches of each goal before this one are merged.
     next: u64,
     /// The stage ends before this batch.
@@ -211,32 +221,32 @@ impl Schedule {
     /// The schedule of a run that has not begun: its first stage.
     ///
     /// # Errors
-    /// [`PlanError`].
-    pub fn new(plan: Plan) -> Result<Self, PlanError> {
-        plan.validate()?;
+    /// [`RunOptionsError`].
+    pub fn new(options: RunOptions) -> Result<Self, RunOptionsError> {
+        options.validate()?;
         Ok(Self {
-            plan,
+            options,
             next: 0,
-            end: next_stage(0, plan.batches()),
+            end: next_stage(0, options.batches()),
         })
     }
 
     /// The schedule of a run in a stage of which these batches are left ([`stage`](Self::stage)).
-    /// `None`: the plan is impossible, or has not so many batches.
+    /// `None`: the options are impossible, or have fewer batches.
     #[must_use]
-    pub fn resume(plan: Plan, Range { start, end }: Range<u64>) -> Option<Self> {
-        let fits = plan.validate().is_ok() && start <= end && end <= plan.batches();
+    pub fn resume(options: RunOptions, Range { start, end }: Range<u64>) -> Option<Self> {
+        let fits = options.validate().is_ok() && start <= end && end <= options.batches();
         fits.then_some(Self {
-            plan,
+            options,
             next: start,
             end,
         })
     }
 
-    /// What is run.
+    /// The options of the run.
     #[must_use]
-    pub const fn plan(&self) -> &Plan {
-        &self.plan
+    pub const fn options(&self) -> &RunOptions {
+        &self.options
     }
 
     /// The numbers of the batches that the stage has left, for every goal that has not stopped.
@@ -262,9 +272,9 @@ impl Schedule {
         if self.next < self.end {
             return None;
         }
-        match self.plan.tolerance {
+        match self.options.tolerance {
             Some(tolerance) if tolerance.reached(merged, self.next) => Some(StopReason::Done),
-            _ if self.next < self.plan.batches() => None,
+            _ if self.next < self.options.batches() => None,
             Some(_) => Some(StopReason::ToleranceNotReached),
             None => Some(StopReason::Done),
         }
@@ -273,6 +283,6 @@ impl Schedule {
     /// Begins the stage after this one, for the goals that go on. After the last walks it is empty.
     pub fn begin_stage(&mut self) {
         self.next = self.end;
-        self.end += next_stage(self.next, self.plan.batches());
+        self.end += next_stage(self.next, self.options.batches());
     }
 }

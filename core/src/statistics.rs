@@ -1,14 +1,14 @@
 //! What is kept of many walks: f64 means, variances and covariances that merge.
 
 use crate::array::from_fn;
-use crate::{Ending, Real, Walk};
+use crate::{Real, Termination, Walk};
 
 /// The most walks, and states, that anyone can have run: 10⁹ a second for 36 years.
 const MOST: u64 = 1 << 60;
 
 /// How many walks ended in which way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Endings {
+pub struct Terminations {
     /// Absorbed.
     pub absorbed: u64,
     /// Left the space.
@@ -90,10 +90,10 @@ impl Statistics {
         let control = eta - value;
         self.walks += 1;
         self.states += u64::from(walk.states);
-        match walk.ending {
-            Ending::Absorbed => {}
-            Ending::Left => self.left += 1,
-            Ending::StepLimit | Ending::NotFinite => self.step_limit += 1,
+        match walk.termination {
+            Termination::Absorbed => {}
+            Termination::Left => self.left += 1,
+            Termination::StepLimit | Termination::NotFinite => self.step_limit += 1,
         }
         // Without their signs: −0 is nothing, too.
         let bits = (plain.to_bits() | eta.to_bits()) << 1;
@@ -134,7 +134,7 @@ impl Statistics {
         (share, n_self * share)
     }
 
-    /// Everything, in 96 bytes: as little-endian words the numbers of walks, of states, of walks
+    /// The statistics in 96 bytes: as little-endian words the numbers of walks, of states, of walks
     /// that left, that met the step limit and that scored; then mean and sum of squared deviations
     /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations.
     #[must_use]
@@ -157,7 +157,7 @@ impl Statistics {
         bytes
     }
 
-    /// What [`to_bytes`](Self::to_bytes) wrote, to the bit. `None`: the numbers of walks
+    /// The statistics that [`to_bytes`](Self::to_bytes) wrote, to the bit. `None`: the numbers of walks
     /// contradict each other, or there are more than 2⁶⁰ walks or states, which nobody can have run
     /// and to which no more could be added. That is no check against other damage.
     #[must_use]
@@ -183,7 +183,7 @@ impl Statistics {
             zeta,
             cross: float(),
         };
-        // `endings` subtracts the two.
+        // `terminations` subtracts the two.
         let cut_short = left.checked_add(step_limit)?;
         let possible = cut_short <= walks && scored <= walks && walks.max(states) <= MOST;
         possible.then_some(statistics)
@@ -203,8 +203,8 @@ impl Statistics {
 
     /// How the walks ended.
     #[must_use]
-    pub const fn endings(&self) -> Endings {
-        Endings {
+    pub const fn terminations(&self) -> Terminations {
+        Terminations {
             absorbed: self.walks - self.left - self.step_limit,
             left: self.left,
             step_limit: self.step_limit,
@@ -292,14 +292,14 @@ pub fn rounding_floor<F: Real>(v: f64, u: f64, kp: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::Statistics;
-    use crate::{Ending, Walk};
+    use crate::{Termination, Walk};
 
     fn walk(plain: f64, control: f64) -> Walk<f64> {
         Walk {
             plain,
             control,
             states: 2,
-            ending: Ending::Absorbed,
+            termination: Termination::Absorbed,
         }
     }
 
@@ -410,7 +410,7 @@ mod tests {
             plain: 5.8_f32,
             control: 5.7,
             states: 1,
-            ending: Ending::Absorbed,
+            termination: Termination::Absorbed,
         };
         let mut batch = Statistics::default();
         for _ in 0..4096 {

@@ -4,7 +4,14 @@ use num_traits::{one, zero};
 
 use crate::{Equation, Located, NeighbourOf, Real, Uniforms};
 
-/// What a walk scores.
+/// The estimator: what a walk scores.
+///
+/// ```
+/// use fredholm_core::{Estimator, WalkOptions};
+///
+/// let options = WalkOptions { estimator: Estimator::Collision, ..WalkOptions::default() };
+/// assert_ne!(options.estimator, WalkOptions::default().estimator);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Estimator {
@@ -18,7 +25,7 @@ pub enum Estimator {
 
 /// How a walk ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Ending {
+pub enum Termination {
     /// Absorbed, with probability q(x_m).
     Absorbed,
     /// Left the space: [`Sampler::step`](crate::Sampler::step) returned `None`.
@@ -40,7 +47,7 @@ pub struct Walk<F> {
     /// Visited states, the start included.
     pub states: u32,
     /// How it ended.
-    pub ending: Ending,
+    pub termination: Termination,
 }
 
 /// Follows one walk of at most `step_limit` states from x0 with weight φ(x0), and scores both
@@ -65,7 +72,7 @@ where
         plain: zero(),
         control: zero(),
         states: 0,
-        ending: Ending::StepLimit,
+        termination: Termination::StepLimit,
     };
     // φ k…k and φ h…h of the states so far.
     let (mut weight_k, mut weight_h) = (phi, phi);
@@ -82,11 +89,11 @@ where
                 walk.plain = weight_k * equation.source(&x.point) * per_absorption;
                 walk.control = weight_h * neighbour.source(&x) * per_absorption;
             }
-            walk.ending = Ending::Absorbed;
+            walk.termination = Termination::Absorbed;
             break;
         }
         let Some(next) = equation.step(&x.point, uniforms) else {
-            walk.ending = Ending::Left;
+            walk.termination = Termination::Left;
             break;
         };
         let y = neighbour.locate(next);
@@ -97,7 +104,7 @@ where
     }
     // An infinity or NaN in either stays one in the difference.
     if !(walk.plain - walk.control).is_finite() {
-        walk.ending = Ending::NotFinite;
+        walk.termination = Termination::NotFinite;
     }
     walk
 }

@@ -4,8 +4,10 @@
 use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fredholm_core::galerkin::{Coefficients, Dense, OffDiagonal, PairKind, Partition, Piecewise};
-use fredholm_core::{Draws, Goal, Goals, Neighbour, Plan, Real, Stream, Uniforms, WalkOptions};
+use fredholm_core::galerkin::{Coefficients, Dense, DiagonalRule, PairKind, Partition, Piecewise};
+use fredholm_core::{
+    Goal, Goals, Neighbour, Real, RngUniforms, RunOptions, Uniforms, WalkOptions, WalkSeeds,
+};
 use fredholm_cube::{
     Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table, functions,
 };
@@ -15,7 +17,7 @@ const PER_AXIS: usize = 10;
 const CELLS: usize = 1000;
 const ABSORPTION: f64 = 0.2;
 const WALKS: u64 = 400_000;
-const ALL: OffDiagonal = OffDiagonal {
+const ALL: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Galerkin,
 };
 
@@ -98,10 +100,10 @@ fn engine<C: Coefficients<Scalar = f64> + Sync>(
     let neighbour = Piecewise::new(cube, coefficients, ALL, v, g).unwrap();
     let goals = [Goal {
         functional: Mean,
-        neighbour_value: Some(Mean::of(v)),
+        control_mean: Some(Mean::of(v)),
     }];
     let job = Goals::new(cube, &neighbour, &goals, WalkOptions::default());
-    let outcome = run(&job, &Plan::new(WALKS), None, &()).unwrap();
+    let outcome = run(&job, &RunOptions::new(WALKS), None, &()).unwrap();
     let statistics = &outcome.statistics[0];
     (statistics.preconditioned().estimate, statistics.states())
 }
@@ -114,9 +116,9 @@ fn straightforward(entries: &[f64], v: &[f64], g: &[f64]) -> (f64, u64) {
     };
     let value = v.iter().sum::<f64>() / CELLS as f64;
     let (mut sum, mut visited) = (0.0, 0);
-    let stream = <Stream>::new(1, 0);
+    let seeds = <WalkSeeds>::new(1, 0);
     for walk in 0..WALKS {
-        let mut draws = Draws(stream.generator(walk));
+        let mut draws = RngUniforms(seeds.generator(walk));
         let mut x: [f64; 3] = core::array::from_fn(|_| Uniforms::<f64>::uniform(&mut draws));
         let (mut k, mut h) = (1.0, 1.0);
         loop {
@@ -194,11 +196,11 @@ fn degrees(c: &mut Criterion) {
         let by_axes = Piecewise::new(&cube, &tables, ALL, &solution.v, &g).unwrap();
         let goals = [Goal {
             functional: Mean,
-            neighbour_value: Some(Mean::of_blocks::<f64, B>(&solution.v)),
+            control_mean: Some(Mean::of_blocks::<f64, B>(&solution.v)),
         }];
         let states = |neighbour: &(dyn Neighbour<Scalar = f64, Point = [f64; D]> + Sync)| {
             let job = Goals::new(&cube, neighbour, &goals, WalkOptions::default());
-            let outcome = run(&job, &Plan::new(10_000), None, &()).unwrap();
+            let outcome = run(&job, &RunOptions::new(10_000), None, &()).unwrap();
             outcome.statistics[0].states()
         };
         let mut group = c.benchmark_group(format!("cube, d = {D}, a state by degree"));

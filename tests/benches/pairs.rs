@@ -11,7 +11,7 @@ use fredholm_core::{
     Batch, Equation, Estimator, Functional, Located, Neighbour, NeighbourOf, STEP_LIMIT, Task,
 };
 use fredholm_cube::{Mean, model};
-use fredholm_room::{Choice, Grading, View};
+use fredholm_room::{Choice, Grading, Visibility};
 use fredholm_tests::circle::{IN_S, LIGHT, RHO, with_polynomials};
 use fredholm_tests::cube::{ALL, with_smooth};
 use fredholm_tests::room::{Setup, furnished};
@@ -28,9 +28,9 @@ where
         equation,
         neighbour,
         functional,
-        neighbour_value: Some(value),
+        control_mean: Some(value),
         estimator: Estimator::Absorption,
-        stream: <fredholm_core::Stream>::new(1, 0),
+        seeds: <fredholm_core::WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
     let run = || {
@@ -72,7 +72,7 @@ fn circles(c: &mut Criterion) {
             |circle, neighbour, v| {
                 let all = MeanOver::new(circle, 0.0, core::f64::consts::TAU).unwrap();
                 states(&mut group, &degree, (circle, neighbour, &all, all.of(v)));
-                let polynomials = fredholm_circle::Polynomials::<_, _, B>::new(circle);
+                let polynomials = circle.with_functions::<B>();
                 let pairs: Vec<_> = (0..100)
                     .flat_map(|i| {
                         let x = neighbour.locate(circle.point(0.0628 * (f64::from(i) + 0.3)));
@@ -129,13 +129,13 @@ fn rooms(c: &mut Criterion) {
             states(&mut group, &degree, (room, neighbour, &mean, mean.of(v)));
             let n = room.table().len();
             for (name, wanted) in [
-                ("partly seen", [View::Partly; 2]),
-                ("wholly seen", [View::Wholly, View::Evenly]),
+                ("partly seen", [Visibility::Partial; 2]),
+                ("wholly seen", [Visibility::Full, Visibility::FullBounded]),
             ] {
                 let mut pairs = Vec::new();
                 for i in 0..n {
                     let x = neighbour.locate(room.inside(i, 0.3).unwrap());
-                    let seen = (0..n).filter(|&j| wanted.contains(&room.views().view(i, j)));
+                    let seen = (0..n).filter(|&j| wanted.contains(&room.views().visibility(i, j)));
                     pairs.extend(seen.map(|j| (x, j)));
                 }
                 println!("{name}, {degree}: {} of {} pairs", pairs.len(), n * n);

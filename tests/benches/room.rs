@@ -4,9 +4,9 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::{
-    Batch, DefaultGenerator, Draws, Estimator, STEP_LIMIT, Sampler, Stream, Task, Uniforms,
+    Batch, DefaultGenerator, Estimator, RngUniforms, STEP_LIMIT, Sampler, Task, Uniforms, WalkSeeds,
 };
-use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, Views};
+use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, VisibilityTable};
 use fredholm_tests::room::{Drawing, Setup, crowd, furnished, polygon};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
@@ -16,8 +16,14 @@ const RAYS: usize = 10_000;
 
 /// What a walk casts: wall, origin, direction.
 fn rays(tables: &Tables<f64>) -> Vec<(u32, [f64; 2], [f64; 2])> {
-    let room = Room::new(tables.geometry(), tables.cells(), Views::none(), 0.2).unwrap();
-    let mut uniforms = Draws(Stream::<DefaultGenerator>::new(1, 0).generator(0));
+    let room = Room::new(
+        tables.geometry(),
+        tables.cells(),
+        VisibilityTable::none(),
+        0.2,
+    )
+    .unwrap();
+    let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
     let mut x = room.point(0, 0.4).unwrap();
     (0..RAYS)
         .map(|_| {
@@ -117,9 +123,9 @@ fn degrees(c: &mut Criterion) {
                     equation: room,
                     neighbour,
                     functional: &mean,
-                    neighbour_value: Some(mean.of(v)),
+                    control_mean: Some(mean.of(v)),
                     estimator: Estimator::Absorption,
-                    stream: <Stream>::new(1, 0),
+                    seeds: <WalkSeeds>::new(1, 0),
                     step_limit: STEP_LIMIT,
                 };
                 let run = || {

@@ -7,7 +7,7 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
-use fredholm_core::{At, Batch, Estimator, STEP_LIMIT, Stream, Task};
+use fredholm_core::{At, Batch, Estimator, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_tests::circle::{DEFAULT, LIGHT, with_polynomials};
 use loops::{Setup, Specialised};
 
@@ -58,9 +58,9 @@ fn degrees(c: &mut Criterion) {
                     equation: circle,
                     neighbour: n,
                     functional: &At(circle.point(0.3)),
-                    neighbour_value: Some(0.0),
+                    control_mean: Some(0.0),
                     estimator: Estimator::Absorption,
-                    stream: <Stream>::new(1, 0),
+                    seeds: <WalkSeeds>::new(1, 0),
                     step_limit: STEP_LIMIT,
                 };
                 let run = || {

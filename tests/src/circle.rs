@@ -3,10 +3,10 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Circle, Emission, Harmonic, Point, Polynomials, Residual, Tables, residual_moments,
+    Circle, Emission, Harmonic, Point, PolynomialCircle, Residual, Tables, residual_moments,
 };
 use fredholm_core::galerkin::{
-    AllPointwise, OffDiagonal, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
+    AllPointwise, DiagonalRule, PairKind, Pairs, Partition, Piecewise, PointwiseSource,
 };
 use fredholm_core::{Located, Real};
 
@@ -23,15 +23,15 @@ pub const LIGHT: Harmonic = Harmonic {
     frequency: 5,
 };
 /// The paper's pairs: the diagonal left out.
-pub const PAPER: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::None,
+pub const PAPER: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Dropped,
 };
 /// The program's default: the diagonal pointwise.
-pub const DEFAULT: OffDiagonal = OffDiagonal {
+pub const DEFAULT: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Pointwise,
 };
 /// All pairs in S.
-pub const IN_S: OffDiagonal = OffDiagonal {
+pub const IN_S: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Galerkin,
 };
 
@@ -258,10 +258,10 @@ impl<'a, F: Real> Description for Described<'a, F> {
 pub type OfDegree<'c, 'a, F, E, S, const B: usize> = Piecewise<
     'c,
     F,
-    Polynomials<'c, 'a, F, E, B>,
-    Polynomials<'c, 'a, F, E, B>,
+    PolynomialCircle<'c, 'a, F, E, B>,
+    PolynomialCircle<'c, 'a, F, E, B>,
     S,
-    PointwiseSource<'c, F, Polynomials<'c, 'a, F, E, B>, S, B>,
+    PointwiseSource<'c, F, PolynomialCircle<'c, 'a, F, E, B>, S, B>,
     B,
 >;
 
@@ -283,7 +283,7 @@ where
 {
     let wide_tables = Tables::<f64>::new(reflectance, cells).unwrap();
     let wide = Circle::new(wide_tables.cells(), emission, 0.2).unwrap();
-    let wide = Polynomials::<_, _, B>::new(&wide);
+    let wide = wide.with_functions::<B>();
     let solution = wide.solve(1e-15, 1000).unwrap();
     let (v, g) = (
         solution.rounded().unwrap(),
@@ -291,7 +291,7 @@ where
     );
     let tables = Tables::new(reflectance, cells).unwrap();
     let circle = Circle::new(tables.cells(), emission, 0.2).unwrap();
-    let polynomials = Polynomials::new(&circle);
+    let polynomials = circle.with_functions();
     let neighbour = Piecewise::with_pointwise(&polynomials, &polynomials, pairs, &v, &g).unwrap();
     then(&circle, &neighbour, &v)
 }
@@ -299,7 +299,7 @@ where
 /// A circle with polynomials as the kit sees it.
 struct Curved<'x, 'a, F, const B: usize> {
     circle: &'x Described<'a, F>,
-    polynomials: Polynomials<'x, 'a, F, Harmonic, B>,
+    polynomials: PolynomialCircle<'x, 'a, F, Harmonic, B>,
 }
 
 /// As [`examined`], with polynomials of degree B − 1.
@@ -310,7 +310,7 @@ pub fn examined_of_degree<const B: usize>(cells: usize, light: Harmonic, seed: u
     ) -> Curved<'x, 'a, F, B> {
         Curved {
             circle,
-            polynomials: Polynomials::new(&circle.circle),
+            polynomials: circle.circle.with_functions(),
         }
     }
     described::<f32, _>(&RHO, cells, light, |narrow| {
@@ -321,7 +321,7 @@ pub fn examined_of_degree<const B: usize>(cells: usize, light: Harmonic, seed: u
 }
 
 impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
-    type Equation = Polynomials<'x, 'a, F, Harmonic, B>;
+    type Equation = PolynomialCircle<'x, 'a, F, Harmonic, B>;
     const DIMENSION: usize = 1;
 
     fn equation(&self) -> &Self::Equation {
@@ -360,7 +360,7 @@ impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
         }
         let tables = Tables::<f64>::new(&RHO, n).unwrap();
         let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
-        let wide = Polynomials::<_, _, B>::new(&wide);
+        let wide = wide.with_functions::<B>();
         let solution = wide.solve(1e-15, 1000).unwrap();
         let v = solution.rounded::<F>().unwrap();
         let moments = residual_moments(&wide, &solution).unwrap();

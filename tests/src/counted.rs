@@ -149,9 +149,14 @@ impl<P: TransitionMoments<B>, const B: usize> TransitionMoments<B> for Counted<'
         count(&self.counts.moments);
         self.inner.moments(x, j)
     }
-    fn divide(&self, x: &Located<P::Point>, j: usize, right: [P::Scalar; B]) -> [P::Scalar; B] {
+    fn solve_moments(
+        &self,
+        x: &Located<P::Point>,
+        j: usize,
+        right: [P::Scalar; B],
+    ) -> [P::Scalar; B] {
         count(&self.counts.moments);
-        self.inner.divide(x, j, right)
+        self.inner.solve_moments(x, j, right)
     }
 }
 

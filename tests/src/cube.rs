@@ -1,14 +1,13 @@
 //! What the checks need to know of the cube.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Dense, GalerkinMatrix, OffDiagonal, PairKind, Pairs, Partition, Piecewise,
+    AllPointwise, Dense, DiagonalRule, GalerkinMatrix, PairKind, Pairs, Partition, Piecewise,
     PointwiseSource, Rounded, SourceTable, rounded,
 };
 use fredholm_core::{Located, Real};
 use fredholm_cube::model::{Model, ModelKernel};
 use fredholm_cube::{
-    CellIntegral, Cube, Function, IntegralKernel, KernelFactors, Product, ProductTables, Rule,
-    table,
+    Cube, KernelFactors, KernelFn, KernelIntegral, Product, ProductTables, Rule, ScalarField, table,
 };
 
 use crate::description::Description;
@@ -19,16 +18,16 @@ use crate::quadrature::{gauss_legendre, split, tensor};
 pub const ABSORPTION: f64 = 0.2;
 
 /// All pairs in S.
-pub const ALL: OffDiagonal = OffDiagonal {
+pub const ALL: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Galerkin,
 };
 /// The diagonal pointwise.
-pub const POINTWISE: OffDiagonal = OffDiagonal {
+pub const POINTWISE: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Pointwise,
 };
 /// The diagonal left out.
-pub const OUTSIDE: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::None,
+pub const OUTSIDE: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Dropped,
 };
 
 /// ½ exp(−|x − y|²): smooth, and a product.
@@ -50,7 +49,7 @@ impl<F: Real> KernelFactors<F> for Gauss {
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp;
 
-impl<F: Real, const D: usize> Function<F, D> for Ramp {
+impl<F: Real, const D: usize> ScalarField<F, D> for Ramp {
     fn value(&self, x: &[F; D]) -> F {
         x.iter().fold(F::one(), |sum, &x| sum + x)
     }
@@ -83,8 +82,8 @@ pub fn with_table<F: Real, const D: usize, K, S, P, R>(
     then: impl FnOnce(&Cube<F, D, K, S>, &Dense<'_, F>, &[F], &[F]) -> R,
 ) -> R
 where
-    K: IntegralKernel<f64, D> + IntegralKernel<F, D> + Copy,
-    S: Function<f64, D> + Function<F, D> + Copy,
+    K: KernelFn<f64, D> + KernelFn<F, D> + Copy,
+    S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs,
 {
     let rule = Rule::new(2).unwrap();
@@ -115,8 +114,8 @@ pub fn with_smooth<F: Real, const D: usize, K, S, P, R>(
     then: impl FnOnce(&Cube<F, D, K, S>, &Smooth<'_, F, D, K, S, Dense<'_, F>, P>, &[F]) -> R,
 ) -> R
 where
-    K: IntegralKernel<f64, D> + IntegralKernel<F, D> + Copy,
-    S: Function<f64, D> + Function<F, D> + Copy,
+    K: KernelFn<f64, D> + KernelFn<F, D> + Copy,
+    S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs + Copy,
 {
     with_table(equation, cells, pairs, spoil, |cube, dense, v, g| {
@@ -137,8 +136,8 @@ pub fn with_pointwise<F: Real, const D: usize, K, S, P, R>(
     then: impl FnOnce(&Cube<F, D, K, S>, &Pointwise<'_, F, D, K, S, P>, &[F]) -> R,
 ) -> R
 where
-    K: IntegralKernel<f64, D> + CellIntegral<F, D> + Copy,
-    S: Function<f64, D> + Function<F, D> + Copy,
+    K: KernelFn<f64, D> + KernelIntegral<F, D> + Copy,
+    S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs + Copy,
 {
     with_table(equation, cells, pairs, spoil, |cube, dense, v, g| {
@@ -163,7 +162,7 @@ pub fn with_product<F: Real, const D: usize, T, S, P, R>(
 ) -> R
 where
     T: KernelFactors<f64> + KernelFactors<F> + Copy,
-    S: Function<f64, D> + Function<F, D> + Copy,
+    S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs + Copy,
 {
     let rule = Rule::new(2).unwrap();
@@ -189,7 +188,7 @@ pub type GradedNeighbour<'a, F, const D: usize, T, S, C, const B: usize> = Piece
     F,
     Graded<F, D, T, S, B>,
     Rounded<'a, C, F>,
-    OffDiagonal,
+    DiagonalRule,
     SourceTable<'a, F, Graded<F, D, T, S, B>, B>,
     B,
 >;
@@ -210,7 +209,7 @@ pub fn with_degree<F: Real, const D: usize, T, S, R, const B: usize>(
 ) -> R
 where
     T: KernelFactors<f64> + KernelFactors<F> + Copy,
-    S: Function<f64, D> + Function<F, D> + Copy,
+    S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
 {
     let wide = Cube::<f64, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
     let wide = wide.with_functions::<B>();
@@ -230,7 +229,7 @@ where
 #[derive(Clone, Copy, Debug)]
 pub struct Furnace(pub Product<ModelKernel>);
 
-impl<F: Real, const D: usize> Function<F, D> for Furnace {
+impl<F: Real, const D: usize> ScalarField<F, D> for Furnace {
     fn value(&self, x: &[F; D]) -> F {
         F::one() - self.0.integral(x, &[F::zero(); D], &[F::one(); D])
     }
@@ -240,10 +239,10 @@ impl<F: Real, const D: usize> Function<F, D> for Furnace {
 #[derive(Clone, Copy, Debug)]
 pub struct Raised(pub Model);
 
-impl<F: Real, const D: usize> Function<F, D> for Raised {
+impl<F: Real, const D: usize> ScalarField<F, D> for Raised {
     fn value(&self, x: &[F; D]) -> F {
-        let one: F = Function::value(&Furnace(self.0.kernel), x);
-        one + Function::value(&self.0.source, x)
+        let one: F = ScalarField::value(&Furnace(self.0.kernel), x);
+        one + ScalarField::value(&self.0.source, x)
     }
 }
 
@@ -266,7 +265,7 @@ struct Described<F, const D: usize, S> {
     rule: Vec<(f64, f64)>,
 }
 
-impl<F: Real, const D: usize, S: Function<F, D> + Copy> Described<F, D, S> {
+impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy> Described<F, D, S> {
     /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis
     /// give the integrals over a cell to rounding.
     fn new(model: Model, source: S, solution: Solution, cells: usize, points: usize) -> Self {
@@ -287,7 +286,7 @@ struct AtDegree<F, const D: usize, S, const B: usize> {
     relative: f64,
 }
 
-impl<F: Real, const D: usize, S: Function<F, D> + Copy, const B: usize> AtDegree<F, D, S, B> {
+impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy, const B: usize> AtDegree<F, D, S, B> {
     fn new(flat: Described<F, D, S>, relative: f64) -> Self {
         let cube: Cube<_, D, _, _, B> = flat.cube.with_functions();
         // The kit's own integrals have points stored to ε, so that t is known to 2mε, and the derivative of
@@ -336,7 +335,7 @@ fn at_degree<S, const D: usize, const B: usize>(
     seed: u64,
 ) -> Report
 where
-    S: Function<f32, D> + Function<f64, D> + Copy + Sync,
+    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
 {
     let narrow = Described::<f32, D, _>::new(model, source, solution, cells, points);
     let wide = Described::<f64, D, _>::new(model, source, solution, cells, points);
@@ -349,7 +348,7 @@ where
 
 impl<F: Real, const D: usize, S, const B: usize> Description<B> for AtDegree<F, D, S, B>
 where
-    S: Function<F, D> + Function<f64, D> + Copy + Sync,
+    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
 {
     type Equation = Cube<F, D, Product<ModelKernel>, S, B>;
     const DIMENSION: usize = D;
@@ -464,7 +463,7 @@ fn flat<S, const D: usize>(
     seed: u64,
 ) -> Report
 where
-    S: Function<f32, D> + Function<f64, D> + Copy + Sync,
+    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
 {
     examine_both(
         &Described::<f32, D, _>::new(model, source, solution, cells, points),
@@ -475,7 +474,7 @@ where
 
 impl<F: Real, const D: usize, S> Description for Described<F, D, S>
 where
-    S: Function<F, D> + Function<f64, D> + Copy + Sync,
+    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
 {
     type Equation = Cube<F, D, Product<ModelKernel>, S>;
     const DIMENSION: usize = D;
@@ -544,7 +543,7 @@ where
     }
 
     fn solution(&self, x: &[F; D]) -> Option<f64> {
-        let u = || -> f64 { Function::value(&self.model.solution, &x.map(Real::to_f64)) };
+        let u = || -> f64 { ScalarField::value(&self.model.solution, &x.map(Real::to_f64)) };
         Some(match self.solution {
             Solution::Own => u(),
             Solution::One => 1.0,

@@ -8,8 +8,8 @@ pub mod line;
 use cases::{Case, Runner, Start, drive};
 use fredholm_core::rand_core::Rng;
 use fredholm_core::{
-    DefaultGenerator, Equation, Goal, Goals, Job, NeighbourOf, Plan, Statistics, Stream, Task,
-    WalkOptions,
+    DefaultGenerator, Equation, Goal, Goals, Job, NeighbourOf, RunOptions, Statistics, Task,
+    WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
 
@@ -49,13 +49,13 @@ impl Runner for Workstation {
         name: &str,
         case: Case<'_, E, N, T>,
         goal: u64,
-        plan: Plan,
+        run_options: RunOptions,
     ) {
         let estimator = case.estimator;
         let statistics = match self.with {
-            With::Embedded(walks) => drive(case, plan, walks, || ()).expect("a run ends"),
-            With::Resets(seed) => with_resets(seed, case, plan),
-            With::Rayon(threads) => on_threads(threads, &case, goal, plan),
+            With::Embedded(walks) => drive(case, run_options, walks, || ()).expect("a run ends"),
+            With::Resets(seed) => with_resets(seed, case, run_options),
+            With::Rayon(threads) => on_threads(threads, &case, goal, run_options),
         };
         line::line::<E::Scalar>(&mut self.lines, name, estimator, &statistics)
             .expect("writing to a string does not fail");
@@ -66,17 +66,18 @@ impl Runner for Workstation {
 fn with_resets<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     seed: u64,
     case: Case<'_, E, N, T>,
-    plan: Plan,
+    run_options: RunOptions,
 ) -> Statistics {
     let again = || Task { ..case };
-    let mut random = Stream::<DefaultGenerator>::new(seed, 0).generator(0);
-    let mut driver = Driver::new(again(), plan).unwrap();
+    let mut random = WalkSeeds::<DefaultGenerator>::new(seed, 0).generator(0);
+    let mut driver = Driver::new(again(), run_options).unwrap();
     for _ in 0..100 {
         // 4000 walks in the mean.
         driver.poll(random.next_u64() % 81).unwrap();
         let before = (driver.statistics(), driver.stop());
         let bytes = driver.save().to_bytes();
-        driver = Driver::restore(again(), plan, &State::from_bytes(&bytes).unwrap()).unwrap();
+        driver =
+            Driver::restore(again(), run_options, &State::from_bytes(&bytes).unwrap()).unwrap();
         // Walks that were lost and run again would end with the same bits, too.
         assert_eq!((driver.statistics(), driver.stop()), before);
     }
@@ -88,12 +89,12 @@ fn on_threads<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     threads: usize,
     case: &Case<'_, E, N, T>,
     goal: u64,
-    plan: Plan,
+    run_options: RunOptions,
 ) -> Statistics {
     // Goals are numbered from 0: the last one is the case's.
     let one = Goal {
         functional: *case.functional,
-        neighbour_value: case.neighbour_value,
+        control_mean: case.control_mean,
     };
     let goals = vec![one; goal as usize + 1];
     let options = WalkOptions {
@@ -102,12 +103,12 @@ fn on_threads<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         step_limit: case.step_limit,
     };
     let job = Goals::new(case.equation, case.neighbour, &goals, options);
-    run_on(threads, &job, plan, goal as usize)
+    run_on(threads, &job, run_options, goal as usize)
 }
 
-fn run_on(threads: usize, job: &dyn Job, plan: Plan, goal: usize) -> Statistics {
+fn run_on(threads: usize, job: &dyn Job, run_options: RunOptions, goal: usize) -> Statistics {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().unwrap();
-    let run = || fredholm_rayon::run(job, &plan, None, &());
+    let run = || fredholm_rayon::run(job, &run_options, None, &());
     pool.install(run).unwrap().statistics[goal]
 }

@@ -1,24 +1,35 @@
 #![doc = include_str!("../README.md")]
 
-pub mod check;
 pub mod circle;
 pub mod counted;
 pub mod cube;
-pub mod description;
 pub mod device;
-pub mod examine;
 pub mod fit;
-pub mod galerkin;
-pub mod outcome;
-pub mod quadrature;
 pub mod room;
-pub mod runners;
 pub mod toy;
 
-pub use description::Description;
-pub use examine::{Offers, Report, examine, examine_both, examine_masses};
+/// The kit, which the project's own tests build on.
+pub use fredholm_conformance::*;
 
-/// The examples of the project's README are compiled and run.
+/// The examples of the project's README and manual are compiled and run.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-pub struct Readme;
+mod manual {
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+    #[doc = include_str!("../../docs/start.md")]
+    struct Start;
+    #[doc = include_str!("../../docs/method-2-neighbour.md")]
+    struct Method2Neighbour;
+    #[doc = include_str!("../../docs/circles.md")]
+    struct Circles;
+    #[doc = include_str!("../../docs/cubes.md")]
+    struct Cubes;
+    #[doc = include_str!("../../docs/rooms.md")]
+    struct Rooms;
+    #[doc = include_str!("../../docs/spheres.md")]
+    struct Spheres;
+    #[doc = include_str!("../../docs/own-equation.md")]
+    struct OwnEquation;
+    #[doc = include_str!("../../docs/report.md")]
+    struct Report;
+}

@@ -311,7 +311,7 @@ pub const POINTWISE_DIAGONAL: Bands = Bands {
 /// Pairs of every kind.
 pub const MIXED: Bands = Bands {
     diagonal: PairKind::Pointwise,
-    above: PairKind::None,
+    above: PairKind::Dropped,
     rest: PairKind::Galerkin,
 };
 /// No pair in S.

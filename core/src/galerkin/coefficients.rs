@@ -143,7 +143,7 @@ fn max_or_nan<F: Real>(a: F, b: F) -> F {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-/// What a step of a walk asks of Galerkin coefficients: a vector times a block, whose size B is a constant.
+/// Galerkin coefficients as a step of a walk uses them: a vector times a block, whose size B is a constant.
 #[diagnostic::on_unimplemented(
     message = "walks with {B} functions per cell cannot use `{Self}`",
     label = "`Coefficients<{B}>` is missing",

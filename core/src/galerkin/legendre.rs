@@ -57,7 +57,7 @@ fn next<F: Real>(b: usize, t: F, before: F, now: F) -> F {
     forward * t * now - back * before
 }
 
-/// What [`legendre`] gives, one after the other without an end: where B is known at run time.
+/// The values of [`legendre`], one after the other without an end: where B is known at run time.
 ///
 /// ```
 /// use fredholm_core::galerkin::{Legendre, legendre};

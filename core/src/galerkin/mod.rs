@@ -25,8 +25,9 @@
 //! Nothing here asks K' to be exact or v to be converged: (50) holds for any of them. What must be
 //! exact are the transition moments and the integrals of pointwise pairs. E η(h,g) = (v,Φ) asks
 //! besides for the spectral radius of T_|h|p to be below 1, for which
-//! [`contraction`] gives a sufficient condition.
+//! [`max_row_sum`] gives a sufficient condition.
 
+mod cells;
 mod coefficients;
 mod legendre;
 mod pairs;
@@ -39,16 +40,24 @@ mod solve;
 #[cfg(feature = "alloc")]
 mod vectors;
 
+pub use cells::CellMap;
 pub use coefficients::{Coefficients, Dense, GalerkinMatrix, Rounded};
 pub use legendre::{Legendre, legendre};
-pub use pairs::{AllPointwise, OffDiagonal, PairKind, PairTable, Pairs, marked};
+/// Helpers of the crates of this workspace, outside of the public interface.
+#[doc(hidden)]
+pub use pairs::marked;
+pub use pairs::{AllPointwise, DiagonalRule, PairKind, PairTable, Pairs};
 pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable, second_moment};
 #[cfg(feature = "alloc")]
-pub use solution::{Solution, buffer, reserve, rounded, second_moment_radius};
+pub use solution::{Solution, rounded, second_moment_radius};
+/// Helpers of the crates of this workspace, outside of the public interface.
+#[cfg(feature = "alloc")]
+#[doc(hidden)]
+pub use solution::{buffer, reserve};
 pub use solve::{
-    GalerkinError, Solve, Sweeps, contraction, contraction_of_powers, gauss_seidel,
-    neighbour_source, radius_bounds,
+    Convergence, GalerkinError, StoppingRule, collatz_wielandt_bounds, gauss_seidel, max_row_sum,
+    neighbour_source, spectral_radius_bound,
 };
 #[cfg(feature = "alloc")]
 pub use vectors::{NeighbourVectors, WithPointwise, WithoutPointwise};

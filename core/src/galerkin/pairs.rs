@@ -13,14 +13,14 @@ pub enum PairKind {
     Pointwise = 1,
     /// h = 0: the paper's (i, j) ∉ S.
     #[default]
-    None = 2,
+    Dropped = 2,
 }
 
 /// The kind of every pair.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not say the kind of a pair of cells",
     label = "`Pairs` is missing",
-    note = "`OffDiagonal {{ diagonal: PairKind::Galerkin }}` puts all pairs in S"
+    note = "`DiagonalRule {{ diagonal: PairKind::Galerkin }}` puts all pairs in S"
 )]
 pub trait Pairs {
     /// The kind of the pair (i, j).
@@ -48,15 +48,15 @@ pub trait Pairs {
 /// in S: right for a kernel and a density that are smooth everywhere.
 ///
 /// Where they have a kink or a jump at x = y no polynomial is close to them on the diagonal. Then it is
-/// best [`PairKind::Pointwise`], if the problem has the exact integrals, or [`PairKind::None`], as in
+/// best [`PairKind::Pointwise`], if the problem has the exact integrals, or [`PairKind::Dropped`], as in
 /// Heinrich 1995, section 5.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OffDiagonal {
+pub struct DiagonalRule {
     /// The kind of (i, i).
     pub diagonal: PairKind,
 }
 
-impl Pairs for OffDiagonal {
+impl Pairs for DiagonalRule {
     #[inline]
     fn kind(&self, i: usize, j: usize) -> PairKind {
         if i == j {
@@ -105,10 +105,10 @@ impl Pairs for AllPointwise {
 /// ```
 /// use fredholm_core::galerkin::{PairKind, PairTable, Pairs};
 ///
-/// let [s, p, none] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::None].map(|kind| kind as u8);
+/// let [s, p, none] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::Dropped].map(|kind| kind as u8);
 /// let table = [s, p, none, s];
 /// let pairs = PairTable::new(&table, 2)?;
-/// assert_eq!(pairs.kind(1, 0), PairKind::None);
+/// assert_eq!(pairs.kind(1, 0), PairKind::Dropped);
 /// assert!(pairs.pointwise(0, 2).eq([1]));
 /// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
 /// ```
@@ -119,7 +119,7 @@ pub struct PairTable<'a> {
 }
 
 impl<'a> PairTable<'a> {
-    /// Of a table for n = `cells` cells.
+    /// Borrows the kinds of all pairs of n = `cells` cells.
     ///
     /// # Errors
     /// [`GalerkinError::Table`] where its length is not n², [`GalerkinError::Kind`] where a byte is no kind.
@@ -130,7 +130,10 @@ impl<'a> PairTable<'a> {
                 found: table.len(),
             });
         }
-        match table.iter().position(|&kind| kind > PairKind::None as u8) {
+        match table
+            .iter()
+            .position(|&kind| kind > PairKind::Dropped as u8)
+        {
             Some(entry) => Err(GalerkinError::Kind { entry }),
             None => Ok(Self { table, cells }),
         }
@@ -151,13 +154,13 @@ impl<'a> PairTable<'a> {
 }
 
 impl Pairs for PairTable<'_> {
-    /// [`PairKind::None`] for cells that the table does not have.
+    /// [`PairKind::Dropped`] for cells that the table does not have.
     #[inline]
     fn kind(&self, i: usize, j: usize) -> PairKind {
         match self.row(i).get(j) {
             Some(0) => PairKind::Galerkin,
             Some(1) => PairKind::Pointwise,
-            _ => PairKind::None,
+            _ => PairKind::Dropped,
         }
     }
 
@@ -211,7 +214,7 @@ fn word(bytes: &[u8]) -> u64 {
 mod tests {
     use std::vec::Vec;
 
-    use super::{AllPointwise, GalerkinError, OffDiagonal, PairKind, PairTable, Pairs, marked};
+    use super::{AllPointwise, DiagonalRule, GalerkinError, PairKind, PairTable, Pairs, marked};
 
     /// All j outside S, as a list.
     fn outside(pairs: &dyn Pairs, i: usize, cells: usize) -> Vec<usize> {
@@ -238,8 +241,8 @@ mod tests {
             }
         }
         check(AllPointwise);
-        for diagonal in [PairKind::Galerkin, PairKind::Pointwise, PairKind::None] {
-            check(OffDiagonal { diagonal });
+        for diagonal in [PairKind::Galerkin, PairKind::Pointwise, PairKind::Dropped] {
+            check(DiagonalRule { diagonal });
         }
     }
     #[test]
@@ -260,7 +263,7 @@ mod tests {
                     assert_eq!(outside(&pairs, i, n), outside(&slow, i, n));
                 }
             }
-            assert_eq!(pairs.kind(cells - 1, cells), PairKind::None);
+            assert_eq!(pairs.kind(cells - 1, cells), PairKind::Dropped);
         }
     }
 

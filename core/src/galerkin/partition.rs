@@ -45,7 +45,7 @@ pub trait TransitionMoments<const B: usize = 1>: Basis<B> {
     /// The solution c of M_j(x) c = `right`: by elimination, unless a problem knows better. Where M is a
     /// multiple of the identity it is a division.
     #[inline]
-    fn divide(
+    fn solve_moments(
         &self,
         x: &Located<Self::Point>,
         j: usize,

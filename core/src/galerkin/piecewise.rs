@@ -50,7 +50,7 @@ where
     C: Coefficients<B, Scalar = F>,
     S: Pairs,
 {
-    /// With pairs that are in S or left out. `solution` is v and `source` is G, both of n·B
+    /// A neighbour equation with pairs that are in S or left out. `solution` is v and `source` is G, both of n·B
     /// entries.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ where
     C: Coefficients<B, Scalar = F>,
     S: Pairs + Copy,
 {
-    /// With pairs of any kind, for a problem that has the exact integrals of pointwise ones.
+    /// A neighbour equation with pairs of any kind, for a problem that has the exact integrals of pointwise ones.
     /// `solution` is v and `source` is G over S, both of n·B entries.
     ///
     /// # Errors
@@ -134,7 +134,7 @@ where
     C: Coefficients<B, Scalar = P::Scalar>,
 {
     let right = coefficients.left_times_block(x.cell, j, &problem.basis(x));
-    small::dot(&right, &problem.divide(x, j, right))
+    small::dot(&right, &problem.solve_moments(x, j, right))
 }
 
 /// The cells and functions of coefficients.
@@ -239,11 +239,11 @@ where
             PairKind::Galerkin => {
                 let left = self.problem.basis(x);
                 let right = self.coefficients.left_times_block(x.cell, y.cell, &left);
-                let c = self.problem.divide(x, y.cell, right);
+                let c = self.problem.solve_moments(x, y.cell, right);
                 small::dot(&c, &self.problem.basis(y))
             }
             PairKind::Pointwise => k,
-            PairKind::None => zero(),
+            PairKind::Dropped => zero(),
         }
     }
 

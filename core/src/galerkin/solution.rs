@@ -3,8 +3,9 @@
 use alloc::vec::Vec;
 
 use super::{
-    Coefficients, GalerkinError, GalerkinMatrix, PairKind, Pairs, Solve, Sweeps, TransitionMoments,
-    contraction_of_powers, gauss_seidel, neighbour_source, radius_bounds, second_moment,
+    Coefficients, Convergence, GalerkinError, GalerkinMatrix, PairKind, Pairs, StoppingRule,
+    TransitionMoments, collatz_wielandt_bounds, gauss_seidel, neighbour_source, second_moment,
+    spectral_radius_bound,
 };
 use crate::{Located, Real};
 
@@ -35,7 +36,7 @@ pub fn reserve<T>(length: usize) -> Result<Vec<T>, GalerkinError> {
     Ok(empty)
 }
 
-/// The same numbers in the walk's scalar.
+/// Rounds numbers to the walk's scalar.
 ///
 /// # Errors
 /// [`GalerkinError::Memory`].
@@ -88,7 +89,7 @@ where
                 let moment = match pairs.kind(i, j) {
                     PairKind::Galerkin => second_moment(problem, coefficients, &x, j).to_f64(),
                     PairKind::Pointwise => pointwise(&x, j),
-                    PairKind::None => 0.0,
+                    PairKind::Dropped => 0.0,
                 };
                 // A moment that is NaN is no moment below 1.
                 let moment = if moment.is_nan() {
@@ -122,14 +123,14 @@ fn radius_of_suprema(
             *out = row.iter().zip(w).map(|(m, w)| m * w).sum();
         }
     };
-    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, POWERS);
+    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }
 
 /// A Galerkin solution, computed in f64. Problems have a `solve` that makes one.
 ///
 /// ```
-/// use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Solution};
+/// use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Solution};
 ///
 /// // Two cells: (I − K') v = F'.
 /// let table = [0.1, 0.2, 0.3, 0.4];
@@ -137,7 +138,7 @@ fn radius_of_suprema(
 /// let solution = Solution::new(&coefficients, vec![1.0, 2.0], 1e-15, 100)?;
 /// assert!((solution.v[0] - 1.0 / 0.48).abs() < 1e-14);
 /// // With all pairs in S, G is F' up to what is left of the residual.
-/// let pairs = OffDiagonal { diagonal: PairKind::Galerkin };
+/// let pairs = DiagonalRule { diagonal: PairKind::Galerkin };
 /// let g: Vec<f64> = solution.source(&coefficients, &pairs)?;
 /// assert!((g[0] - 1.0).abs() < 1e-14 && (g[1] - 2.0).abs() < 1e-14);
 /// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
@@ -147,10 +148,10 @@ pub struct Solution {
     /// v_ia, n·B entries.
     pub v: Vec<f64>,
     /// How the iteration went.
-    pub solve: Solve<f64>,
+    pub convergence: Convergence<f64>,
     /// The largest Σ_j |K'_(i0)(j0)| or, where that is not below 1, a bound of the spectral radius of these
     /// absolute values.
-    pub contraction: f64,
+    pub radius_bound: f64,
 }
 
 impl Solution {
@@ -158,7 +159,7 @@ impl Solution {
     /// the largest |F'_ia|, at most `at_most` sweeps.
     ///
     /// # Errors
-    /// What [`contraction_of_powers`] and [`gauss_seidel`] say, and [`GalerkinError::Memory`].
+    /// What [`spectral_radius_bound`] and [`gauss_seidel`] say, and [`GalerkinError::Memory`].
     pub fn new(
         matrix: &dyn GalerkinMatrix<Scalar = f64>,
         source: Vec<f64>,
@@ -166,24 +167,24 @@ impl Solution {
         at_most: u32,
     ) -> Result<Self, GalerkinError> {
         let cells = matrix.cells();
-        let contraction = {
+        let radius_bound = {
             let (mut w, mut next) = (buffer(cells)?, buffer(cells)?);
-            contraction_of_powers(matrix, &mut w, &mut next, POWERS)?
+            spectral_radius_bound(matrix, &mut w, &mut next, POWERS)?
         };
         let largest = source.iter().fold(0.0, |m: f64, f| Real::max(m, f.abs()));
         // F' is a good start: what the kernel adds is missing.
         let mut v = buffer(source.len())?;
         v.copy_from_slice(&source);
-        let sweeps = Sweeps::UntilResidual {
+        let sweeps = StoppingRule::UntilResidual {
             residual: tolerance * largest,
             at_most,
         };
         let mut scratch = buffer(matrix.scratch())?;
-        let solve = gauss_seidel(matrix, &source, &mut v, &mut scratch, sweeps)?;
+        let convergence = gauss_seidel(matrix, &source, &mut v, &mut scratch, sweeps)?;
         Ok(Self {
             v,
-            solve,
-            contraction,
+            convergence,
+            radius_bound,
         })
     }
 
@@ -199,7 +200,7 @@ impl Solution {
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
-    pub fn seen<F: Real>(&self) -> Result<Vec<f64>, GalerkinError> {
+    pub fn rounded_through<F: Real>(&self) -> Result<Vec<f64>, GalerkinError> {
         let mut seen = buffer(self.v.len())?;
         for (seen, &v) in seen.iter_mut().zip(&self.v) {
             *seen = F::from_f64(v).to_f64();
@@ -218,7 +219,7 @@ impl Solution {
         pairs: &dyn Pairs,
     ) -> Result<Vec<F>, GalerkinError> {
         let mut g = buffer(self.v.len())?;
-        neighbour_source(matrix, pairs, &self.seen::<F>()?, &mut g)?;
+        neighbour_source(matrix, pairs, &self.rounded_through::<F>()?, &mut g)?;
         rounded(&g)
     }
 }

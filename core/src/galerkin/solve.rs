@@ -7,12 +7,13 @@ use num_traits::{one, zero};
 use super::{GalerkinMatrix, Pairs};
 use crate::Real;
 
-/// How long to iterate.
+/// When the Gauss–Seidel iteration stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sweeps<F> {
-    /// This many sweeps, whatever is reached.
+#[non_exhaustive]
+pub enum StoppingRule<F> {
+    /// After this many sweeps, whatever is reached.
     Fixed(u32),
-    /// Until a sweep meets no residual above `residual`, at most `at_most` sweeps.
+    /// When a sweep meets no residual above `residual`, at most `at_most` sweeps.
     UntilResidual {
         /// In the units of F'.
         residual: F,
@@ -21,9 +22,10 @@ pub enum Sweeps<F> {
     },
 }
 
-/// What an iteration came to. An unconverged v is legal: it costs variance, not correctness.
+/// The sweeps and the last residual of a Gauss–Seidel iteration. An unconverged v is legal: it
+/// costs variance, not correctness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solve<F> {
+pub struct Convergence<F> {
     /// The number of sweeps.
     pub sweeps: u32,
     /// The largest residual that the last sweep met, before it mended it.
@@ -32,6 +34,7 @@ pub struct Solve<F> {
 
 /// Why there is no neighbour equation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GalerkinError {
     /// A slice has another length than n·B.
     Length {
@@ -44,7 +47,7 @@ pub enum GalerkinError {
     Functions {
         /// The walk's.
         expected: usize,
-        /// That of the coefficients.
+        /// The number of functions of the coefficients.
         found: usize,
     },
     /// The iteration diverges: a residual is not finite, or far above the first one.
@@ -62,7 +65,7 @@ pub enum GalerkinError {
     Radius,
     /// There is no memory for a buffer.
     Memory {
-        /// Its size; `None` where that is no number of this machine.
+        /// The size of the buffer in bytes; `None` if it exceeds the address space.
         bytes: Option<usize>,
     },
     /// A pair is pointwise where only pairs in S or outside are allowed.
@@ -79,7 +82,7 @@ pub enum GalerkinError {
     },
     /// An entry of a table of kinds is no kind.
     Kind {
-        /// Its number.
+        /// The number of the entry.
         entry: usize,
     },
 }
@@ -144,7 +147,7 @@ impl core::error::Error for GalerkinError {}
 ///
 /// # Errors
 /// [`GalerkinError::RowSum`]: a row sum is 1 or more, or NaN.
-pub fn contraction<F: Real>(matrix: &dyn GalerkinMatrix<Scalar = F>) -> Result<F, GalerkinError> {
+pub fn max_row_sum<F: Real>(matrix: &dyn GalerkinMatrix<Scalar = F>) -> Result<F, GalerkinError> {
     let mut largest = zero();
     for row in 0..matrix.cells() {
         let sum = matrix.row_sum(row);
@@ -157,19 +160,19 @@ pub fn contraction<F: Real>(matrix: &dyn GalerkinMatrix<Scalar = F>) -> Result<F
     Ok(largest)
 }
 
-/// As [`contraction`], and where a row sum is 1 or more a bound of the spectral radius of |K'| by at
+/// The [`max_row_sum`] or, if a row sum is 1 or more, a bound of the spectral radius of |K'| by at
 /// most `powers` powers: if it is below 1, E η(h,g) = (v,Φ) all the same. `w` and `next` are room for n
 /// numbers each; what they hold is lost.
 ///
 /// # Errors
 /// [`GalerkinError::Length`]; [`GalerkinError::RowSum`]: a row sum is NaN; [`GalerkinError::Radius`].
-pub fn contraction_of_powers<F: Real>(
+pub fn spectral_radius_bound<F: Real>(
     matrix: &dyn GalerkinMatrix<Scalar = F>,
     w: &mut [F],
     next: &mut [F],
     powers: u32,
 ) -> Result<F, GalerkinError> {
-    let refused = match contraction(matrix) {
+    let refused = match max_row_sum(matrix) {
         Err(GalerkinError::RowSum { row }) if !matrix.row_sum(row).is_nan() => row,
         done => return done,
     };
@@ -183,7 +186,8 @@ pub fn contraction_of_powers<F: Real>(
         }
     }
     w.fill(one());
-    let [_, radius] = radius_bounds(&mut |w, out| matrix.apply_absolute(w, out), w, next, powers);
+    let [_, radius] =
+        collatz_wielandt_bounds(&mut |w, out| matrix.apply_absolute(w, out), w, next, powers);
     if radius < one() {
         Ok(radius)
     } else {
@@ -198,7 +202,7 @@ pub fn contraction_of_powers<F: Real>(
 ///
 /// With the matrix of T_k²p it tells whether plain walks have a finite variance (spectral radius below
 /// 1): an estimate, as the matrix is an approximation of the operator.
-pub fn radius_bounds<F: Real>(
+pub fn collatz_wielandt_bounds<F: Real>(
     apply: &mut dyn FnMut(&[F], &mut [F]),
     w: &mut [F],
     next: &mut [F],
@@ -248,8 +252,8 @@ pub fn gauss_seidel<F: Real>(
     source: &[F],
     v: &mut [F],
     scratch: &mut [F],
-    sweeps: Sweeps<F>,
-) -> Result<Solve<F>, GalerkinError> {
+    sweeps: StoppingRule<F>,
+) -> Result<Convergence<F>, GalerkinError> {
     check_length(matrix, source)?;
     check_length(matrix, v)?;
     let (expected, found) = (matrix.scratch(), scratch.len());
@@ -257,29 +261,30 @@ pub fn gauss_seidel<F: Real>(
         return Err(GalerkinError::Length { expected, found });
     }
     let (residual, at_most) = match sweeps {
-        Sweeps::Fixed(sweeps) => (-one::<F>(), sweeps),
-        Sweeps::UntilResidual { residual, at_most } => (residual, at_most),
+        StoppingRule::Fixed(sweeps) => (-one::<F>(), sweeps),
+        StoppingRule::UntilResidual { residual, at_most } => (residual, at_most),
     };
-    let mut solve = Solve {
+    let mut convergence = Convergence {
         sweeps: 0,
         residual: zero(),
     };
     let mut first = None;
-    while solve.sweeps < at_most {
-        solve.residual = matrix.sweep(source, v, scratch);
-        solve.sweeps += 1;
-        let first = *first.get_or_insert(solve.residual);
+    while convergence.sweeps < at_most {
+        convergence.residual = matrix.sweep(source, v, scratch);
+        convergence.sweeps += 1;
+        let first = *first.get_or_insert(convergence.residual);
         // A convergent iteration may grow at first, but not by this much.
-        if !(solve.residual <= first * F::from_f64(1e6)) || !solve.residual.is_finite() {
+        if !(convergence.residual <= first * F::from_f64(1e6)) || !convergence.residual.is_finite()
+        {
             return Err(GalerkinError::Diverges {
-                sweep: solve.sweeps,
+                sweep: convergence.sweeps,
             });
         }
-        if solve.residual <= residual {
+        if convergence.residual <= residual {
             break;
         }
     }
-    Ok(solve)
+    Ok(convergence)
 }
 
 /// G over S alone, (42): G_ia = v_ia − Σ_(i,j)∈S Σ_b K'_(ia)(jb) v_jb, into `g`. Both have n·B
@@ -341,7 +346,7 @@ fn check_length<F: Real>(
 
 #[cfg(test)]
 mod tests {
-    use super::{GalerkinError, Sweeps, contraction, contraction_of_powers, gauss_seidel};
+    use super::{GalerkinError, StoppingRule, gauss_seidel, max_row_sum, spectral_radius_bound};
     use crate::galerkin::Dense;
 
     #[test]
@@ -349,19 +354,19 @@ mod tests {
         let k = [0.1, 0.2, 0.3, 0.4];
         let dense = Dense::new(&k, 2, 1).unwrap();
         let mut v = [0.0_f64; 2];
-        let sweeps = Sweeps::UntilResidual {
+        let sweeps = StoppingRule::UntilResidual {
             residual: 1e-15,
             at_most: 100,
         };
-        let solve = gauss_seidel(&dense, &[1.0, 2.0], &mut v, &mut [0.0; 2], sweeps).unwrap();
-        assert!(solve.sweeps < 100 && solve.residual <= 1e-15);
+        let convergence = gauss_seidel(&dense, &[1.0, 2.0], &mut v, &mut [0.0; 2], sweeps).unwrap();
+        assert!(convergence.sweeps < 100 && convergence.residual <= 1e-15);
         // (I − K') v = F' by hand: determinant 0.48.
         assert!((v[0] - 1.0 / 0.48).abs() < 1e-14, "{v:?}");
         assert!((v[1] - 2.1 / 0.48).abs() < 1e-14);
         // The same as one cell with two unknowns: solved by the first sweep.
         let mut block = [0.0_f64; 2];
         let dense = Dense::new(&k, 1, 2).unwrap();
-        let (source, once) = ([1.0, 2.0], Sweeps::Fixed(1));
+        let (source, once) = ([1.0, 2.0], StoppingRule::Fixed(1));
         gauss_seidel(&dense, &source, &mut block, &mut [0.0; 6], once).unwrap();
         assert!((block[0] - v[0]).abs() < 1e-14 && (block[1] - v[1]).abs() < 1e-14);
         assert_eq!(
@@ -378,7 +383,7 @@ mod tests {
         let k = [0.5, 2.0, 2.0, 0.5];
         let dense = Dense::new(&k, 2, 1).unwrap();
         let mut v = [0.0; 2];
-        let sweeps = Sweeps::UntilResidual {
+        let sweeps = StoppingRule::UntilResidual {
             residual: 1e-15,
             at_most: 10_000,
         };
@@ -394,7 +399,7 @@ mod tests {
                 &[1.0, 2.0],
                 &mut [0.0; 2],
                 &mut [0.0; 2],
-                Sweeps::Fixed(3)
+                StoppingRule::Fixed(3)
             ),
             Err(GalerkinError::Diverges { sweep: 1 })
         );
@@ -407,16 +412,16 @@ mod tests {
             out.copy_from_slice(&[2.0 * w[0] + w[1], w[0] + 2.0 * w[1], 0.0]);
         };
         let mut w = [1.0, 0.1, 1.0];
-        let [low, high] = super::radius_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 3);
+        let [low, high] = super::collatz_wielandt_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 3);
         assert!(
             2.0 < low && low < 3.0 && 3.0 < high && high < 3.4,
             "{low} {high}"
         );
-        let [low, high] = super::radius_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 60);
+        let [low, high] = super::collatz_wielandt_bounds(&mut { apply }, &mut w, &mut [0.0; 3], 60);
         assert!((low - 3.0).abs() < 3e-6 && (high - 3.0).abs() < 3e-6);
         let none = |_: &[f64], out: &mut [f64]| out.fill(0.0);
         assert_eq!(
-            super::radius_bounds(&mut { none }, &mut w, &mut [0.0; 3], 5),
+            super::collatz_wielandt_bounds(&mut { none }, &mut w, &mut [0.0; 3], 5),
             [0.0; 2]
         );
     }
@@ -426,7 +431,7 @@ mod tests {
         let (mut w, mut next) = ([0.0; 2], [0.0; 2]);
         let mut bound = |k: [f64; 4]| {
             let dense = Dense::new(&k, 2, 1).unwrap();
-            contraction_of_powers(&dense, &mut w, &mut next, 100)
+            spectral_radius_bound(&dense, &mut w, &mut next, 100)
         };
         assert_eq!(bound([0.1, -0.2, 0.5, 0.25]), Ok(0.75));
         // |K'| has the eigenvalues ±√(2 · 0.3), and the row sum 2.
@@ -443,15 +448,15 @@ mod tests {
     fn row_sums_of_one_or_nan_are_refused() {
         let dense = [0.1, 0.2, -0.5, 0.5];
         assert_eq!(
-            contraction(&Dense::new(&dense, 2, 1).unwrap()),
+            max_row_sum(&Dense::new(&dense, 2, 1).unwrap()),
             Err(GalerkinError::RowSum { row: 1 })
         );
         let dense = [0.1, f64::NAN, 0.5, 0.2];
         assert_eq!(
-            contraction(&Dense::new(&dense, 2, 1).unwrap()),
+            max_row_sum(&Dense::new(&dense, 2, 1).unwrap()),
             Err(GalerkinError::RowSum { row: 0 })
         );
         let dense = [0.1, -0.2, 0.5, 0.25];
-        assert_eq!(contraction(&Dense::new(&dense, 2, 1).unwrap()), Ok(0.75));
+        assert_eq!(max_row_sum(&Dense::new(&dense, 2, 1).unwrap()), Ok(0.75));
     }
 }

@@ -11,12 +11,12 @@ use crate::{Real, StateSpace};
 /// v and G of a neighbour equation in the scalar of its walks, and the pairs to which G belongs.
 ///
 /// ```
-/// use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Solution};
+/// use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Solution};
 ///
 /// let table = [0.1, 0.2, 0.3, 0.4];
 /// let matrix = Dense::new(&table, 2, 1).unwrap();
 /// let solution = Solution::new(&matrix, vec![1.0, 2.0], 1e-15, 100)?;
-/// let pairs = OffDiagonal { diagonal: PairKind::None };
+/// let pairs = DiagonalRule { diagonal: PairKind::Dropped };
 /// let vectors = solution.for_walks::<f32, _>(&matrix, pairs)?;
 /// assert_eq!(vectors.v()[0], (1.0 / 0.48) as f32);
 /// // The diagonal is left out, so that G has what it brings.

@@ -15,7 +15,7 @@ use crate::{Moments, Node, Power, Site, VarianceError, VarianceModel};
 /// The solved equations of the variance, on the sites of a model.
 #[derive(Clone)]
 pub struct Analysis<'a> {
-    /// Of which estimator.
+    /// The estimator whose variance is predicted.
     pub estimator: Estimator,
     /// The sites.
     pub sites: Vec<Site>,
@@ -49,7 +49,7 @@ pub(crate) struct Means {
     pub(crate) totals: Vec<[f64; 2]>,
 }
 
-/// What is done to every one of a number of things, sites above all, by its number.
+/// A function that is applied to each of several things, usually sites, with its number.
 pub type Pass<'a, T> = dyn Fn(usize, &mut T) + Sync + 'a;
 
 /// Calls a pass for all of a number of things with their numbers, in any order and by as many threads as it likes:

@@ -10,7 +10,7 @@ use crate::matrix::{Matrix, POWERS};
 use crate::sources::scored;
 use crate::{Analysis, Moments, Node, Power, Prediction, VarianceError};
 
-/// The quantities that bound Var ζ of the absorption estimator. Suprema are taken over the nodes and sites of the level.
+/// The quantities that bound Var ζ of the absorption estimator. Suprema are taken over the nodes and sites of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantities {
     /// α ≥ |k|, |h|: (12).

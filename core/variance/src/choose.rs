@@ -44,50 +44,50 @@ use crate::{Analysis, Prediction, Run, VarianceError, Wanted};
 
 /// λ are V/C of what is there times 4^this, and a fourth of it, and so on.
 const LARGEST: i32 = 2;
-/// So many of them: down to 4^−6. V × C is flat where it is least, and whoever chooses again begins near it.
+/// The number of multipliers: down to 4^−6. V × C is flat where it is least, and whoever chooses again begins near it.
 const MULTIPLIERS: usize = 9;
 /// No variance that is predicted is taken for less than this part of the one that was there: the prediction is of
 /// first order.
 const TRUSTED: f64 = 1e-3;
 
-/// What a pair may be.
+/// The kinds that a pair of cells may have, and what they cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Possible {
+pub struct AllowedKinds {
     /// In S: the transition mass is positive on all of X_i.
     pub galerkin: bool,
     /// Pointwise, if there is an exact integral: its time over that of a visited state.
     pub pointwise: Option<f64>,
-    /// Left out even if it may be something else: the level sees how much that costs.
+    /// Left out even if it may be something else: the quadrature sees how much that costs.
     pub left_out: bool,
 }
 
-/// What there is to choose from.
+/// The kinds and costs among which pairs of cells are chosen.
 #[derive(Clone, Copy)]
-pub struct Terms<'a> {
+pub struct PairCosts<'a> {
     /// n.
     pub cells: usize,
-    /// What the pair (i, j) may be.
-    pub possible: &'a (dyn Fn(usize, usize) -> Possible + Sync),
+    /// The kinds that the pair (i, j) may have.
+    pub allowed: &'a (dyn Fn(usize, usize) -> AllowedKinds + Sync),
 }
 
-impl fmt::Debug for Terms<'_> {
+impl fmt::Debug for PairCosts<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Terms")
+        f.debug_struct("PairCosts")
             .field("cells", &self.cells)
             .finish_non_exhaustive()
     }
 }
 
-/// What walks with a choice of pairs are worth.
+/// Variance and work of walks with a choice of pairs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worth {
+pub struct FigureOfMerit {
     /// Var ζ of every functional.
     pub variances: Vec<f64>,
     /// The mean work of a walk, in visited states.
     pub work: f64,
 }
 
-impl Worth {
+impl FigureOfMerit {
     /// Variance × work over that of another choice, the variance in the geometric mean over the functionals.
     #[must_use]
     pub fn relative_to(&self, other: &Self) -> f64 {
@@ -100,9 +100,9 @@ impl Worth {
     }
 }
 
-/// A choice.
+/// The chosen kinds of all pairs, with the variance and work that are expected of them.
 #[derive(Clone, Debug)]
-pub struct Chosen {
+pub struct PairSelection {
     /// The kinds of all pairs, for [`PairTable::new`](fredholm_core::galerkin::PairTable::new).
     pub table: Vec<u8>,
     /// Var ζ over what it was, in the mean over the functionals: predicted, of first order.
@@ -123,31 +123,31 @@ pub struct Row {
 }
 
 impl Analysis<'_> {
-    /// Variances and work with the pairs of this setting. Of [`Terms::possible`] the prices count.
+    /// Variances and work with the pairs of this setting. Of [`PairCosts::allowed`] the prices count.
     ///
     /// # Errors
     /// [`VarianceError::Infinite`], or no memory.
-    pub fn worth(
+    pub fn figure_of_merit(
         &self,
         predictions: &[Prediction],
-        terms: &Terms<'_>,
-    ) -> Result<Worth, VarianceError> {
+        terms: &PairCosts<'_>,
+    ) -> Result<FigureOfMerit, VarianceError> {
         let mut variances = reserve(predictions.len())?;
         for prediction in predictions {
             variances.push(prediction.preconditioned.ok_or(VarianceError::Infinite)?);
         }
         let flow = self.flow(predictions, terms.cells)?;
         let work = self.work(&flow, terms);
-        Ok(Worth { variances, work })
+        Ok(FigureOfMerit { variances, work })
     }
 
     /// The mean work of a walk with the pairs of this setting.
-    fn work(&self, flow: &Flow, terms: &Terms<'_>) -> f64 {
+    fn work(&self, flow: &Flow, terms: &PairCosts<'_>) -> f64 {
         let rows = flow.scorings.iter().enumerate();
         let prices = rows.map(|(i, scorings)| {
             let mut price = 0.0;
             self.model.pointwise(i, terms.cells, &mut |j| {
-                price += (terms.possible)(i, j).pointwise.unwrap_or(0.0);
+                price += (terms.allowed)(i, j).pointwise.unwrap_or(0.0);
             });
             scorings * price
         });
@@ -156,7 +156,7 @@ impl Analysis<'_> {
 
     /// The kinds of all pairs for the least variance × work, as far as the first variation of what was analysed
     /// tells: the better the nearer its pairs are to those that are chosen, so that choosing again from what
-    /// was chosen, and looking at its [`worth`](Self::worth), is worth while.
+    /// was chosen, and looking at its [`figure_of_merit`](Self::figure_of_merit), is worth while.
     ///
     /// Sites must be cells or parts of them. `run` is as in [`new`](Self::new), for rows of pairs. O(n²)
     /// evaluations of k and h for n nodes, three times, and n² bytes for n cells.
@@ -166,9 +166,9 @@ impl Analysis<'_> {
     pub fn choose(
         &self,
         predictions: &[Prediction],
-        terms: &Terms<'_>,
+        terms: &PairCosts<'_>,
         run: &Run<'_, Row>,
-    ) -> Result<Chosen, VarianceError> {
+    ) -> Result<PairSelection, VarianceError> {
         if !self.model.has_galerkin() {
             return Err(VarianceError::NoGalerkin);
         }
@@ -259,7 +259,7 @@ impl Analysis<'_> {
             table.extend_from_slice(&row.kinds);
         }
         let [variance, work] = if keep { [1.0, work] } else { [variance, least] };
-        Ok(Chosen {
+        Ok(PairSelection {
             table,
             variance,
             work,
@@ -277,16 +277,16 @@ impl Analysis<'_> {
     fn solve_row(
         &self,
         of: &Of<'_>,
-        terms: &Terms<'_>,
+        terms: &PairCosts<'_>,
         lambdas: &[f64],
         best: Option<usize>,
         row: &mut Row,
     ) -> Result<(), GalerkinError> {
         let n = terms.cells;
         let count = of.places.len();
-        let mut possible: Vec<Possible> = buffer(n)?;
-        for (j, possible) in possible.iter_mut().enumerate() {
-            *possible = (terms.possible)(of.cell, j);
+        let mut allowed: Vec<AllowedKinds> = buffer(n)?;
+        for (j, allowed) in allowed.iter_mut().enumerate() {
+            *allowed = (terms.allowed)(of.cell, j);
         }
         let mut parts: Vec<Parts> = buffer(n.saturating_mul(count))?;
         for (number, place) in of.places.iter().enumerate() {
@@ -295,7 +295,7 @@ impl Analysis<'_> {
                     .steps(place.point, site, Wanted::Choice, &mut |step| {
                         let (k, v) = (step.kernel, step.value);
                         let [s, c] = of.seconds.at(site, step.node).unwrap_or([f64::NAN; 2]);
-                        let in_s = possible.get(step.cell).is_some_and(|of| of.galerkin);
+                        let in_s = allowed.get(step.cell).is_some_and(|of| of.galerkin);
                         let Some(parts) = parts.get_mut(step.cell * count + number) else {
                             return;
                         };
@@ -310,7 +310,7 @@ impl Analysis<'_> {
                             }
                         };
                         add(PairKind::Pointwise, k);
-                        add(PairKind::None, 0.0);
+                        add(PairKind::Dropped, 0.0);
                         if in_s {
                             add(PairKind::Galerkin, step.neighbour);
                         }
@@ -319,14 +319,14 @@ impl Analysis<'_> {
         }
         let mut free = reserve(n)?;
         free.extend((0..n).filter(|&j| {
-            let of = possible.get(j);
+            let of = allowed.get(j);
             of.is_some_and(|of| of.galerkin || of.pointwise.is_some())
         }));
         let problem = Problem {
             estimator: of.estimator,
             places: of.places,
             parts: &parts,
-            possible: &possible,
+            allowed: &allowed,
             free: &free,
             scorings: of.scorings,
         };

@@ -6,8 +6,9 @@ use fredholm_core::galerkin::GalerkinError;
 
 /// Why there is no prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum VarianceError {
-    /// The level has no sites.
+    /// The quadrature has no sites.
     Empty,
     /// A coefficient that involves this site is infinite or NaN.
     NotFinite {
@@ -37,7 +38,7 @@ impl fmt::Display for VarianceError {
         match self {
             Self::Empty => write!(
                 f,
-                "a level without sites predicts nothing; it needs at least one"
+                "a quadrature without sites predicts nothing; it needs at least one"
             ),
             Self::NotFinite { site } => write!(
                 f,

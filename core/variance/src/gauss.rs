@@ -6,7 +6,7 @@ use fredholm_core::Real;
 use fredholm_core::galerkin::{GalerkinError, buffer};
 
 /// Nodes in [−1, 1] in growing order and weights that sum to 2: exact for polynomials of degree 2 `points` − 1. By
-/// Newton's method on P_points from Tricomi's guess (Abramowitz and Stegun 1964, 22.16.6), for a level's nodes.
+/// Newton's method on P_points from Tricomi's guess (Abramowitz and Stegun 1964, 22.16.6), for a quadrature's nodes.
 ///
 /// # Errors
 /// [`GalerkinError::Memory`].

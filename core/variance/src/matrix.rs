@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    GalerkinError, GalerkinMatrix, Sweeps, buffer, gauss_seidel, reserve,
+    GalerkinError, GalerkinMatrix, StoppingRule, buffer, gauss_seidel, reserve,
 };
 
 use crate::{Moments, Node, Site, VarianceError};
@@ -95,7 +95,7 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
         }
     }
 
-    /// Of the adjoint operator, acting on masses of sites.
+    /// The matrix of the adjoint operator, acting on masses of sites.
     pub(crate) const fn adjoint(sites: &'a [Site], moment: M) -> Self {
         Self {
             sites,
@@ -109,7 +109,7 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
         let largest = source.iter().fold(0.0, |m: f64, b| Real::max(m, b.abs()));
         let mut x = buffer(source.len())?;
         x.copy_from_slice(source);
-        let sweeps = Sweeps::UntilResidual {
+        let sweeps = StoppingRule::UntilResidual {
             residual: TOLERANCE * largest,
             at_most: SWEEPS,
         };
@@ -145,7 +145,7 @@ pub(crate) fn against(row: &[Moments], moment: impl Fn(&Moments) -> f64, x: &[f6
     row.iter().zip(x).map(|(m, x)| moment(m) * x).sum()
 }
 
-/// Of every site.
+/// Collects a number of every site.
 pub(crate) fn collect(
     sites: &[Site],
     of: impl Fn(&Site) -> f64,

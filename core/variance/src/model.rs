@@ -6,11 +6,12 @@ use fredholm_core::galerkin::PairKind;
 
 use crate::Density;
 
-/// What an analysis asks of a problem. Points have numbers: the nodes of all sites, site by site, and then the starts
-/// that are points. So the trait is object safe, and all that is computed with it is compiled once.
+/// An equation with its neighbour as an analysis sees it, without a type for points. Points have
+/// numbers: the nodes of all sites, site by site, and then the starts that are points. So the trait
+/// is object safe, and all that is computed with it is compiled once.
 ///
-/// [`Setting::with_starts`](crate::Setting::with_starts) makes one from an equation, its neighbour and a
-/// [`Level`](crate::Level). What has no number in the model has no values: they are NaN, and no steps.
+/// [`VarianceSetup::with_starts`](crate::VarianceSetup::with_starts) makes one from an equation, its neighbour and a
+/// [`Quadrature`](crate::Quadrature). What has no number in the model has no values: they are NaN, and no steps.
 pub trait VarianceModel: Sync {
     /// The number of sites.
     fn sites(&self) -> usize;
@@ -44,7 +45,7 @@ pub trait VarianceModel: Sync {
     fn density(&self, start: usize, point: usize) -> Density;
 }
 
-/// Where a point lies, and how much it stands for.
+/// The cell of a point, and its weight in integrals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Position {
     /// The number of its cell.
@@ -66,8 +67,8 @@ pub struct Values {
     pub value: f64,
 }
 
-/// What an analysis wants to know of steps. From [`Kernel`](Self::Kernel) to [`Value`](Self::Value) each includes those
-/// before it.
+/// The values that an analysis needs of steps. From [`Kernel`](Self::Kernel) to
+/// [`Value`](Self::Value) each includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wanted {
     /// The weight, the node and k(x,y).
@@ -103,7 +104,7 @@ pub struct Transition {
     pub value: f64,
 }
 
-/// Where walks begin.
+/// The start of walks: a point or a density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// In one point.
@@ -113,6 +114,6 @@ pub enum Origin {
         /// The site in which it lies.
         site: usize,
     },
-    /// With a density.
+    /// Walks start with a density.
     Density,
 }

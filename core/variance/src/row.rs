@@ -6,7 +6,7 @@ use fredholm_core::array::Each;
 use fredholm_core::Estimator;
 use fredholm_core::galerkin::{GalerkinError, PairKind, buffer, reserve};
 
-use crate::{Node, Possible};
+use crate::{AllowedKinds, Node};
 
 /// Passes over a row, at most.
 const PASSES: usize = 30;
@@ -72,7 +72,7 @@ pub(crate) struct Part {
 /// The parts of a pair in S, pointwise and left out: in the order of the kinds.
 pub(crate) type Parts = [Part; 3];
 
-const KINDS: [PairKind; 3] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::None];
+const KINDS: [PairKind; 3] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::Dropped];
 
 /// A row with all that its kinds decide.
 pub(crate) struct Problem<'a> {
@@ -80,7 +80,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) places: &'a [Place],
     /// For every cell and every place.
     pub(crate) parts: &'a [Parts],
-    pub(crate) possible: &'a [Possible],
+    pub(crate) allowed: &'a [AllowedKinds],
     /// The pairs that may be anything at all.
     pub(crate) free: &'a [usize],
     /// How often G is scored in the row.
@@ -101,7 +101,7 @@ impl Problem<'_> {
     }
 
     fn price(&self, j: usize, kind: u8) -> f64 {
-        let price = self.possible.get(j).and_then(|of| of.pointwise);
+        let price = self.allowed.get(j).and_then(|of| of.pointwise);
         match (kind, price) {
             (1, Some(price)) => self.scorings * price,
             _ => 0.0,
@@ -109,11 +109,11 @@ impl Problem<'_> {
     }
 
     fn allows(&self, j: usize, kind: PairKind) -> bool {
-        let of = self.possible.get(j).copied().unwrap_or_default();
+        let of = self.allowed.get(j).copied().unwrap_or_default();
         match kind {
             PairKind::Galerkin => of.galerkin,
             PairKind::Pointwise => of.pointwise.is_some(),
-            PairKind::None => of.left_out || !(of.galerkin || of.pointwise.is_some()),
+            PairKind::Dropped => of.left_out || !(of.galerkin || of.pointwise.is_some()),
         }
     }
 
@@ -132,7 +132,7 @@ impl Problem<'_> {
 
     /// All pairs of the first of these kinds that they may be.
     fn all(&self, order: [PairKind; 3]) -> Result<State, GalerkinError> {
-        let mut kinds = buffer(self.possible.len())?;
+        let mut kinds = buffer(self.allowed.len())?;
         for (j, kind) in kinds.iter_mut().enumerate() {
             let first = order.into_iter().find(|&kind| self.allows(j, kind));
             *kind = first.unwrap_or_default() as u8;
@@ -215,8 +215,8 @@ impl Problem<'_> {
         wanted: Option<usize>,
         mut visit: impl FnMut(usize, &State, [f64; 2]),
     ) -> Result<(), GalerkinError> {
-        use PairKind::{Galerkin, None, Pointwise};
-        let mut rising = self.all([Pointwise, Galerkin, None])?;
+        use PairKind::{Dropped, Galerkin, Pointwise};
+        let mut rising = self.all([Pointwise, Galerkin, Dropped])?;
         let mut of_rising: Vec<(State, [f64; 2])> = reserve(lambdas.len())?;
         let first = wanted.unwrap_or(0);
         for &lambda in lambdas.iter().skip(first).rev() {
@@ -229,7 +229,7 @@ impl Problem<'_> {
             let outcome = self.outcome(&rising);
             of_rising.push((rising, outcome));
         }
-        let mut falling = self.all([Galerkin, None, Pointwise])?;
+        let mut falling = self.all([Galerkin, Dropped, Pointwise])?;
         for (number, &lambda) in lambdas.iter().enumerate() {
             self.descend(&mut falling, lambda);
             if number < first {
@@ -243,7 +243,7 @@ impl Problem<'_> {
                 }
                 Some(_) => visit(number, &falling, own),
                 // That of the wanted one was the last.
-                Option::None => break,
+                None => break,
             }
         }
         Ok(())

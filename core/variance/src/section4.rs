@@ -8,7 +8,8 @@ use fredholm_core::galerkin::{PairKind, buffer};
 
 use crate::{Position, VarianceError, VarianceModel, Wanted};
 
-/// What (51)–(53) and the lines below them say of a pair of cells. Suprema are taken over the nodes of the level.
+/// The quantities of (51)–(53) and of the lines below them for a pair of cells. Suprema are taken
+/// over the nodes of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairQuantities {
     /// i and j.

@@ -21,7 +21,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of one step of this weight.
+    /// The moments of one step of this weight.
     #[inline]
     #[must_use]
     pub fn of(weight: f64, k: f64, h: f64) -> Self {
@@ -60,7 +60,7 @@ impl AddAssign for Moments {
     }
 }
 
-/// What is known in a node x.
+/// The values at a node x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// The number of x in the model.
@@ -89,8 +89,8 @@ pub struct Node {
     pub second: f64,
     /// c(x).
     pub mixed: f64,
-    /// What a walk in x adds to w: by the difference of the sources, by T_D²p s + 2 T_kDp c in S, and by the same
-    /// outside.
+    /// The parts of what a walk in x adds to w: by the difference of the sources, by T_D²p s + 2
+    /// T_kDp c in S, and by the same outside.
     pub parts: [f64; 3],
     /// E η(k,f)² and w(x); NaN where infinite.
     pub totals: [f64; 2],
@@ -113,7 +113,7 @@ impl Node {
 /// A site, with what it contributes to the equations of the variance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Site {
-    /// Its nodes.
+    /// The nodes of the site.
     pub nodes: Vec<Node>,
     /// In the mean over the site, for every site that a step may lead to.
     pub row: Vec<Moments>,

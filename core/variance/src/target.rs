@@ -8,12 +8,12 @@ use fredholm_core::galerkin::{buffer, reserve};
 use crate::matrix::Matrix;
 use crate::{Analysis, Moments, Node, Origin, Site, VarianceError};
 
-/// Where walks start.
+/// The start of walks: a point or a density.
 #[derive(Clone, Copy)]
 pub enum Start<'a, P> {
     /// All in one point, with φ = 1.
     At(P),
-    /// With a density.
+    /// Walks start with a density.
     Density(&'a (dyn Fn(&P) -> Density + Sync)),
 }
 
@@ -26,12 +26,12 @@ pub struct Density {
     pub square: f64,
     /// p0(x).
     pub initial: f64,
-    /// [`neighbour_value`](fredholm_core::Functional::neighbour_value) minus (v,Φ): 0 where runs know (v,Φ).
+    /// [`control_estimate`](fredholm_core::Functional::control_estimate) minus (v,Φ): 0 where runs know (v,Φ).
     pub fluctuation: f64,
 }
 
 impl Density {
-    /// Of a mean over a set of this measure, for its points.
+    /// The density of a mean over a set of this measure, at its points.
     #[must_use]
     pub fn uniform(measure: f64) -> Self {
         let one = 1.0 / measure;
@@ -43,7 +43,7 @@ impl Density {
         }
     }
 
-    /// Where walks do not start.
+    /// The density at a point where no walk starts.
     #[must_use]
     pub const fn nothing() -> Self {
         Self {
@@ -64,7 +64,7 @@ impl<P> core::fmt::Debug for Start<'_, P> {
     }
 }
 
-/// What Var ζ is made of: parts of E (η(k,f) − η(h,g))², which sum to it, the square of its mean, which is taken
+/// The parts of Var ζ: parts of E (η(k,f) − η(h,g))², which sum to it, the square of its mean, which is taken
 /// off, and what comes of (v,Φ) not being known. A part may be negative, as differences of kernels and of sources may make up for each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
@@ -76,14 +76,14 @@ pub struct Parts {
     pub left_out: f64,
     /// ((u,Φ) − (v,Φ))².
     pub mean: f64,
-    /// What stands for (v,Φ) depends on the start.
+    /// The part of the start: what stands for (v,Φ) depends on it.
     pub start: f64,
 }
 
 /// How much the steps between two sites, or the difference of the sources on one, add to Var ζ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
-    /// From this site.
+    /// The site from which the steps start.
     pub from: usize,
     /// Into this site; `None` for the difference of the sources.
     pub into: Option<usize>,
@@ -91,10 +91,10 @@ pub struct Contribution {
     pub variance: f64,
 }
 
-/// What is predicted for a functional.
+/// The predicted means and variances of a functional.
 #[derive(Clone, Debug)]
 pub struct Prediction {
-    /// (u,Φ), on the level.
+    /// (u,Φ), on the quadrature.
     pub solution: f64,
     /// (u,Φ) − (v,Φ): the error of the Galerkin solution.
     pub error: f64,
@@ -115,16 +115,16 @@ pub struct Prediction {
     pub(crate) start: Option<(usize, Site)>,
 }
 
-/// Where Var ζ comes from.
+/// The sources of Var ζ, by kind and by place.
 #[derive(Clone, Debug)]
 pub struct Attribution {
-    /// What it is made of.
+    /// The parts of the variance.
     pub parts: Parts,
     /// (I − T_k²p)^−* φ²p0 by sites: the expected sum of φ² k² … k² over the visits of a site, without the start where
     /// that is a point.
     pub occupation: Vec<f64>,
-    /// What every pair of sites and every site adds, the largest first; in sum Var ζ + ((u,Φ) − (v,Φ))², up to what comes
-    /// of (v,Φ) not being known.
+    /// The contribution of every pair of sites and of every site, the largest first; in sum Var ζ +
+    /// ((u,Φ) − (v,Φ))², up to what comes of (v,Φ) not being known.
     pub contributions: Vec<Contribution>,
 }
 
@@ -271,7 +271,7 @@ struct Sums {
     start: f64,
     /// (E η², φ²p0).
     plain: f64,
-    /// Of the source of w.
+    /// The parts of the source of w.
     parts: [f64; 3],
     /// ∫ φ²p0.
     mass: f64,

@@ -2,11 +2,11 @@
 
 use core::ops::Range;
 
-use fredholm_core::galerkin::{OffDiagonal, PairKind};
+use fredholm_core::galerkin::{DiagonalRule, PairKind};
 use fredholm_core::{Estimator, Kernel, NoNeighbour, Sampler, Source, StateSpace, Uniforms};
 use fredholm_variance::{
-    Analysis, Density, Level, MeanCoefficients, Origin, Position, Setting, Start, Step, Transition,
-    Values, VarianceError, VarianceModel, Wanted, pair_quantities, serially,
+    Analysis, Density, MeanCoefficients, Origin, Position, Quadrature, Start, Step, Transition,
+    Values, VarianceError, VarianceModel, VarianceSetup, Wanted, pair_quantities, serially,
 };
 
 /// A chain with two states, each a site with one node; start 0 and 1 are in the states, start 2 is even over both.
@@ -55,7 +55,7 @@ impl VarianceModel for TwoStates {
             weight: P,
             node: Some(0),
             cell: if wanted >= Wanted::Cell { site } else { 7 },
-            left_out: self.kind(point % 2, site) == PairKind::None,
+            left_out: self.kind(point % 2, site) == PairKind::Dropped,
             kernel: K[point % 2][site],
             neighbour: if_told(Wanted::Neighbour, H[point % 2][site]),
             value: if_told(Wanted::Value, V[site]),
@@ -63,7 +63,7 @@ impl VarianceModel for TwoStates {
     }
     fn kind(&self, i: usize, j: usize) -> PairKind {
         match (i, j) {
-            (0, 1) => PairKind::None,
+            (0, 1) => PairKind::Dropped,
             (1, 1) => PairKind::Pointwise,
             _ => PairKind::Galerkin,
         }
@@ -173,7 +173,7 @@ impl Source for Line {
     }
 }
 
-impl Level for Line {
+impl Quadrature for Line {
     fn sites(&self) -> usize {
         3
     }
@@ -211,16 +211,16 @@ fn points_are_numbered_site_by_site_and_then_by_starts() {
         Start::At(0.9),
         Start::Density(&density),
     ];
-    let setting = Setting {
+    let setup = VarianceSetup {
         equation: &Line,
         neighbour: &neighbour,
-        pairs: OffDiagonal {
-            diagonal: PairKind::None,
+        pairs: DiagonalRule {
+            diagonal: PairKind::Dropped,
         },
-        level: &Line,
+        quadrature: &Line,
         galerkin: None,
     };
-    let model = setting.with_starts(&starts).unwrap();
+    let model = setup.with_starts(&starts).unwrap();
     let nodes = [0, 1, 2, 3].map(|site| model.nodes(site));
     assert_eq!(nodes, [0..2, 2..4, 4..6, 0..0]);
     let start = |number| model.start(number);

@@ -74,7 +74,7 @@ impl<F: Real> Direction<F> {
 #[cold]
 fn rarely() {}
 
-/// What a walk looks up about a cell.
+/// The data of a cell that a walk looks up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
@@ -86,7 +86,7 @@ pub struct Cell<F> {
 }
 
 impl<F: Copy> Cell<F> {
-    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    /// Puts together the numbers of [`parts`](Self::parts): for constants that were computed before.
     #[must_use]
     pub const fn new(parts: [F; 5]) -> Self {
         let [cos, sin, cos_low, sin_low, reflectance] = parts;
@@ -125,7 +125,7 @@ pub struct Slot<F> {
 }
 
 impl<F: Copy> Slot<F> {
-    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    /// Puts together the numbers of [`parts`](Self::parts): for constants that were computed before.
     #[must_use]
     pub const fn new(end: F, cell: u32) -> Self {
         Self { end, cell }

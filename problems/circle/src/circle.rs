@@ -115,7 +115,7 @@ pub struct Circle<'a, F, E> {
     constants: Constants<F>,
 }
 
-/// What a circle of n cells computes once from n and q0, with A = π/2n. A device that keeps it beside
+/// The constants that a circle of n cells computes once from n and q0, with A = π/2n. A device that keeps it beside
 /// its tables needs no trigonometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
@@ -140,7 +140,7 @@ pub struct Constants<F> {
 }
 
 impl<F: Real> Constants<F> {
-    /// Of q0 and the number of cells.
+    /// The constants of q0 and the number of cells.
     ///
     /// # Errors
     /// [`CircleError::Absorption`] for q0 outside (0, 1).
@@ -165,7 +165,7 @@ impl<F: Real> Constants<F> {
         })
     }
 
-    /// Of the numbers of [`parts`](Self::parts): for constants that were computed before.
+    /// Puts together the numbers of [`parts`](Self::parts): for constants that were computed before.
     #[must_use]
     pub const fn new(parts: [F; 8]) -> Self {
         let [
@@ -217,8 +217,8 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         Self::with_constants(cells, emission, constants)
     }
 
-    /// The same circle from constants that were computed before, perhaps on another machine. What
-    /// cannot be is refused; whether they belong to so many cells is not looked at.
+    /// A circle from constants that were computed before, perhaps on another machine. What
+    /// cannot be is refused; whether they belong to this number of cells is not checked.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -239,7 +239,7 @@ impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
         })
     }
 
-    /// What was computed from q0 and the number of cells.
+    /// The constants that were computed from q0 and the number of cells.
     #[must_use]
     pub const fn constants(&self) -> Constants<F> {
         self.constants
@@ -481,9 +481,9 @@ impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
         }
         let mut after = Sum::default();
         for ((out, &v), cell) in out.iter_mut().zip(v).zip(self.cells.iter()).rev() {
-            let off_diagonal = *out - after.turn_to(&cell.middle);
+            let diagonal_rule = *out - after.turn_to(&cell.middle);
             *out = cell.reflectance
-                * (self.constants.galerkin * off_diagonal + self.constants.diagonal * v);
+                * (self.constants.galerkin * diagonal_rule + self.constants.diagonal * v);
             after.add(&cell.middle, v);
         }
     }
@@ -501,10 +501,10 @@ impl<F: Real, E: Emission<F>> GalerkinMatrix for Circle<'_, F, E> {
         let mut largest = F::zero();
         for ((v, &source), cell) in v.iter_mut().zip(source).zip(self.cells.iter()) {
             after.add(&cell.middle, -*v);
-            let off_diagonal = before.turn_to(&cell.middle) - after.turn_to(&cell.middle);
+            let diagonal_rule = before.turn_to(&cell.middle) - after.turn_to(&cell.middle);
             let own = cell.reflectance * self.constants.diagonal;
             let residual =
-                source + cell.reflectance * self.constants.galerkin * off_diagonal + own * *v - *v;
+                source + cell.reflectance * self.constants.galerkin * diagonal_rule + own * *v - *v;
             // Written so that NaN stays.
             if !(residual.abs() <= largest) && !largest.is_nan() {
                 largest = residual.abs();

@@ -6,9 +6,9 @@ use fredholm_core::galerkin::{Coefficients, GalerkinMatrix};
 
 use crate::cells::Direction;
 use crate::residual::Sum;
-use crate::{ClosedForm, Emission, Polynomials};
+use crate::{ClosedForm, Emission, PolynomialCircle};
 
-impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> PolynomialCircle<'_, '_, F, E, B> {
     /// (K'v)_ia of the cells off the diagonal from their sums before and behind cell i.
     #[inline]
     fn others(&self, i: usize, [before, after]: [&Sum<F>; 2], middle: &Direction<F>) -> [F; B] {
@@ -48,8 +48,10 @@ impl<F: Real, E: Emission<F>, const B: usize> Polynomials<'_, '_, F, E, B> {
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_, '_, F, E, B> {
-    /// As a product of two vectors.
+impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B>
+    for PolynomialCircle<'_, '_, F, E, B>
+{
+    /// Takes the product of two vectors: a block has rank one or two.
     #[inline]
     fn left_times_block(&self, i: usize, j: usize, left: &[F; B]) -> [F; B] {
         let cells = self.circle.table();
@@ -84,7 +86,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Coefficients<B> for Polynomials<'_
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> GalerkinMatrix for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> GalerkinMatrix for PolynomialCircle<'_, '_, F, E, B> {
     type Scalar = F;
 
     fn cells(&self) -> usize {

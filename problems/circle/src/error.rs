@@ -4,6 +4,7 @@ use core::fmt;
 
 /// Why there is no such circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CircleError {
     /// No reflectance was given.
     NoReflectance,

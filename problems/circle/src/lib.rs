@@ -12,13 +12,13 @@ mod coefficients;
 mod double;
 mod emission;
 mod error;
-#[cfg(feature = "alloc")]
-mod level;
 mod mean;
 mod polynomials;
 mod quadrature;
 mod residual;
 mod series;
+#[cfg(feature = "alloc")]
+mod sites;
 #[cfg(feature = "alloc")]
 mod solution;
 
@@ -26,11 +26,11 @@ pub use cells::{Cell, Cells, Direction, Slot, slots};
 pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
-#[cfg(feature = "alloc")]
-pub use level::CircleLevel;
 pub use mean::MeanOver;
-pub use polynomials::Polynomials;
+pub use polynomials::PolynomialCircle;
 pub use residual::{ClosedForm, Moment, Residual, moments};
+#[cfg(feature = "alloc")]
+pub use sites::CircleQuadrature;
 #[cfg(feature = "alloc")]
 pub use solution::{
     Tables, neighbour_second_moment_radius, residual_moments, second_moment_radius,

@@ -32,17 +32,17 @@ use crate::{Cells, Circle, CircleError, Emission, Point};
 ///
 /// ```
 /// # #[cfg(feature = "alloc")] {
-/// use fredholm_circle::{Circle, Harmonic, Polynomials, Tables};
-/// use fredholm_core::galerkin::{OffDiagonal, PairKind};
-/// use fredholm_core::{At, Batch, Estimator, Neighbour, STEP_LIMIT, Stream, Task};
+/// use fredholm_circle::{Circle, Harmonic, Tables};
+/// use fredholm_core::galerkin::{DiagonalRule, PairKind};
+/// use fredholm_core::{At, Batch, Estimator, Neighbour, STEP_LIMIT, Task, WalkSeeds};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
 /// let tables = Tables::<f64>::new(&[0.3, 0.7], 250)?;
 /// let circle = Circle::new(tables.cells(), light, 0.2)?;
 ///
 /// // Degree 3: 1,000 unknowns.
-/// let cubic = Polynomials::<_, _, 4>::new(&circle);
-/// let pairs = OffDiagonal { diagonal: PairKind::Pointwise };
+/// let cubic = circle.with_functions::<4>();
+/// let pairs = DiagonalRule { diagonal: PairKind::Pointwise };
 /// let solution = cubic.solve(1e-15, 1000)?;
 /// let vectors = solution.for_walks(&cubic, pairs)?;
 /// let neighbour = vectors.with_pointwise(&cubic, &cubic)?;
@@ -52,9 +52,9 @@ use crate::{Cells, Circle, CircleError, Emission, Point};
 ///     equation: &circle,
 ///     neighbour: &neighbour,
 ///     functional: &At(start),
-///     neighbour_value: Some(neighbour.value(&neighbour.locate(start))),
+///     control_mean: Some(neighbour.value(&neighbour.locate(start))),
 ///     estimator: Estimator::Absorption,
-///     stream: <Stream>::new(1, 0),
+///     seeds: <WalkSeeds>::new(1, 0),
 ///     step_limit: STEP_LIMIT,
 /// };
 /// let mut batch = Batch::new(0, 1000, 1000);
@@ -65,7 +65,7 @@ use crate::{Cells, Circle, CircleError, Emission, Point};
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Polynomials<'c, 'a, F, E, const B: usize> {
+pub struct PolynomialCircle<'c, 'a, F, E, const B: usize> {
     pub(crate) circle: &'c Circle<'a, F, E>,
     /// 1/A times the series of the arcsine, in odd powers; none where A is too large for it.
     coordinate: Option<[F; TERMS]>,
@@ -89,10 +89,16 @@ pub struct Polynomials<'c, 'a, F, E, const B: usize> {
     terms: usize,
 }
 
-impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> Polynomials<'c, 'a, F, E, B> {
-    /// On the cells of this circle.
+impl<'a, F: Real, E: Emission<F>> Circle<'a, F, E> {
+    /// This circle with B functions on every cell, the polynomials of degree B − 1.
     #[must_use]
-    pub fn new(circle: &'c Circle<'a, F, E>) -> Self {
+    pub fn with_functions<const B: usize>(&self) -> PolynomialCircle<'_, 'a, F, E, B> {
+        PolynomialCircle::new(self)
+    }
+}
+
+impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> PolynomialCircle<'c, 'a, F, E, B> {
+    fn new(circle: &'c Circle<'a, F, E>) -> Self {
         let quarter = core::f64::consts::PI / (2.0 * circle.table().len() as f64);
         let scale = 0.5 * quarter * circle.survival().to_f64();
         let moments = |phase: fn(f64) -> f64| {
@@ -227,12 +233,12 @@ fn matrix<F: Copy, const B: usize>(entry: impl Fn(usize, usize) -> F) -> [[F; B]
     from_fn(|b| from_fn(|c| entry(b, c)))
 }
 
-impl<F: Real, E, const B: usize> StateSpace for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E, const B: usize> StateSpace for PolynomialCircle<'_, '_, F, E, B> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Sampler for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> Sampler for PolynomialCircle<'_, '_, F, E, B> {
     #[inline]
     fn absorption(&self, x: &Point<F>) -> F {
         self.circle.absorption(x)
@@ -243,27 +249,29 @@ impl<F: Real, E: Emission<F>, const B: usize> Sampler for Polynomials<'_, '_, F,
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> TransitionDensity for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> TransitionDensity
+    for PolynomialCircle<'_, '_, F, E, B>
+{
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         self.circle.density(x, y)
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Kernel for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> Kernel for PolynomialCircle<'_, '_, F, E, B> {
     #[inline]
     fn kernel(&self, x: &Point<F>, y: &Point<F>) -> F {
         self.circle.kernel(x, y)
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Source for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> Source for PolynomialCircle<'_, '_, F, E, B> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
         self.circle.source(x)
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Partition for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> Partition for PolynomialCircle<'_, '_, F, E, B> {
     fn cells(&self) -> usize {
         self.circle.table().len()
     }
@@ -273,7 +281,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Partition for Polynomials<'_, '_, 
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> Basis<B> for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> Basis<B> for PolynomialCircle<'_, '_, F, E, B> {
     #[inline]
     fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
         legendre(self.coordinate(&x.point, x.cell))
@@ -281,7 +289,7 @@ impl<F: Real, E: Emission<F>, const B: usize> Basis<B> for Polynomials<'_, '_, F
 }
 
 impl<F: Real, E: Emission<F>, const B: usize> TransitionMoments<B>
-    for Polynomials<'_, '_, F, E, B>
+    for PolynomialCircle<'_, '_, F, E, B>
 {
     #[inline]
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; B]; B] {
@@ -299,7 +307,9 @@ impl<F: Real, E: Emission<F>, const B: usize> TransitionMoments<B>
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B> for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B>
+    for PolynomialCircle<'_, '_, F, E, B>
+{
     #[inline]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
         if j == x.cell {
@@ -315,7 +325,9 @@ impl<F: Real, E: Emission<F>, const B: usize> PairIntegral<B> for Polynomials<'_
     }
 }
 
-impl<F: Real, E: Emission<F>, const B: usize> ClosedForm<F, B> for Polynomials<'_, '_, F, E, B> {
+impl<F: Real, E: Emission<F>, const B: usize> ClosedForm<F, B>
+    for PolynomialCircle<'_, '_, F, E, B>
+{
     fn table(&self) -> Cells<'_, F> {
         self.circle.table()
     }

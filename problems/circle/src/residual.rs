@@ -55,7 +55,7 @@ pub struct Moment<F> {
 }
 
 impl<F: Real> Moment<F> {
-    /// Of the two numbers of [`parts`](Self::parts): for constants that were computed before.
+    /// Puts together the two numbers of [`parts`](Self::parts): for constants that were computed before.
     #[must_use]
     pub const fn new(cos: F, sin: F) -> Self {
         Self { cos, sin }
@@ -67,7 +67,7 @@ impl<F: Real> Moment<F> {
         (self.cos, self.sin)
     }
 
-    /// Of the sums over the cells before and behind cell i.
+    /// The moment of the sums over the cells before and behind cell i.
     pub(crate) fn between(before: &Sum<F>, after: &Sum<F>) -> Self {
         Self {
             cos: (before.cos - after.cos) + (before.cos_low - after.cos_low),
@@ -92,7 +92,7 @@ impl<F: Real> Moment<F> {
     }
 }
 
-/// Where G = v − T_K v has a closed form: on the circle, of every degree.
+/// An equation for which G = v − T_K v has a closed form: on the circle, of every degree.
 pub trait ClosedForm<F: Real, const B: usize = 1>:
     Basis<B> + StateSpace<Scalar = F, Point = Point<F>>
 {
@@ -169,8 +169,8 @@ pub struct Residual<'a, F, P, const B: usize = 1> {
 }
 
 impl<'a, F: Real, P: ClosedForm<F, B>, const B: usize> Residual<'a, F, P, B> {
-    /// Of the solution v and its [`moments`], on a [`Circle`](crate::Circle) or with
-    /// [`Polynomials`](crate::Polynomials).
+    /// The residual of the solution v with its [`moments`], on a [`Circle`](crate::Circle) or with
+    /// [`PolynomialCircle`](crate::PolynomialCircle).
     ///
     /// # Errors
     /// [`CircleError::Length`].

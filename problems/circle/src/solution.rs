@@ -5,12 +5,12 @@ use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    GalerkinError, GalerkinMatrix, PairIntegral, Pairs, Solution, buffer, radius_bounds,
+    GalerkinError, GalerkinMatrix, PairIntegral, Pairs, Solution, buffer, collatz_wielandt_bounds,
 };
 
 use crate::{
-    Cell, Cells, Circle, CircleError, ClosedForm, Emission, Moment, Polynomials, Slot, moments,
-    slots,
+    Cell, Cells, Circle, CircleError, ClosedForm, Emission, Moment, PolynomialCircle, Slot,
+    moments, slots,
 };
 
 /// The buffers of [`Cells`], owned.
@@ -62,7 +62,7 @@ pub fn second_moment_radius<E: Emission<f64>>(circle: &Circle<'_, f64, E>) -> f6
             *out *= circle.weight(i);
         }
     };
-    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, 100);
+    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, 100);
     upper
 }
 
@@ -84,7 +84,7 @@ impl<E: Emission<f64>> Circle<'_, f64, E> {
 }
 
 /// The moments for [`Residual`](crate::Residual) in the walk's scalar, from v as rounded to it, on a [`Circle`] or with
-/// [`Polynomials`].
+/// [`PolynomialCircle`].
 ///
 /// # Errors
 /// [`GalerkinError::Length`]: the solution has another number of unknowns; [`GalerkinError::Memory`].
@@ -92,7 +92,7 @@ pub fn residual_moments<F: Real, P: ClosedForm<f64, B>, const B: usize>(
     problem: &P,
     solution: &Solution,
 ) -> Result<Vec<Moment<F>>, GalerkinError> {
-    let v = solution.seen::<F>()?;
+    let v = solution.rounded_through::<F>()?;
     let cells = problem.table().len();
     let mut wide = buffer(cells)?;
     moments(problem, &v, &mut wide).map_err(|_| GalerkinError::Length {
@@ -106,7 +106,7 @@ pub fn residual_moments<F: Real, P: ClosedForm<f64, B>, const B: usize>(
     Ok(out)
 }
 
-impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
+impl<E: Emission<f64>, const B: usize> PolynomialCircle<'_, '_, f64, E, B> {
     /// The Galerkin solution, as [`Circle::solve`].
     ///
     /// # Errors
@@ -129,7 +129,7 @@ impl<E: Emission<f64>, const B: usize> Polynomials<'_, '_, f64, E, B> {
 /// # Errors
 /// [`GalerkinError::Memory`].
 pub fn neighbour_second_moment_radius<E: Emission<f64>, const B: usize>(
-    polynomials: &Polynomials<'_, '_, f64, E, B>,
+    polynomials: &PolynomialCircle<'_, '_, f64, E, B>,
     pairs: &dyn Pairs,
 ) -> Result<f64, GalerkinError> {
     let circle = polynomials.circle();

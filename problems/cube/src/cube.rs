@@ -10,7 +10,7 @@ use fredholm_core::{
 
 use crate::functions::Functions;
 use crate::mesh::Mesh;
-use crate::{CellIntegral, CubeError, Function, IntegralKernel};
+use crate::{CubeError, KernelFn, KernelIntegral, ScalarField};
 
 /// The model problem of Heinrich and Mathé 1993 on X = [0, 1]^D:
 ///
@@ -57,8 +57,8 @@ impl<F: Real, const D: usize, K, S, const B: usize> fmt::Debug for Cube<F, D, K,
 
 impl<F: Real, const D: usize, K, S> Cube<F, D, K, S>
 where
-    K: IntegralKernel<F, D>,
-    S: Function<F, D>,
+    K: KernelFn<F, D>,
+    S: ScalarField<F, D>,
 {
     /// The equation with this kernel and source, `per_axis` cells per axis with piecewise constants, and
     /// absorption probability q0.
@@ -90,7 +90,7 @@ where
 }
 
 impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
-    /// The same equation and cells with `N` functions on each: [`functions`](crate::functions)(D, p) of
+    /// This equation on these cells, with `N` functions on each: [`functions`](crate::functions)(D, p) of
     /// them for the total degree p.
     ///
     /// ```
@@ -202,7 +202,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> TransitionDensity for Cube<F
 
 impl<F: Real, const D: usize, K, S, const B: usize> Kernel for Cube<F, D, K, S, B>
 where
-    K: IntegralKernel<F, D>,
+    K: KernelFn<F, D>,
 {
     #[inline]
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
@@ -212,7 +212,7 @@ where
 
 impl<F: Real, const D: usize, K, S, const B: usize> Source for Cube<F, D, K, S, B>
 where
-    S: Function<F, D>,
+    S: ScalarField<F, D>,
 {
     #[inline]
     fn source(&self, x: &[F; D]) -> F {
@@ -252,7 +252,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> TransitionMoments<B> for Cub
     }
 
     #[inline]
-    fn divide(&self, _: &Located<[F; D]>, _: usize, mut right: [F; B]) -> [F; B] {
+    fn solve_moments(&self, _: &Located<[F; D]>, _: usize, mut right: [F; B]) -> [F; B] {
         for right in &mut right {
             *right /= self.mass;
         }
@@ -260,11 +260,11 @@ impl<F: Real, const D: usize, K, S, const B: usize> TransitionMoments<B> for Cub
     }
 }
 
-/// Of piecewise constants: pointwise pairs of higher degree would need first moments of the kernel.
+/// Integrals for piecewise constants: pointwise pairs of higher degree would need first moments of the kernel.
 impl<F: Real, const D: usize, K, S> PairIntegral for Cube<F, D, K, S>
 where
-    K: CellIntegral<F, D>,
-    S: Function<F, D>,
+    K: KernelIntegral<F, D>,
+    S: ScalarField<F, D>,
 {
     #[inline]
     fn pair_integral(&self, x: &Located<[F; D]>, j: usize) -> [F; 1] {

@@ -4,12 +4,12 @@
 ///
 /// Every closure `Fn(&[F; D], &[F; D]) -> F` is one, with the types of its arguments written out. A
 /// type that is one for every [`Real`](fredholm_core::Real) walks in `f32` and is set up in `f64`.
-pub trait IntegralKernel<F, const D: usize> {
+pub trait KernelFn<F, const D: usize> {
     /// K(x, y).
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F;
 }
 
-impl<F, const D: usize, T: Fn(&[F; D], &[F; D]) -> F> IntegralKernel<F, D> for T {
+impl<F, const D: usize, T: Fn(&[F; D], &[F; D]) -> F> KernelFn<F, D> for T {
     #[inline]
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
         self(x, y)
@@ -18,12 +18,12 @@ impl<F, const D: usize, T: Fn(&[F; D], &[F; D]) -> F> IntegralKernel<F, D> for T
 
 /// A function on [0, 1]^D: a source, a weight, a known solution. Every closure `Fn(&[F; D]) -> F` is
 /// one.
-pub trait Function<F, const D: usize> {
-    /// Its value at `x`.
+pub trait ScalarField<F, const D: usize> {
+    /// The value at `x`.
     fn value(&self, x: &[F; D]) -> F;
 }
 
-impl<F, const D: usize, T: Fn(&[F; D]) -> F> Function<F, D> for T {
+impl<F, const D: usize, T: Fn(&[F; D]) -> F> ScalarField<F, D> for T {
     #[inline]
     fn value(&self, x: &[F; D]) -> F {
         self(x)
@@ -34,7 +34,7 @@ impl<F, const D: usize, T: Fn(&[F; D]) -> F> Function<F, D> for T {
 /// where a kernel with a kink or a jump along the diagonal wants its diagonal.
 ///
 /// **Exact** up to rounding: an error here is a bias.
-pub trait CellIntegral<F, const D: usize>: IntegralKernel<F, D> {
+pub trait KernelIntegral<F, const D: usize>: KernelFn<F, D> {
     /// ∫ K(x, y) dy over low_a ≤ y_a ≤ high_a.
     fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F;
 }

@@ -6,6 +6,7 @@ use fredholm_core::galerkin::GalerkinError;
 
 /// Why there is no such cube, table or solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CubeError {
     /// The absorption probability q0 is NaN or outside (0, 1).
     Absorption,
@@ -28,7 +29,7 @@ pub enum CubeError {
     },
     /// There is no memory for a table.
     Memory {
-        /// Its size; `None` where that is no number of this machine.
+        /// The size of the buffer in bytes; `None` if it exceeds the address space.
         bytes: Option<usize>,
     },
     /// The kernel is infinite or NaN at a quadrature point (x, y), x in one cell and y in the other.

@@ -36,7 +36,7 @@ pub struct FactorTables<'a, F, const D: usize, const B: usize = 1> {
 }
 
 impl<'a, F: Real, const D: usize> FactorTables<'a, F, D> {
-    /// Of piecewise constants: D tables of m² numbers, m = `per_axis`: that of axis 0 row by row, then
+    /// The factors of piecewise constants: D tables of m² numbers, m = `per_axis`: that of axis 0 row by row, then
     /// that of axis 1, and so on.
     ///
     /// # Errors
@@ -175,12 +175,12 @@ pub(crate) struct Axes<'a, F, const D: usize> {
     functions: CellFunctions<D>,
     /// m (p + 1), the rows of a table.
     width: usize,
-    /// Those of axis 0 row by row, then those of axis 1, and so on.
+    /// The entries of axis 0 row by row, then those of axis 1, and so on.
     entries: &'a [F],
 }
 
 impl<'a, F: Real, const D: usize> Axes<'a, F, D> {
-    /// Of tables that have the right length.
+    /// The factors of tables that have the right length.
     #[inline]
     pub(crate) const fn new(mesh: Mesh<D>, functions: CellFunctions<D>, entries: &'a [F]) -> Self {
         Self {
@@ -260,7 +260,7 @@ impl<F: Real, const D: usize> GalerkinMatrix for Axes<'_, F, D> {
         }))
     }
 
-    /// With the places of a cell once for all of its functions.
+    /// Applies K' with the places of a cell once for all of its functions.
     fn rows_times(&self, i: usize, v: &[F], out: &mut [F]) {
         out.fill(F::zero());
         for (j, v) in v.chunks_exact(self.functions.count()).enumerate() {

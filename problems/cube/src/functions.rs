@@ -44,7 +44,7 @@ pub(crate) const FEW: usize = 5;
 pub(crate) struct CellFunctions<const D: usize> {
     /// p.
     pub(crate) degree: usize,
-    /// As [`Functions::DEGREES`].
+    /// The degrees, as in [`Functions::DEGREES`].
     pub(crate) degrees: &'static [[u8; D]],
 }
 
@@ -171,7 +171,7 @@ impl<const D: usize, const B: usize> Functions<D, B> {
         turned
     };
 
-    /// The same, with B known at run time.
+    /// The functions with B known at run time.
     pub(crate) const ALL: CellFunctions<D> = CellFunctions {
         degree: Self::DEGREE,
         degrees: &Self::DEGREES,

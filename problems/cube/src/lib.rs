@@ -9,30 +9,30 @@ mod equation;
 mod error;
 mod factors;
 mod functions;
-#[cfg(feature = "alloc")]
-mod level;
 mod mean;
 mod mesh;
 pub mod model;
 mod product;
 #[cfg(feature = "alloc")]
 mod product_tables;
+#[cfg(feature = "alloc")]
+mod quadrature;
 mod rule;
 #[cfg(feature = "alloc")]
 mod solution;
 mod table;
 
 pub use cube::Cube;
-pub use equation::{CellIntegral, Function, IntegralKernel};
+pub use equation::{KernelFn, KernelIntegral, ScalarField};
 pub use error::CubeError;
 pub use factors::FactorTables;
 pub use functions::functions;
-#[cfg(feature = "alloc")]
-pub use level::CubeLevel;
 pub use mean::{Mean, Weighted};
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]
 pub use product_tables::ProductTables;
+#[cfg(feature = "alloc")]
+pub use quadrature::CubeQuadrature;
 pub use rule::Rule;
 #[cfg(feature = "alloc")]
 pub use solution::{absolute_radius, empty_table, table};

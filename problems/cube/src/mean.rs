@@ -6,7 +6,7 @@ use fredholm_core::{Functional, Located, Real, Uniforms};
 
 use crate::functions::Functions;
 use crate::mesh::Mesh;
-use crate::{Cube, CubeError, Function};
+use crate::{Cube, CubeError, ScalarField};
 
 /// The mean of u over X: Φ = 1, walks start uniformly, φ = 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> Functional<Cube<F, D, K, S, 
 /// ```
 ///
 /// has the mean (v, Φ), since the ψ_ia are orthonormal, and varies little: it is this functional's
-/// `neighbour_value`, so that a task leaves its own `None`.
+/// `control_estimate`, so that a task leaves its own `None`.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighted<'a, F, const D: usize, W, const B: usize = 1> {
     weight: W,
@@ -92,7 +92,7 @@ impl<F, const D: usize, K, S, W, const B: usize> Functional<Cube<F, D, K, S, B>>
     for Weighted<'_, F, D, W, B>
 where
     F: Real,
-    W: Function<F, D>,
+    W: ScalarField<F, D>,
 {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
@@ -100,7 +100,7 @@ where
         (x, self.weight.value(&x))
     }
 
-    fn neighbour_value(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+    fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
         let block = self.means.get(x0.cell * B..).and_then(<[F]>::first_chunk);
         let near = block.map_or(f64::NAN, |w: &[F; B]| {
             let psi: [F; B] = Functions::in_cell(&self.mesh, x0);

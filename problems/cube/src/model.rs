@@ -12,12 +12,12 @@ use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
-use crate::{FactorIntegral, Function, KernelFactors, Product};
+use crate::{FactorIntegral, KernelFactors, Product, ScalarField};
 
 /// A model problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
-    /// Its kernel as one writes it.
+    /// The formula of the kernel, for people.
     pub name: &'static str,
     /// K.
     pub kernel: Product<ModelKernel>,
@@ -136,7 +136,7 @@ impl Model {
 
     /// A bound of the spectral radius of T_|K| on [0, 1]^D. Where it is below 1 the walks have means.
     #[must_use]
-    pub fn contraction<const D: usize>(&self) -> f64 {
+    pub fn radius_bound<const D: usize>(&self) -> f64 {
         power::<D>(self.factor.bound()) / self.lambda.abs()
     }
 
@@ -308,7 +308,7 @@ impl ModelKernel {
     }
 }
 
-impl<F: Real, const D: usize> Function<F, D> for ModelSource {
+impl<F: Real, const D: usize> ScalarField<F, D> for ModelSource {
     fn value(&self, x: &[F; D]) -> F {
         let (mut u, mut image) = (1.0, self.per_lambda);
         for x in x {
@@ -319,7 +319,7 @@ impl<F: Real, const D: usize> Function<F, D> for ModelSource {
     }
 }
 
-impl<F: Real, const D: usize> Function<F, D> for ModelSolution {
+impl<F: Real, const D: usize> ScalarField<F, D> for ModelSolution {
     fn value(&self, x: &[F; D]) -> F {
         let u = x.iter().map(|x| self.factor.solution(x.to_f64()));
         F::from_f64(u.product())

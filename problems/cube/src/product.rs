@@ -3,7 +3,7 @@
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
-use crate::{CellIntegral, IntegralKernel};
+use crate::{KernelFn, KernelIntegral};
 
 /// The factors of a product kernel K(x,y) = Π_a K_a(x_a, y_a).
 ///
@@ -21,7 +21,7 @@ impl<F, T: Fn(usize, F, F) -> F> KernelFactors<F> for T {
     }
 }
 
-/// Exact integrals of the factors; see [`CellIntegral`].
+/// Exact integrals of the factors; see [`KernelIntegral`].
 pub trait FactorIntegral<F>: KernelFactors<F> {
     /// ∫ K_a(x_a, y) dy over low ≤ y ≤ high.
     fn factor_integral(&self, axis: usize, x: F, low: F, high: F) -> F;
@@ -31,14 +31,14 @@ pub trait FactorIntegral<F>: KernelFactors<F> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Product<T>(pub T);
 
-impl<F: Real, const D: usize, T: KernelFactors<F>> IntegralKernel<F, D> for Product<T> {
+impl<F: Real, const D: usize, T: KernelFactors<F>> KernelFn<F, D> for Product<T> {
     #[inline]
     fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
         product(from_fn::<_, D>(|a| self.0.factor(a, x[a], y[a])))
     }
 }
 
-impl<F: Real, const D: usize, T: FactorIntegral<F>> CellIntegral<F, D> for Product<T> {
+impl<F: Real, const D: usize, T: FactorIntegral<F>> KernelIntegral<F, D> for Product<T> {
     #[inline]
     fn integral(&self, x: &[F; D], low: &[F; D], high: &[F; D]) -> F {
         product(from_fn::<_, D>(|a| {

@@ -11,7 +11,7 @@ use crate::functions::{CellFunctions, Functions, values_at};
 use crate::mesh::Mesh;
 use crate::solution::radius_of;
 use crate::table::add;
-use crate::{Cube, CubeError, FactorTables, Function, KernelFactors, Product, Rule};
+use crate::{Cube, CubeError, FactorTables, KernelFactors, Product, Rule, ScalarField};
 
 /// The coefficients K'_ij = Π_a K'_a(i_a, j_a) of a product kernel, from one m × m table for every
 /// axis; with functions of degree p on a cell, from one of m (p + 1) rows: see [`FactorTables`].
@@ -26,7 +26,7 @@ use crate::{Cube, CubeError, FactorTables, Function, KernelFactors, Product, Rul
 pub struct ProductTables<F, const D: usize> {
     mesh: Mesh<D>,
     functions: CellFunctions<D>,
-    /// Those of axis 0 row by row, then those of axis 1, and so on.
+    /// The entries of axis 0 row by row, then those of axis 1, and so on.
     entries: Vec<F>,
 }
 
@@ -41,7 +41,7 @@ impl<const D: usize> ProductTables<f64, D> {
     ) -> Result<Self, CubeError>
     where
         T: KernelFactors<f64>,
-        S: Function<f64, D>,
+        S: ScalarField<f64, D>,
     {
         let factors = &cube.integral_kernel().0;
         Self::of_factors(factors, cube.mesh(), Functions::<D, B>::ALL, rule)
@@ -97,7 +97,7 @@ impl<const D: usize> ProductTables<f64, D> {
         })
     }
 
-    /// As [`absolute_radius`](crate::absolute_radius) of the means K'_(i0)(j0), for any number of cells:
+    /// The [`absolute_radius`](crate::absolute_radius) of the means K'_(i0)(j0), for any number of cells:
     /// that of a product is the product of those of the factors.
     ///
     /// # Errors
@@ -112,12 +112,13 @@ impl<const D: usize> ProductTables<f64, D> {
         })
     }
 
-    /// As [`Cube::neighbour_radius`], for any number of cells, and a little more with functions of degree
-    /// p > 0 in several dimensions, which leave out products of more than the degree p in all.
+    /// The [`Cube::neighbour_second_moment_radius`], for any number of cells, and a little more
+    /// with functions of degree p > 0 in several dimensions, which leave out products of more than
+    /// the degree p in all.
     ///
     /// # Errors
     /// [`CubeError::Memory`].
-    pub fn neighbour_radius(&self, absorption: f64) -> Result<f64, CubeError> {
+    pub fn neighbour_second_moment_radius(&self, absorption: f64) -> Result<f64, CubeError> {
         let (axes, functions) = (self.axes(), self.functions.per_axis());
         let radius = self.radius_by_axes(&|axis, i, out| {
             out.fill(0.0);
@@ -157,7 +158,7 @@ struct FactorBlock {
 }
 
 impl FactorBlock {
-    /// Of so many rows and columns.
+    /// A zero matrix with this number of rows and columns.
     fn new(per_axis: usize) -> Result<Self, CubeError> {
         Ok(Self {
             sums: buffer(per_axis * per_axis)?,
@@ -198,7 +199,7 @@ impl<F: Real, const D: usize> ProductTables<F, D> {
         &self.entries
     }
 
-    /// The same coefficients, borrowed. Their provided methods need no memory.
+    /// These coefficients, borrowed. Their provided methods need no memory.
     #[inline]
     fn axes(&self) -> Axes<'_, F, D> {
         Axes::new(self.mesh, self.functions, &self.entries)
@@ -323,7 +324,7 @@ impl<F: Real, const D: usize> GalerkinMatrix for ProductTables<F, D> {
         }
     }
 
-    /// As [`apply`](Self::apply): a sweep of Jacobi's iteration, which needs all of K'v at once and
+    /// Applies K' as [`apply`](Self::apply) does: a sweep of Jacobi's iteration, which needs all of K'v at once and
     /// converges where the spectral radius of |K'| is below 1. Allocates n·B numbers besides; where
     /// there is no memory for them, a Gauss–Seidel sweep in O(n² B²).
     fn sweep(&self, source: &[F], v: &mut [F], scratch: &mut [F]) -> F {

@@ -3,9 +3,11 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{GalerkinMatrix, Partition, Solution, buffer, radius_bounds};
+use fredholm_core::galerkin::{
+    GalerkinMatrix, Partition, Solution, buffer, collatz_wielandt_bounds,
+};
 
-use crate::{Cube, CubeError, Function, IntegralKernel, Rule, table_bytes};
+use crate::{Cube, CubeError, KernelFn, Rule, ScalarField, table_bytes};
 
 /// The most powers of a matrix that are looked at for its spectral radius.
 const POWERS: u32 = 100;
@@ -20,8 +22,8 @@ pub fn table<const D: usize, K, S, const B: usize>(
     rule: Rule,
 ) -> Result<Vec<f64>, CubeError>
 where
-    K: IntegralKernel<f64, D>,
-    S: Function<f64, D>,
+    K: KernelFn<f64, D>,
+    S: ScalarField<f64, D>,
 {
     let mut table = empty_table(cube.cells().saturating_mul(B))?;
     cube.fill_table(rule, &mut table)?;
@@ -41,7 +43,7 @@ pub fn empty_table(unknowns: usize) -> Result<Vec<f64>, CubeError> {
 /// The spectral radius of |K'|, bounded from above by powers of it. O(n²) for each power.
 ///
 /// Of the coefficients of K² in place of K, divided by 1 − q0, it is an estimate of that of T_k²p: below 1
-/// the walks have a finite variance. That of T_h²p, [`Cube::neighbour_radius`], is smaller if K' is exact,
+/// the walks have a finite variance. That of T_h²p, [`Cube::neighbour_second_moment_radius`], is smaller if K' is exact,
 /// since it has the squares of means in place of the means of squares, and may be larger if it is not.
 ///
 /// # Errors
@@ -56,7 +58,7 @@ pub(crate) fn radius_of(
     apply: &mut dyn FnMut(&[f64], &mut [f64]),
 ) -> Result<f64, CubeError> {
     let (mut w, mut next) = (filled(n, 1.0)?, buffer(n)?);
-    let [_, upper] = radius_bounds(apply, &mut w, &mut next, POWERS);
+    let [_, upper] = collatz_wielandt_bounds(apply, &mut w, &mut next, POWERS);
     Ok(upper)
 }
 
@@ -68,8 +70,8 @@ fn filled(n: usize, value: f64) -> Result<Vec<f64>, CubeError> {
 
 impl<const D: usize, K, S, const B: usize> Cube<f64, D, K, S, B>
 where
-    K: IntegralKernel<f64, D>,
-    S: Function<f64, D>,
+    K: KernelFn<f64, D>,
+    S: ScalarField<f64, D>,
 {
     /// The Galerkin solution: solves (41) until no residual is above `tolerance` times the largest
     /// |F'_ia|, at most `at_most` sweeps. F' comes from `rule`.
@@ -101,7 +103,7 @@ where
     ///
     /// # Errors
     /// [`CubeError::Memory`].
-    pub fn neighbour_radius(
+    pub fn neighbour_second_moment_radius(
         &self,
         matrix: &dyn GalerkinMatrix<Scalar = f64>,
     ) -> Result<f64, CubeError> {

@@ -7,7 +7,7 @@ use fredholm_core::galerkin::Partition;
 
 use crate::functions::{CellFunctions, Functions, values_at};
 use crate::mesh::Mesh;
-use crate::{Cube, CubeError, Function, IntegralKernel, Rule};
+use crate::{Cube, CubeError, KernelFn, Rule, ScalarField};
 
 /// The memory for the table of `unknowns` = n·B unknowns: 8 (n·B)² bytes. `None`: more than a machine of
 /// this word size can address.
@@ -21,8 +21,8 @@ pub const fn table_bytes(unknowns: usize) -> Option<usize> {
 
 impl<const D: usize, K, S, const B: usize> Cube<f64, D, K, S, B>
 where
-    K: IntegralKernel<f64, D>,
-    S: Function<f64, D>,
+    K: KernelFn<f64, D>,
+    S: ScalarField<f64, D>,
 {
     /// The rows of cell `i` of the table K'_(ia)(jb) = n ∫_Xi ∫_Xj K(x,y) ψ_ia(x) ψ_jb(y) dy dx, (39): B
     /// rows of n·B entries, one after the other, by `rule` in x and in y. That takes n g^2D kernel
@@ -90,7 +90,7 @@ where
     /// not finite.
     pub fn means<T>(&self, function: &T, rule: Rule, out: &mut [f64]) -> Result<(), CubeError>
     where
-        T: Function<f64, D>,
+        T: ScalarField<f64, D>,
     {
         let quadrature = self.quadrature(rule);
         quadrature.means(function, out, &mut [0.0; B])
@@ -122,10 +122,10 @@ impl Block<'_> {
 }
 
 impl<const D: usize> Quadrature<D> {
-    /// As [`Cube::fill_row`]; the scratch is B numbers each.
+    /// Fills a row as [`Cube::fill_row`] does; the scratch is B numbers each.
     fn fill_row(
         &self,
-        kernel: &dyn IntegralKernel<f64, D>,
+        kernel: &dyn KernelFn<f64, D>,
         i: usize,
         rows: &mut [f64],
         mut scratch: [&mut [f64]; 3],
@@ -159,7 +159,7 @@ impl<const D: usize> Quadrature<D> {
     /// Adds n K'_(i·)(j·): over y for every x first, so that it takes g^2D B + g^D B² operations.
     fn add_block(
         &self,
-        kernel: &dyn IntegralKernel<f64, D>,
+        kernel: &dyn KernelFn<f64, D>,
         cells: [usize; 2],
         block: &mut Block<'_>,
         [inner, outer, psi]: &mut [&mut [f64]; 3],
@@ -180,10 +180,10 @@ impl<const D: usize> Quadrature<D> {
         }
     }
 
-    /// As [`Cube::means`]. `psi` has room for B numbers.
+    /// Takes means as [`Cube::means`] does. `psi` has room for B numbers.
     fn means(
         &self,
-        function: &dyn Function<f64, D>,
+        function: &dyn ScalarField<f64, D>,
         out: &mut [f64],
         psi: &mut [f64],
     ) -> Result<(), CubeError> {

@@ -31,7 +31,7 @@ pub struct Cells<'a, F> {
 }
 
 impl<'a, F: Real> Cells<'a, F> {
-    /// Of tables that were made elsewhere, for the walls of `geometry`.
+    /// Borrows tables that were made elsewhere, for the walls of `geometry`.
     ///
     /// # Errors
     /// [`RoomError::Tables`]: the cells of a wall do not run from its one end to the other in

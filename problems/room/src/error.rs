@@ -21,6 +21,7 @@ impl fmt::Display for Place {
 
 /// Why there is no such room, table or solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum RoomError {
     /// There is no surface.
     Empty,
@@ -72,7 +73,7 @@ pub enum RoomError {
     Cells,
     /// The grading exponent is NaN or outside [1, 10].
     Grading,
-    /// The smallest ratio r_min is NaN or outside [0, 1].
+    /// The smallest ratio min_mass_ratio is NaN or outside [0, 1].
     Ratio,
     /// No functions on a cell, or more than 5.
     Functions {
@@ -102,7 +103,7 @@ pub enum RoomError {
     },
     /// There is no memory for a table.
     Memory {
-        /// Its size; `None` where that is no number of this machine.
+        /// The size of the buffer in bytes; `None` if it exceeds the address space.
         bytes: Option<usize>,
     },
     /// There is no Galerkin solution.

@@ -6,7 +6,7 @@ use fredholm_core::galerkin::legendre;
 
 use crate::geometry::Geometry;
 use crate::moments::{MOST, Rules};
-use crate::pairs::View;
+use crate::pairs::Visibility;
 use crate::panels::{RULES, gauss};
 use crate::vector::{Vector, dot, norm, sub};
 use crate::visible::{Part, Viewer};
@@ -14,7 +14,7 @@ use crate::visible::{Part, Viewer};
 /// The first B rows and columns count.
 pub(crate) type Block = [[f64; MOST]; MOST];
 
-/// The same with rows and columns exchanged.
+/// The block with rows and columns exchanged.
 pub(crate) fn transposed(block: &Block) -> Block {
     from_fn(|b| block.each(|row| row[b]))
 }
@@ -38,7 +38,7 @@ pub(crate) struct Sights<'a> {
     functions: usize,
     constants: Rules<f64, 1>,
     rules: Rules<f64, MOST>,
-    r_min: f64,
+    min_mass_ratio: f64,
 }
 
 /// How many times a part is halved where it is near another.
@@ -46,23 +46,23 @@ const HALVINGS: u32 = 6;
 
 impl<'a> Sights<'a> {
     /// For B = `functions`, at most [`MOST`].
-    pub(crate) fn new(geometry: Geometry<'a, f64>, functions: usize, r_min: f64) -> Self {
+    pub(crate) fn new(geometry: Geometry<'a, f64>, functions: usize, min_mass_ratio: f64) -> Self {
         Self {
             geometry,
             functions,
             constants: Rules::new(),
             rules: Rules::for_functions(functions),
-            r_min,
+            min_mass_ratio,
         }
     }
 
-    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below r_min times `mean` for x in `from`. Within
+    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below min_mass_ratio times `mean` for x in `from`. Within
     /// a part that sees another wholly p_j has one maximum, so its infimum is at an end; at a
     /// corner it is a limit.
     pub(crate) fn is_even(&self, from: &Part<f64>, to: &Part<f64>, mean: f64) -> bool {
         let even = |t: f64| {
             let mut moments = [[0.0; MOST]; MOST];
-            self.measure(&at(from, t), to, View::Wholly, &mut |share, psi| {
+            self.measure(&at(from, t), to, Visibility::Full, &mut |share, psi| {
                 for (row, left) in moments.iter_mut().zip(psi) {
                     let left = share * left;
                     for (sum, right) in row.iter_mut().zip(psi) {
@@ -71,7 +71,7 @@ impl<'a> Sights<'a> {
                 }
             });
             for (b, row) in moments.iter_mut().enumerate() {
-                row[b] -= self.r_min * mean;
+                row[b] -= self.min_mass_ratio * mean;
             }
             is_positive(moments, self.functions)
         };
@@ -85,7 +85,7 @@ impl<'a> Sights<'a> {
         &self,
         from: &Viewer<f64>,
         part: &Part<f64>,
-        view: View,
+        view: Visibility,
         each: &mut dyn FnMut(f64, &[f64]),
     ) {
         let geometry = &self.geometry;
@@ -101,10 +101,10 @@ impl<'a> Sights<'a> {
     }
 
     /// ∫∫ ψ_a(x) ψ_b(y) cos θ_x cos θ_y/(2r) dy dx over x in one part and y in the other.
-    pub(crate) fn exchange(&self, own: &Part<f64>, other: &Part<f64>, view: View) -> Block {
+    pub(crate) fn exchange(&self, own: &Part<f64>, other: &Part<f64>, view: Visibility) -> Block {
         if self.functions == 1 {
             let exchange = match view {
-                View::Partly => partly(&self.geometry, own, other),
+                Visibility::Partial => partly(&self.geometry, own, other),
                 _ => wholly(&self.geometry, own, other),
             };
             return [[exchange; MOST]; MOST];
@@ -123,7 +123,7 @@ impl<'a> Sights<'a> {
     fn integrate(
         &self,
         parts: [&Part<f64>; 2],
-        view: View,
+        view: Visibility,
         [from, to]: [f64; 2],
         halvings: u32,
         sums: &mut Block,
@@ -140,7 +140,7 @@ impl<'a> Sights<'a> {
             return;
         }
         let last = RULES - 1;
-        let rule = if view == View::Partly {
+        let rule = if view == Visibility::Partial {
             last
         } else {
             rule.unwrap_or(last)

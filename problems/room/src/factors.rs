@@ -91,7 +91,7 @@ struct Rank {
 }
 
 impl Rank {
-    /// Of a direction of these components along the wall and away from it.
+    /// The sight of a direction with these components along the wall and away from it.
     fn new(tangent: f64, normal: f64) -> Self {
         let share = normal / (normal + tangent.abs());
         let left = tangent < 0.0;

@@ -97,7 +97,7 @@ impl<'a, F: Real> Functional<Room<'a, F>> for MeanOver<'_, 'a, F> {
 pub struct Irradiance<'r, 'a, F, T> {
     /// The room.
     pub room: &'r Room<'a, F>,
-    /// Where: [`At`](fredholm_core::At) a point, or [`MeanOver`] walls.
+    /// The place: [`At`](fredholm_core::At) a point, or [`MeanOver`] walls.
     pub of: T,
 }
 
@@ -112,7 +112,7 @@ impl<'a, F: Real, T: Functional<Room<'a, F>>> Functional<Room<'a, F>> for Irradi
     }
 }
 
-/// What a point between the walls sees in the mean over all directions, (1/2π) ∫ u dω: times π the
+/// The radiosity that a point between the walls sees in the mean over all directions, (1/2π) ∫ u dω: times π the
 /// fluence there, for a picture of the light in a room. Walks start where a ray of uniform
 /// direction leads, φ = 1; directions in which it leaves, or meets a wall from behind, bring
 /// nothing.
@@ -243,7 +243,7 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {
 impl<'a, F: Real> Room<'a, F> {
     /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j, v
     /// piecewise constant; for piecewise polynomials see
-    /// [`Polynomials`](crate::Polynomials::irradiance_of).
+    /// [`PolynomialRoom`](crate::PolynomialRoom::irradiance_of).
     #[must_use]
     pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
         let terms = v.iter().enumerate();

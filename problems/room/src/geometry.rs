@@ -13,13 +13,13 @@ use crate::vector::{Vector, along, cross, dot, sub};
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Wall<F> {
-    /// Its vertices.
+    /// The vertices of the segment.
     pub ends: [[F; 2]; 2],
     /// The numbers of its vertices: walls that meet have a number in common.
     pub vertices: [u32; 2],
     /// The unit vector from the first vertex to the second.
     pub tangent: [F; 2],
-    /// Its length.
+    /// The length of the segment.
     pub length: F,
     /// ρ.
     pub reflectance: F,
@@ -82,12 +82,12 @@ pub struct Geometry<'a, F> {
     open: bool,
 }
 
-/// What a ray met.
+/// The wall and the place that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<F> {
     /// The number of the wall.
     pub wall: u32,
-    /// Where, as a fraction of the wall in [0, 1].
+    /// The place on the wall, as a fraction in [0, 1].
     pub fraction: F,
     /// The distance from the ray's origin.
     pub distance: F,
@@ -103,7 +103,7 @@ pub(crate) enum Backs {
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
-    /// Of tables that were made elsewhere, for instance kept as constants of a program. `open` as
+    /// Borrows tables that were made elsewhere, for instance kept as constants of a program. `open` as
     /// in [`Enclosure`](crate::Enclosure).
     ///
     /// What cannot be is refused; whether the numbers are right is not looked at.
@@ -271,7 +271,8 @@ impl<'a, F: Real> Geometry<'a, F> {
                 cross(direction, to).abs() <= aside && distance + ahead >= zero() && near <= limit;
             met.then_some(near)
         };
-        let mut stack = [(0_u32, zero::<F>()); DEPTH + 2];
+        // Numbers alone: what waits is looked at again, which is seldom and costs less than clearing distances, too.
+        let mut stack = [0_u32; DEPTH + 2];
         let mut top = 0;
         let mut current = 0;
         'nodes: while let Some(node) = self.nodes.get(current as usize) {
@@ -284,11 +285,7 @@ impl<'a, F: Real> Geometry<'a, F> {
                 let (a, b) = (node.first, node.first + 1);
                 match (left, right) {
                     (Some(near_a), Some(near_b)) => {
-                        let (next, wait) = if near_a <= near_b {
-                            (a, (b, near_b))
-                        } else {
-                            (b, (a, near_a))
-                        };
+                        let (next, wait) = if near_a <= near_b { (a, b) } else { (b, a) };
                         if let Some(place) = stack.get_mut(top) {
                             *place = wait;
                             top += 1;
@@ -325,11 +322,12 @@ impl<'a, F: Real> Geometry<'a, F> {
                     break 'nodes;
                 }
                 top -= 1;
-                let Some(&(node, near)) = stack.get(top) else {
+                let Some(&number) = stack.get(top) else {
                     break 'nodes;
                 };
-                if near <= limit {
-                    current = node;
+                let waiting = self.nodes.get(number as usize);
+                if waiting.is_some_and(|node| entry(node, limit).is_some()) {
+                    current = number;
                     break;
                 }
             }
@@ -348,9 +346,12 @@ impl<'a, F: Real> Geometry<'a, F> {
         let mut top = 1;
         while top > 0 {
             top -= 1;
-            let node = stack.get(top).and_then(|&i| self.nodes.get(i as usize));
-            let Some(node) = node else { break };
-            if outside(node) {
+            let Some(&number) = stack.get(top) else { break };
+            let Some(node) = self.nodes.get(number as usize) else {
+                break;
+            };
+            // All the room is seldom outside.
+            if number > 0 && outside(node) {
                 continue;
             }
             let first = node.first as usize;

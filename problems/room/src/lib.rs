@@ -17,8 +17,6 @@ mod geometry;
 #[cfg(feature = "alloc")]
 mod hierarchy;
 #[cfg(feature = "alloc")]
-mod level;
-#[cfg(feature = "alloc")]
 mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
@@ -26,6 +24,8 @@ mod moments;
 mod pairs;
 mod panels;
 mod polynomials;
+#[cfg(feature = "alloc")]
+mod quadrature;
 mod room;
 #[cfg(feature = "alloc")]
 mod scene;
@@ -45,13 +45,13 @@ pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Segment, Wall};
 #[cfg(feature = "alloc")]
-pub use level::RoomLevel;
-#[cfg(feature = "alloc")]
-pub use matrix::{Matrix, R_MIN, r_min};
+pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
-pub use pairs::{Choice, RoomPairs, View, Views};
-pub use polynomials::Polynomials;
+pub use pairs::{Choice, RoomPairs, Visibility, VisibilityTable};
+pub use polynomials::PolynomialRoom;
+#[cfg(feature = "alloc")]
+pub use quadrature::RoomQuadrature;
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};

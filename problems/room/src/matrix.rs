@@ -10,25 +10,25 @@ use crate::cells::Cells;
 use crate::exchange::{Block, Sights, transposed};
 use crate::geometry::{Geometry, Node, Segment, Wall};
 use crate::moments::MOST;
-use crate::pairs::{View, Views};
+use crate::pairs::{Visibility, VisibilityTable};
 use crate::vector::{Vector, cross, sub};
 use crate::visible::{Part, twins};
 use crate::{Mesh, RoomError, Scene};
 
 /// The smallest ratio r_ij = inf p_j/mean p_j of a pair in S of piecewise constants, unless another
 /// is asked for.
-pub const R_MIN: f64 = 0.25;
+pub const MIN_MASS_RATIO: f64 = 0.25;
 
-/// What serves cells of a degree: ¼ for piecewise constants, ½ above, where h is a polynomial that
-/// fits the worse the less even p is. Pairs next to a corner look alike at every size, so that a
-/// better h there is what the standard deviation gains most from: in furnished rooms it is up to
-/// six times smaller than with ¼, at the same cost.
+/// The [`Matrix::with_functions`] ratio that serves cells of a degree: ¼ for piecewise constants, ½
+/// above, where h is a polynomial that fits the worse the less even p is. Pairs next to a corner
+/// look alike at every size, so that a better h there is what the standard deviation gains most
+/// from: in furnished rooms it is up to six times smaller than with ¼, at the same cost.
 #[must_use]
-pub const fn r_min(degree: usize) -> f64 {
-    if degree == 0 { R_MIN } else { 0.5 }
+pub const fn min_mass_ratio(degree: usize) -> f64 {
+    if degree == 0 { MIN_MASS_RATIO } else { 0.5 }
 }
 
-/// What all pairs of cells see of each other, and K' with B functions on a cell: n² bytes and 8
+/// The visibility of all pairs of cells, and K' with B functions on a cell: n² bytes and 8
 /// (nB)² bytes. For B = 1 K'_ij is ρ_i F_ij with F_ij the form factor from cell i to cell j.
 ///
 /// Form factors of pairs that see each other wholly are exact to some 10⁻⁶ of their own size or
@@ -58,17 +58,17 @@ struct Side<'a> {
 }
 
 impl Matrix {
-    /// Of all pairs of the mesh, for piecewise constants. A pair is [`View::Evenly`] where r_ij ≥
-    /// `r_min`.
+    /// Visibility and coefficients of all pairs of the mesh, for piecewise constants. A pair is
+    /// [`Visibility::FullBounded`] where r_ij ≥ `min_mass_ratio`.
     ///
     /// # Errors
-    /// [`RoomError::Ratio`] for r_min outside [0, 1], [`RoomError::Memory`].
-    pub fn new(scene: &Scene, mesh: &Mesh, r_min: f64) -> Result<Self, RoomError> {
-        Self::with_functions(scene, mesh, r_min, 1)
+    /// [`RoomError::Ratio`] for min_mass_ratio outside [0, 1], [`RoomError::Memory`].
+    pub fn new(scene: &Scene, mesh: &Mesh, min_mass_ratio: f64) -> Result<Self, RoomError> {
+        Self::with_functions(scene, mesh, min_mass_ratio, 1)
     }
 
-    /// As [`new`](Self::new), with B = `functions` on every cell, at most 5. A pair is
-    /// [`View::Evenly`] where no eigenvalue of M_j(x) is below `r_min` times the mean of p_j over
+    /// Visibility and coefficients of all pairs, with B = `functions` on every cell, at most 5. A pair is
+    /// [`Visibility::FullBounded`] where no eigenvalue of M_j(x) is below `min_mass_ratio` times the mean of p_j over
     /// the cell of x: at its ends and, for B > 1, in its middle.
     ///
     /// # Errors
@@ -76,17 +76,18 @@ impl Matrix {
     pub fn with_functions(
         scene: &Scene,
         mesh: &Mesh,
-        r_min: f64,
+        min_mass_ratio: f64,
         functions: usize,
     ) -> Result<Self, RoomError> {
-        let mut matrix = Self::of_pairs(scene, mesh, r_min, functions, &|_, _| true)?;
+        let mut matrix = Self::of_pairs(scene, mesh, min_mass_ratio, functions, &|_, _| true)?;
         matrix.contract(scene, mesh);
         Ok(matrix)
     }
 
-    /// What [`with_functions`](Self::with_functions) has of some pairs of cells alone, for their part of the time: n² views,
-    /// and K' with zeros at the others, of which nothing is seen. `of` is asked once for two cells, with that of the first
-    /// wall first. Pairs that see each other partly may have larger coefficients than there, where rows sum to at most ρ.
+    /// The part of [`with_functions`](Self::with_functions) for some pairs of cells alone, in their part of the time:
+    /// n² views, and K' with zeros at the others, of which nothing is seen. `of` is asked once for two cells, with that
+    /// of the first wall first. Pairs that see each other partly may have larger coefficients than there, where rows
+    /// sum to at most ρ.
     ///
     /// # Errors
     /// As there.
@@ -111,11 +112,11 @@ impl Matrix {
     pub fn of_pairs(
         scene: &Scene,
         mesh: &Mesh,
-        r_min: f64,
+        min_mass_ratio: f64,
         functions: usize,
         of: &dyn Fn(usize, usize) -> bool,
     ) -> Result<Self, RoomError> {
-        if !(0.0..=1.0).contains(&r_min) {
+        if !(0.0..=1.0).contains(&min_mass_ratio) {
             return Err(RoomError::Ratio);
         }
         if !(1..=MOST).contains(&functions) {
@@ -132,7 +133,7 @@ impl Matrix {
             functions,
         };
         let (geometry, table) = (scene.geometry(), mesh.cells());
-        let sights = Sights::new(geometry, functions, r_min);
+        let sights = Sights::new(geometry, functions, min_mass_ratio);
         let parts: Vec<Part<f64>> = (0..cells).filter_map(|c| table.part(c)).collect();
         let side = |w: usize| side(w, &geometry, &table, &parts);
         let mut blockers = Vec::new();
@@ -164,7 +165,7 @@ impl Matrix {
                 .walls
                 .get(wall as usize)
                 .map_or(0.0, |w| w.reflectance);
-            let partly = |view: u8| view == View::Partly as u8;
+            let partly = |view: u8| view == Visibility::Partial as u8;
             let (mut sum, mut shadows) = (0.0, 0.0);
             for (&mean, &view) in entries.iter().step_by(functions).zip(views) {
                 sum += mean;
@@ -183,7 +184,7 @@ impl Matrix {
         }
     }
 
-    /// Those pairs of cells of two walls.
+    /// Fills in the pairs of cells of two walls for which `of` holds.
     fn fill(
         &mut self,
         sights: &Sights<'_>,
@@ -201,16 +202,19 @@ impl Matrix {
                 let (views, exchange) = match sight(facing, [a.wall, b.wall], own, other, blockers)
                 {
                     Sight::None => continue,
-                    Sight::Part => ([View::Partly; 2], sights.exchange(own, other, View::Partly)),
+                    Sight::Part => (
+                        [Visibility::Partial; 2],
+                        sights.exchange(own, other, Visibility::Partial),
+                    ),
                     Sight::Whole => {
-                        let exchange = sights.exchange(own, other, View::Wholly);
+                        let exchange = sights.exchange(own, other, Visibility::Full);
                         let mean = exchange.first().map_or(f64::NAN, |row| row[0]);
                         let even = |from: &Part<f64>, to: &Part<f64>| {
                             let mean = mean / from.length;
                             if mean > 0.0 && sights.is_even(from, to, mean) {
-                                View::Evenly
+                                Visibility::FullBounded
                             } else {
-                                View::Wholly
+                                Visibility::Full
                             }
                         };
                         ([even(own, other), even(other, own)], exchange)
@@ -229,7 +233,7 @@ impl Matrix {
         &mut self,
         i: usize,
         j: usize,
-        view: View,
+        view: Visibility,
         [reflectance, length]: [f64; 2],
         exchange: &Block,
     ) {
@@ -258,10 +262,10 @@ impl Matrix {
         self.functions
     }
 
-    /// What the pairs see.
+    /// The visibility of all pairs of cells.
     #[must_use]
-    pub fn views(&self) -> Views<'_> {
-        Views::made(&self.views, self.cells)
+    pub fn views(&self) -> VisibilityTable<'_> {
+        VisibilityTable::made(&self.views, self.cells)
     }
 
     /// K'_(ia)(jb), row by row: (nB)² entries.

@@ -25,7 +25,7 @@ pub struct Grading {
 }
 
 impl Grading {
-    /// What serves cells of a degree: g = 3, and cuts at shadows for degrees above 0.
+    /// The grading that serves cells of a degree: g = 3, and cuts at shadows for degrees above 0.
     #[must_use]
     pub const fn of_degree(degree: usize) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Grading {
 }
 
 impl Default for Grading {
-    /// Of degree 0: g = 3, no cuts at shadows.
+    /// The grading for degree 0: g = 3, no cuts at shadows.
     fn default() -> Self {
         Self::of_degree(0)
     }

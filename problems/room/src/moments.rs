@@ -6,7 +6,7 @@ use fredholm_core::galerkin::legendre;
 use num_traits::{one, zero};
 
 use crate::geometry::{Geometry, Wall, factor};
-use crate::pairs::View;
+use crate::pairs::Visibility;
 use crate::panels::{POINTS, Panels, RULES, gauss};
 use crate::vector::{Vector, cross, dot, sub};
 use crate::visible::{Part, Viewer};
@@ -111,7 +111,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
         Self::for_functions(B)
     }
 
-    /// With all B functions at the points of the rules for the first `functions` of them.
+    /// The rules with all B functions at the points of the rules for the first `functions` of them.
     pub(crate) fn for_functions(functions: usize) -> Self {
         const {
             assert!(
@@ -167,7 +167,7 @@ impl<F: Real, const B: usize> Rules<F, B> {
         }
     }
 
-    /// The same for an interval of it.
+    /// Moments over an interval of the part.
     fn between(&self, sight: &Sight<F>, ends: [F; 2], each: &mut impl FnMut(F, &[F; B])) {
         self.panels.points(ends, sight.distance, |s, ds| {
             let [before, behind] = sight.fractions(s);
@@ -190,14 +190,16 @@ impl<F: Real> Geometry<'_, F> {
         rules: &Rules<F, B>,
         from: &Viewer<F>,
         part: &Part<F>,
-        view: View,
+        view: Visibility,
         mut each: impl FnMut(F, &[F; B]),
     ) {
         match view {
-            View::Nothing => {}
-            View::Wholly | View::Evenly => self.measure_whole(rules, from, part, &mut each),
-            View::Partly if B == 1 => each(self.visible(from, part), &[one(); B]),
-            View::Partly => {
+            Visibility::None => {}
+            Visibility::Full | Visibility::FullBounded => {
+                self.measure_whole(rules, from, part, &mut each);
+            }
+            Visibility::Partial if B == 1 => each(self.visible(from, part), &[one(); B]),
+            Visibility::Partial => {
                 let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
                     return each(F::NAN, &[F::NAN; B]);
                 };
@@ -217,7 +219,7 @@ impl<F: Real> Geometry<'_, F> {
         }
     }
 
-    /// The same for a part that is seen wholly.
+    /// Moments over a part that is seen wholly.
     #[inline]
     fn measure_whole<const B: usize>(
         &self,

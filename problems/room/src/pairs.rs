@@ -7,29 +7,29 @@ use crate::RoomError;
 /// What cell i sees of cell j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum View {
-    /// Nothing: the pair lies on one line, or one is behind the other, or a wall is between them.
-    Nothing = 0,
+pub enum Visibility {
+    /// None of it: the pair lies on one line, or one is behind the other, or a wall is between them.
+    None = 0,
     /// Perhaps a part.
-    Partly = 1,
-    /// All of it from everywhere, but somewhere p_j(x) is below r_min times its mean.
-    Wholly = 2,
-    /// All of it from everywhere, and r_ij ≥ r_min.
-    Evenly = 3,
+    Partial = 1,
+    /// All of it from everywhere, but somewhere p_j(x) is below min_mass_ratio times its mean.
+    Full = 2,
+    /// All of it from everywhere, and r_ij ≥ min_mass_ratio.
+    FullBounded = 3,
 }
 
-/// The views of all pairs: a borrowed table of n² bytes, row by row, each a [`View`].
+/// The visibility of all pairs of cells: a borrowed table of n² bytes, row by row, each a [`Visibility`].
 ///
-/// An empty table knows nothing: every pair is [`View::Partly`] then, which is right and slow.
+/// An empty table knows nothing: every pair is [`Visibility::Partial`] then, which is right and slow.
 #[derive(Clone, Copy, Debug)]
-pub struct Views<'a> {
+pub struct VisibilityTable<'a> {
     table: &'a [u8],
     cells: usize,
 }
 
-impl<'a> Views<'a> {
-    /// Of a table for n = `cells` cells. [`View::Wholly`] and [`View::Evenly`] are promises that an
-    /// estimate is biased without.
+impl<'a> VisibilityTable<'a> {
+    /// Borrows the visibility of all pairs of n = `cells` cells. [`Visibility::Full`] and
+    /// [`Visibility::FullBounded`] are promises that an estimate is biased without.
     ///
     /// # Errors
     /// [`RoomError::Length`] where its length is not n² (or 0), [`RoomError::Tables`] where a byte
@@ -41,7 +41,10 @@ impl<'a> Views<'a> {
                 found: table.len(),
             });
         }
-        if table.iter().any(|&view| view > View::Evenly as u8) {
+        if table
+            .iter()
+            .any(|&view| view > Visibility::FullBounded as u8)
+        {
             return Err(RoomError::Tables);
         }
         Ok(Self { table, cells })
@@ -53,7 +56,7 @@ impl<'a> Views<'a> {
         Self { table, cells }
     }
 
-    /// No table.
+    /// An empty table: every pair is [`Visibility::Partial`].
     #[must_use]
     pub const fn none() -> Self {
         Self {
@@ -68,15 +71,15 @@ impl<'a> Views<'a> {
         self.table
     }
 
-    /// The view of the pair (i, j).
+    /// What cell i sees of cell j.
     #[inline]
     #[must_use]
-    pub fn view(&self, i: usize, j: usize) -> View {
+    pub fn visibility(&self, i: usize, j: usize) -> Visibility {
         match self.table.get(i * self.cells + j) {
-            Some(0) => View::Nothing,
-            Some(2) => View::Wholly,
-            Some(3) => View::Evenly,
-            _ => View::Partly,
+            Some(0) => Visibility::None,
+            Some(2) => Visibility::Full,
+            Some(3) => Visibility::FullBounded,
+            _ => Visibility::Partial,
         }
     }
 
@@ -87,33 +90,33 @@ impl<'a> Views<'a> {
     }
 }
 
-/// What the neighbour equation does with the pairs.
+/// How the neighbour equation treats pairs of cells, by their visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// S = the pairs that see each other [`View::Evenly`]; h = 0 on the others, as in Heinrich
+    /// S = the pairs that see each other [`Visibility::FullBounded`]; h = 0 on the others, as in Heinrich
     /// 1995.
     Paper,
-    /// The same S; h = k on all others that see anything.
+    /// S = the pairs that see each other [`Visibility::FullBounded`]; h = k on all others that see anything.
     Default,
     /// S is empty; h = k wherever a pair sees anything.
     Pointwise,
 }
 
-/// The kinds of all pairs, from their views.
+/// The kinds of all pairs of cells, from their visibility.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomPairs<'a> {
-    /// The views.
-    pub views: Views<'a>,
-    /// What to do with them.
+    /// The visibility of all pairs.
+    pub views: VisibilityTable<'a>,
+    /// How pairs are treated.
     pub choice: Choice,
 }
 
 impl RoomPairs<'_> {
     #[inline]
-    const fn kind_of(&self, view: View) -> PairKind {
+    const fn kind_of(&self, view: Visibility) -> PairKind {
         match (self.choice, view) {
-            (Choice::Paper | Choice::Default, View::Evenly) => PairKind::Galerkin,
-            (Choice::Paper, _) | (_, View::Nothing) => PairKind::None,
+            (Choice::Paper | Choice::Default, Visibility::FullBounded) => PairKind::Galerkin,
+            (Choice::Paper, _) | (_, Visibility::None) => PairKind::Dropped,
             (Choice::Default | Choice::Pointwise, _) => PairKind::Pointwise,
         }
     }
@@ -122,7 +125,7 @@ impl RoomPairs<'_> {
 impl Pairs for RoomPairs<'_> {
     #[inline]
     fn kind(&self, i: usize, j: usize) -> PairKind {
-        self.kind_of(self.views.view(i, j))
+        self.kind_of(self.views.visibility(i, j))
     }
 
     #[inline]
@@ -147,7 +150,7 @@ mod tests {
 
     use std::vec::Vec;
 
-    use super::{Choice, PairKind, Pairs, RoomPairs, Views};
+    use super::{Choice, PairKind, Pairs, RoomPairs, VisibilityTable};
 
     /// All j outside S, as a list.
     fn outside(pairs: &dyn Pairs, i: usize, cells: usize) -> Vec<usize> {
@@ -174,7 +177,7 @@ mod tests {
                 *view = (state >> 30) as u8;
             }
             for table in [&table[..cells * cells], &[]] {
-                let views = Views::new(table, cells).unwrap();
+                let views = VisibilityTable::new(table, cells).unwrap();
                 for choice in [Choice::Paper, Choice::Default, Choice::Pointwise] {
                     let pairs = RoomPairs { views, choice };
                     let slow = Slow(pairs);

@@ -36,15 +36,21 @@ use crate::{Point, Room};
 ///
 /// A room with a neighbour equation of degree 3 is in the crate's README.
 #[derive(Clone, Copy, Debug)]
-pub struct Polynomials<'r, 'a, F, const B: usize> {
+pub struct PolynomialRoom<'r, 'a, F, const B: usize> {
     room: &'r Room<'a, F>,
     rules: Rules<F, B>,
 }
 
-impl<'r, 'a, F: Real, const B: usize> Polynomials<'r, 'a, F, B> {
-    /// On the cells of this room.
+impl<'a, F: Real> Room<'a, F> {
+    /// This room with B functions on every cell, the polynomials of degree B − 1.
     #[must_use]
-    pub fn new(room: &'r Room<'a, F>) -> Self {
+    pub fn with_functions<const B: usize>(&self) -> PolynomialRoom<'_, 'a, F, B> {
+        PolynomialRoom::new(self)
+    }
+}
+
+impl<'r, 'a, F: Real, const B: usize> PolynomialRoom<'r, 'a, F, B> {
+    fn new(room: &'r Room<'a, F>) -> Self {
         Self {
             room,
             rules: Rules::new(),
@@ -84,12 +90,12 @@ impl<'r, 'a, F: Real, const B: usize> Polynomials<'r, 'a, F, B> {
     }
 }
 
-impl<F: Real, const B: usize> StateSpace for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> StateSpace for PolynomialRoom<'_, '_, F, B> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real, const B: usize> Sampler for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> Sampler for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn absorption(&self, x: &Point<F>) -> F {
         self.room.absorption(x)
@@ -101,27 +107,27 @@ impl<F: Real, const B: usize> Sampler for Polynomials<'_, '_, F, B> {
     }
 }
 
-impl<F: Real, const B: usize> TransitionDensity for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> TransitionDensity for PolynomialRoom<'_, '_, F, B> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         self.room.density(x, y)
     }
 }
 
-impl<F: Real, const B: usize> Kernel for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> Kernel for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn kernel(&self, x: &Point<F>, y: &Point<F>) -> F {
         self.room.kernel(x, y)
     }
 }
 
-impl<F: Real, const B: usize> Source for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> Source for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
         self.room.source(x)
     }
 }
 
-impl<F: Real, const B: usize> Partition for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> Partition for PolynomialRoom<'_, '_, F, B> {
     fn cells(&self) -> usize {
         self.room.cells()
     }
@@ -132,7 +138,7 @@ impl<F: Real, const B: usize> Partition for Polynomials<'_, '_, F, B> {
     }
 }
 
-impl<F: Real, const B: usize> Basis<B> for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> Basis<B> for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
         if B == 1 {
@@ -142,7 +148,7 @@ impl<F: Real, const B: usize> Basis<B> for Polynomials<'_, '_, F, B> {
     }
 }
 
-impl<F: Real, const B: usize> TransitionMoments<B> for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> TransitionMoments<B> for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; B]; B] {
         let mut sums = [[zero(); B]; B];
@@ -165,7 +171,7 @@ pub(crate) fn add<F: Real, const B: usize>(sums: &mut [[F; B]; B], share: F, psi
     }
 }
 
-impl<F: Real, const B: usize> PairIntegral<B> for Polynomials<'_, '_, F, B> {
+impl<F: Real, const B: usize> PairIntegral<B> for PolynomialRoom<'_, '_, F, B> {
     #[inline]
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
         let reflectance = self.room.reflectance(&x.point);

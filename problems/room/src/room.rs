@@ -10,7 +10,7 @@ use crate::RoomError;
 use crate::cells::Cells;
 use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
 use crate::moments::Rules;
-use crate::pairs::{View, Views};
+use crate::pairs::{Visibility, VisibilityTable};
 use crate::vector::{along, dot, norm, sub};
 use crate::visible::Viewer;
 
@@ -24,7 +24,7 @@ pub struct Point<F> {
 }
 
 impl<F: Real> Point<F> {
-    /// Its coordinates.
+    /// The coordinates of the point.
     #[inline]
     #[must_use]
     pub const fn position(&self) -> [F; 2] {
@@ -38,7 +38,7 @@ impl<F: Real> Point<F> {
         self.wall as usize
     }
 
-    /// Its distance from the wall's first vertex.
+    /// The distance of the point from the wall's first vertex.
     #[inline]
     #[must_use]
     pub const fn along(&self) -> F {
@@ -70,7 +70,7 @@ impl<F: Real> Point<F> {
 pub struct Room<'a, F> {
     geometry: Geometry<'a, F>,
     cells: Cells<'a, F>,
-    views: Views<'a>,
+    views: VisibilityTable<'a>,
     absorption: F,
     survival: F,
     per_survival: F,
@@ -85,7 +85,7 @@ impl<'a, F: Real> Room<'a, F> {
     pub fn new(
         geometry: Geometry<'a, F>,
         cells: Cells<'a, F>,
-        views: Views<'a>,
+        views: VisibilityTable<'a>,
         absorption: f64,
     ) -> Result<Self, RoomError> {
         let q = F::from_f64(absorption);
@@ -117,7 +117,7 @@ impl<'a, F: Real> Room<'a, F> {
 
     /// The views of its pairs.
     #[must_use]
-    pub const fn views(&self) -> Views<'a> {
+    pub const fn views(&self) -> VisibilityTable<'a> {
         self.views
     }
 
@@ -220,10 +220,12 @@ impl<'a, F: Real> Room<'a, F> {
         let Some(part) = self.cells.part(j) else {
             return F::NAN;
         };
-        match self.views.view(x.cell as usize, j) {
-            View::Nothing => zero(),
-            View::Partly => self.geometry.visible(&x.viewer(), &part),
-            View::Wholly | View::Evenly => self.geometry.unobstructed(&x.viewer(), &part),
+        match self.views.visibility(x.cell as usize, j) {
+            Visibility::None => zero(),
+            Visibility::Partial => self.geometry.visible(&x.viewer(), &part),
+            Visibility::Full | Visibility::FullBounded => {
+                self.geometry.unobstructed(&x.viewer(), &part)
+            }
         }
     }
 
@@ -254,7 +256,7 @@ impl<'a, F: Real> Room<'a, F> {
     ) {
         match self.cells.part(j) {
             Some(part) => {
-                let view = self.views.view(x.cell as usize, j);
+                let view = self.views.visibility(x.cell as usize, j);
                 self.geometry.measure(rules, &x.viewer(), &part, view, each);
             }
             None => each(F::NAN, &[F::NAN; B]),

@@ -17,7 +17,7 @@ use crate::vector::{Vector, along, bounds, cross, dot, norm, sub};
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
-/// What a wall does with light: u = F + ρ H, where H is the irradiance.
+/// The reflectance and emission of a wall: u = F + ρ H, where H is the irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// The reflectance ρ ∈ [0, 1).
@@ -60,7 +60,7 @@ impl Material {
 /// A surface: a polyline, its active side on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface<'a> {
-    /// Its vertices, at least two. A closed outline repeats its first vertex at the end.
+    /// The vertices of the surface, at least two. A closed outline repeats its first vertex at the end.
     pub points: &'a [[f64; 2]],
     /// One material, or one for every segment.
     pub materials: &'a [Material],
@@ -69,7 +69,7 @@ pub struct Surface<'a> {
 /// Whether light may leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Enclosure {
-    /// It may not: a room from which a ray leaves is refused.
+    /// The room must be closed: a room from which a ray leaves is refused.
     Closed,
     /// Light that leaves, or that meets a wall from behind, is absorbed.
     Open,

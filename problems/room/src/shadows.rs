@@ -35,7 +35,7 @@ fn ends_of_lights(scene: &Scene) -> Vec<u32> {
     used
 }
 
-/// The same for every vertex behind one that stands out: all places at which what is seen of the
+/// The cuts for every vertex behind one that stands out: all places at which what is seen of the
 /// walls changes.
 pub(crate) fn kinks(scene: &Scene) -> Vec<Vec<f64>> {
     lines(scene, &outstanding(scene), &used(scene))

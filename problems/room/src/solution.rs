@@ -1,9 +1,9 @@
 //! The whole deterministic part in one call.
 
 use fredholm_core::Kernel;
-use fredholm_core::galerkin::{Solution, buffer, radius_bounds};
+use fredholm_core::galerkin::{Solution, buffer, collatz_wielandt_bounds};
 
-use crate::{Matrix, Mesh, Polynomials, RoomError, RoomPairs, Scene};
+use crate::{Matrix, Mesh, PolynomialRoom, RoomError, RoomPairs, Scene};
 
 /// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
 /// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
@@ -33,7 +33,7 @@ pub fn second_moment_radius(
             *out = sum * wall.map_or(f64::NAN, |w| w.reflectance) / (1.0 - absorption);
         }
     };
-    let [_, upper] = radius_bounds(&mut apply, &mut w, &mut next, 100);
+    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, 100);
     Ok(upper)
 }
 
@@ -45,7 +45,7 @@ pub fn second_moment_radius(
 /// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells, and
 /// [`RoomError::Galerkin`], where it is of another number of functions.
 pub fn neighbour_second_moment_radius<const B: usize>(
-    polynomials: &Polynomials<'_, '_, f64, B>,
+    polynomials: &PolynomialRoom<'_, '_, f64, B>,
     matrix: &Matrix,
     pairs: RoomPairs<'_>,
 ) -> Result<f64, RoomError> {

@@ -24,7 +24,7 @@ pub struct Tables<F> {
 }
 
 impl<F: Real> Tables<F> {
-    /// Of a scene and its mesh, both made for this scalar.
+    /// The tables of a scene and its mesh in this scalar.
     #[must_use]
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let to = F::from_f64;

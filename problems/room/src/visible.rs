@@ -101,6 +101,8 @@ impl<F: Real> Geometry<'_, F> {
 
     /// Calls `piece` for every visible interval of directions, from right to left, and tells it
     /// whether that is the whole part.
+    // Never inlined: the loop over shadows has more registers by itself, whatever calls it.
+    #[inline(never)]
     pub(crate) fn visible_pieces(
         &self,
         from: &Viewer<F>,
@@ -280,7 +282,9 @@ mod tests {
     use alloc::vec::Vec;
     use core::f64::consts::{PI, TAU};
 
-    use crate::{Enclosure, Grading, Material, Mesh, Room, Scene, Seen, Surface, Tables, Views};
+    use crate::{
+        Enclosure, Grading, Material, Mesh, Room, Scene, Seen, Surface, Tables, VisibilityTable,
+    };
 
     /// A square of this size with 16 triangles in it whose vertices are on a lattice, as drawings are.
     fn outlines(state: &mut u64, unit: f64) -> Vec<Vec<[f64; 2]>> {
@@ -333,7 +337,7 @@ mod tests {
             let mesh = Mesh::new::<f64>(&scene, 10, Grading::default()).unwrap();
             let tables = Tables::<f64>::new(&scene, &mesh);
             let (geometry, cells) = (tables.geometry(), tables.cells());
-            let room = &Room::new(geometry, cells, Views::none(), 0.2).unwrap();
+            let room = &Room::new(geometry, cells, VisibilityTable::none(), 0.2).unwrap();
             for number in 0..160 * 160 {
                 let pixel = 40.0 * unit / 160.0;
                 let position = [number / 160, number % 160].map(|k| (f64::from(k) + 0.5) * pixel);

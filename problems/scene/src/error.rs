@@ -19,6 +19,7 @@ impl fmt::Display for Place {
 
 /// Why there is no such scene, table or form factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SceneError {
     /// There is no surface.
     Empty,
@@ -70,7 +71,7 @@ pub enum SceneError {
         first: Place,
         /// The one that it goes through.
         second: Place,
-        /// Where.
+        /// The place of the vertex.
         at: [f64; 3],
     },
     /// A vertex lies close to an edge, but not on it, so that there is a gap.
@@ -79,7 +80,7 @@ pub enum SceneError {
         at: Place,
         /// The vertex.
         vertex: [f64; 3],
-        /// Its distance from the edge.
+        /// The distance of the vertex from the edge.
         distance: f64,
     },
     /// A polygon faces the other way than the one beside it.
@@ -130,7 +131,7 @@ pub enum SceneError {
     },
     /// There is no memory for a table.
     Memory {
-        /// Its size; `None` where that is no number of this machine.
+        /// The size of the buffer in bytes; `None` if it exceeds the address space.
         bytes: Option<usize>,
     },
 }

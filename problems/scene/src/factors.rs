@@ -15,7 +15,7 @@ pub struct Factors {
     areas: Vec<f64>,
     /// Where the entries of each face begin, and their number.
     first: Vec<usize>,
-    /// Of the entries above the diagonal: the other face, and A_i F_ij.
+    /// The entries above the diagonal: the other face, and A_i F_ij.
     entries: Vec<(u32, f64)>,
     error: f64,
     partial: usize,
@@ -101,7 +101,7 @@ impl Factors {
         self.entries.len()
     }
 
-    /// What a face exchanges with those after it: the others' numbers, ascending, and A_i F_ij.
+    /// The exchange of a face with those after it: the others' numbers, ascending, and A_i F_ij.
     #[must_use]
     pub fn row(&self, face: usize) -> &[(u32, f64)] {
         match (self.first.get(face), self.first.get(face + 1)) {

@@ -50,7 +50,7 @@ pub fn form_factor_of_point(point: [f64; 3], normal: [f64; 3], polygon: &[[f64; 
     -sum / core::f64::consts::TAU
 }
 
-/// The same from the origin.
+/// The integral as seen from the origin.
 #[inline]
 pub(crate) fn from_origin(normal: Vector<f64>, polygon: &[Vector<f64>]) -> f64 {
     let Some(&last) = polygon.last() else {

@@ -6,7 +6,7 @@ use num_traits::{one, zero};
 use crate::geometry::{DEPTH, Face, Geometry, Node, Triangle};
 use crate::vector::{Vector, along, dot, sub};
 
-/// What a ray met.
+/// The face and the place that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<F> {
     /// The number of the face.
@@ -261,7 +261,7 @@ impl<F: Real> Geometry<'_, F> {
             .or_else(|| self.further_inside(emitter, origin, direction))
     }
 
-    /// The same from points that are ever nearer to the middle of the face.
+    /// Follows rays from points that are ever nearer to the middle of the face.
     #[cold]
     fn further_inside(
         &self,

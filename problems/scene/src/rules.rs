@@ -23,7 +23,7 @@ impl Rules {
         }
     }
 
-    /// The rule with so many points.
+    /// The rule with this many points.
     pub(crate) fn of(&self, points: usize) -> &[(f64, f64)] {
         let last = self.all.len() - 1;
         let rule = self.all.get(points.saturating_sub(1).min(last));

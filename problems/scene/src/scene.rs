@@ -15,7 +15,7 @@ use crate::vector::{Vector, cross, dot, empty_box, hull, norm, sub, turn, unit};
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
-/// What a face does with light: u = F + ρ H, where H is the irradiance.
+/// The reflectance and emission of a face: u = F + ρ H, where H is the irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// The reflectance ρ ∈ [0, 1).
@@ -85,7 +85,7 @@ pub struct Surface<'a> {
 /// Whether light may leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Enclosure {
-    /// It may not: a scene from which a ray leaves is refused.
+    /// The scene must be closed: a scene from which a ray leaves is refused.
     Closed,
     /// Light that leaves, or that meets a face from behind, is absorbed.
     Open,

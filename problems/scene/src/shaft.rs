@@ -27,7 +27,7 @@ pub(crate) enum Between {
     Nothing,
     /// One polygon hides all.
     Hidden,
-    /// Those that may hide something were listed.
+    /// The faces that may hide something were listed.
     Some,
 }
 

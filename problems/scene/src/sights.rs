@@ -12,7 +12,7 @@ use crate::shaft::{Between, Shaft};
 use crate::vector::{Vector, dot, sub};
 use crate::{Enclosure, SceneError};
 
-/// What form factors are computed from: a scene, the polygons that may hide something, and the error
+/// The inputs of form factors: a scene, the polygons that may hide something, and the error
 /// that is allowed.
 ///
 /// Rows are independent of each other: threads share one of these, and
@@ -25,7 +25,7 @@ pub struct Sights<'a> {
     error: f64,
 }
 
-/// What one face exchanges with those after it.
+/// The exchange of one face with those after it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// The numbers of faces, ascending, and A_i F_ij, in the unit of area.
@@ -75,7 +75,7 @@ impl<'a> Sights<'a> {
         self.occluders.all.len()
     }
 
-    /// What a face exchanges with those after it.
+    /// The exchange of a face with those after it.
     #[must_use]
     pub fn row(&self, face: usize) -> Row {
         let mut row = Row::default();

@@ -2,6 +2,7 @@
 
 /// Why there is no such equation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SphereError {
     /// There must be a band and a sector, and 2²⁴ cells at most.
     Cells,

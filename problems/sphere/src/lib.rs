@@ -7,9 +7,9 @@ extern crate alloc;
 #[cfg(feature = "alloc")]
 mod coefficients;
 mod error;
-#[cfg(feature = "alloc")]
-mod level;
 mod mean;
+#[cfg(feature = "alloc")]
+mod quadrature;
 #[cfg(feature = "alloc")]
 mod solution;
 mod sphere;
@@ -17,7 +17,7 @@ mod sphere;
 #[cfg(feature = "alloc")]
 pub use coefficients::MeanTable;
 pub use error::SphereError;
-#[cfg(feature = "alloc")]
-pub use level::SphereLevel;
 pub use mean::Mean;
+#[cfg(feature = "alloc")]
+pub use quadrature::SphereQuadrature;
 pub use sphere::{Parameters, Point, Sphere, point};

@@ -27,7 +27,7 @@ pub fn point<F: Real>(colatitude: F, azimuth: F) -> Point<F> {
     ]
 }
 
-/// What an equation and its chain depend on.
+/// The parameters of an equation and its chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// a, in (0, 1).
@@ -77,7 +77,7 @@ impl Parameters {
 }
 
 impl<F: Real> Sphere<F> {
-    /// With `bands` times `sectors` cells.
+    /// The sphere with `bands` times `sectors` cells.
     ///
     /// # Errors
     /// [`SphereError`].
@@ -137,7 +137,7 @@ impl<F: Real> Sphere<F> {
         F::one() - self.absorption
     }
 
-    /// The same equation with other cells.
+    /// This equation with other cells.
     #[cfg(feature = "alloc")]
     pub(crate) fn with_cells(&self, bands: u32, sectors: u32) -> Self {
         let half_sector = F::PI / F::from_u32(sectors);

@@ -2,11 +2,11 @@
 
 use core::f64::consts::PI;
 
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Rounded};
+use fredholm_conformance::quadrature::{gauss_legendre, tensor};
+use fredholm_conformance::{Description, Offers, examine_both, examine_masses};
+use fredholm_core::galerkin::{DiagonalRule, PairKind, Rounded};
 use fredholm_core::{Located, Real};
 use fredholm_sphere::{MeanTable, Parameters, Point, Sphere};
-use fredholm_tests::quadrature::{gauss_legendre, tensor};
-use fredholm_tests::{Description, Offers, examine_both, examine_masses};
 
 const SCATTERING: Parameters = Parameters {
     albedo: 0.6,
@@ -105,14 +105,14 @@ impl<F: Real> Description for Described<F> {
     }
 
     fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let all = OffDiagonal {
+        let all = DiagonalRule {
             diagonal: PairKind::Galerkin,
         };
         offers.pairs("all in S", all);
         offers.pairs(
             "diagonal outside",
-            OffDiagonal {
-                diagonal: PairKind::None,
+            DiagonalRule {
+                diagonal: PairKind::Dropped,
             },
         );
 

@@ -106,6 +106,6 @@ fn picture(diagnosis: &Diagnosis, model: &Resolution) -> Result<String, Failure>
             table.svg().map_err(Failure::run)
         }
         (Picture::Walls(pieces), Resolution::Room(room)) => render::shares(room, pieces),
-        (Picture::Walls(_), _) => Err(Failure::run("there are no walls to draw")),
+        _ => Err(Failure::run("there are no walls to draw")),
     }
 }

@@ -159,7 +159,7 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure
 fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
     let needed = surfaces.saturating_mul(surfaces).saturating_mul(PAIR);
     let what = || format!("the form factors of {surfaces} surfaces");
-    fredholm::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
+    fredholm::memory::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
 }
 
 impl Factors {

@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use fredholm::answer::{Solved, Walks};
 use fredholm::circle::{CircleModel, Emission};
-use fredholm::{Discretisation, Goal, Model, Pairs, Region, Request, Settings};
+use fredholm::model::Request;
+use fredholm::{Discretisation, Goal, Model, Pairs, Region, Settings};
 use fredholm_circle::Harmonic;
-use fredholm_core::{Draws, StopReason, Stream, Uniforms};
+use fredholm_core::{RngUniforms, StopReason, Uniforms, WalkSeeds};
 use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
@@ -111,7 +112,7 @@ pub(crate) struct Table {
 /// The random choices that the paper does not print: ρ_i on [0, ρ*] and the points on [0, 2π),
 /// from draws that no walk uses.
 fn choices(seed: u64) -> (Vec<f64>, Vec<f64>) {
-    let mut draws = Draws(<Stream>::new(seed, u64::MAX).generator(0));
+    let mut draws = RngUniforms(<WalkSeeds>::new(seed, u64::MAX).generator(0));
     let mut uniform = |scale: f64| -> f64 {
         let xi: f64 = draws.uniform();
         xi * scale

@@ -5,7 +5,7 @@ use core::time::Duration;
 use std::io::IsTerminal;
 
 use fredholm::Settings;
-use fredholm::answer::Watch;
+use fredholm::answer::SolveObserver;
 use fredholm::choice::{ChoiceReport, LONG_SECONDS};
 use fredholm::numbers::short;
 use fredholm_core::Statistics;
@@ -135,7 +135,7 @@ impl Observer for Progress {
     }
 }
 
-impl Watch for Progress {
+impl SolveObserver for Progress {
     fn walking(&self) {
         self.say(String::new());
         WALKING.store(true, Ordering::Relaxed);
@@ -171,7 +171,7 @@ pub(crate) struct Sites(pub(crate) ProgressBar);
 
 impl Observer for Sites {}
 
-impl Watch for Sites {
+impl SolveObserver for Sites {
     fn expect_sites(&self, sites: u64) {
         self.0.inc_length(sites);
     }

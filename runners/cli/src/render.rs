@@ -6,6 +6,7 @@ mod profile;
 use std::io::Write;
 use std::path::Path;
 
+use fredholm::SolveObserver as _;
 use fredholm::numbers::short;
 use fredholm::room::{Field, FieldRequest, RoomModel, Spot, Stretch};
 use fredholm::{Error, Pairs, Partitioned, WalkOptions};
@@ -170,7 +171,7 @@ impl Picturing<'_> {
     ) -> Result<(Field, Option<Field>), Cut> {
         let cut = self.problem.resolved.settings.discretisation();
         self.room
-            .field(&cut, request, progress)
+            .field(&cut, request, progress, &|| progress.walking())
             .map_err(|error| match error {
                 Error::Cancelled => Cut::Interrupted,
                 error => Cut::Failed(Failure::of(&self.problem.file)(error)),

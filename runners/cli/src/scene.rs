@@ -116,7 +116,7 @@ fn refuse_beyond_memory(
         .saturating_mul(PAIR)
         .saturating_add(printed.saturating_mul(printed).saturating_mul(PRINTED));
     let what = || format!("the form factors of {faces} polygons");
-    fredholm::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
+    fredholm::memory::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
 }
 
 /// The rows of all faces, on the threads of the pool, with a bar on a terminal.

@@ -6,11 +6,9 @@ use std::path::Path;
 
 use fredholm::answer::Answer;
 use fredholm::choice::choose;
+use fredholm::memory::{bytes, refuse_beyond_memory};
 use fredholm::report::Report;
-use fredholm::{
-    Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, bytes,
-    refuse_beyond_memory,
-};
+use fredholm::{Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver};
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
 

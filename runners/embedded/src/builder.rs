@@ -39,7 +39,7 @@ pub struct TableBuilder {
 #[derive(Clone, Debug)]
 struct Section {
     name: &'static str,
-    /// Its type in Rust.
+    /// The name of the element's type in Rust.
     element: String,
     size: usize,
     bytes: Vec<u8>,
@@ -56,11 +56,11 @@ mod sealed {
 
 /// A number of a table: `u8`, `u32`, `f32` or `f64`.
 pub trait Number: sealed::Sealed + Copy {
-    /// Its type in Rust.
+    /// The name of the element's type in Rust.
     const NAME: &'static str;
-    /// Its bytes, little endian.
+    /// The bytes of the number, little endian.
     fn bytes(self) -> impl Iterator<Item = u8>;
-    /// As a literal that is read as the same bits.
+    /// The number as a literal that is read as the same bits.
     fn literal(self) -> String;
 }
 
@@ -151,7 +151,7 @@ impl TableBuilder {
         bytes
     }
 
-    /// The same as Rust: a `pub(crate) static` of every array, its name in capitals.
+    /// The tables as Rust source: a `pub(crate) static` of every array, its name in capitals.
     #[must_use]
     pub fn to_source(&self) -> String {
         let mut text = String::new();

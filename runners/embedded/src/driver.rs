@@ -2,11 +2,11 @@
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Equation, Estimate, Functional, NeighbourOf, NotFinite, Plan, PlanError, Schedule,
-    Statistics, StopReason, Task,
+    Batch, Equation, Estimate, Functional, NeighbourOf, NotFinite, RunOptions, RunOptionsError,
+    Schedule, Statistics, StopReason, Task,
 };
 
-/// Where a run stands.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// The preconditioned estimate of the walks so far, with its standard error.
@@ -49,15 +49,15 @@ where
     /// A run that has not begun.
     ///
     /// # Errors
-    /// [`PlanError`].
-    pub fn new(task: Task<'a, E, N, T, G>, plan: Plan) -> Result<Self, PlanError> {
-        let schedule = Schedule::new(plan)?;
+    /// [`RunOptionsError`].
+    pub fn new(task: Task<'a, E, N, T, G>, options: RunOptions) -> Result<Self, RunOptionsError> {
+        let schedule = Schedule::new(options)?;
         // In place: a position of its own would be on the stack twice.
         Ok(Self {
             task,
             position: Position {
                 merged: Statistics::default(),
-                batch: Batch::new(0, plan.batch, plan.walks),
+                batch: Batch::new(0, options.batch, options.walks),
                 schedule,
             },
         })
@@ -113,7 +113,7 @@ where
         self.position.schedule.stage().is_empty()
     }
 
-    /// What is run.
+    /// The task that is run.
     #[must_use]
     pub const fn task(&self) -> &Task<'a, E, N, T, G> {
         &self.task
@@ -138,8 +138,8 @@ where
         let position = &mut self.position;
         position.merged.merge(position.batch.statistics());
         position.schedule.end_batch();
-        let (plan, stage) = (position.schedule.plan(), position.schedule.stage());
-        position.batch = Batch::new(stage.start, plan.batch, plan.walks);
+        let (options, stage) = (position.schedule.options(), position.schedule.stage());
+        position.batch = Batch::new(stage.start, options.batch, options.walks);
     }
 
     /// Begins another stage if one has ended and the goal goes on.

@@ -4,8 +4,8 @@ use core::fmt;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Ending, Equation, Estimator, Functional, NeighbourOf, Plan, PlanError, Real, Schedule,
-    Statistics, Task, Tolerance,
+    Batch, Equation, Estimator, Functional, NeighbourOf, Real, RunOptions, RunOptionsError,
+    Schedule, Statistics, Task, Termination, Tolerance,
 };
 
 use crate::checksum::Checksum;
@@ -14,13 +14,13 @@ use crate::driver::{Driver, Position};
 /// Walks whose scores tell equations apart.
 const WITNESSES: u64 = 4;
 
-/// Everything that a run has to keep through a reset: restored and continued, it ends with the same
+/// The state that a run has to keep through a reset: restored and continued, it ends with the same
 /// bits. The layout of [`to_bytes`](Self::to_bytes) is in the crate's documentation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// Walks, batch size, tolerance, estimator and step limit, hashed.
-    plan: u32,
+    options: u32,
     /// The first draws: seed, goal number and generator.
     draws: u32,
     /// Scalar, (v, Φ), and the scores of the first walks: equation, neighbour equation and start.
@@ -32,6 +32,7 @@ pub struct State {
 
 /// Why a state is not one to go on from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StateError {
     /// There are not as many bytes as a state has, or it says so itself.
     Length {
@@ -40,24 +41,24 @@ pub enum StateError {
     },
     /// The bytes do not begin as a state does.
     Foreign,
-    /// Another version of this crate wrote it.
+    /// The state was written by another version of this crate.
     Version {
-        /// Its version.
+        /// The version that wrote the state.
         found: u16,
     },
     /// The checksum is wrong: a byte was lost or changed.
     Checksum,
-    /// It was saved with other walks, batch size, tolerance, estimator or step limit.
-    OtherPlan,
-    /// It was saved with another seed, goal number or generator.
+    /// The state was saved with other walks, batch size, tolerance, estimator or step limit.
+    OtherOptions,
+    /// The state was saved with another seed, goal number or generator.
     OtherDraws,
-    /// It was saved with another equation, neighbour equation, start, (v, Φ) or scalar.
+    /// The state was saved with another equation, neighbour equation, start, (v, Φ) or scalar.
     OtherEquation,
-    /// The numbers of walks and batches contradict each other or the plan, or nobody can have run
+    /// The numbers of walks and batches contradict each other or the options, or nobody can have run
     /// so many.
     Contradiction,
-    /// The plan itself is impossible.
-    Plan(PlanError),
+    /// The options are impossible.
+    Options(RunOptionsError),
 }
 
 impl fmt::Display for StateError {
@@ -72,7 +73,7 @@ impl fmt::Display for StateError {
                 write!(f, "a saved state of version {here} is needed, not {found}")
             }
             Self::Checksum => f.write_str("the saved state is damaged: its checksum is wrong"),
-            Self::OtherPlan => f.write_str(
+            Self::OtherOptions => f.write_str(
                 "the state was saved with other walks, batch size, tolerance, estimator or step \
                  limit: restore it with those, or begin anew",
             ),
@@ -87,7 +88,7 @@ impl fmt::Display for StateError {
             Self::Contradiction => {
                 f.write_str("the saved state's numbers of walks and batches cannot be")
             }
-            Self::Plan(error) => error.fmt(f),
+            Self::Options(error) => error.fmt(f),
         }
     }
 }
@@ -100,14 +101,14 @@ impl State {
     const MAGIC: [u8; 4] = *b"FHST";
     const VERSION: u16 = 1;
 
-    /// As bytes, with version and checksum.
+    /// The state as bytes, with version and checksum.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut head = [0; 28];
         let [m0, m1, m2, m3] = Self::MAGIC;
         let [v0, v1] = Self::VERSION.to_le_bytes();
         let [b0, b1] = (Self::BYTES as u16).to_le_bytes();
-        let words = [self.plan, self.draws, self.equation].map(u32::to_le_bytes);
+        let words = [self.options, self.draws, self.equation].map(u32::to_le_bytes);
         let begin = [m0, m1, m2, m3, v0, v1, b0, b1];
         let words = words.as_flattened().iter().copied();
         let fields = begin.into_iter().chain(words);
@@ -125,7 +126,7 @@ impl State {
         bytes
     }
 
-    /// Of the bytes that [`to_bytes`](Self::to_bytes) gave.
+    /// Reads the bytes that [`to_bytes`](Self::to_bytes) gave.
     ///
     /// # Errors
     /// [`StateError::Length`], [`StateError::Foreign`], [`StateError::Version`],
@@ -155,10 +156,10 @@ impl State {
         let (words, _) = words.as_chunks::<4>();
         let mut words = words.iter().map(|bytes| u32::from_le_bytes(*bytes));
         let mut next = || words.next().unwrap_or(0);
-        let [plan, draws, equation, low, high] = core::array::from_fn(|_| next());
+        let [options, draws, equation, low, high] = core::array::from_fn(|_| next());
         let statistics = |bytes| Statistics::from_bytes(bytes).ok_or(StateError::Contradiction);
         Ok(Self {
-            plan,
+            options,
             draws,
             equation,
             stage_end: u64::from(high) << 32 | u64::from(low),
@@ -167,15 +168,15 @@ impl State {
         })
     }
 
-    /// The position in this plan.
-    fn position(&self, plan: &Plan) -> Option<Position> {
+    /// The position in this options.
+    fn position(&self, options: &RunOptions) -> Option<Position> {
         // What serde read has passed no check.
         let merged = Statistics::from_bytes(&self.merged.to_bytes())?;
         let part = Statistics::from_bytes(&self.batch.to_bytes())?;
-        let index = plan.batches_of(merged.walks());
-        let whole = index.saturating_mul(plan.batch).min(plan.walks);
-        let batch = Batch::resume(index, plan.batch, plan.walks, part)?;
-        let schedule = Schedule::resume(*plan, index..self.stage_end)?;
+        let index = options.batches_of(merged.walks());
+        let whole = index.saturating_mul(options.batch).min(options.walks);
+        let batch = Batch::resume(index, options.batch, options.walks, part)?;
+        let schedule = Schedule::resume(*options, index..self.stage_end)?;
         let ended = schedule.stage().is_empty();
         let fits = merged.walks() == whole
             // What has ended has a reason, and nothing behind its end.
@@ -209,13 +210,13 @@ where
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
-    /// What to keep through a reset. Runs the first four walks again, whose scores tell at
+    /// The state to keep through a reset. Runs the first four walks again, whose scores tell at
     /// [`restore`](Self::restore) whether everything is as it was.
     #[must_use]
     pub fn save(&self) -> State {
         let position = self.position();
         State {
-            plan: plan_of(position.schedule.plan(), self.task()),
+            options: options_sum(position.schedule.options(), self.task()),
             draws: draws_of(self.task()),
             equation: equation_of(self.task()),
             stage_end: position.schedule.stage().end,
@@ -224,19 +225,19 @@ where
         }
     }
 
-    /// Goes on where a run of the same task and plan was saved.
+    /// Goes on where a run with the same task and options was saved.
     ///
     /// # Errors
-    /// [`StateError::OtherPlan`], [`StateError::OtherDraws`], [`StateError::OtherEquation`],
-    /// [`StateError::Contradiction`], [`StateError::Plan`].
+    /// [`StateError::OtherOptions`], [`StateError::OtherDraws`], [`StateError::OtherEquation`],
+    /// [`StateError::Contradiction`], [`StateError::Options`].
     pub fn restore(
         task: Task<'a, E, N, T, G>,
-        plan: Plan,
+        options: RunOptions,
         state: &State,
     ) -> Result<Self, StateError> {
-        plan.validate().map_err(StateError::Plan)?;
-        if state.plan != plan_of(&plan, &task) {
-            return Err(StateError::OtherPlan);
+        options.validate().map_err(StateError::Options)?;
+        if state.options != options_sum(&options, &task) {
+            return Err(StateError::OtherOptions);
         }
         if state.draws != draws_of(&task) {
             return Err(StateError::OtherDraws);
@@ -244,13 +245,13 @@ where
         if state.equation != equation_of(&task) {
             return Err(StateError::OtherEquation);
         }
-        let position = state.position(&plan).ok_or(StateError::Contradiction)?;
+        let position = state.position(&options).ok_or(StateError::Contradiction)?;
         Ok(Self::at(task, position))
     }
 }
 
-fn plan_of<E, N: ?Sized, T, G>(plan: &Plan, task: &Task<'_, E, N, T, G>) -> u32 {
-    let (kind, bound) = match plan.tolerance {
+fn options_sum<E, N: ?Sized, T, G>(options: &RunOptions, task: &Task<'_, E, N, T, G>) -> u32 {
+    let (kind, bound) = match options.tolerance {
         None => (0, 0.0),
         Some(Tolerance::Absolute(bound)) => (1, bound),
         Some(Tolerance::Relative(bound)) => (2, bound),
@@ -260,8 +261,8 @@ fn plan_of<E, N: ?Sized, T, G>(plan: &Plan, task: &Task<'_, E, N, T, G>) -> u32 
         Estimator::Collision => 1,
     };
     Checksum::new()
-        .word(plan.walks)
-        .word(plan.batch)
+        .word(options.walks)
+        .word(options.batch)
         .word(kind)
         .word(bound.to_bits())
         .word(estimator)
@@ -272,7 +273,7 @@ fn plan_of<E, N: ?Sized, T, G>(plan: &Plan, task: &Task<'_, E, N, T, G>) -> u32 
 fn draws_of<E, N: ?Sized, T, G: Rng + SeedableRng>(task: &Task<'_, E, N, T, G>) -> u32 {
     (0..WITNESSES)
         .fold(Checksum::new(), |sum, walk| {
-            sum.word(task.stream.generator(walk).next_u64())
+            sum.word(task.seeds.generator(walk).next_u64())
         })
         .finish()
 }
@@ -284,15 +285,15 @@ where
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
-    let value = task.neighbour_value.map_or(0, f64::to_bits);
+    let value = task.control_mean.map_or(0, f64::to_bits);
     let start = Checksum::new()
         .word(E::Scalar::EPSILON.to_f64().to_bits())
-        .word(u64::from(task.neighbour_value.is_some()))
+        .word(u64::from(task.control_mean.is_some()))
         .word(value);
     (0..WITNESSES)
         .map(|walk| task.replay(walk))
         // The sign of a NaN is the machine's.
-        .filter(|walk| walk.ending != Ending::NotFinite)
+        .filter(|walk| walk.termination != Termination::NotFinite)
         .fold(start, |sum, walk| {
             sum.word(u64::from(walk.states))
                 .word(walk.plain.to_f64().to_bits())

@@ -35,15 +35,16 @@ pub struct Table<'a> {
 
 /// Why bytes are no table, or have not what is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TableError {
     /// The bytes do not begin as a table does.
     Foreign,
-    /// Another version of this crate wrote it.
+    /// The table was written by another version of this crate.
     Version {
-        /// Its version.
+        /// The version that wrote the table.
         found: u16,
     },
-    /// It is of another kind of problem.
+    /// The table is of another kind of problem.
     Kind,
     /// There are fewer bytes than the table had, or more.
     Length {

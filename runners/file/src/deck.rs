@@ -16,27 +16,27 @@ const MAX_SURFACES: usize = 1_000_000;
 /// The most bytes of a deck: so many surfaces and their vertices, on long lines.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What a deck says. Two are equal that say the same, wherever it stands.
+/// The content of a View2D deck. Two are equal that say the same, wherever it stands.
 #[derive(Clone, Debug)]
 pub struct Deck {
-    /// Its surfaces, in its order.
+    /// The surfaces of the deck, in its order.
     pub surfaces: Vec<DeckSurface>,
     /// Whether it says that it is no enclosure.
     pub open: bool,
-    /// Its name and text, for errors.
+    /// The name and text of the deck, for errors.
     source: Source,
 }
 
 /// A surface of a deck. Two are equal that are the same, wherever they stand.
 #[derive(Clone, Debug)]
 pub struct DeckSurface {
-    /// What targets and results call it.
+    /// The name of the surface in targets and results.
     pub name: String,
-    /// From where to where, its active side on the left.
+    /// The two ends of the surface, its active side on the left.
     pub ends: [[f64; 2]; 2],
     /// More than 0 and at most 1.
     pub emissivity: f64,
-    /// Its line, as bytes of the deck.
+    /// The line of the surface, as bytes of the deck.
     place: Range<usize>,
 }
 

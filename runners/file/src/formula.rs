@@ -10,7 +10,7 @@ use core::ops::Range;
 use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Evaluator, Instruction, Number, Program};
 
-/// What formulas may say, for messages.
+/// The words of formulas, for messages.
 pub const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, abs, \
      sign, min, max, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, \
      tanh, floor, ceil";
@@ -44,8 +44,8 @@ fn sign(x: f64) -> f64 {
 /// The most values that a formula may have pending at once.
 const STACK: usize = 32;
 
-/// As many as most formulas have pending at once. Room for them is cleared at each evaluation: for 32 it takes a twelfth
-/// of the instructions of a short formula.
+/// The number of values that most formulas have pending at once. Room for them is cleared at each
+/// evaluation: for 32 it takes a twelfth of the instructions of a short formula.
 const FEW: usize = 8;
 
 /// Which names a formula may use besides functions and constants.
@@ -105,12 +105,12 @@ pub fn seconds(text: &str) -> f64 {
     length as f64 * INSTRUCTION + calls.count() as f64 * CALL
 }
 
-/// What is wrong with a formula, and where in it.
+/// An error in a formula, and its place there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FormulaError {
     /// These bytes of it.
     pub span: Range<usize>,
-    /// What is wrong.
+    /// The message.
     pub message: String,
 }
 
@@ -132,7 +132,7 @@ pub fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
     Ok(())
 }
 
-/// The same error, with advice where two factors stand side by side: "0.2x", "0.5 x", "2(x + y)".
+/// The error with advice where two factors stand side by side: "0.2x", "0.5 x", "2(x + y)".
 fn with_product(text: &str, error: FormulaError) -> FormulaError {
     let (Some(before), Some(after)) = (text.get(..error.span.start), text.get(error.span.start..))
     else {
@@ -273,7 +273,7 @@ impl<'c, F: Real> Formula<'c, F> {
         })
     }
 
-    /// Its value; NaN where it has none.
+    /// The value of the formula at (x, y); NaN where it has none.
     #[inline]
     pub fn value(&self, x: &[F], y: &[F]) -> F {
         let at = At { x, y };

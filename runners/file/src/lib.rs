@@ -75,7 +75,7 @@ pub struct Walk {
     pub walks: Placed<u64>,
     /// q0, the probability that a walk is absorbed in a state.
     pub absorption: Placed<f64>,
-    /// What a walk scores.
+    /// The estimator: what a walk scores.
     pub estimator: Placed<Estimator>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
@@ -94,14 +94,15 @@ pub struct Walk {
 /// One number, or one curve, to compute: `[[target]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// What the results call it.
+    /// The name of the target in results.
     pub name: Placed<String>,
-    /// What it is.
+    /// The quantity that is computed.
     pub what: What,
 }
 
-/// What a target computes.
+/// A quantity that a target computes.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum What {
     /// The solution at this angle, or this point.
     At(Placed<Vec<Placed<f64>>>),
@@ -133,7 +134,7 @@ impl ProblemFile {
         problem.downcast_ref()
     }
 
-    /// What is allowed and hardly meant, a line for each.
+    /// Remarks on values that are allowed and hardly meant, one line each.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         self.problem.remarks(self)

@@ -7,12 +7,12 @@ use fredholm::{Ask, Error, Model, Settings, Subject, Target, Tolerance};
 
 use crate::{InputError, Place, Placed, ProblemFile, What};
 
-/// What a file comes to: a model, what is asked of it, and how.
+/// The content of a problem file: a model, its targets and the settings.
 #[derive(Debug)]
 pub struct Resolved {
     /// The equation.
     pub model: Resolution,
-    /// What is asked for.
+    /// The targets.
     pub targets: Vec<Target>,
     /// How it is solved.
     pub settings: Settings,
@@ -164,7 +164,7 @@ impl ProblemFile {
     }
 }
 
-/// So many points, over the space or along the part of this number.
+/// A number of points, over the space or along the part of this number.
 pub(crate) fn grid(points: &Placed<usize>, part: Option<usize>) -> Vec<Ask> {
     vec![Ask::Grid {
         points: points.value,

@@ -6,8 +6,9 @@ use core::ops::Range;
 /// The longest part of a source line shown in an error, in characters.
 pub(crate) const SHOWN: usize = 100;
 
-/// Where a value comes from.
+/// The origin of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// These bytes of the file.
     File(Range<usize>),
@@ -22,7 +23,7 @@ pub enum Place {
 pub struct Placed<T> {
     /// The value.
     pub value: T,
-    /// Where it comes from.
+    /// The origin of the value.
     pub place: Place,
 }
 
@@ -51,7 +52,7 @@ impl<T> Placed<T> {
     }
 }
 
-/// What is wrong with the input, rendered with the place in the file.
+/// An error of the input, rendered with the place in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     /// The whole message; may have several lines, without a last line break.
@@ -78,9 +79,9 @@ impl core::error::Error for InputError {}
 /// Name and text of a file.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// What errors call the file.
+    /// The name of the file in errors.
     pub name: String,
-    /// Its content.
+    /// The text of the source.
     pub text: String,
 }
 
@@ -169,7 +170,7 @@ impl Source {
         }
     }
 
-    /// Where a byte of the text is.
+    /// The line and column of a byte of the text.
     pub fn locate(&self, byte: usize) -> Position<'_> {
         let text = self.text.as_str();
         // An editor does not show a byte order mark.

@@ -2,7 +2,8 @@
 #![cfg(target_os = "linux")]
 
 use fredholm::answer::{Solved, Walks};
-use fredholm::{Request, goals};
+use fredholm::goals;
+use fredholm::model::Request;
 
 /// Solves a cube whose formula nobody has seen before, and gives the estimate.
 fn solve(number: u32) -> f64 {

@@ -21,16 +21,16 @@ pub struct Wall {
 pub struct Piece {
     /// The number of the wall.
     pub wall: usize,
-    /// Where it begins, as a fraction of the wall's length.
+    /// The beginning of the stretch, as a fraction of the wall's length.
     pub from: f64,
-    /// Where it ends, as a fraction of the wall's length.
+    /// The end of the stretch, as a fraction of the wall's length.
     pub to: f64,
     /// The number of pixels that it covers, at least 1.
     pub pixels: u64,
 }
 
 impl Piece {
-    /// Its middle, as a fraction of the wall's length.
+    /// The middle of the stretch, as a fraction of the wall's length.
     pub const fn middle(&self) -> f64 {
         0.5 * (self.from + self.to)
     }

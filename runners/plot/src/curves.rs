@@ -10,11 +10,11 @@ use crate::Error;
 /// A curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Its name in the legend.
+    /// The name of the curve in the legend.
     pub name: String,
-    /// Its points, abscissa and ordinate, joined in this order.
+    /// The points of the curve, abscissa and ordinate, joined in this order.
     pub points: Vec<(f64, f64)>,
-    /// Its look.
+    /// The look of the curve.
     pub style: Style,
 }
 

@@ -27,12 +27,12 @@ pub struct RoomPicture<'a> {
     pub pieces: &'a [Piece],
     /// The colours of the values.
     pub scale: Scale,
-    /// What the values are, above the scale.
+    /// The quantity and unit of the values, above the scale.
     pub legend: &'a str,
     /// σ, if the values are radiosities of heat: beside the scale stands the temperature T of a black
     /// body with σT⁴ = u.
     pub stefan_boltzmann: Option<f64>,
-    /// What stands below.
+    /// The lines of text below the picture.
     pub captions: Vec<String>,
 }
 

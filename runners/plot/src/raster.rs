@@ -13,7 +13,7 @@ const SAMPLES: usize = 4;
 /// Pixels of a picture within it, some of them blank.
 #[derive(Debug)]
 pub(crate) struct Image {
-    /// Its upper left corner.
+    /// The left edge of the block, in pixels.
     pub(crate) x: usize,
     pub(crate) y: usize,
     pub(crate) width: usize,

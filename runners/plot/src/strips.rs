@@ -7,7 +7,7 @@ type Vector = [f64; 2];
 /// A wall in pixels, y downwards.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Strip {
-    /// Its first vertex, and the unit vectors along it and to its active side.
+    /// The first vertex of the wall, and the unit vectors along it and to its active side.
     origin: Vector,
     tangent: Vector,
     normal: Vector,

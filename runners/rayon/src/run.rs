@@ -7,10 +7,33 @@ use core::time::Duration;
 use std::time::Instant;
 
 use crate::tail::Tail;
-use fredholm_core::{Batch, Job, NotFinite, Plan, PlanError, Schedule, Statistics, StopReason};
+use fredholm_core::{
+    Batch, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
+};
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
 /// not look.
+///
+/// ```
+/// use core::sync::atomic::{AtomicU64, Ordering};
+///
+/// use fredholm_rayon::Observer;
+///
+/// /// Cancels after a million walks.
+/// struct Million(AtomicU64);
+/// impl Observer for Million {
+///     fn walked(&self, walks: u64) {
+///         self.0.fetch_add(walks, Ordering::Relaxed);
+///     }
+///     fn cancelled(&self) -> bool {
+///         self.0.load(Ordering::Relaxed) >= 1_000_000
+///     }
+/// }
+///
+/// let observer = Million(AtomicU64::new(0));
+/// observer.walked(1_000_000);
+/// assert!(observer.cancelled());
+/// ```
 pub trait Observer: Sync {
     /// `walks` more walks have been run; called from any thread, often.
     fn walked(&self, walks: u64) {
@@ -20,7 +43,7 @@ pub trait Observer: Sync {
     fn merged(&self, statistics: &[Statistics]) {
         let _ = statistics;
     }
-    /// The same, with the tails of the scores.
+    /// A stage is merged: the statistics and the tails of the scores of every goal so far.
     fn merged_with_tails(&self, statistics: &[Statistics], tails: &[Tail]) {
         let _ = tails;
         self.merged(statistics);
@@ -38,13 +61,13 @@ pub trait Observer: Sync {
 
 impl Observer for () {}
 
-/// What came of a run.
+/// The results of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Of every goal, over its walks 0, 1, 2, … without a gap.
+    /// The statistics of every goal, over its walks 0, 1, 2, … without a gap.
     pub statistics: Vec<Statistics>,
-    /// Of every goal, the batches with most of the variance: a sign of rare scores of a size that most walks know nothing
-    /// of, and of a variance that may be infinite.
+    /// For every goal the batches with most of the variance: a sign of rare scores of a size that
+    /// most walks know nothing of, and of a variance that may be infinite.
     pub tails: Vec<Tail>,
     /// Why it ended.
     pub stop: StopReason,
@@ -52,9 +75,10 @@ pub struct Outcome {
 
 /// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum RunError {
-    /// The plan is impossible.
-    Plan(PlanError),
+    /// The options are impossible.
+    Options(RunOptionsError),
     /// There is no goal.
     NoGoal,
     /// A walk scored an infinity or NaN. `Task::replay` runs it again alone.
@@ -71,7 +95,7 @@ pub enum RunError {
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Plan(error) => error.fmt(f),
+            Self::Options(error) => error.fmt(f),
             Self::NoGoal => write!(f, "at least one goal is needed"),
             Self::NotFinite { goal, batch, walk } => write!(
                 f,
@@ -83,16 +107,16 @@ impl fmt::Display for RunError {
 
 impl core::error::Error for RunError {}
 
-impl From<PlanError> for RunError {
-    fn from(error: PlanError) -> Self {
-        Self::Plan(error)
+impl From<RunOptionsError> for RunError {
+    fn from(error: RunOptionsError) -> Self {
+        Self::Options(error)
     }
 }
 
 /// States between two looks at the clock and the observer: some milliseconds, however long walks are.
 const SLICE: u64 = 1 << 17;
 
-/// Runs the plan for every goal of the job on the threads of the current rayon pool.
+/// Runs the walks of every goal of the job on the threads of the current rayon pool.
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
 /// number of threads. With a tolerance, a goal stops after the first stage in which its standard
@@ -104,11 +128,11 @@ const SLICE: u64 = 1 << 17;
 /// [`RunError`].
 pub fn run(
     job: &dyn Job,
-    plan: &Plan,
+    options: &RunOptions,
     time_limit: Option<Duration>,
     observer: &dyn Observer,
 ) -> Result<Outcome, RunError> {
-    let mut schedule = Schedule::new(*plan)?;
+    let mut schedule = Schedule::new(*options)?;
     if job.goals() == 0 {
         return Err(RunError::NoGoal);
     }
@@ -127,14 +151,14 @@ pub fn run(
             active: &active,
             batches: schedule.stage(),
         };
-        let cut = stage.run(job, plan, &clock, &mut statistics, &mut tails)?;
+        let cut = stage.run(job, options, &clock, &mut statistics, &mut tails)?;
         observer.merged_with_tails(&statistics, &tails);
         if cut {
             stop = clock.reason();
             break;
         }
         schedule.end_stage();
-        let has_more = schedule.stage().end < plan.batches();
+        let has_more = schedule.stage().end < options.batches();
         active.retain(|&goal| match schedule.stop(&statistics[goal]) {
             None => true,
             Some(_) if has_more && !observer.is_enough(&statistics[goal], &tails[goal]) => true,
@@ -212,7 +236,7 @@ impl Stage<'_> {
     fn run(
         &self,
         job: &dyn Job,
-        plan: &Plan,
+        options: &RunOptions,
         clock: &Clock<'_>,
         statistics: &mut [Statistics],
         tails: &mut [Tail],
@@ -227,7 +251,7 @@ impl Stage<'_> {
                     break;
                 }
                 let (goal, index) = self.piece(number);
-                let mut batch = Batch::new(index, plan.batch, plan.walks);
+                let mut batch = Batch::new(index, options.batch, options.walks);
                 let result = run_batch(job, goal, &mut batch, clock);
                 finished.push((number, batch, result));
             }

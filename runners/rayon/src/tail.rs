@@ -20,6 +20,8 @@ pub struct Tail {
     largest: Vec<f64>,
     batches: u64,
     sum: f64,
+    /// The sum of the squares of all sums.
+    squares: f64,
 }
 
 impl Tail {
@@ -27,6 +29,7 @@ impl Tail {
     pub fn add(&mut self, squares: f64) {
         self.batches += 1;
         self.sum += squares;
+        self.squares += squares * squares;
         let at = self.largest.partition_point(|&larger| larger > squares);
         if at < KEPT {
             self.largest.insert(at, squares);
@@ -79,6 +82,16 @@ impl Tail {
             index.is_some_and(|index| index * (1.0 + 1.0 / (count as f64).sqrt()) < INFINITE)
         };
         self.batches >= MIN_BATCHES && (FEWEST..=self.told()).all(is_heavy)
+    }
+
+    /// The relative standard error of an error bar, as the variances of batches differ: √((κ − 1)/4N) for N scores of
+    /// kurtosis κ. `None`: there are too few batches.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<f64> {
+        let (batches, mean) = (self.batches as f64, self.sum / self.batches as f64);
+        let spread = (self.squares / batches - mean * mean).max(0.0) / (mean * mean);
+        let is_told = self.batches >= MIN_BATCHES && mean > 0.0;
+        is_told.then(|| 0.5 * (spread / (batches - 1.0)).sqrt())
     }
 
     /// Whether the error bar may mean little: one of many batches makes most of the variance, or that seems to be infinite.
@@ -144,6 +157,22 @@ mod tests {
             tail.add(1e-3 + rare);
         }
         assert!(tail.index() < Some(1.0) && !tail.seems_infinite() && !tail.is_doubtful());
+    }
+
+    /// Of batches whose sums are exponential, κ − 1 is the number of their walks.
+    #[test]
+    fn an_error_bar_is_as_uncertain_as_batches_differ() {
+        let mut tail = Tail::default();
+        for i in 0..400_u32 {
+            assert!(i >= 16 || tail.uncertainty().is_none());
+            let u = (f64::from(i * 37 % 400) + 0.5) / 400.0;
+            tail.add(-u.ln());
+        }
+        let uncertainty = tail.uncertainty().unwrap();
+        assert!((uncertainty / 0.025 - 1.0).abs() < 0.02, "{uncertainty}");
+        let mut equal = Tail::default();
+        (0..100).for_each(|_| equal.add(2.0));
+        assert!(equal.uncertainty().unwrap() < 1e-9);
     }
 
     #[test]

@@ -3,16 +3,16 @@
 use core::fmt::{self, Display};
 use std::time::Instant;
 
-use fredholm_core::galerkin::Solve;
-use fredholm_core::{Plan, Statistics, StopReason, rounding_floor};
+use fredholm_core::galerkin::Convergence;
+use fredholm_core::{RunOptions, Statistics, StopReason, rounding_floor};
 use fredholm_rayon::{Observer, Outcome, Tail, run};
 
 use crate::choice::ChoiceReport;
-use crate::cost::PointwisePairs;
-use crate::model::{Derived, Prepared, Request, Then};
-use crate::numbers::short;
-use crate::pairs::PairCounts;
 use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, WalkOptions};
+use fredholm_model::cost::PointwisePairs;
+use fredholm_model::numbers::short;
+use fredholm_model::pairs::PairCounts;
+use fredholm_model::{Derived, Prepared, Request, Then};
 
 /// The number of batches from which on one of them with most of the variance is no chance: walks whose error bar is
 /// doubtful go on until then.
@@ -21,8 +21,26 @@ pub(crate) const MANY_BATCHES: u64 = 64;
 /// The part of the tolerance that a doubtful error bar must reach: if it is half of the true one, the tolerance is kept.
 const SAFE: f64 = 0.5;
 
-/// Sees what a solution is at, and may end it.
-pub trait Watch: Observer {
+/// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
+///
+/// ```
+/// use fredholm::choice::ChoiceReport;
+/// use fredholm::{CubeModel, Observer, Settings, SolveObserver, Solver};
+///
+/// struct Prints;
+/// impl Observer for Prints {}
+/// impl SolveObserver for Prints {
+///     fn chosen(&self, settings: &Settings, choice: &ChoiceReport) {
+///         println!("{:?} cells, about {} walks", settings.cells, choice.predicted_walks);
+///     }
+/// }
+///
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let report = Solver::new(&u).mean().observer(&Prints).solve_to(1e-3)?;
+/// assert!(report.choice.is_some());
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+pub trait SolveObserver: Observer {
     /// Walks begin: from now on there is something to report.
     fn walking(&self) {}
 
@@ -50,15 +68,15 @@ pub trait Watch: Observer {
     fn finish_site(&self) {}
 }
 
-impl Watch for () {}
+impl SolveObserver for () {}
 
-/// What a stage of walks leaves of every functional.
+/// The state of every functional after a stage of walks.
 pub struct Staged<'a> {
     /// The statistics of all walks so far.
     pub statistics: &'a [Statistics],
     /// The tails of the scores.
     pub tails: &'a [Tail],
-    /// What rounding leaves of a functional with these statistics.
+    /// The error by rounding of a functional with these statistics.
     pub floor: &'a dyn Fn(&Statistics) -> f64,
 }
 
@@ -73,6 +91,7 @@ impl fmt::Debug for Staged<'_> {
 
 /// Why walks ended before the tolerance was reached, if nobody ended them.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Gave {
     /// The tolerance is below what rounding leaves, which more walks do not lower.
     Rounding,
@@ -83,7 +102,7 @@ pub enum Gave {
         /// The tail index of the scores, if there are enough batches for one.
         index: Option<f64>,
     },
-    /// It took many times as long as was predicted.
+    /// The walks took many times as long as was predicted.
     Unpredicted {
         /// How many times as long.
         times: f64,
@@ -146,21 +165,21 @@ impl Display for Gave {
     }
 }
 
-/// What came of a model.
+/// The results of walks, with the Galerkin solution and the set-up beside them.
 #[derive(Clone, Debug)]
 pub struct Answer {
     /// (v, Φ) of each goal, or what is known of it; NaN for plain walks, which have no v.
     pub galerkin: Vec<f64>,
-    /// What the walks of the goals gave, and why they ended.
+    /// The statistics of the walks of the goals, and why they ended.
     pub outcome: Outcome,
     /// Why the walks ended before the tolerance was reached, if nobody ended them.
     pub gave_up: Option<Gave>,
-    /// What the walks besides gave, for irradiances and net fluxes.
+    /// The statistics of the other walks, for irradiances and net fluxes.
     pub others: Vec<Statistics>,
-    /// What rounding leaves of each goal.
+    /// The error by rounding of each goal.
     pub floors: Vec<f64>,
     /// How the iteration for v went.
-    pub solve: Solve<f64>,
+    pub convergence: Convergence<f64>,
     /// Seconds of the set-up.
     pub setup_seconds: f64,
     /// Seconds of the walks.
@@ -168,10 +187,10 @@ pub struct Answer {
     /// Pointwise pairs of a row.
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
-    pub neighbour_radius: Option<f64>,
+    pub neighbour_second_moment_radius: Option<f64>,
     /// How many pairs are what, if they were chosen one by one.
     pub pair_counts: Option<PairCounts>,
-    /// What follows from the statistics besides u.
+    /// The heat results that follow from the statistics.
     pub derived: Derived,
 }
 
@@ -213,7 +232,7 @@ impl<'m> Solved<'m> {
         &self,
         walks: &Walks<'_>,
         request: &Request<'_>,
-        watch: &dyn Watch,
+        watch: &dyn SolveObserver,
     ) -> Result<Answer, Error> {
         let mut answer = walks.answer(request, watch, &|then| self.system.job(request, then))?;
         answer.setup_seconds += self.seconds;
@@ -221,7 +240,7 @@ impl<'m> Solved<'m> {
     }
 }
 
-/// What walks are of.
+/// The model and scalar of walks.
 #[derive(Clone, Copy)]
 pub struct Walks<'a> {
     /// The equation.
@@ -250,7 +269,7 @@ impl Walks<'_> {
         &self,
         cells: &dyn Partitioned<'_>,
         request: &Request<'_>,
-        watch: &dyn Watch,
+        watch: &dyn SolveObserver,
     ) -> Result<Answer, Error> {
         let mut answer = self.answer(request, watch, &|then| cells.plain_job(request, then))?;
         answer.galerkin.fill(f64::NAN);
@@ -261,7 +280,7 @@ impl Walks<'_> {
     fn answer(
         &self,
         request: &Request<'_>,
-        watch: &dyn Watch,
+        watch: &dyn SolveObserver,
         prepare: &Prepare<'_>,
     ) -> Result<Answer, Error> {
         let start = Instant::now();
@@ -277,7 +296,7 @@ impl Walks<'_> {
     fn run(
         &self,
         request: &Request<'_>,
-        watch: &dyn Watch,
+        watch: &dyn SolveObserver,
         prepared: &Prepared<'_>,
         setup_seconds: f64,
     ) -> Result<Answer, Error> {
@@ -288,14 +307,14 @@ impl Walks<'_> {
             let u = statistics.preconditioned().estimate;
             // Plain walks have no table: every step of theirs rounds once.
             let length = statistics.states() as f64 / statistics.walks().max(1) as f64;
-            let contraction = match prepared.contraction {
+            let radius_bound = match prepared.radius_bound {
                 0.0 => 1.0 - 1.0 / length.max(1.0),
-                contraction => contraction,
+                radius_bound => radius_bound,
             };
             let largest = prepared.largest;
             match self.scalar {
-                Scalar::F32 => rounding_floor::<f32>(largest, u, contraction),
-                Scalar::F64 => rounding_floor::<f64>(largest, u, contraction),
+                Scalar::F32 => rounding_floor::<f32>(largest, u, radius_bound),
+                Scalar::F64 => rounding_floor::<f64>(largest, u, radius_bound),
             }
         };
         let watched = Watched {
@@ -303,7 +322,7 @@ impl Walks<'_> {
             floor: &floor,
             tolerance: walk.tolerance,
         };
-        let mut outcome = run(prepared.job, &plan(walk), walk.time_limit, &watched)?;
+        let mut outcome = run(prepared.job, &options(walk), walk.time_limit, &watched)?;
         let walk_seconds = start.elapsed().as_secs_f64();
         let derived = self.model.derive(request.goals, &outcome.statistics);
         let others = outcome.statistics.split_off(request.goals.len());
@@ -328,11 +347,11 @@ impl Walks<'_> {
             outcome,
             gave_up,
             others,
-            solve: prepared.solve,
+            convergence: prepared.convergence,
             setup_seconds,
             walk_seconds,
             pointwise: prepared.pointwise,
-            neighbour_radius: prepared.neighbour_radius,
+            neighbour_second_moment_radius: prepared.neighbour_second_moment_radius,
             pair_counts: prepared.pair_counts,
             derived,
         })
@@ -349,7 +368,7 @@ pub(crate) fn bound(tolerance: Tolerance, statistics: &Statistics) -> f64 {
 
 /// The observer of a watch that is told of rounding, too.
 struct Watched<'a> {
-    watch: &'a dyn Watch,
+    watch: &'a dyn SolveObserver,
     floor: &'a (dyn Fn(&Statistics) -> f64 + Sync),
     tolerance: Option<Tolerance>,
 }
@@ -395,14 +414,9 @@ fn deviates(statistics: &Statistics, floor: &dyn Fn(&Statistics) -> f64) -> bool
 }
 
 /// The schedule of these walks.
-pub(crate) fn plan(walk: &WalkOptions) -> Plan {
-    let mut plan = Plan::new(walk.walks);
-    plan.batch = walk.batch;
-    plan.tolerance = walk.tolerance;
-    plan
-}
-
-/// ‖v‖∞ of a vector in the walk's scalar.
-pub(crate) fn largest<F: fredholm_core::Real>(v: &[F]) -> f64 {
-    v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))
+pub(crate) fn options(walk: &WalkOptions) -> RunOptions {
+    let mut options = RunOptions::new(walk.walks);
+    options.batch = walk.batch;
+    options.tolerance = walk.tolerance;
+    options
 }

@@ -2,41 +2,37 @@
 
 pub mod answer;
 pub mod choice;
-pub mod circle;
-pub mod cost;
-pub mod cube;
-mod device;
+mod custom;
 pub mod diagnosis;
-mod error;
-mod examined;
-mod finite;
-mod goal;
-mod memory;
-pub mod model;
-pub mod numbers;
-mod options;
-mod pairs;
 pub mod report;
-pub mod room;
-mod settings;
 mod solver;
-pub mod sphere;
 pub mod sweep;
 
-pub use answer::Watch;
+/// What a model is made of.
+pub mod model {
+    pub use fredholm_model::pairs::PairCounts;
+    pub use fredholm_model::{
+        About, Derived, Examined, Flux, Heat, Model, Partitioned, Prepared, Request, System, Then,
+    };
+}
+
+pub use fredholm_circle_model as circle;
+pub use fredholm_cube_model as cube;
+pub use fredholm_model::{cost, memory, numbers};
+pub use fredholm_room_model as room;
+pub use fredholm_sphere_model as sphere;
+
+pub use answer::SolveObserver;
 pub use circle::CircleModel;
 pub use cube::CubeModel;
-pub use error::{Error, Subject};
-pub use examined::Examined;
+pub use custom::{CustomEquation, CustomModel};
 pub use fredholm_core::{Estimator, Tolerance};
+pub use fredholm_model::{
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,
+    Region, Scalar, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,
+};
 pub use fredholm_rayon::Observer;
-pub use goal::{Ask, Goal, Region, Target, goals};
-pub use memory::{bytes, refuse_beyond_memory};
-pub use model::{About, Derived, Flux, Heat, Model, Partitioned, Prepared, Request, System, Then};
-pub use options::{Choice, Choices, Pairs, Scalar};
-pub use pairs::PairCounts;
 pub use report::Report;
 pub use room::RoomModel;
-pub use settings::{Discretisation, Settings, WalkOptions};
 pub use solver::{Point, SolveError, Solver};
 pub use sphere::SphereModel;

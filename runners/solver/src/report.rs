@@ -4,14 +4,33 @@ mod csv;
 mod text;
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
+use fredholm_rayon::Tail;
 use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::choice::{ChoiceReport, Chosen};
-use crate::numbers::with_decimals;
-use crate::{Choices, Flux, Goal, Model, PairCounts, Partitioned, Region, Settings};
+use crate::{Choices, Goal, Model, Partitioned, Region, Settings};
+use fredholm_model::Flux;
+use fredholm_model::numbers::with_decimals;
+use fredholm_model::pairs::PairCounts;
+
+/// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
+/// of freedom keeps 91 of 100 intervals of 95 %.
+const UNCERTAIN: f64 = 0.25;
+/// Fewer walks that scored are so few that a report says so.
+const FEW_SCORES: u64 = 64;
 
 /// The report of a run. The serialised names are stable; fields may be added.
+///
+/// ```
+/// use fredholm::{CubeModel, Solver};
+///
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let report = Solver::new(&u).mean().cells(4).walks(5000).solve()?;
+/// assert_eq!((report.cells, report.stop), (4, "done"));
+/// assert!(report.to_string().contains("5000 walks"));
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The kind of the problem: "circle", "cube" or "room".
@@ -116,6 +135,13 @@ pub struct GoalReport {
     /// The tail index of the scores, if an error bar may mean nothing: their variance is infinite below 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tail_index: Option<f64>,
+    /// The excess kurtosis of ζ, if it is so large that the error bar is itself uncertain by more than a quarter: a few large
+    /// scores make much of the variance, and fewer walks would have missed them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excess_kurtosis: Option<f64>,
+    /// The number of walks that scored at all, if it is so small that the error bar means little.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub few_scores: Option<u64>,
     /// Whether ζ was the same in all walks, but for rounding: they tell no error, but how rare a difference is.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub no_difference: bool,
@@ -145,6 +171,7 @@ pub struct GoalReport {
 /// A point: an angle, coordinates, or a place on a surface.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum Coordinates {
     /// An angle of a circle.
     One(f64),
@@ -162,6 +189,7 @@ pub enum Coordinates {
 /// The region of a mean.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum Over {
     /// An interval of angles.
     Interval([f64; 2]),
@@ -266,9 +294,8 @@ impl Report {
             })
             .collect();
         for (report, tail) in reports.iter_mut().zip(&answer.outcome.tails) {
-            if tail.is_doubtful() && !report.no_difference {
-                report.doubtful_share = Some(tail.share());
-                report.tail_index = tail.index();
+            if !report.no_difference {
+                report.doubt(tail);
             }
         }
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
@@ -294,8 +321,8 @@ impl Report {
             seed: walk.seed,
             stop: word(answer.outcome.stop),
             reason: answer.gave_up.map(|why| why.to_string()),
-            sweeps: answer.solve.sweeps,
-            residual: answer.solve.residual,
+            sweeps: answer.convergence.sweeps,
+            residual: answer.convergence.residual,
             states: statistics.map(Statistics::states).sum(),
             other_walks: answer.others.iter().map(Statistics::walks).sum(),
             other_states: answer.others.iter().map(Statistics::states).sum(),
@@ -357,6 +384,8 @@ impl GoalReport {
             rounding_floor,
             doubtful_share: None,
             tail_index: None,
+            excess_kurtosis: None,
+            few_scores: Some(statistics.scored()).filter(|&scored| scored < walks.min(FEW_SCORES)),
             no_difference: deviation.is_some_and(|deviation| deviation <= rounding_floor),
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
@@ -367,6 +396,18 @@ impl GoalReport {
             net_flux: None,
             radiant_temperature: None,
         }
+    }
+}
+
+impl GoalReport {
+    /// Says what the tail of the scores leaves of the error bar.
+    fn doubt(&mut self, tail: &Tail) {
+        if tail.is_doubtful() {
+            self.doubtful_share = Some(tail.share());
+            self.tail_index = tail.index();
+        }
+        let uncertain = tail.uncertainty().filter(|&error| error > UNCERTAIN);
+        self.excess_kurtosis = uncertain.map(|error| 4.0 * error * error * self.walks as f64 - 2.0);
     }
 }
 
@@ -423,7 +464,7 @@ impl Over {
 
 impl EndingsReport {
     const fn new(statistics: &Statistics) -> Self {
-        let endings = statistics.endings();
+        let endings = statistics.terminations();
         Self {
             absorbed: endings.absorbed,
             step_limit: endings.step_limit,

@@ -5,14 +5,15 @@ use core::time::Duration;
 
 use fredholm_core::{Estimator, StopReason, Tolerance};
 
-use crate::answer::{Answer, Solved, Walks, Watch};
+use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::choice::{self, ChoiceReport, Chosen};
 use crate::diagnosis::{Diagnosis, diagnose};
-use crate::goal::{Ask, Target, goals};
-use crate::memory::refuse_beyond_memory;
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
-use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Request, Scalar, Settings};
+use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
+use fredholm_model::Request;
+use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::{Ask, Target, goals};
 
 /// Points in which a diagnosis takes integrals, if nothing is said of them.
 const NODES: usize = 2000;
@@ -42,7 +43,7 @@ pub struct Solver<'m> {
     model: &'m dyn Model,
     settings: Settings,
     asked: Vec<Asked>,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -54,6 +55,7 @@ enum Asked {
     On(String, f64),
     Over(String),
     Grid(usize, Option<String>),
+    Weight(String),
 }
 
 impl fmt::Debug for Solver<'_> {
@@ -66,6 +68,17 @@ impl fmt::Debug for Solver<'_> {
 }
 
 /// Why a [`Solver`] gives no report, or one that is not all that was asked for.
+///
+/// ```
+/// use fredholm::{CubeModel, SolveError, Solver};
+///
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let solver = Solver::new(&u).mean().cells(4).walks(5000);
+/// let Err(SolveError::NotReached(report)) = solver.solve_to(1e-12) else {
+///     panic!("5000 walks do not reach this error");
+/// };
+/// assert_eq!(report.goals[0].walks, 5000);
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum SolveError {
@@ -127,6 +140,13 @@ impl From<Error> for SolveError {
 ///
 /// An angle of a circle; the coordinates of a point of a cube; colatitude and azimuth on a sphere; in a room the place of
 /// a point in the air.
+///
+/// ```
+/// use fredholm::Point;
+///
+/// assert_eq!(Point::from(0.3), Point::from([0.3]));
+/// assert_ne!(Point::from([0.3, 0.5]), Point::from(0.3));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point(Vec<f64>);
 
@@ -207,9 +227,28 @@ impl<'m> Solver<'m> {
         }))
     }
 
-    /// Asks for the integral of u times the weight of this number, which the equation knows.
-    pub fn weighted(self, number: usize) -> Self {
-        self.goal(&format!("weight {number}"), Region::Weight(number))
+    /// Asks for the integral of u times the weight of this name, which the equation knows.
+    pub fn weighted(self, name: &str) -> Self {
+        self.ask(Asked::Weight(name.to_owned()))
+    }
+
+    /// Asks for the integral of u times a weight, a function of the coordinates of a point.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// // u = 6x/5, of which ∫ x u dx is 2/5.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let report = Solver::new(&u).weight("first moment", |x| x[0]).solve_to(1e-4)?;
+    /// assert!((report.goals[0].preconditioned.estimate.unwrap() - 0.4).abs() < 5e-4);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn weight(
+        self,
+        name: &str,
+        weight: impl Fn(&[f64]) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.goal(name, Region::Function(WeightFn::new(weight)))
     }
 
     fn ask(mut self, asked: Asked) -> Self {
@@ -278,7 +317,7 @@ impl<'m> Solver<'m> {
     }
 
     /// Sets who sees what the solution is at, and may cancel it.
-    pub fn observer(mut self, watch: &'m dyn Watch) -> Self {
+    pub fn observer(mut self, watch: &'m dyn SolveObserver) -> Self {
         self.watch = watch;
         self
     }
@@ -351,8 +390,9 @@ impl<'m> Solver<'m> {
         Ok(self.walk(&goals)?)
     }
 
-    /// What would be chosen for this standard error, and what it is predicted to take, without the walks of the answer.
-    /// `None`: the number of cells is given, so that nothing is chosen.
+    /// The choice that would be made for this standard error, and what it is predicted to take,
+    /// without the walks of the answer. `None`: the number of cells is given, so that nothing is
+    /// chosen.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -480,6 +520,7 @@ impl<'m> Solver<'m> {
                 let region = Region::On(self.part(part)?, *share);
                 one(format!("u({part}, {share})"), region)
             }
+            Asked::Weight(name) => one(name.clone(), Region::Weight(self.weight_number(name)?)),
             Asked::Over(part) => one(part.clone(), Region::Part(self.part(part)?)),
             Asked::Grid(points, part) => {
                 let number = part.as_deref().map(|part| self.part(part)).transpose()?;
@@ -496,16 +537,30 @@ impl<'m> Solver<'m> {
 
     /// The number of a part.
     fn part(&self, name: &str) -> Result<usize, Error> {
-        let mut names = (0..).map_while(|number| self.model.part(number));
-        names.position(|part| part == name).ok_or_else(|| {
-            let names: Vec<&str> = (0..).map_while(|number| self.model.part(number)).collect();
-            let known = match names.len() {
-                0 => "this equation has no parts".to_owned(),
-                _ => format!("the parts are {}", names.join(", ")),
-            };
-            Error::Region {
-                message: format!("there is no part {name:?}: {known}"),
-            }
-        })
+        number("part", name, &|number| self.model.part(number))
     }
+
+    /// The number of a weight.
+    fn weight_number(&self, name: &str) -> Result<usize, Error> {
+        number("weight", name, &|number| self.model.weight(number))
+    }
+}
+
+/// The number of what has this name, among the numbers that have one.
+fn number<'m>(
+    what: &str,
+    name: &str,
+    names: &dyn Fn(usize) -> Option<&'m str>,
+) -> Result<usize, Error> {
+    let all = || (0..).map_while(names);
+    all().position(|known| known == name).ok_or_else(|| {
+        let all: Vec<&str> = all().collect();
+        let known = match all.len() {
+            0 => format!("this equation has no {what}s"),
+            _ => format!("the {what}s are {}", all.join(", ")),
+        };
+        Error::Region {
+            message: format!("there is no {what} {name:?}: {known}"),
+        }
+    })
 }

@@ -5,26 +5,13 @@ mod rates;
 use std::time::Instant;
 
 use fredholm_core::{Statistics, StopReason};
-use serde::Serialize;
 
-use crate::answer::{Solved, Walks, Watch};
-use crate::model::Request;
+use crate::answer::{SolveObserver, Solved, Walks};
 use crate::{Discretisation, Error, Goal, Model, Partitioned, Scalar, WalkOptions};
+use fredholm_model::Request;
 
+pub use fredholm_model::Deterministic;
 pub use rates::{Fits, Rates, Row, exponent, squared};
-
-/// A deterministic solution.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Deterministic {
-    /// The number of nodes.
-    pub nodes: usize,
-    /// Kernel evaluations.
-    pub evaluations: f64,
-    /// The mean that it gives.
-    pub mean: f64,
-    /// Its error; null where that is not known well enough.
-    pub error: Option<f64>,
-}
 
 /// Walks on one level of cells, for the mean of u.
 #[derive(Clone, Debug)]
@@ -33,13 +20,13 @@ pub struct Level {
     pub cells: usize,
     /// Unknowns in all.
     pub unknowns: usize,
-    /// What the walks gave.
+    /// The statistics of the walks.
     pub statistics: Statistics,
     /// The mean of u, if it is known.
     pub exact: Option<f64>,
     /// The mean of v.
     pub galerkin: f64,
-    /// What rounding leaves.
+    /// The error by rounding, which more walks do not lower.
     pub rounding_floor: f64,
     /// Kernel evaluations of the set-up.
     pub evaluations: f64,
@@ -97,7 +84,7 @@ impl<'a> Sweep<'a> {
         &self,
         cells: usize,
         walks: u64,
-        watch: &dyn Watch,
+        watch: &dyn SolveObserver,
     ) -> Result<Option<Level>, Error> {
         let goals = [Goal {
             name: "mean".to_owned(),
@@ -157,7 +144,7 @@ impl<'a> Sweep<'a> {
             exact,
             galerkin,
             rounding_floor,
-            evaluations: cut.evaluations(answer.solve.sweeps),
+            evaluations: cut.evaluations(answer.convergence.sweeps),
             clock,
         }))
     }

@@ -3,13 +3,13 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use fredholm::circle::Emission;
+use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::{
-    CircleModel, CubeModel, Error, Observer, Region, Report, Scalar, SolveError, Solver,
-    SphereModel, Watch,
+    CircleModel, CubeModel, Error, Observer, Region, Report, Scalar, SolveError, SolveObserver,
+    Solver, SphereModel,
 };
-use fredholm_room::Material;
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
 fn gauss() -> CubeModel {
@@ -131,7 +131,7 @@ impl Observer for Cancels {
     }
 }
 
-impl Watch for Cancels {}
+impl SolveObserver for Cancels {}
 
 #[test]
 fn a_cancelled_run_keeps_its_results() {
@@ -176,7 +176,10 @@ fn what_an_equation_does_not_have_is_refused() {
             Solver::new(&cube).at([0.1, 0.2]),
             "a point has 1 coordinate",
         ),
-        (Solver::new(&cube).weighted(0), "there is no weight"),
+        (
+            Solver::new(&cube).weighted("w"),
+            "this equation has no weights",
+        ),
         (
             Solver::new(&cube).over("floor"),
             "this equation has no parts",

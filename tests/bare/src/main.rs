@@ -14,12 +14,12 @@ use fredholm_circle::{
     Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, moments, slots,
 };
 use fredholm_core::galerkin::{
-    Basis, Dense, OffDiagonal, PairKind, Partition, Piecewise, Sweeps, TransitionMoments,
-    contraction, gauss_seidel, neighbour_source,
+    Basis, Dense, DiagonalRule, PairKind, Partition, Piecewise, StoppingRule, TransitionMoments,
+    gauss_seidel, max_row_sum, neighbour_source,
 };
 use fredholm_core::{
     At, Batch, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
-    StateSpace, Statistics, Stream, Task, Uniforms,
+    StateSpace, Statistics, Task, Uniforms, WalkSeeds,
 };
 
 #[cfg(feature = "alloc")]
@@ -51,9 +51,9 @@ fn solve<F: Real>(reflectance: &[f64], absorption: f64, seed: u64) -> Option<[St
     let circle = Circle::new(cells, light, absorption).ok()?;
     let (mut source, mut v, mut g) = ([F::zero(); CELLS], [F::zero(); CELLS], [F::zero(); CELLS]);
     circle.source_means(&mut source).ok()?;
-    contraction(&circle).ok()?;
-    gauss_seidel(&circle, &source, &mut v, &mut [], Sweeps::Fixed(20)).ok()?;
-    let pairs = OffDiagonal {
+    max_row_sum(&circle).ok()?;
+    gauss_seidel(&circle, &source, &mut v, &mut [], StoppingRule::Fixed(20)).ok()?;
+    let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     neighbour_source(&circle, &pairs, &v, &mut g).ok()?;
@@ -84,18 +84,18 @@ where
         equation: circle,
         neighbour,
         functional: &At(circle.point(0.3)),
-        neighbour_value: None,
+        control_mean: None,
         estimator,
-        stream: <Stream>::new(seed, 0),
+        seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };
     let mean = Task {
         functional: &MeanOver::new(circle, 0.0, 1.0).ok()?,
         equation: circle,
         neighbour,
-        neighbour_value: None,
+        control_mean: None,
         estimator,
-        stream: <Stream>::new(seed, 1),
+        seeds: <WalkSeeds>::new(seed, 1),
         step_limit: STEP_LIMIT,
     };
     for index in 0..2 {
@@ -165,11 +165,18 @@ fn linear(seed: u64) -> Option<Statistics> {
         }
     }
     let coefficients = Dense::new(&table, 2, 2)?;
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Galerkin,
     };
     let (mut v, mut g) = (x, [0.0; 4]);
-    gauss_seidel(&coefficients, &x, &mut v, &mut [0.0; 6], Sweeps::Fixed(5)).ok()?;
+    gauss_seidel(
+        &coefficients,
+        &x,
+        &mut v,
+        &mut [0.0; 6],
+        StoppingRule::Fixed(5),
+    )
+    .ok()?;
     neighbour_source(&coefficients, &pairs, &v, &mut g).ok()?;
     let neighbour =
         Piecewise::<_, _, _, _, _, 2>::new(&Linear, &coefficients, pairs, &v, &g).ok()?;
@@ -177,9 +184,9 @@ fn linear(seed: u64) -> Option<Statistics> {
         equation: &Linear,
         neighbour: &neighbour,
         functional: &At(0.7),
-        neighbour_value: None,
+        control_mean: None,
         estimator: Estimator::Collision,
-        stream: <Stream>::new(seed, 0),
+        seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };
     let mut batch = Batch::new(0, 1000, 1000);

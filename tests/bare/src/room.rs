@@ -1,10 +1,10 @@
 //! A square room from tables that a device would keep.
 
-use fredholm_core::galerkin::{Dense, Piecewise, Sweeps, gauss_seidel, neighbour_source};
-use fredholm_core::{At, Batch, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task};
+use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
+use fredholm_core::{At, Batch, Estimator, Real, STEP_LIMIT, Statistics, Task, WalkSeeds};
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment, Views,
-    Wall,
+    Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment,
+    VisibilityTable, Wall,
 };
 
 const CORNERS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
@@ -70,7 +70,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
             _ => (1, to(0.15 * reflectance)),
         };
     }
-    let views = Views::new(&table, 8).ok()?;
+    let views = VisibilityTable::new(&table, 8).ok()?;
     let room = Room::new(geometry, cells, views, 0.2).ok()?;
     let pairs = RoomPairs {
         views,
@@ -80,16 +80,16 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
     let (mut v, mut g) = ([F::zero(); 8], [F::zero(); 8]);
     let source = [to(1.0 - reflectance); 8];
     let scratch = &mut [F::zero(); 2];
-    gauss_seidel(&dense, &source, &mut v, scratch, Sweeps::Fixed(9)).ok()?;
+    gauss_seidel(&dense, &source, &mut v, scratch, StoppingRule::Fixed(9)).ok()?;
     neighbour_source(&dense, &pairs, &v, &mut g).ok()?;
     let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).ok()?;
     let task = Task {
         equation: &room,
         neighbour: &neighbour,
         functional: &At(room.point(0, 0.3).ok()?),
-        neighbour_value: None,
+        control_mean: None,
         estimator: Estimator::Absorption,
-        stream: <Stream>::new(seed, 0),
+        seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };
     let mean = MeanOver::new(&room, &LENGTHS, 0..4).ok()?;
@@ -100,14 +100,14 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
     let mut batches = [Batch::new(0, 5000, 5000); 3];
     let [point, all, falls] = &mut batches;
     point.run(&task, u64::MAX).ok()?;
-    let [of_mean, of_irradiance] = [1, 2].map(|target| <Stream>::new(seed, target));
+    let [of_mean, of_irradiance] = [1, 2].map(|target| <WalkSeeds>::new(seed, target));
     let mean = Task {
         functional: &mean,
         equation: &room,
         neighbour: &neighbour,
-        neighbour_value: Some(mean.of(&v)),
+        control_mean: Some(mean.of(&v)),
         estimator: Estimator::Collision,
-        stream: of_mean,
+        seeds: of_mean,
         step_limit: STEP_LIMIT,
     };
     all.run(&mean, u64::MAX).ok()?;
@@ -115,9 +115,9 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         functional: &irradiance,
         equation: &room,
         neighbour: &neighbour,
-        neighbour_value: None,
+        control_mean: None,
         estimator: Estimator::Collision,
-        stream: of_irradiance,
+        seeds: of_irradiance,
         step_limit: STEP_LIMIT,
     };
     falls.run(&irradiance, u64::MAX).ok()?;

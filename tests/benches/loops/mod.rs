@@ -7,10 +7,10 @@
 use core::f64::consts::{PI, TAU};
 
 use fredholm_circle::{Circle, Harmonic, Tables};
-use fredholm_core::galerkin::{GalerkinMatrix, OffDiagonal, PairKind, Piecewise};
+use fredholm_core::galerkin::{DiagonalRule, GalerkinMatrix, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Draws, Estimator, Real, STEP_LIMIT, Statistics, Stream, Task,
-    Uniforms,
+    At, Batch, DefaultGenerator, Estimator, Real, RngUniforms, STEP_LIMIT, Statistics, Task,
+    Uniforms, WalkSeeds,
 };
 
 pub const RHO: [f64; 10] = [0.11, 0.52, 0.7, 0.03, 0.33, 0.61, 0.74, 0.25, 0.4, 0.18];
@@ -21,8 +21,8 @@ pub const LIGHT: Harmonic = Harmonic {
 };
 pub const Q0: f64 = 0.2;
 pub const START: f64 = 0.3;
-const PAPER: OffDiagonal = OffDiagonal {
-    diagonal: PairKind::None,
+const PAPER: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Dropped,
 };
 
 /// Everything that is set up before the walks.
@@ -56,9 +56,9 @@ impl Setup {
             equation: &circle,
             neighbour: &neighbour,
             functional: &start,
-            neighbour_value: Some(self.v[self.cell(START)]),
+            control_mean: Some(self.v[self.cell(START)]),
             estimator: Estimator::Absorption,
-            stream: Stream::<DefaultGenerator>::new(1, 0),
+            seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
             step_limit: STEP_LIMIT,
         };
         let mut batch = Batch::new(0, walks, walks);
@@ -86,12 +86,12 @@ impl Setup {
     /// (mean of ζ, its variance, states).
     pub fn straightforward(&self, dense: &[f64], walks: u64) -> (f64, f64, u64) {
         let n = self.n;
-        let stream = Stream::<DefaultGenerator>::new(1, 0);
+        let seeds = WalkSeeds::<DefaultGenerator>::new(1, 0);
         let per_arc = n / RHO.len();
         let scale = (1.0 - Q0) * (PI / (2.0 * n as f64)).sin();
         let (mut sum, mut squares, mut states) = (0.0, 0.0, 0);
         for walk in 0..walks {
-            let mut draws = Draws(stream.generator(walk));
+            let mut draws = RngUniforms(seeds.generator(walk));
             let mut uniform = || -> f64 { draws.uniform() };
             let mut s = START;
             let mut i = self.cell(s);
@@ -200,7 +200,7 @@ impl Specialised {
     pub fn run(&self, walks: u64) -> (f64, f64, u64) {
         let (cells, slots) = (&self.cells[..], &self.slots[..]);
         let n = cells.len() as f64;
-        let stream = Stream::<DefaultGenerator>::new(1, 0);
+        let seeds = WalkSeeds::<DefaultGenerator>::new(1, 0);
         let quarter = PI / (2.0 * n);
         let mass = (1.0 - Q0) * quarter.sin();
         let galerkin = quarter.sin() * quarter.sin() / quarter;
@@ -212,7 +212,7 @@ impl Specialised {
         let mut squares = [0.0_f64; 3];
         let mut cross = 0.0;
         for walk in 0..walks {
-            let mut draws = Draws(stream.generator(walk));
+            let mut draws = RngUniforms(seeds.generator(walk));
             let mut uniform = || -> f64 { draws.uniform() };
             let (mut cos, mut sin) = start;
             let mut i = first;

@@ -2,8 +2,8 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, Plan, STEP_LIMIT, Sampler, Source,
-    StateSpace, Stream, Task, Tolerance, Uniforms,
+    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, RunOptions, STEP_LIMIT, Sampler, Source,
+    StateSpace, Task, Tolerance, Uniforms, WalkSeeds,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, State, StateError, Table, TableBuilder, TableError};
@@ -269,17 +269,17 @@ pub fn state_with_checksum(bytes: &[u8]) {
             equation: &Toy,
             neighbour: &neighbour,
             functional: &start,
-            neighbour_value: None,
+            control_mean: None,
             estimator: Estimator::Collision,
-            stream: Stream::new(1, 0),
+            seeds: WalkSeeds::new(1, 0),
             step_limit: STEP_LIMIT,
         }
     };
-    let plan = Plan {
+    let options = RunOptions {
         tolerance: [None, Some(Tolerance::Relative(1e-3))][usize::from(first & 1)],
-        ..PLANS[usize::from(first >> 1) % PLANS.len()]
+        ..OPTIONS[usize::from(first >> 1) % OPTIONS.len()]
     };
-    let mut fresh = Driver::new(task(), plan).expect("a plan that is possible");
+    let mut fresh = Driver::new(task(), options).expect("possible options");
     let done = if first & 0x80 == 0 { 0 } else { 25 };
     fresh.poll(done).expect("walks of the toy are finite");
 
@@ -297,19 +297,23 @@ pub fn state_with_checksum(bytes: &[u8]) {
     let Ok(saved) = State::from_bytes(&mended) else {
         return;
     };
-    let mut driver = match Bound::NOTHING.holds(0, || Driver::restore(task(), plan, &saved)) {
+    let mut driver = match Bound::NOTHING.holds(0, || Driver::restore(task(), options, &saved)) {
         Ok(driver) => driver,
         Err(error) => {
-            assert_eq!(error, StateError::Contradiction, "the plan is the same");
+            assert_eq!(error, StateError::Contradiction, "the options are the same");
             return;
         }
     };
     assert_eq!(driver.save().to_bytes(), mended, "saved as restored");
     let before = driver.statistics().walks();
-    assert!(before <= plan.walks, "{before} walks of {}", plan.walks);
-    if before <= 1000 && plan.tolerance.is_none() {
+    assert!(
+        before <= options.walks,
+        "{before} walks of {}",
+        options.walks
+    );
+    if before <= 1000 && options.tolerance.is_none() {
         // The walks that are done are the first ones, in the same batches.
-        let mut same = Driver::new(task(), plan).expect("a plan that is possible");
+        let mut same = Driver::new(task(), options).expect("possible options");
         same.poll(before).expect("walks of the toy are finite");
         let walks = |bytes: &[u8]| [&bytes[32..40], &bytes[128..136]].concat();
         assert_eq!(walks(&same.save().to_bytes()), walks(&mended));
@@ -321,18 +325,18 @@ pub fn state_with_checksum(bytes: &[u8]) {
 }
 
 /// Few walks, and as many as there can be.
-const PLANS: [Plan; 3] = [
-    Plan {
+const OPTIONS: [RunOptions; 3] = [
+    RunOptions {
         walks: 1000,
         batch: 10,
         tolerance: None,
     },
-    Plan {
+    RunOptions {
         walks: u64::MAX,
         batch: 4096,
         tolerance: None,
     },
-    Plan {
+    RunOptions {
         walks: u64::MAX,
         batch: u64::MAX,
         tolerance: None,

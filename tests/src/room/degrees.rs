@@ -1,7 +1,7 @@
 //! The description of a room with polynomials on its cells, for the kit.
 
 use fredholm_core::{Located, Real};
-use fredholm_room::{Choice, Grading, Point, Polynomials, Room, RoomPairs};
+use fredholm_room::{Choice, Grading, Point, PolynomialRoom, Room, RoomPairs};
 
 use super::described::{Described, described_by};
 use super::{ABSORPTION, Drawing, OfDegree, Setup};
@@ -12,7 +12,7 @@ use crate::examine::{Offers, Report, examine_both};
 struct Curved<'x, 'a, F, const B: usize> {
     flat: &'x Described<'a, F>,
     setup: &'x Setup<B>,
-    polynomials: Polynomials<'x, 'x, F, B>,
+    polynomials: PolynomialRoom<'x, 'x, F, B>,
     claim: f64,
 }
 
@@ -51,14 +51,14 @@ fn curved<F: Real, R, const B: usize>(
         then(&Curved {
             flat,
             setup: &setup,
-            polynomials: Polynomials::new(&room),
+            polynomials: room.with_functions(),
             claim,
         })
     })
 }
 
 impl<'x, F: Real, const B: usize> Description<B> for Curved<'x, '_, F, B> {
-    type Equation = Polynomials<'x, 'x, F, B>;
+    type Equation = PolynomialRoom<'x, 'x, F, B>;
     const DIMENSION: usize = 1;
 
     fn equation(&self) -> &Self::Equation {
@@ -101,7 +101,7 @@ impl<'x, F: Real, const B: usize> Description<B> for Curved<'x, '_, F, B> {
         offers.coefficients("quadrature", &self.setup.matrix.coefficients(), self.claim);
         if F::EPSILON.to_f64() < 1e-10 {
             let v = &self.setup.solution;
-            offers.galerkin_solution("own", &v.v, self.claim / (1.0 - v.contraction));
+            offers.galerkin_solution("own", &v.v, self.claim / (1.0 - v.radius_bound));
         }
         for choice in [Choice::Paper, Choice::Default] {
             self.setup

@@ -259,7 +259,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
         // In f64 whatever F is: with nodes in f32 there is nothing to compare it with.
         if F::EPSILON.to_f64() < 1e-10 {
             let v = &self.setup.solution;
-            offers.galerkin_solution("own", &v.v, claim / (1.0 - v.contraction));
+            offers.galerkin_solution("own", &v.v, claim / (1.0 - v.radius_bound));
         }
         // With all pairs pointwise there is no coefficient to be the room's own.
         for choice in [Choice::Paper, Choice::Default] {

@@ -3,8 +3,8 @@
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource, Solution, rounded};
 use fredholm_room::{
-    Choice, Grading, Matrix, Mesh, Polynomials, R_MIN, Room, RoomError, RoomPairs, Scene, Tables,
-    r_min,
+    Choice, Grading, MIN_MASS_RATIO, Matrix, Mesh, PolynomialRoom, Room, RoomError, RoomPairs,
+    Scene, Tables, min_mass_ratio,
 };
 
 use super::{ABSORPTION, Drawing};
@@ -26,10 +26,10 @@ pub struct Setup<const B: usize = 1> {
 pub type OfDegree<'c, 'a, F, const B: usize> = Piecewise<
     'c,
     F,
-    Polynomials<'c, 'a, F, B>,
+    PolynomialRoom<'c, 'a, F, B>,
     Dense<'c, F>,
     RoomPairs<'c>,
-    PointwiseSource<'c, F, Polynomials<'c, 'a, F, B>, RoomPairs<'c>, B>,
+    PointwiseSource<'c, F, PolynomialRoom<'c, 'a, F, B>, RoomPairs<'c>, B>,
     B,
 >;
 
@@ -45,7 +45,7 @@ impl<const B: usize> Setup<B> {
     ) -> Result<Self, RoomError> {
         let scene = drawing.scene::<F>()?;
         let mesh = Mesh::new::<F>(&scene, cells, grading)?;
-        let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B)?;
+        let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B)?;
         let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
         Ok(Self {
             scene,
@@ -62,12 +62,12 @@ impl<const B: usize> Setup<B> {
     pub fn with_polynomials<F: Real, R>(
         &self,
         choice: Choice,
-        then: impl FnOnce(&Polynomials<'_, '_, F, B>, &OfDegree<'_, '_, F, B>, &[F], &[f64]) -> R,
+        then: impl FnOnce(&PolynomialRoom<'_, '_, F, B>, &OfDegree<'_, '_, F, B>, &[F], &[f64]) -> R,
     ) -> R {
         let tables = Tables::<F>::new(&self.scene, &self.mesh);
         let views = self.matrix.views();
         let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
-        let polynomials = Polynomials::<_, B>::new(&room);
+        let polynomials = room.with_functions::<B>();
         let pairs = RoomPairs { views, choice };
         let v = self.solution.rounded::<F>().unwrap();
         let g = self
@@ -93,7 +93,7 @@ impl Setup {
     ) -> Result<Self, RoomError> {
         let scene = drawing.scene::<F>()?;
         let mesh = Mesh::new::<F>(&scene, cells, grading)?;
-        let matrix = Matrix::new(&scene, &mesh, R_MIN)?;
+        let matrix = Matrix::new(&scene, &mesh, MIN_MASS_RATIO)?;
         let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
         Ok(Self {
             scene,

@@ -1,6 +1,6 @@
 //! Walks in a room, and what is asserted of them.
 
-use fredholm_core::{DefaultGenerator, Estimator, Real, STEP_LIMIT, Stream, Task};
+use fredholm_core::{DefaultGenerator, Estimator, Real, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_room::Room;
 
 use super::{Drawing, RoomNeighbour};
@@ -20,17 +20,17 @@ pub fn assert_ok(drawing: &Drawing, what: &str, outcome: Outcome) {
 pub fn task<'a, F: Real, T>(
     (room, neighbour): (&'a Room<'a, F>, &'a RoomNeighbour<'a, F>),
     functional: &'a T,
-    neighbour_value: Option<f64>,
+    control_mean: Option<f64>,
     estimator: Estimator,
-    stream: Stream,
+    seeds: WalkSeeds,
 ) -> Task<'a, Room<'a, F>, RoomNeighbour<'a, F>, T, DefaultGenerator> {
     Task {
         equation: room,
         neighbour,
         functional,
-        neighbour_value,
+        control_mean,
         estimator,
-        stream,
+        seeds,
         step_limit: STEP_LIMIT,
     }
 }

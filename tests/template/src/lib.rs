@@ -1,11 +1,12 @@
 //! My equation: u(x) = ∫₀¹ ½ x y u(y) dy + x on [0, 1], whose solution is u(x) = 6x/5.
 //!
 //! A crate to copy and fill in. What to replace is marked with *yours*; the guide is the README of
-//! `fredholm-tests`.
+//! `fredholm-conformance`.
 
 #![no_std]
+#![warn(missing_docs)]
 
-use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
+use fredholm_core::galerkin::{Basis, CellMap, PairIntegral, Partition, TransitionMoments};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -126,6 +127,26 @@ impl<F: Real> Partition for MyEquation<F> {
     fn locate(&self, x: &F) -> usize {
         // A coordinate of 1, or one that rounding made 1, belongs to the last cell.
         (*x * self.per_cell).to_u32().min(self.cells - 1) as usize
+    }
+}
+
+/// Yours: where the cells are.
+impl<F: Real> CellMap for MyEquation<F> {
+    const DIMENSION: usize = 1;
+
+    fn measure(&self, _: usize) -> f64 {
+        1.0 / f64::from(self.cells)
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> F {
+        F::from_f64((cell as f64 + t[0]) / f64::from(self.cells))
+    }
+
+    fn at(&self, coordinates: &[f64]) -> Option<F> {
+        match *coordinates {
+            [x] if (0.0..=1.0).contains(&x) => Some(F::from_f64(x)),
+            _ => None,
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! My equation passes the kit.
 
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Partition};
+use fredholm_conformance::quadrature::gauss_legendre;
+use fredholm_conformance::{Description, Offers, examine_both};
+use fredholm_core::galerkin::{CellMap, DiagonalRule, PairKind, Partition};
 use fredholm_core::{Located, Real};
 use fredholm_my_equation::MyEquation;
-use fredholm_tests::quadrature::gauss_legendre;
-use fredholm_tests::{Description, Offers, examine_both};
 
 /// My equation as the kit sees it.
 struct Described<F>(MyEquation<F>);
@@ -29,7 +29,7 @@ impl<F: Real> Description for Described<F> {
     }
 
     fn point(&self, cell: usize, t: &[f64]) -> F {
-        F::from_f64((cell as f64 + t[0]) * self.width())
+        self.0.point(cell, t)
     }
 
     fn contains(&self, cell: usize, x: &F) -> bool {
@@ -42,15 +42,15 @@ impl<F: Real> Description for Described<F> {
         // Yours: enough points for your p and K, and split at x where they have a kink there
         // (`quadrature::split`). Four are exact for the polynomials of this equation.
         let rule = gauss_legendre(4).into_iter();
-        rule.map(|(t, w)| (self.point(cell, &[t]), w * self.width()))
+        rule.map(|(t, w)| (self.point(cell, &[t]), w * self.0.measure(cell)))
             .collect()
     }
 
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         // Yours: every choice of pairs that a user of your crate may make.
-        let diagonal = |diagonal| OffDiagonal { diagonal };
+        let diagonal = |diagonal| DiagonalRule { diagonal };
         offers.pairs("all in S", diagonal(PairKind::Galerkin));
-        offers.pairs("diagonal outside", diagonal(PairKind::None));
+        offers.pairs("diagonal outside", diagonal(PairKind::Dropped));
         offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
     }
 

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Circle, Tables};
 use fredholm_core::galerkin::{AllPointwise, Partition, TransitionMoments};
-use fredholm_core::{DefaultGenerator, Draws, Located, Neighbour, Real, Sampler, Stream};
+use fredholm_core::{DefaultGenerator, Located, Neighbour, Real, RngUniforms, Sampler, WalkSeeds};
 use fredholm_tests::check::SEEDS;
 use fredholm_tests::circle::{LIGHT, RHO, described, with_piecewise, with_residual};
 use fredholm_tests::examine;
@@ -68,7 +68,7 @@ fn transition_masses_have_eight_rounding_errors_at_most() {
         let tables = Tables::<f32>::new(&[0.5], cells).unwrap();
         let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
         let mut worst = 0.0_f64;
-        let mut draws = Draws(Stream::<DefaultGenerator>::new(5, 0).generator(0));
+        let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(5, 0).generator(0));
         let mut x = circle.point(1.0);
         for turn in 0..2000 {
             x = circle.step(&x, &mut draws).unwrap();

@@ -3,11 +3,11 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Circle, MeanOver, Polynomials, Tables, neighbour_second_moment_radius, second_moment_radius,
+    Circle, MeanOver, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::{
-    At, Batch, Draws, Estimator, Located, Neighbour, STEP_LIMIT, Statistics, Stream, Task,
-    Uniforms, rounding_floor,
+    At, Batch, Estimator, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics, Task, Uniforms,
+    WalkSeeds, rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
 use fredholm_tests::fit;
@@ -21,7 +21,7 @@ const WALKS: u64 = 2000;
 /// The walks' statistics at so many random points, from draws that no walk uses, with n cells of
 /// degree B − 1.
 fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, Statistics)> {
-    let mut draws = Draws(<Stream>::new(7, u64::MAX).generator(0));
+    let mut draws = RngUniforms(<WalkSeeds>::new(7, u64::MAX).generator(0));
     let angles: Vec<f64> = (0..points)
         .map(|_| TAU * Uniforms::<f64>::uniform(&mut draws))
         .collect();
@@ -33,9 +33,9 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
                 equation: circle,
                 neighbour,
                 functional: &At(x),
-                neighbour_value: Some(neighbour.value(&neighbour.locate(x))),
+                control_mean: Some(neighbour.value(&neighbour.locate(x))),
                 estimator: Estimator::Absorption,
-                stream: <Stream>::new(1, number as u64),
+                seeds: <WalkSeeds>::new(1, number as u64),
                 step_limit: STEP_LIMIT,
             };
             let mut batch = Batch::new(0, WALKS, WALKS);
@@ -171,7 +171,7 @@ fn the_second_moment_of_h_is_near_that_of_k() {
     let tables = Tables::<f64>::new(&RHO, 100).unwrap();
     let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
     let of_k = second_moment_radius(&circle);
-    let cubic = Polynomials::<_, _, 4>::new(&circle);
+    let cubic = circle.with_functions::<4>();
     let of_h = neighbour_second_moment_radius(&cubic, &DEFAULT).unwrap();
     let without = neighbour_second_moment_radius(&cubic, &PAPER).unwrap();
     println!("k: {of_k}, h: {of_h}, without the diagonal {without}");
@@ -181,7 +181,7 @@ fn the_second_moment_of_h_is_near_that_of_k() {
     // Two cells are too few for anything, and it is finite all the same.
     let tables = Tables::<f64>::new(&[0.74, 0.74], 2).unwrap();
     let coarse = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
-    let coarse = Polynomials::<_, _, 5>::new(&coarse);
+    let coarse = coarse.with_functions::<5>();
     let of_h = neighbour_second_moment_radius(&coarse, &PAPER).unwrap();
     assert!(of_h > 0.0 && of_h.is_finite(), "{of_h}");
 }

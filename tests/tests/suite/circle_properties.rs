@@ -2,8 +2,10 @@
 //! they refuse, they refuse by an error.
 
 use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables, residual_moments};
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-use fredholm_core::{At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task};
+use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
+use fredholm_core::{
+    At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Task, WalkSeeds,
+};
 use proptest::prelude::*;
 
 /// A scene, valid or not.
@@ -52,7 +54,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
 fn solve<F: Real>(scene: &Scene, estimator: Estimator) -> Result<[Statistics; 2], CircleError> {
     let tables = Tables::<f64>::new(&scene.reflectance, scene.cells)?;
     let circle = Circle::new(tables.cells(), scene.light, scene.absorption)?;
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     let solution = circle.solve(1e-14, 50).expect("reflectances are below 1");
@@ -85,9 +87,9 @@ where
         equation: circle,
         neighbour,
         functional: &At(circle.point(angle)),
-        neighbour_value: None,
+        control_mean: None,
         estimator,
-        stream: <Stream>::new(1, 0),
+        seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
     let mut batch = Batch::new(0, 50, 50);
@@ -115,7 +117,7 @@ proptest! {
             for solved in [solve::<f64>(&scene, estimator), solve::<f32>(&scene, estimator)] {
                 prop_assert_eq!(solved.is_ok(), acceptable(&scene));
                 for statistics in solved.into_iter().flatten() {
-                    prop_assert_eq!(statistics.endings().absorbed, 50);
+                    prop_assert_eq!(statistics.terminations().absorbed, 50);
                 }
             }
         }

@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, Circle, CircleError, Emission, Harmonic, MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Ending, Estimator, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics,
-    Stream, Task, rounding_floor,
+    At, Batch, Estimator, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics, Task,
+    Termination, WalkSeeds, rounding_floor,
 };
 use fredholm_tests::check::{long, means, run};
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
@@ -16,17 +16,17 @@ fn task<'a, F: Real, E: Emission<F>, N, T: Functional<Circle<'a, F, E>>>(
     equation: &'a Circle<'a, F, E>,
     neighbour: &'a N,
     functional: &'a T,
-    neighbour_value: f64,
+    control_mean: f64,
     estimator: Estimator,
-    stream: Stream,
+    seeds: WalkSeeds,
 ) -> Task<'a, Circle<'a, F, E>, N, T, fredholm_core::DefaultGenerator> {
     Task {
         equation,
         neighbour,
         functional,
-        neighbour_value: Some(neighbour_value),
+        control_mean: Some(control_mean),
         estimator,
-        stream,
+        seeds,
         step_limit: STEP_LIMIT,
     }
 }
@@ -48,25 +48,25 @@ fn check_means<F: Real, E: Emission<F> + Copy, N>(
     let arc = MeanOver::new(circle, 1.0, 4.0).unwrap();
     let all = MeanOver::new(circle, 0.0, TAU).unwrap();
     for estimator in ESTIMATORS {
-        let stream = |target| Stream::new(11, target);
+        let seeds = |target| WalkSeeds::new(11, target);
         let cases: [(Statistics, f64); 3] = [
             (
                 run(
-                    &task(circle, neighbour, &x0, at, estimator, stream(0)),
+                    &task(circle, neighbour, &x0, at, estimator, seeds(0)),
                     walks,
                 ),
                 exact[0],
             ),
             (
                 run(
-                    &task(circle, neighbour, &arc, arc.of(v), estimator, stream(1)),
+                    &task(circle, neighbour, &arc, arc.of(v), estimator, seeds(1)),
                     walks,
                 ),
                 exact[1],
             ),
             (
                 run(
-                    &task(circle, neighbour, &all, all.of(v), estimator, stream(2)),
+                    &task(circle, neighbour, &all, all.of(v), estimator, seeds(2)),
                     walks,
                 ),
                 exact[2],
@@ -77,7 +77,7 @@ fn check_means<F: Real, E: Emission<F> + Copy, N>(
             means(statistics, Some(*exact), floor)
                 .ok()
                 .unwrap_or_else(|e| panic!("{what}, {estimator:?}, target {target}: {e}"));
-            assert_eq!(statistics.endings().absorbed, walks);
+            assert_eq!(statistics.terminations().absorbed, walks);
         }
     }
 }
@@ -212,8 +212,8 @@ fn error_bars_cover() {
                 for estimator in ESTIMATORS {
                     let mut covered = [0; 2];
                     for seed in 0..SEEDS {
-                        let stream = Stream::new(seed, 0);
-                        let s = run(&task(circle, neighbour, &x0, v, estimator, stream), walks);
+                        let seeds = WalkSeeds::new(seed, 0);
+                        let s = run(&task(circle, neighbour, &x0, v, estimator, seeds), walks);
                         for (covered, e) in covered.iter_mut().zip([s.plain(), s.preconditioned()])
                         {
                             let bar = 1.96 * e.std_error.unwrap();
@@ -243,9 +243,9 @@ fn the_standard_deviation_falls_like_one_over_n() {
             let rho = [0.11, 0.52, 0.7, 0.03, 0.33, 0.61, 0.74, 0.25, 0.4, 0.18];
             with_piecewise::<f64, _, _, _>(&rho, n, LIGHT, PAPER, |circle, neighbour, v| {
                 let all = MeanOver::new(circle, 0.0, TAU).unwrap();
-                let stream = Stream::new(1, 0);
+                let seeds = WalkSeeds::new(1, 0);
                 let estimator = Estimator::Absorption;
-                let task = task(circle, neighbour, &all, all.of(v), estimator, stream);
+                let task = task(circle, neighbour, &all, all.of(v), estimator, seeds);
                 let std_dev = run(&task, 100_000).preconditioned().std_dev.unwrap();
                 println!("n = {n}: {std_dev:.3e}");
                 ((n as f64).ln(), std_dev.ln())
@@ -273,7 +273,7 @@ fn results_never_change_a_bit() {
                 &all,
                 all.of(v),
                 estimator,
-                Stream::new(1, 0),
+                WalkSeeds::new(1, 0),
             );
             let statistics = run(&task, 10_000);
             [statistics.plain(), statistics.preconditioned()].map(|e| e.estimate.to_bits())
@@ -327,13 +327,13 @@ fn a_score_that_is_no_number_names_its_walk() {
             &x0,
             1.0,
             Estimator::Absorption,
-            Stream::new(1, 0),
+            WalkSeeds::new(1, 0),
         );
         let mut batch = Batch::new(0, 100_000, 100_000);
         let NotFinite { walk } = batch.run(&task, u64::MAX).unwrap_err();
-        assert_eq!(task.replay(walk).ending, Ending::NotFinite);
+        assert_eq!(task.replay(walk).termination, Termination::NotFinite);
         assert_eq!(batch.statistics().walks(), walk);
-        assert_eq!(task.replay(walk - 1).ending, Ending::Absorbed);
+        assert_eq!(task.replay(walk - 1).termination, Termination::Absorbed);
     });
 }
 
@@ -347,11 +347,11 @@ fn walks_that_are_cut_off_are_counted() {
             &x0,
             1.0,
             Estimator::Collision,
-            Stream::new(1, 0),
+            WalkSeeds::new(1, 0),
         );
         task.step_limit = 3;
         let statistics = run(&task, 10_000);
-        let endings = statistics.endings();
+        let endings = statistics.terminations();
         assert_eq!(endings.absorbed + endings.step_limit, 10_000);
         // 0.8³ = 0.512 go on after three states; four standard deviations are 200.
         assert!(endings.step_limit.abs_diff(5120) < 200, "{endings:?}");

@@ -6,9 +6,9 @@ use core::fmt;
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
     At, Batch, Equation, Estimate, Estimator, Functional, Neighbour, NeighbourOf, STEP_LIMIT,
-    Statistics, Stream, Task,
+    Statistics, Task, WalkSeeds,
 };
-use fredholm_cube::{Function, Mean, model};
+use fredholm_cube::{Mean, ScalarField, model};
 use fredholm_room::{Choice, Grading};
 use fredholm_tests::check::run;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
@@ -147,7 +147,7 @@ where
     let groups = if long() { 256 } else { 1 };
     let all = run(task, GROUP);
     let centres = [all.plain(), all.preconditioned()].map(|e| e.estimate);
-    let value = task.neighbour_value.unwrap();
+    let value = task.control_mean.unwrap();
     let sums: Vec<[[Sum; 4]; 2]> = (0..groups)
         .into_par_iter()
         .map(|group| {
@@ -208,9 +208,9 @@ where
             equation: self.equation,
             neighbour: self.neighbour,
             functional: &self.functional,
-            neighbour_value: Some(self.value),
+            control_mean: Some(self.value),
             estimator,
-            stream: <Stream>::new(seed, 0),
+            seeds: <WalkSeeds>::new(seed, 0),
             step_limit: STEP_LIMIT,
         };
         let most = *walks.last().unwrap();
@@ -304,7 +304,7 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
             neighbour,
             functional: At(x),
             value: neighbour.value(&neighbour.locate(x)),
-            exact: Function::value(&model.solution, &x),
+            exact: ScalarField::value(&model.solution, &x),
         };
         let mean = Case {
             scene: "cube, d = 2",

@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{Dense, GalerkinError, GalerkinMatrix, Partition, Solution, rounded};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Functional, Neighbour, Real, STEP_LIMIT, Stream, Task,
+    At, DefaultGenerator, Estimator, Functional, Neighbour, Real, STEP_LIMIT, Task, WalkSeeds,
     rounding_floor,
 };
 use fredholm_cube::model::{self, Model};
@@ -37,17 +37,17 @@ fn task<'a, E, N, T>(
     equation: &'a E,
     neighbour: &'a N,
     functional: &'a T,
-    neighbour_value: Option<f64>,
+    control_mean: Option<f64>,
     estimator: Estimator,
-    stream: Stream,
+    seeds: WalkSeeds,
 ) -> Task<'a, E, N, T, DefaultGenerator> {
     Task {
         equation,
         neighbour,
         functional,
-        neighbour_value,
+        control_mean,
         estimator,
-        stream,
+        seeds,
         step_limit: STEP_LIMIT,
     }
 }
@@ -60,10 +60,10 @@ fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
     let w = |x: &[f64; D]| x.iter().fold(1.0, |w, &x| w * (1.0 + x));
     let rule = gauss_legendre(64);
     for model in models() {
-        let u = |x: &[F; D]| fredholm_cube::Function::value(&model.solution, x).to_f64();
+        let u = |x: &[F; D]| fredholm_cube::ScalarField::value(&model.solution, x).to_f64();
         let weighted: f64 = rule
             .iter()
-            .map(|&(t, w)| w * (1.0 + t) * fredholm_cube::Function::value(&model.solution, &[t]))
+            .map(|&(t, w)| w * (1.0 + t) * fredholm_cube::ScalarField::value(&model.solution, &[t]))
             .sum();
         with_product::<F, D, _, _, _, _>(
             (model.kernel.0, model.source),
@@ -72,7 +72,7 @@ fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
             |cube, neighbour, v| {
                 let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
                 let check = |statistics: fredholm_core::Statistics, exact: f64, what: &str| {
-                    let floor = rounding_floor::<F>(largest, exact, model.contraction::<D>());
+                    let floor = rounding_floor::<F>(largest, exact, model.radius_bound::<D>());
                     means(&statistics, Some(exact), floor)
                         .ok()
                         .unwrap_or_else(|e| {
@@ -87,15 +87,15 @@ fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
                 let means_of_weight = rounded::<F>(&by_rule).unwrap();
                 for estimator in [Estimator::Absorption, Estimator::Collision] {
                     for &seed in seeds() {
-                        let stream = |target| Stream::new(seed, target);
+                        let seeds = |target| WalkSeeds::new(seed, target);
                         let start = At(x0);
-                        let point = task(cube, neighbour, &start, Some(at), estimator, stream(0));
+                        let point = task(cube, neighbour, &start, Some(at), estimator, seeds(0));
                         check(run(&point, walks), u(&x0), "point");
                         let all = Some(Mean::of(v));
-                        let mean = task(cube, neighbour, &Mean, all, estimator, stream(1));
+                        let mean = task(cube, neighbour, &Mean, all, estimator, seeds(1));
                         check(run(&mean, walks), model.mean::<D>(), "mean");
                         let weight = Weighted::new(cube, weight, &means_of_weight, v).unwrap();
-                        let part = task(cube, neighbour, &weight, None, estimator, stream(2));
+                        let part = task(cube, neighbour, &weight, None, estimator, seeds(2));
                         check(run(&part, walks), weighted.powi(D as i32), "weighted mean");
                     }
                 }
@@ -129,7 +129,7 @@ fn a_kink_on_the_diagonal_wants_it_pointwise() {
         let estimator = Estimator::Collision;
         let value = Some(Mean::of(v));
         deviation(run(
-            &task(cube, nb, &Mean, value, estimator, Stream::new(1, 0)),
+            &task(cube, nb, &Mean, value, estimator, WalkSeeds::new(1, 0)),
             walks,
         ))
     });
@@ -137,7 +137,7 @@ fn a_kink_on_the_diagonal_wants_it_pointwise() {
         let estimator = Estimator::Collision;
         let value = Some(Mean::of(v));
         deviation(run(
-            &task(cube, nb, &Mean, value, estimator, Stream::new(1, 0)),
+            &task(cube, nb, &Mean, value, estimator, WalkSeeds::new(1, 0)),
             walks,
         ))
     });
@@ -229,7 +229,7 @@ fn quadrature_is_exact_for_polynomials() {
 
 #[test]
 fn images_and_integrals_of_the_models_are_those_of_their_kernels() {
-    use fredholm_cube::{FactorIntegral, Function, KernelFactors};
+    use fredholm_cube::{FactorIntegral, KernelFactors, ScalarField};
     let rule = gauss_legendre(64);
     for model in models() {
         for s in [0.0_f64, 0.2, 0.5, 0.93, 1.0] {
@@ -301,7 +301,14 @@ fn the_standard_deviation_falls_like_n_to_the_minus_one_over_d() {
                 with_product::<f64, D, _, _, _, _>(equation, m, ALL, |cube, neighbour, v| {
                     let value = Some(Mean::of(v));
                     let estimator = Estimator::Absorption;
-                    let task = task(cube, neighbour, &Mean, value, estimator, Stream::new(1, 0));
+                    let task = task(
+                        cube,
+                        neighbour,
+                        &Mean,
+                        value,
+                        estimator,
+                        WalkSeeds::new(1, 0),
+                    );
                     let statistics = run(&task, 100_000);
                     let [plain, best] = [statistics.plain(), statistics.preconditioned()]
                         .map(|e| e.std_dev.unwrap());
@@ -337,7 +344,7 @@ fn an_infinite_variance_is_seen_beforehand() {
         let tables = ProductTables::new(&cube, rule).unwrap();
         cube.solve(&tables, rule, 1e-14, 1000).unwrap();
         let square = |x: &[f64; 1], y: &[f64; 1]| {
-            let k: f64 = fredholm_cube::IntegralKernel::kernel(&model.kernel, x, y);
+            let k: f64 = fredholm_cube::KernelFn::kernel(&model.kernel, x, y);
             k * k
         };
         let cube = Cube::new(square, model.source, 50, absorption).unwrap();
@@ -421,10 +428,10 @@ fn refusals() {
 fn a_functional_needs_no_more_than_the_space() {
     // Starts are uniform: their first moments are ½, within four standard errors.
     let cube = Cube::<f64, 3, _, _>::new(Product(Gauss), Ramp, 2, 0.2).unwrap();
-    let stream = Stream::<DefaultGenerator>::new(4, 0);
+    let seeds = WalkSeeds::<DefaultGenerator>::new(4, 0);
     let mut sums = [0.0; 3];
     for walk in 0..10_000 {
-        let mut draws = fredholm_core::Draws(stream.generator(walk));
+        let mut draws = fredholm_core::RngUniforms(seeds.generator(walk));
         let (x, phi) = Functional::<Cube<f64, 3, Product<Gauss>, Ramp>>::start(&Mean, &mut draws);
         assert_eq!(phi, 1.0);
         assert!(cube.locate(&x) < 8);
@@ -449,14 +456,14 @@ fn a_weighted_mean_varies_no_more_than_a_mean() {
             // Without means φ v is scored walk by walk, and its variance stays.
             let of = |means: &[f64]| {
                 let weighted = Weighted::new(cube, weight, means, v).unwrap();
-                let stream = Stream::new(1, 0);
+                let seeds = WalkSeeds::new(1, 0);
                 let task = task(
                     cube,
                     neighbour,
                     &weighted,
                     None,
                     Estimator::Collision,
-                    stream,
+                    seeds,
                 );
                 run(&task, 20_000).preconditioned().std_dev.unwrap()
             };

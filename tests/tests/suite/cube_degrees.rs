@@ -2,12 +2,12 @@
 
 use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix, Partition};
 use fredholm_core::{
-    At, DefaultGenerator, Draws, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Stream, Task,
-    Uniforms, rounding_floor,
+    At, DefaultGenerator, Estimator, Neighbour, Real, RngUniforms, STEP_LIMIT, Statistics, Task,
+    Uniforms, WalkSeeds, rounding_floor,
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
-    Cube, CubeError, Function, Mean, Product, ProductTables, Rule, Weighted, functions, table,
+    Cube, CubeError, Mean, Product, ProductTables, Rule, ScalarField, Weighted, functions, table,
 };
 use fredholm_tests::check::{means, run};
 use fredholm_tests::cube::{ABSORPTION, Gauss, Ramp, with_degree};
@@ -30,16 +30,16 @@ fn task<'a, E, N, T>(
     equation: &'a E,
     neighbour: &'a N,
     functional: &'a T,
-    neighbour_value: Option<f64>,
-    stream: Stream,
+    control_mean: Option<f64>,
+    seeds: WalkSeeds,
 ) -> Task<'a, E, N, T, DefaultGenerator> {
     Task {
         equation,
         neighbour,
         functional,
-        neighbour_value,
+        control_mean,
         estimator: Estimator::Absorption,
-        stream,
+        seeds,
         step_limit: STEP_LIMIT,
     }
 }
@@ -111,7 +111,7 @@ fn polynomial_solutions_are_exact() {
         let model = model::quadratic(0.6);
         with_degree::<f64, D, _, _, _, B>((model.kernel.0, model.source), 2, |cube, nb, v| {
             let value = Some(Mean::of_blocks::<f64, B>(v));
-            let statistics = run(&task(cube, nb, &Mean, value, Stream::new(1, 0)), 1000);
+            let statistics = run(&task(cube, nb, &Mean, value, WalkSeeds::new(1, 0)), 1000);
             let deviation = statistics.preconditioned().std_dev.unwrap();
             assert_eq!(deviation < 1e-13, exact, "D = {D}, B = {B}: {deviation:e}");
         });
@@ -138,15 +138,15 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize) {
         model::steep(0.5),
     ];
     for model in models {
-        let u = |t: f64| Function::value(&model.solution, &[t]);
+        let u = |t: f64| ScalarField::value(&model.solution, &[t]);
         let weighted: f64 = nodes.iter().map(|&(t, w)| w * (1.0 + t) * u(t)).sum();
         let equation = (model.kernel.0, model.source);
         with_degree::<F, D, _, _, _, B>(equation, cells, |cube, neighbour, v| {
-            let exact_at: F = Function::value(&model.solution, &x0);
+            let exact_at: F = ScalarField::value(&model.solution, &x0);
             let check = |statistics: Statistics, exact: f64, what: &str| {
                 // |v| of a cell is at most Σ_b |v_ib| (2p + 1)^(D/2).
                 let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-                let floor = rounding_floor::<F>(largest, exact, model.contraction::<D>());
+                let floor = rounding_floor::<F>(largest, exact, model.radius_bound::<D>());
                 let outcome = means(&statistics, Some(exact), floor);
                 outcome.ok().unwrap_or_else(|e| {
                     panic!(
@@ -164,15 +164,15 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize) {
             wide.means(&w, Rule::new(1).unwrap(), &mut near).unwrap();
             let near = fredholm_core::galerkin::rounded::<F>(&near).unwrap();
             for seed in 1..=2 {
-                let stream = |target| Stream::new(seed, target);
-                let point = run(&task(cube, neighbour, &At(x0), Some(at), stream(0)), 5000);
+                let seeds = |target| WalkSeeds::new(seed, target);
+                let point = run(&task(cube, neighbour, &At(x0), Some(at), seeds(0)), 5000);
                 check(point, exact_at.to_f64(), "point");
                 let all = Some(Mean::of_blocks::<F, B>(v));
-                let mean = run(&task(cube, neighbour, &Mean, all, stream(1)), 5000);
+                let mean = run(&task(cube, neighbour, &Mean, all, seeds(1)), 5000);
                 check(mean, model.mean::<D>(), "mean");
                 let weighted_start = Weighted::new(cube, weight, &near, v).unwrap();
                 let part = run(
-                    &task(cube, neighbour, &weighted_start, None, stream(2)),
+                    &task(cube, neighbour, &weighted_start, None, seeds(2)),
                     5000,
                 );
                 check(part, weighted.powi(D as i32), "weighted mean");
@@ -202,7 +202,7 @@ fn a_weighted_mean_varies_no_more_than_a_mean() {
         let deviation = |near: &[f64]| {
             let weighted = Weighted::new(cube, weight, near, v).unwrap();
             let statistics = run(
-                &task(cube, neighbour, &weighted, None, Stream::new(1, 0)),
+                &task(cube, neighbour, &weighted, None, WalkSeeds::new(1, 0)),
                 5000,
             );
             statistics.preconditioned().std_dev.unwrap()
@@ -231,7 +231,7 @@ fn plain_and_best<const D: usize, const B: usize>(cells: usize, walks: u64) -> [
     with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
         let value = Some(Mean::of_blocks::<f64, B>(v));
         let statistics = run(
-            &task(cube, neighbour, &Mean, value, Stream::new(1, 0)),
+            &task(cube, neighbour, &Mean, value, WalkSeeds::new(1, 0)),
             walks,
         );
         [statistics.plain(), statistics.preconditioned()].map(|e| e.std_dev.unwrap())
@@ -282,14 +282,14 @@ fn reduction<const D: usize, const B: usize>(cells: usize) -> f64 {
     const POINTS: usize = 100;
     const WALKS: u64 = 1000;
     with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
-        let mut draws = Draws(Stream::<DefaultGenerator>::new(7, 0).generator(0));
+        let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(7, 0).generator(0));
         let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let mut sums = [0.0; 2];
         for target in 0..POINTS {
             let x: [f64; D] = core::array::from_fn(|_| draws.uniform());
             let value = neighbour.value(&neighbour.locate(x));
-            let stream = Stream::new(1, target as u64);
-            let statistics = run(&task(cube, neighbour, &At(x), Some(value), stream), WALKS);
+            let seeds = WalkSeeds::new(1, target as u64);
+            let statistics = run(&task(cube, neighbour, &At(x), Some(value), seeds), WALKS);
             let floor = rounding_floor::<f64>(largest, value, 0.6);
             // Plain and preconditioned estimates of the same walks, and E η(h,g) = v(x).
             means(&statistics, None, floor).ok().unwrap();
@@ -331,8 +331,8 @@ fn degrees_agree_with_one_another() {
     fn mean<const D: usize, const B: usize>(cells: usize, seed: u64) -> (f64, f64) {
         with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
             let value = Some(Mean::of_blocks::<f64, B>(v));
-            let stream = Stream::new(seed, 0);
-            let statistics = run(&task(cube, neighbour, &Mean, value, stream), 20_000);
+            let seeds = WalkSeeds::new(seed, 0);
+            let statistics = run(&task(cube, neighbour, &Mean, value, seeds), 20_000);
             let estimate = statistics.preconditioned();
             (estimate.estimate, estimate.std_error.unwrap())
         })
@@ -360,7 +360,7 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
         .sum::<f64>()
         / 4.0;
     let tables = ProductTables::new(&cube, rule).unwrap();
-    let by_axes = tables.neighbour_radius(0.2).unwrap();
+    let by_axes = tables.neighbour_second_moment_radius(0.2).unwrap();
     assert!(
         (by_axes - expected).abs() < 1e-6 * expected,
         "{by_axes} {expected}"
@@ -371,7 +371,7 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
             .map(|i| (0.2 * f64::from(i) + 0.1).powi(2))
             .sum::<f64>()
         / 4.0;
-    let found = cube.neighbour_radius(&dense).unwrap();
+    let found = cube.neighbour_second_moment_radius(&dense).unwrap();
     assert!((found - bound).abs() < 1e-14, "{found} {bound}");
 
     // Functions of degree 1 have all of K: Σ_ab K'_(ia)(jb)² n² is the mean of s² times that of t².
@@ -385,11 +385,11 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
         })
         .sum::<f64>()
         / 4.0;
-    let found = tables.neighbour_radius(0.2).unwrap();
+    let found = tables.neighbour_second_moment_radius(0.2).unwrap();
     assert!((found - exact).abs() < 1e-6 * exact, "{found} {exact}");
     let entries = table(&linear, rule).unwrap();
     let dense = Dense::new(&entries, 5, 2).unwrap();
-    let bound = linear.neighbour_radius(&dense).unwrap();
+    let bound = linear.neighbour_second_moment_radius(&dense).unwrap();
     assert!(bound >= found && bound < 1.0, "{bound}");
 
     // A bump in the middle: ∫K² is 0.1, and K'₁₁ in one middle 0.95.
@@ -402,10 +402,10 @@ fn an_infinite_variance_of_the_neighbour_is_seen_beforehand() {
         let entries = table(&cube, rule).unwrap();
         let dense = Dense::new(&entries, cells, 1).unwrap();
         let radii = [
-            cube.neighbour_radius(&dense).unwrap(),
+            cube.neighbour_second_moment_radius(&dense).unwrap(),
             ProductTables::new(&cube, rule)
                 .unwrap()
-                .neighbour_radius(0.2)
+                .neighbour_second_moment_radius(0.2)
                 .unwrap(),
         ];
         assert!(radii[0] >= radii[1] - 1e-6, "{radii:?}");

@@ -3,10 +3,11 @@
 use core::cell::Cell;
 
 use fredholm_circle::{Cells, Circle, CircleError, Harmonic};
-use fredholm_core::galerkin::OffDiagonal;
+use fredholm_core::galerkin::DiagonalRule;
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Goal, Goals, Neighbour, NoNeighbour, Plan, PlanError, Real,
-    STEP_LIMIT, Sampler, Statistics, StopReason, Stream, Task, Tolerance, WalkOptions,
+    At, DefaultGenerator, Estimator, Goal, Goals, Neighbour, NoNeighbour, Real, RunOptions,
+    RunOptionsError, STEP_LIMIT, Sampler, Statistics, StopReason, Task, Tolerance, WalkOptions,
+    WalkSeeds,
 };
 use fredholm_embedded::{
     Driver, State, StateError, Table, TableBuilder, TableError, zerocopy::IntoBytes,
@@ -17,7 +18,7 @@ use proptest::prelude::*;
 use rand::rngs::ChaCha8Rng;
 
 type Lit<'a, F> = Circle<'a, F, Harmonic>;
-type Lights<'a, F> = OnCircle<'a, F, Harmonic, OffDiagonal>;
+type Lights<'a, F> = OnCircle<'a, F, Harmonic, DiagonalRule>;
 type OnDevice<'a, F> =
     Driver<'a, Lit<'a, F>, Lights<'a, F>, At<fredholm_circle::Point<F>>, DefaultGenerator>;
 
@@ -30,7 +31,7 @@ fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
         assert!(embedded.lines().any(|line| line.starts_with(name)));
     }
     assert!(embedded.lines().any(|line| line.contains("walks 2048 ")));
-    assert!(embedded.lines().any(|line| line.contains("walks 4000 ")));
+    assert!(embedded.lines().any(|line| line.contains("walks 1000 ")));
     for with in [
         With::Embedded(1),
         With::Embedded(77),
@@ -49,25 +50,25 @@ fn another_generator_has_the_same_bits_from_either_runner() {
         let default = task(circle, neighbour, start, Estimator::Absorption);
         let goals = [Goal {
             functional: *start,
-            neighbour_value: default.neighbour_value,
+            control_mean: default.control_mean,
         }];
         let options = WalkOptions {
             seed: 5,
             ..WalkOptions::default()
         };
         let job = Goals::new(circle, neighbour, &goals, options).with_generator::<ChaCha8Rng>();
-        let outcome = fredholm_rayon::run(&job, &Plan::new(1000), None, &()).unwrap();
+        let outcome = fredholm_rayon::run(&job, &RunOptions::new(1000), None, &()).unwrap();
         let mut chacha = Driver::new(
             Task {
                 equation: circle,
                 neighbour,
                 functional: start,
-                neighbour_value: default.neighbour_value,
+                control_mean: default.control_mean,
                 estimator: default.estimator,
-                stream: Stream::<ChaCha8Rng>::new(5, 0),
+                seeds: WalkSeeds::<ChaCha8Rng>::new(5, 0),
                 step_limit: default.step_limit,
             },
-            Plan::new(1000),
+            RunOptions::new(1000),
         )
         .unwrap();
         chacha.poll(u64::MAX).unwrap();
@@ -87,15 +88,15 @@ fn task<'a, F: Real>(
         equation: circle,
         neighbour,
         functional: start,
-        neighbour_value: Some(v0),
+        control_mean: Some(v0),
         estimator,
-        stream: Stream::new(5, 2),
+        seeds: WalkSeeds::new(5, 2),
         step_limit: STEP_LIMIT,
     }
 }
 
-fn plan(tolerance: Option<Tolerance>) -> Plan {
-    Plan {
+fn run_options(tolerance: Option<Tolerance>) -> RunOptions {
+    RunOptions {
         walks: 5000,
         batch: 100,
         tolerance,
@@ -114,18 +115,18 @@ fn scene<F: Real, R>(
 /// Power fails at all of `cuts`: bytes are saved, everything else is lost.
 fn interrupted<F: Real>(
     estimator: Estimator,
-    plan: Plan,
+    run_options: RunOptions,
     cuts: &[u64],
     through: impl Fn(State) -> State,
 ) -> (Statistics, Option<StopReason>) {
     scene::<F, _>(|circle, neighbour, start| {
         let fresh = || task(circle, neighbour, start, estimator);
-        let mut driver = Driver::new(fresh(), plan).unwrap();
+        let mut driver = Driver::new(fresh(), run_options).unwrap();
         for &walks in cuts {
             driver.poll(walks).unwrap();
             let before = (driver.statistics(), driver.stop());
             let state = through(driver.save());
-            driver = Driver::restore(fresh(), plan, &state).unwrap();
+            driver = Driver::restore(fresh(), run_options, &state).unwrap();
             // Walks that were lost and run again would end with the same bits, too.
             assert_eq!((driver.statistics(), driver.stop()), before);
         }
@@ -160,25 +161,26 @@ proptest! {
         ],
     ) {
         let estimator = if collision { Estimator::Collision } else { Estimator::Absorption };
-        let plan = plan(error);
-        let whole = interrupted::<f64>(estimator, plan, &[], through_bytes);
-        prop_assert_eq!(interrupted::<f64>(estimator, plan, &cuts, through_bytes), whole);
-        prop_assert_eq!(interrupted::<f64>(estimator, plan, &cuts, through_json), whole);
-        let whole = interrupted::<f32>(estimator, plan, &[], through_bytes);
-        prop_assert_eq!(interrupted::<f32>(estimator, plan, &cuts, through_bytes), whole);
+        let run_options = run_options(error);
+        let whole = interrupted::<f64>(estimator, run_options, &[], through_bytes);
+        prop_assert_eq!(interrupted::<f64>(estimator, run_options, &cuts, through_bytes), whole);
+        prop_assert_eq!(interrupted::<f64>(estimator, run_options, &cuts, through_json), whole);
+        let whole = interrupted::<f32>(estimator, run_options, &[], through_bytes);
+        prop_assert_eq!(interrupted::<f32>(estimator, run_options, &cuts, through_bytes), whole);
     }
 }
 
 #[test]
 fn a_run_ends_as_the_plan_says() {
-    let run = |plan| interrupted::<f64>(Estimator::Collision, plan, &[], through_bytes);
-    let (all, stop) = run(plan(None));
+    let run =
+        |run_options| interrupted::<f64>(Estimator::Collision, run_options, &[], through_bytes);
+    let (all, stop) = run(run_options(None));
     assert_eq!((all.walks(), stop), (5000, Some(StopReason::Done)));
     // The standard deviation of a walk is 0.24: 2200 walks, and the stage that ends at 3200.
-    let (some, stop) = run(plan(Some(Tolerance::Absolute(5e-3))));
+    let (some, stop) = run(run_options(Some(Tolerance::Absolute(5e-3))));
     assert_eq!(stop, Some(StopReason::Done));
     assert!(some.walks() == 3200 && some.preconditioned().std_error.unwrap() <= 5e-3);
-    let (none, stop) = run(plan(Some(Tolerance::Absolute(1e-9))));
+    let (none, stop) = run(run_options(Some(Tolerance::Absolute(1e-9))));
     assert_eq!((none, stop), (all, Some(StopReason::ToleranceNotReached)));
 }
 
@@ -186,7 +188,7 @@ fn a_run_ends_as_the_plan_says() {
 fn polls_are_bounded_and_tell_where_the_run_stands() {
     scene::<f64, _>(|circle, neighbour, start| {
         let task = task(circle, neighbour, start, Estimator::Absorption);
-        let mut driver = Driver::new(task, plan(None)).unwrap();
+        let mut driver = Driver::new(task, run_options(None)).unwrap();
         assert_eq!(driver.poll(0).unwrap().walks, 0);
         let mut walks = 0;
         loop {
@@ -206,22 +208,22 @@ fn polls_are_bounded_and_tell_where_the_run_stands() {
 #[test]
 fn impossible_plans_are_refused() {
     scene::<f64, _>(|circle, neighbour, start| {
-        let refused = |plan: Plan| {
+        let refused = |run_options: RunOptions| {
             let task = || task(circle, neighbour, start, Estimator::Absorption);
-            let state = Driver::new(task(), Plan::new(1)).unwrap().save();
-            let error = Driver::new(task(), plan).unwrap_err();
-            let restored = Driver::restore(task(), plan, &state).unwrap_err();
-            assert_eq!(restored, StateError::Plan(error));
+            let state = Driver::new(task(), RunOptions::new(1)).unwrap().save();
+            let error = Driver::new(task(), run_options).unwrap_err();
+            let restored = Driver::restore(task(), run_options, &state).unwrap_err();
+            assert_eq!(restored, StateError::Options(error));
             error
         };
-        assert_eq!(refused(Plan::new(0)), PlanError::NoWalks);
-        let mut plan = Plan::new(10);
-        plan.batch = 0;
-        assert_eq!(refused(plan), PlanError::NoWalks);
+        assert_eq!(refused(RunOptions::new(0)), RunOptionsError::NoWalks);
+        let mut run_options = RunOptions::new(10);
+        run_options.batch = 0;
+        assert_eq!(refused(run_options), RunOptionsError::NoWalks);
         for bound in [0.0, -1.0, f64::NAN] {
-            let mut plan = Plan::new(10);
-            plan.tolerance = Some(Tolerance::Relative(bound));
-            assert_eq!(refused(plan), PlanError::Tolerance);
+            let mut run_options = RunOptions::new(10);
+            run_options.tolerance = Some(Tolerance::Relative(bound));
+            assert_eq!(refused(run_options), RunOptionsError::Tolerance);
         }
     });
 }
@@ -230,7 +232,7 @@ fn impossible_plans_are_refused() {
 fn some_state() -> State {
     scene::<f64, _>(|circle, neighbour, start| {
         let task = task(circle, neighbour, start, Estimator::Absorption);
-        let mut driver: OnDevice<'_, f64> = Driver::new(task, plan(None)).unwrap();
+        let mut driver: OnDevice<'_, f64> = Driver::new(task, run_options(None)).unwrap();
         driver.poll(250).unwrap();
         driver.save()
     })
@@ -268,44 +270,59 @@ fn a_state_of_something_else_is_refused() {
     let state = some_state();
     scene::<f64, _>(|circle, neighbour, start| {
         let same = || task(circle, neighbour, start, Estimator::Absorption);
-        let restored = |task, plan| Driver::restore(task, plan, &state).err();
-        assert_eq!(restored(same(), plan(None)), None);
+        let restored = |task, run_options| Driver::restore(task, run_options, &state).err();
+        assert_eq!(restored(same(), run_options(None)), None);
 
         let mut other = same();
         other.estimator = Estimator::Collision;
-        assert_eq!(restored(other, plan(None)), Some(StateError::OtherPlan));
+        assert_eq!(
+            restored(other, run_options(None)),
+            Some(StateError::OtherOptions)
+        );
         let mut other = same();
         other.step_limit -= 1;
-        assert_eq!(restored(other, plan(None)), Some(StateError::OtherPlan));
+        assert_eq!(
+            restored(other, run_options(None)),
+            Some(StateError::OtherOptions)
+        );
         for change in [
-            |plan: &mut Plan| plan.walks += 1,
-            |plan: &mut Plan| plan.batch += 1,
-            |plan: &mut Plan| plan.tolerance = Some(Tolerance::Absolute(1.0)),
+            |run_options: &mut RunOptions| run_options.walks += 1,
+            |run_options: &mut RunOptions| run_options.batch += 1,
+            |run_options: &mut RunOptions| run_options.tolerance = Some(Tolerance::Absolute(1.0)),
         ] {
-            let mut other = plan(None);
+            let mut other = run_options(None);
             change(&mut other);
-            assert_eq!(restored(same(), other), Some(StateError::OtherPlan));
+            assert_eq!(restored(same(), other), Some(StateError::OtherOptions));
         }
 
-        for stream in [Stream::new(6, 2), Stream::new(5, 3)] {
+        for seeds in [WalkSeeds::new(6, 2), WalkSeeds::new(5, 3)] {
             let mut other = same();
-            other.stream = stream;
-            assert_eq!(restored(other, plan(None)), Some(StateError::OtherDraws));
+            other.seeds = seeds;
+            assert_eq!(
+                restored(other, run_options(None)),
+                Some(StateError::OtherDraws)
+            );
         }
 
         let mut other = same();
-        other.neighbour_value = None;
-        assert_eq!(restored(other, plan(None)), Some(StateError::OtherEquation));
+        other.control_mean = None;
+        assert_eq!(
+            restored(other, run_options(None)),
+            Some(StateError::OtherEquation)
+        );
         let elsewhere = At(circle.point(0.31));
         let mut other = same();
         other.functional = &elsewhere;
-        assert_eq!(restored(other, plan(None)), Some(StateError::OtherEquation));
+        assert_eq!(
+            restored(other, run_options(None)),
+            Some(StateError::OtherEquation)
+        );
     });
     // Another scalar, another neighbour equation.
     scene::<f32, _>(|circle, neighbour, start| {
         let mut other = task(circle, neighbour, start, Estimator::Absorption);
-        other.neighbour_value = None;
-        let refused = Driver::restore(other, plan(None), &state).err();
+        other.control_mean = None;
+        let refused = Driver::restore(other, run_options(None), &state).err();
         assert_eq!(refused, Some(StateError::OtherEquation));
     });
     scene::<f64, _>(|circle, neighbour, start| {
@@ -314,12 +331,12 @@ fn a_state_of_something_else_is_refused() {
             neighbour: &NoNeighbour::<Lit<'_, f64>>::new(),
             equation: same.equation,
             functional: same.functional,
-            neighbour_value: same.neighbour_value,
+            control_mean: same.control_mean,
             estimator: same.estimator,
-            stream: same.stream,
+            seeds: same.seeds,
             step_limit: same.step_limit,
         };
-        let refused = Driver::restore(other, plan(None), &state).err();
+        let refused = Driver::restore(other, run_options(None), &state).err();
         assert_eq!(refused, Some(StateError::OtherEquation));
     });
 }
@@ -345,7 +362,7 @@ fn a_contradictory_state_is_refused() {
     scene::<f64, _>(|circle, neighbour, start| {
         let ended: State = serde_json::from_value(ended).unwrap();
         let task = || task(circle, neighbour, start, Estimator::Absorption);
-        let refused = Driver::restore(task(), plan(None), &ended).err();
+        let refused = Driver::restore(task(), run_options(None), &ended).err();
         assert_eq!(refused, Some(StateError::Contradiction));
         for (field, inner, value) in edits {
             let mut edited = state.clone();
@@ -354,7 +371,7 @@ fn a_contradictory_state_is_refused() {
                 None => edited[field] = value.into(),
             }
             let edited: State = serde_json::from_value(edited).unwrap();
-            let refused = Driver::restore(task(), plan(None), &edited).err();
+            let refused = Driver::restore(task(), run_options(None), &edited).err();
             assert_eq!(
                 refused,
                 Some(StateError::Contradiction),
@@ -400,17 +417,17 @@ fn a_score_that_is_not_finite_names_its_walk() {
         equation: &bad,
         neighbour: &none,
         functional: &At(0.5),
-        neighbour_value: Some(0.0),
+        control_mean: Some(0.0),
         estimator: Estimator::Collision,
-        stream: <Stream>::new(1, 0),
+        seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
-    let mut driver = Driver::new(task(), plan(None)).unwrap();
+    let mut driver = Driver::new(task(), run_options(None)).unwrap();
     let error = driver.poll(5000).unwrap_err();
     assert!(error.walk > 0);
     assert_eq!(driver.statistics().walks(), error.walk);
     assert_eq!(driver.poll(1), Err(error));
-    let mut again = Driver::restore(task(), plan(None), &driver.save()).unwrap();
+    let mut again = Driver::restore(task(), run_options(None), &driver.save()).unwrap();
     assert_eq!(again.poll(1), Err(error));
     bad.0.set(false);
     assert_eq!(again.poll(1).unwrap().walks, error.walk + 1);

@@ -5,12 +5,12 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use fredholm_core::galerkin::{
-    Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, Sweeps, TransitionMoments,
-    gauss_seidel,
+    Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
+    TransitionMoments, gauss_seidel,
 };
 use fredholm_core::{
     DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
-    StateSpace, Statistics, Stream, Task, TransitionDensity, Uniforms,
+    StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
 };
 use fredholm_tests::check::SEEDS;
 use fredholm_tests::check::{self, Among};
@@ -268,7 +268,7 @@ impl<F: Real> Description for Broken<F> {
         } else if self.fault == Fault::Solution {
             let dense = Dense::new(&wide, CELLS, 1).unwrap();
             let mut v = right.clone();
-            let once = Sweeps::Fixed(1);
+            let once = StoppingRule::Fixed(1);
             gauss_seidel(&dense, &right, &mut v, &mut [0.0; 2], once).unwrap();
             offers.galerkin_solution("own", &v, 0.0);
         }
@@ -471,9 +471,9 @@ fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
         equation: &toy,
         neighbour: &fredholm_core::NoNeighbour::new(),
         functional: &Among(vec![0.3]),
-        neighbour_value: Some(0.0),
+        control_mean: Some(0.0),
         estimator: Estimator::Absorption,
-        stream: Stream::new(seed, 0),
+        seeds: WalkSeeds::new(seed, 0),
         step_limit: STEP_LIMIT,
     })
 }

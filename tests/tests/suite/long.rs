@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DEFAULT_GENERATOR, DefaultGenerator, Functional, Goal, Goals, Kernel, Located, Neighbour, Plan,
-    Real, Sampler, Source, StateSpace, Statistics, Stream, Uniforms, WalkOptions,
+    DEFAULT_GENERATOR, DefaultGenerator, Functional, Goal, Goals, Kernel, Located, Neighbour, Real,
+    RunOptions, Sampler, Source, StateSpace, Statistics, Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_rayon::run;
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
@@ -87,12 +87,12 @@ type Sums = [u128; 5];
 
 /// From the words themselves, without a float.
 fn exact(seed: u64, walks: u64) -> Sums {
-    let stream = Stream::<DefaultGenerator>::new(seed, 0);
+    let seeds = WalkSeeds::<DefaultGenerator>::new(seed, 0);
     let chunk = 1 << 16;
     let of_chunk = |index: u64| -> Sums {
         let mut sums = [0_u64; 5];
         for walk in index * chunk..((index + 1) * chunk).min(walks) {
-            let x = (stream.generator(walk).next_u64() >> 52) as u32;
+            let x = (seeds.generator(walk).next_u64() >> 52) as u32;
             let [x, y] = [x, other(x)].map(u64::from);
             for (sum, term) in sums.iter_mut().zip([x, x * x, y, y * y, x * y]) {
                 *sum += term;
@@ -147,21 +147,21 @@ fn found(statistics: &Statistics) -> [f64; 6] {
 fn statistics_are_exact<F: Real>(walks: u64, sums: &Sums) {
     let start = Instant::now();
     let equation = Exact(F::one());
-    let plan = Plan::new(walks);
+    let run_options = RunOptions::new(walks);
     let goals = [Goal {
         functional: Anywhere,
-        neighbour_value: Some(f64::from(OFFSET)),
+        control_mean: Some(f64::from(OFFSET)),
     }];
     let options = WalkOptions {
         seed: 9,
         ..WalkOptions::default()
     };
     let job = Goals::new(&equation, &equation, &goals, options);
-    let outcome = run(&job, &plan, None, &()).unwrap();
+    let outcome = run(&job, &run_options, None, &()).unwrap();
     let statistics = &outcome.statistics[0];
     assert_eq!(statistics.walks(), walks);
     assert_eq!(statistics.states(), walks);
-    let roundings = (plan.batch + walks / plan.batch) as f64 * f64::EPSILON;
+    let roundings = (run_options.batch + walks / run_options.batch) as f64 * f64::EPSILON;
     let names = ["mean of eta(k,f)", "mean of eta(h,g)", "mean of zeta"];
     let names = names
         .into_iter()
@@ -221,7 +221,7 @@ fn twice(mut windows: Vec<u128>) -> usize {
 
 /// The streams of the walks 0, 1, … of two targets and two seeds, in turn.
 fn streams<G: SeedableRng + Send>(count: u64) -> impl IndexedParallelIterator<Item = G> {
-    let by = |seed, target| Stream::<G>::new(seed, target);
+    let by = |seed, target| WalkSeeds::<G>::new(seed, target);
     let four = [by(1, 0), by(1, 1), by(2, 0), by(2, 1)];
     (0..count as usize)
         .into_par_iter()
@@ -263,7 +263,7 @@ fn the_streams_of_walks_do_not_overlap() {
 fn planted_overlaps_are_found() {
     let count = 1 << 14;
     for shared in [DRAWS, 512, 256] {
-        let mut within: DefaultGenerator = Stream::new(1, 0).generator(1000);
+        let mut within: DefaultGenerator = WalkSeeds::new(1, 0).generator(1000);
         for _ in 0..DRAWS - shared {
             within.next_u64();
         }
@@ -275,10 +275,10 @@ fn planted_overlaps_are_found() {
         let expected = (shared - 1) as f64 / DISTINGUISHED as f64;
         assert!(found > 0 && (found as f64 - expected).abs() < 6.0 * expected.sqrt());
     }
-    let stream = Stream::<DefaultGenerator>::new(1, 0);
+    let seeds = WalkSeeds::<DefaultGenerator>::new(1, 0);
     let narrow = (0..(1_usize << 16) + 4)
         .into_par_iter()
-        .map(|walk| stream.generator(u64::from(walk as u16)));
+        .map(|walk| seeds.generator(u64::from(walk as u16)));
     let found = twice(windows(narrow, 64));
     println!(
         "4 walks of {} with the number of another: {found} windows twice",

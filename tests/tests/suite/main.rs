@@ -7,6 +7,7 @@ mod circle_walks;
 mod coverage;
 mod cube;
 mod cube_degrees;
+mod docs;
 mod embedded;
 mod kit;
 mod long;

@@ -3,58 +3,58 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::CircleLevel;
+use fredholm_circle::CircleQuadrature;
 use fredholm_core::Estimator;
 use fredholm_core::galerkin::{PairIntegral, PairKind, PairTable, Pairs, Partition, Piecewise};
-use fredholm_cube::{CubeLevel, model};
-use fredholm_room::{Choice, Grading, Room, RoomLevel, RoomPairs, Tables};
+use fredholm_cube::{CubeQuadrature, model};
+use fredholm_room::{Choice, Grading, Room, RoomPairs, RoomQuadrature, Tables};
 use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};
 use fredholm_tests::cube::{ALL, with_pointwise, with_smooth};
 use fredholm_tests::description::PointOf;
 use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, square};
 use fredholm_tests::{Description, Offers, examine};
 use fredholm_variance::{
-    Analysis, Chosen, Density, Pass, Possible, Row, Setting, Start, Terms, VarianceError,
-    VarianceModel, Worth, serially,
+    AllowedKinds, Analysis, Density, FigureOfMerit, PairCosts, PairSelection, Pass, Row, Start,
+    VarianceError, VarianceModel, VarianceSetup, serially,
 };
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
-const KINDS: [PairKind; 3] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::None];
+const KINDS: [PairKind; 3] = [PairKind::Galerkin, PairKind::Pointwise, PairKind::Dropped];
 
 /// What there is to know of a table.
-struct Looked {
-    worth: Worth,
-    chosen: Chosen,
+struct Evaluated {
+    merit: FigureOfMerit,
+    chosen: PairSelection,
 }
 
 /// No row in particular.
 const ALL_ROWS: usize = usize::MAX;
 
 /// What a pair may be if only this row may change.
-fn only(row: usize, pairs: PairTable<'_>, [i, j]: [usize; 2], of: Possible) -> Possible {
+fn only(row: usize, pairs: PairTable<'_>, [i, j]: [usize; 2], of: AllowedKinds) -> AllowedKinds {
     if row == ALL_ROWS || i == row {
         return of;
     }
     let kind = pairs.kind(i, j);
-    Possible {
+    AllowedKinds {
         galerkin: kind == PairKind::Galerkin,
         pointwise: of.pointwise.filter(|_| kind == PairKind::Pointwise),
-        left_out: kind == PairKind::None,
+        left_out: kind == PairKind::Dropped,
     }
 }
 
 /// From the first start of a model.
-fn look(model: &dyn VarianceModel, estimator: Estimator, terms: &Terms<'_>) -> Looked {
+fn look(model: &dyn VarianceModel, estimator: Estimator, terms: &PairCosts<'_>) -> Evaluated {
     let analysis = Analysis::new(model, estimator, &serially).unwrap();
     let predictions = [analysis.predict(0).unwrap()];
-    Looked {
-        worth: analysis.worth(&predictions, terms).unwrap(),
+    Evaluated {
+        merit: analysis.figure_of_merit(&predictions, terms).unwrap(),
         chosen: analysis.choose(&predictions, terms, &serially).unwrap(),
     }
 }
 
 /// From a row, a table and an estimator.
-type Look<'a> = dyn Fn(usize, &[u8], Estimator) -> Looked + 'a;
+type Look<'a> = dyn Fn(usize, &[u8], Estimator) -> Evaluated + 'a;
 
 /// A small problem: analyses a table of its pairs exactly.
 struct Case<'a> {
@@ -68,14 +68,14 @@ struct Case<'a> {
 }
 
 /// From the default: chosen, and chosen once more from that, as the program does; the best of what was looked at.
-fn theory(case: &Case<'_>, estimator: Estimator) -> (Vec<u8>, Worth) {
+fn theory(case: &Case<'_>, estimator: Estimator) -> (Vec<u8>, FigureOfMerit) {
     let first = (case.look)(ALL_ROWS, &case.default, estimator);
-    let mut best = (case.default.clone(), first.worth.clone());
+    let mut best = (case.default.clone(), first.merit.clone());
     let mut next = first.chosen.table;
     for _ in 0..2 {
         let looked = (case.look)(ALL_ROWS, &next, estimator);
-        if looked.worth.relative_to(&best.1) < 1.0 {
-            best = (next, looked.worth);
+        if looked.merit.relative_to(&best.1) < 1.0 {
+            best = (next, looked.merit);
         }
         next = looked.chosen.table;
     }
@@ -94,14 +94,14 @@ fn all_pointwise(case: &Case<'_>) -> Vec<u8> {
         if (case.allowed)(i, j, PairKind::Pointwise) {
             PairKind::Pointwise
         } else {
-            PairKind::None
+            PairKind::Dropped
         }
     })
 }
 
 fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
     let reflectance = [0.3, 0.7];
-    let off_diagonal = |entry: usize| {
+    let diagonal_rule = |entry: usize| {
         if entry / cells == entry % cells {
             PairKind::Pointwise as u8
         } else {
@@ -111,7 +111,7 @@ fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
     Case {
         name: format!("circle of {cells} cells, degree {}, at {at:?}", B - 1),
         cells,
-        default: (0..cells * cells).map(off_diagonal).collect(),
+        default: (0..cells * cells).map(diagonal_rule).collect(),
         allowed: Box::new(|_, _, _| true),
         look: Box::new(move |row, table, estimator| {
             let pairs = PairTable::new(table, cells).unwrap();
@@ -127,23 +127,24 @@ fn on_circle<const B: usize>(cells: usize, at: Option<f64>) -> Case<'static> {
                         LIGHT,
                         pairs,
                         |circle, neighbour, _| {
-                            let level =
-                                CircleLevel::new(circle, 2 * cells * (B + 1), B - 1).unwrap();
-                            let possible = |i, j| only(row, pairs, [i, j], level.possible());
-                            let terms = Terms {
+                            let quadrature =
+                                CircleQuadrature::new(circle, 2 * cells * (B + 1), B - 1).unwrap();
+                            let allowed =
+                                |i, j| only(row, pairs, [i, j], quadrature.allowed_kinds());
+                            let terms = PairCosts {
                                 cells,
-                                possible: &possible,
+                                allowed: &allowed,
                             };
                             let density = |_: &_| Density::uniform(TAU);
                             let start = match at {
                                 Some(s) => Start::At(circle.point(s)),
                                 None => Start::Density(&density),
                             };
-                            let setting = Setting {
+                            let setting = VarianceSetup {
                                 equation: circle,
                                 neighbour,
                                 pairs,
-                                level: &level,
+                                quadrature: &quadrature,
                                 galerkin: Some(galerkin),
                             };
                             let starts = [start];
@@ -181,22 +182,22 @@ fn on_cube(cells: usize, price: f64) -> Case<'static> {
                     pairs,
                     0.0,
                     |cube, neighbour, _| {
-                        let level = CubeLevel::new(cube, 8 * cells, 0).unwrap();
-                        let priced = Possible {
+                        let quadrature = CubeQuadrature::new(cube, 8 * cells, 0).unwrap();
+                        let priced = AllowedKinds {
                             pointwise: Some(price),
-                            ..level.possible(true)
+                            ..quadrature.allowed_kinds(true)
                         };
-                        let possible = |i, j| only(row, pairs, [i, j], priced);
-                        let terms = Terms {
+                        let allowed = |i, j| only(row, pairs, [i, j], priced);
+                        let terms = PairCosts {
                             cells,
-                            possible: &possible,
+                            allowed: &allowed,
                         };
                         let density = |_: &_| Density::uniform(1.0);
-                        let setting = Setting {
+                        let setting = VarianceSetup {
                             equation: cube,
                             neighbour,
                             pairs,
-                            level: &level,
+                            quadrature: &quadrature,
                             galerkin: Some(galerkin),
                         };
                         let starts = [Start::Density(&density)];
@@ -223,9 +224,9 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
         cells,
         default: kinds(Choice::Default),
         allowed: Box::new(move |i, j, kind| match kind {
-            PairKind::Galerkin => views.view(i, j) == fredholm_room::View::Evenly,
-            PairKind::Pointwise => views.view(i, j) != fredholm_room::View::Nothing,
-            PairKind::None => true,
+            PairKind::Galerkin => views.visibility(i, j) == fredholm_room::Visibility::FullBounded,
+            PairKind::Pointwise => views.visibility(i, j) != fredholm_room::Visibility::None,
+            PairKind::Dropped => true,
         }),
         look: Box::new(move |row, table, estimator| {
             let pairs = PairTable::new(table, cells).unwrap();
@@ -235,20 +236,20 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
             let coefficients = setup.matrix.coefficients();
             let g = setup.solution.source::<f64>(&coefficients, &pairs).unwrap();
             let neighbour = Piecewise::with_pointwise(&room, &coefficients, pairs, &v, &g).unwrap();
-            let level = RoomLevel::new(&room, 2 * cells, 0).unwrap();
-            let possible = |i, j| only(row, pairs, [i, j], level.possible(i, j));
+            let quadrature = RoomQuadrature::new(&room, 2 * cells, 0).unwrap();
+            let allowed = |i, j| only(row, pairs, [i, j], quadrature.allowed_kinds(i, j));
             setup.with::<f64, _>(Choice::Default, |_, galerkin, _, lengths| {
-                let terms = Terms {
+                let terms = PairCosts {
                     cells,
-                    possible: &possible,
+                    allowed: &allowed,
                 };
                 let length = lengths.last().copied().unwrap();
                 let density = |_: &_| Density::uniform(length);
-                let setting = Setting {
+                let setting = VarianceSetup {
                     equation: &room,
                     neighbour: &neighbour,
                     pairs,
-                    level: &level,
+                    quadrature: &quadrature,
                     galerkin: Some(galerkin),
                 };
                 let starts = [Start::Density(&density)];
@@ -262,7 +263,7 @@ fn in_room<'a>(drawing: &Drawing, setup: &'a Setup) -> Case<'a> {
 fn paper(case: &Case<'_>) -> Vec<u8> {
     with_kind(case, |i, j| match case.default.get(i * case.cells + j) {
         Some(0) => PairKind::Galerkin,
-        _ => PairKind::None,
+        _ => PairKind::Dropped,
     })
 }
 
@@ -285,7 +286,7 @@ fn small(check: impl Fn(&Case<'_>)) {
 /// What is predicted of a choice for one row before it is tried is what the analysis of it finds, and the work exactly so.
 ///
 /// The first variation leaves out terms of third order: its error is the change times the size of D in units of k, which
-/// is that of a cell, 1/n; in a room, where cells are uneven and h in S varies by a factor up to 1/r_min, four times that. Without b it would
+/// is that of a cell, 1/n; in a room, where cells are uneven and h in S varies by a factor up to 1/min_mass_ratio, four times that. Without b it would
 /// be wrong by a part of the change itself.
 #[test]
 fn a_row_does_what_is_predicted() {
@@ -300,8 +301,8 @@ fn a_row_does_what_is_predicted() {
             for row in (0..case.cells).step_by(1 + case.cells / 5) {
                 let before = (case.look)(row, &case.default, estimator);
                 let chosen = &before.chosen;
-                let after = (case.look)(row, &chosen.table, estimator).worth;
-                let found = after.variances[0] / before.worth.variances[0];
+                let after = (case.look)(row, &chosen.table, estimator).merit;
+                let found = after.variances[0] / before.merit.variances[0];
                 let change = (1.0 - found).abs();
                 let off = (chosen.variance - found).abs();
                 largest = largest.max(off / change.max(1e-9));
@@ -332,17 +333,17 @@ fn a_choice_is_an_improvement() {
             for from in [case.default.clone(), paper(case)] {
                 let before = (case.look)(ALL_ROWS, &from, estimator);
                 let chosen = &before.chosen;
-                let after = (case.look)(ALL_ROWS, &chosen.table, estimator).worth;
+                let after = (case.look)(ALL_ROWS, &chosen.table, estimator).merit;
                 println!(
                     "{} {estimator:?}: Var ζ times {:.4}, predicted {:.4}; work {:.2} for {:.2}",
                     case.name,
-                    after.variances[0] / before.worth.variances[0],
+                    after.variances[0] / before.merit.variances[0],
                     chosen.variance,
                     chosen.work,
-                    before.worth.work
+                    before.merit.work
                 );
-                let predicted = chosen.variance * chosen.work / before.worth.work;
-                let found = after.relative_to(&before.worth);
+                let predicted = chosen.variance * chosen.work / before.merit.work;
+                let found = after.relative_to(&before.merit);
                 assert!(
                     predicted <= 1.0 && found < 1.0 + 1e-9,
                     "{predicted} {found}"
@@ -365,7 +366,7 @@ fn no_other_choice_is_better() {
                 ("default", case.default.clone()),
                 ("pointwise", all_pointwise(case)),
             ] {
-                let other = (case.look)(ALL_ROWS, &other, estimator).worth;
+                let other = (case.look)(ALL_ROWS, &other, estimator).merit;
                 let ratio = theory.relative_to(&other);
                 print!(" {ratio:.3} of {name}");
                 assert!(ratio < 1.02, "{} {estimator:?} {name}", case.name);
@@ -395,8 +396,8 @@ fn nor_any_single_change() {
             for (pair, kind) in (0..table.len()).flat_map(|pair| KINDS.map(|kind| (pair, kind))) {
                 let mut other = table.clone();
                 other[pair] = kind as u8;
-                let worth = (case.look)(ALL_ROWS, &other, estimator).worth;
-                least = least.min(worth.relative_to(&theory));
+                let merit = (case.look)(ALL_ROWS, &other, estimator).merit;
+                least = least.min(merit.relative_to(&theory));
             }
             println!(
                 "{} {estimator:?}: the best change gives {least:.4}",
@@ -416,8 +417,8 @@ fn nor_any_single_change() {
             for number in 0..81_usize {
                 let digit = |pair: u32| (number / 3_usize.pow(pair) % 3) as u8;
                 let other: Vec<u8> = (0..4).map(digit).collect();
-                let worth = (case.look)(ALL_ROWS, &other, estimator).worth;
-                least = least.min(worth.relative_to(&theory));
+                let merit = (case.look)(ALL_ROWS, &other, estimator).merit;
+                least = least.min(merit.relative_to(&theory));
             }
             println!(
                 "{} {estimator:?}: the best table gives {least:.4}",
@@ -500,18 +501,18 @@ fn threads_do_not_matter() {
         LIGHT,
         pairs,
         |circle, neighbour, _| {
-            let level = CircleLevel::new(circle, 4 * cells, 0).unwrap();
-            let setting = Setting {
+            let quadrature = CircleQuadrature::new(circle, 4 * cells, 0).unwrap();
+            let setting = VarianceSetup {
                 equation: circle,
                 neighbour,
                 pairs,
-                level: &level,
+                quadrature: &quadrature,
                 galerkin: Some(neighbour),
             };
-            let possible = |_, _| level.possible();
-            let terms = Terms {
+            let allowed = |_, _| quadrature.allowed_kinds();
+            let terms = PairCosts {
                 cells,
-                possible: &possible,
+                allowed: &allowed,
             };
             let starts = [Start::At(circle.point(1.0))];
             let model = setting.with_starts(&starts).unwrap();
@@ -521,10 +522,10 @@ fn threads_do_not_matter() {
             let other = analysis.choose(&predictions, &terms, &order).unwrap();
             assert_eq!(one.table, other.table);
             assert_eq!(one.variance.to_bits(), other.variance.to_bits());
-            // A level whose sites are many cells cannot tell pairs apart.
-            let coarse = CircleLevel::new(circle, 20, 0).unwrap();
-            let of_coarse = Setting {
-                level: &coarse,
+            // A quadrature whose sites are many cells cannot tell pairs apart.
+            let coarse = CircleQuadrature::new(circle, 20, 0).unwrap();
+            let of_coarse = VarianceSetup {
+                quadrature: &coarse,
                 ..setting
             };
             assert_eq!(
@@ -532,7 +533,7 @@ fn threads_do_not_matter() {
                 VarianceError::Coarse { cell: 0 }
             );
             // Nor is there a choice where h of pairs in S is not known.
-            let without = Setting {
+            let without = VarianceSetup {
                 galerkin: None,
                 ..setting
             };
@@ -545,7 +546,7 @@ fn threads_do_not_matter() {
 }
 
 /// Why there is no choice.
-fn refusal(model: &dyn VarianceModel, terms: &Terms<'_>) -> VarianceError {
+fn refusal(model: &dyn VarianceModel, terms: &PairCosts<'_>) -> VarianceError {
     let analysis = Analysis::new(model, Estimator::Absorption, &serially).unwrap();
     let predictions = [analysis.predict(0).unwrap()];
     analysis.choose(&predictions, terms, &serially).unwrap_err()

@@ -4,12 +4,12 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 
 use fredholm_circle::{Circle, Harmonic, MeanOver};
-use fredholm_core::galerkin::OffDiagonal;
+use fredholm_core::galerkin::DiagonalRule;
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
     At, Batch, Equation, Estimator, Functional, Goal, Goals, Job, MIN_BATCHES, Neighbour,
-    NeighbourOf, NotFinite, Plan, PlanError, Real, Schedule, Statistics, StopReason, Task,
-    Tolerance, Uniforms, WalkOptions,
+    NeighbourOf, NotFinite, Real, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
+    Task, Tolerance, Uniforms, WalkOptions,
 };
 use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, Outcome, RunError, run};
@@ -17,7 +17,7 @@ use fredholm_tests::check::means;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 
 type OnScene<'a, F> = Circle<'a, F, Harmonic>;
-type Lights<'a, F> = OnCircle<'a, F, Harmonic, OffDiagonal>;
+type Lights<'a, F> = OnCircle<'a, F, Harmonic, DiagonalRule>;
 
 /// A point or a mean, as one type.
 enum Start<'a, 'b, F: Real> {
@@ -34,10 +34,10 @@ impl<'b, F: Real> Functional<OnScene<'b, F>> for Start<'_, 'b, F> {
     }
 }
 
-/// What is run: a plan, what walks have in common, and a time limit.
+/// What is run: run options, what walks have in common, and a time limit.
 #[derive(Clone, Copy)]
 struct Asked {
-    plan: Plan,
+    run_options: RunOptions,
     walks: WalkOptions,
     time_limit: Option<Duration>,
 }
@@ -45,9 +45,9 @@ struct Asked {
 impl Asked {
     fn new(walks: u64, batch: u64) -> Self {
         Self {
-            plan: Plan {
+            run_options: RunOptions {
                 batch,
-                ..Plan::new(walks)
+                ..RunOptions::new(walks)
             },
             walks: WalkOptions::default(),
             time_limit: None,
@@ -65,11 +65,11 @@ fn with_job<F: Real, R>(
         let mean = MeanOver::new(circle, 1.0, 4.0).unwrap();
         let goals = [
             Goal {
-                neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
+                control_mean: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
                 functional: Start::Point(At(x0)),
             },
             Goal {
-                neighbour_value: Some(mean.of(v)),
+                control_mean: Some(mean.of(v)),
                 functional: Start::Mean(mean),
             },
         ];
@@ -81,7 +81,7 @@ fn with_job<F: Real, R>(
 fn on_threads<F: Real>(threads: usize, asked: &Asked, observer: &dyn Observer) -> Outcome {
     with_job::<F, _>(asked.walks, |job| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let run = || run(job, &asked.plan, asked.time_limit, observer);
+        let run = || run(job, &asked.run_options, asked.time_limit, observer);
         pool.build().unwrap().install(run).unwrap()
     })
 }
@@ -91,7 +91,7 @@ fn the_same_bits_for_any_number_of_threads() {
     fn check<F: Real>(estimator: Estimator, tolerance: Option<Tolerance>) {
         let mut asked = Asked::new(100_001, 1000);
         asked.walks.estimator = estimator;
-        asked.plan.tolerance = tolerance;
+        asked.run_options.tolerance = tolerance;
         let one = on_threads::<F>(1, &asked, &());
         for threads in [1, 2, 3, 7] {
             let other = on_threads::<F>(threads, &asked, &());
@@ -114,7 +114,7 @@ fn the_same_bits_for_any_number_of_threads() {
 #[test]
 fn a_tolerance_is_reached_for_every_goal_or_said_not_to_be() {
     let mut asked = Asked::new(1_000_000, 1000);
-    asked.plan.tolerance = Some(Tolerance::Absolute(8e-4));
+    asked.run_options.tolerance = Some(Tolerance::Absolute(8e-4));
     let reached = on_threads::<f64>(2, &asked, &());
     assert_eq!(reached.stop, StopReason::Done);
     for statistics in &reached.statistics {
@@ -124,18 +124,18 @@ fn a_tolerance_is_reached_for_every_goal_or_said_not_to_be() {
     // The mean varies more than the point, so it needs more walks.
     assert!(reached.statistics[0].walks() < reached.statistics[1].walks());
 
-    asked.plan.walks = 20_000;
-    asked.plan.tolerance = Some(Tolerance::Absolute(1e-5));
+    asked.run_options.walks = 20_000;
+    asked.run_options.tolerance = Some(Tolerance::Absolute(1e-5));
     let missed = on_threads::<f64>(2, &asked, &());
     assert_eq!(missed.stop, StopReason::ToleranceNotReached);
     assert!(missed.statistics.iter().all(|s| s.walks() == 20_000));
 
     // Even where the error bar is small enough at once, a few batches are not believed.
-    asked.plan.walks = 15_000;
-    asked.plan.tolerance = Some(Tolerance::Absolute(1.0));
+    asked.run_options.walks = 15_000;
+    asked.run_options.tolerance = Some(Tolerance::Absolute(1.0));
     let stop = on_threads::<f64>(2, &asked, &()).stop;
     assert_eq!(stop, StopReason::ToleranceNotReached);
-    asked.plan.walks = 16_000;
+    asked.run_options.walks = 16_000;
     let stop = on_threads::<f64>(2, &asked, &()).stop;
     assert_eq!(stop, StopReason::Done);
 }
@@ -203,19 +203,19 @@ fn a_time_limit_ends_a_run_of_long_walks() {
     let circle = Circle::new(tables.cells(), LIGHT, 1e-12).unwrap();
     let goals = [Goal {
         functional: At(circle.point(0.3)),
-        neighbour_value: Some(0.0),
+        control_mean: Some(0.0),
     }];
     let limit = Some(Duration::from_millis(50));
     let start = std::time::Instant::now();
     let none = fredholm_core::NoNeighbour::<OnScene<'_, f64>>::new();
     let job = Goals::new(&circle, &none, &goals, WalkOptions::default());
-    let cut = run(&job, &Plan::new(1_000_000), limit, &()).unwrap();
+    let cut = run(&job, &RunOptions::new(1_000_000), limit, &()).unwrap();
     assert_eq!(cut.stop, StopReason::TimeLimit);
     // A walk of a million states takes some 10 ms; a batch of them would take a minute.
     assert!(start.elapsed() < Duration::from_secs(10));
     assert!(cut.statistics[0].walks() > 0);
     assert_eq!(
-        cut.statistics[0].endings().step_limit,
+        cut.statistics[0].terminations().step_limit,
         cut.statistics[0].walks()
     );
 }
@@ -226,14 +226,14 @@ fn another_generator_gives_other_bits_and_the_same_mean() {
     with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, _| {
         let x0 = circle.point(0.3);
         let goals = [Goal {
-            neighbour_value: Some(neighbour.value(&neighbour.locate(x0))),
+            control_mean: Some(neighbour.value(&neighbour.locate(x0))),
             functional: At(x0),
         }];
-        let plan = Plan::new(100_000);
+        let run_options = RunOptions::new(100_000);
         let default = Goals::new(circle, neighbour, &goals, WalkOptions::default());
         let chacha = default.with_generator::<rand::rngs::ChaCha8Rng>();
-        let default = run(&default, &plan, None, &()).unwrap();
-        let chacha = run(&chacha, &plan, None, &()).unwrap();
+        let default = run(&default, &run_options, None, &()).unwrap();
+        let chacha = run(&chacha, &run_options, None, &()).unwrap();
         assert_ne!(default.statistics, chacha.statistics);
         for outcome in [default, chacha] {
             means(&outcome.statistics[0], Some(LIGHT.solution(0.3)), 1e-13)
@@ -245,34 +245,43 @@ fn another_generator_gives_other_bits_and_the_same_mean() {
 
 #[test]
 fn impossible_plans_are_refused() {
-    let refused = |plan| {
-        with_job::<f64, _>(WalkOptions::default(), |job| run(job, &plan, None, &())).unwrap_err()
+    let refused = |run_options| {
+        with_job::<f64, _>(WalkOptions::default(), |job| {
+            run(job, &run_options, None, &())
+        })
+        .unwrap_err()
     };
-    let no_walks = RunError::Plan(PlanError::NoWalks);
-    assert_eq!(refused(Plan::new(0)), no_walks);
-    assert_eq!(refused(Asked::new(10, 0).plan), no_walks);
+    let no_walks = RunError::Options(RunOptionsError::NoWalks);
+    assert_eq!(refused(RunOptions::new(0)), no_walks);
+    assert_eq!(refused(Asked::new(10, 0).run_options), no_walks);
     for bound in [0.0, -1.0, f64::NAN] {
-        let mut plan = Plan::new(10);
-        plan.tolerance = Some(Tolerance::Absolute(bound));
-        assert_eq!(refused(plan), RunError::Plan(PlanError::Tolerance));
+        let mut run_options = RunOptions::new(10);
+        run_options.tolerance = Some(Tolerance::Absolute(bound));
+        assert_eq!(
+            refused(run_options),
+            RunError::Options(RunOptionsError::Tolerance)
+        );
     }
     with_job::<f64, _>(WalkOptions::default(), |job| {
         let mut none = *job;
         none.goals = &[];
-        let error = run(&none, &Plan::new(1), None, &()).unwrap_err();
+        let error = run(&none, &RunOptions::new(1), None, &()).unwrap_err();
         assert_eq!(error, RunError::NoGoal);
     });
 }
 
 /// One batch after the other, each in pieces: the schedule and nothing else.
-fn one_by_one(job: &dyn Job, plan: Plan) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
-    let mut schedule = Schedule::new(plan).unwrap();
+fn one_by_one(
+    job: &dyn Job,
+    run_options: RunOptions,
+) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
+    let mut schedule = Schedule::new(run_options).unwrap();
     let mut statistics = vec![Statistics::default(); job.goals()];
     let mut stops = vec![None; job.goals()];
     while stops.contains(&None) {
         for index in schedule.stage() {
             for goal in (0..job.goals()).filter(|&goal| stops[goal].is_none()) {
-                let mut batch = Batch::new(index, plan.batch, plan.walks);
+                let mut batch = Batch::new(index, run_options.batch, run_options.walks);
                 while !batch.is_done() {
                     job.run(goal, &mut batch, 37)?;
                 }
@@ -289,14 +298,17 @@ fn one_by_one(job: &dyn Job, plan: Plan) -> Result<(Vec<Statistics>, StopReason)
 }
 
 /// The same goal by the runner for devices, 77 walks at a time.
-fn alone<E, N, T, G>(task: Task<'_, E, N, T, G>, plan: Plan) -> (Statistics, StopReason)
+fn alone<E, N, T, G>(
+    task: Task<'_, E, N, T, G>,
+    run_options: RunOptions,
+) -> (Statistics, StopReason)
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
-    let mut driver = Driver::new(task, plan).unwrap();
+    let mut driver = Driver::new(task, run_options).unwrap();
     loop {
         if let Some(stop) = driver.poll(77).unwrap().stop {
             return (driver.statistics(), stop);
@@ -307,7 +319,7 @@ where
 #[test]
 fn every_runner_stops_every_goal_after_the_same_walk() {
     use StopReason::{Done, ToleranceNotReached};
-    let plans = [
+    let cases = [
         (40_001, None, Done, [40_001; 2]),
         (60_001, Some(Tolerance::Absolute(3e-3)), Done, [2400, 5600]),
         (60_001, Some(Tolerance::Relative(6e-4)), Done, [2400, 5600]),
@@ -326,23 +338,23 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
             [701; 2],
         ),
     ];
-    for (walks, tolerance, expected, ends) in plans {
-        let plan = Plan {
+    for (walks, tolerance, expected, ends) in cases {
+        let run_options = RunOptions {
             walks,
             batch: 50,
             tolerance,
         };
         with_job::<f64, _>(WalkOptions::default(), |job| {
-            let (statistics, stop) = one_by_one(job, plan).unwrap();
+            let (statistics, stop) = one_by_one(job, run_options).unwrap();
             let walks: Vec<_> = statistics.iter().map(Statistics::walks).collect();
-            assert_eq!((stop, &walks[..]), (expected, &ends[..]), "{plan:?}");
+            assert_eq!((stop, &walks[..]), (expected, &ends[..]), "{run_options:?}");
             for threads in [1, 3] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let pool = pool.build().unwrap();
-                let outcome = pool.install(|| run(job, &plan, None, &())).unwrap();
+                let outcome = pool.install(|| run(job, &run_options, None, &())).unwrap();
                 assert_eq!((&outcome.statistics, outcome.stop), (&statistics, stop));
             }
-            let alone = [0, 1].map(|goal| alone(job.task(goal).unwrap(), plan));
+            let alone = [0, 1].map(|goal| alone(job.task(goal).unwrap(), run_options));
             assert_eq!(alone.map(|(statistics, _)| statistics), statistics[..]);
             assert_eq!(alone.map(|(_, stop)| stop).into_iter().max(), Some(stop));
         });

@@ -1,10 +1,10 @@
 //! Rooms against known solutions; what the kit finds of them is in `matrix.rs`, what surfaces and points receive in
 //! `room_seen.rs`.
 
-use fredholm_core::{At, Estimator, Neighbour, Real, Statistics, Stream, rounding_floor};
+use fredholm_core::{At, Estimator, Neighbour, Real, Statistics, WalkSeeds, rounding_floor};
 use fredholm_room::{Choice, Grading, Material, MeanOver, RoomPairs, second_moment_radius};
 use fredholm_tests::Description;
-use fredholm_tests::check::{self, STANDARD_ERRORS, means, neighbour_equation, run};
+use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation, run};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{
     CHOICES, Drawing, SQUARE_VALUE, Setup, assert_ok, described, doorway, furnished, glowing,
@@ -24,13 +24,13 @@ fn run_means<F: Real>(
         let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
         let value = Some(mean.of(v));
         let all = run(
-            &task(equation, &mean, value, estimator, Stream::new(seed, 0)),
+            &task(equation, &mean, value, estimator, WalkSeeds::new(seed, 0)),
             walks,
         );
         let start = At(room.point(0, 0.37).unwrap());
         let value = Some(neighbour.value(&neighbour.locate(start.0)).to_f64());
         let point = run(
-            &task(equation, &start, value, estimator, Stream::new(seed, 1)),
+            &task(equation, &start, value, estimator, WalkSeeds::new(seed, 1)),
             walks,
         );
         [all, point]
@@ -50,14 +50,15 @@ fn in_a_furnace_all_is_one() {
                         let what = format!("{choice:?}, {estimator:?}, eps {:e}", F::EPSILON);
                         let result = means(&statistics, Some(1.0), floor);
                         assert_ok(&drawing, &what, result);
-                        assert_eq!(statistics.endings().left, 0);
+                        assert_eq!(statistics.terminations().left, 0);
                     }
                 }
             }
         }
     }
-    at::<f64>(10_000);
-    at::<f32>(10_000);
+    let walks = if long() { 10_000 } else { 4_000 };
+    at::<f64>(walks);
+    at::<f32>(walks);
 }
 
 #[test]
@@ -155,7 +156,7 @@ fn polygon_by_nystrom(n: usize) -> f64 {
 /// With FREDHOLM_LONG in the environment so many walks are made that the order can be fitted.
 #[test]
 fn polygons_approach_the_circle() {
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let long = long();
     let exact = 6.0 / 7.0;
     let mut values = Vec::new();
     for (n, difference) in [
@@ -177,8 +178,8 @@ fn polygons_approach_the_circle() {
             let start = At(room.point(0, 0.5).unwrap());
             let value = Some(neighbour.value(&neighbour.locate(start.0)));
             let equation = (room, neighbour);
-            let stream = Stream::new(1, n as u64);
-            let point = task(equation, &start, value, Estimator::Absorption, stream);
+            let seeds = WalkSeeds::new(1, n as u64);
+            let point = task(equation, &start, value, Estimator::Absorption, seeds);
             run(&point, walks).preconditioned()
         });
         let (found, error) = (best.estimate - exact, best.std_error.unwrap());
@@ -294,9 +295,9 @@ fn a_furnished_room_passes_with_longer_runs() {
     setup.with::<f64, _>(Choice::Paper, |room, neighbour, v, lengths| {
         let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
         let coverage = check::coverage(0.0, |seed| {
-            let (value, stream) = (Some(mean.of(v)), Stream::new(seed, 0));
+            let (value, seeds) = (Some(mean.of(v)), WalkSeeds::new(seed, 0));
             let equation = (room, neighbour);
-            let task = task(equation, &mean, value, Estimator::Absorption, stream);
+            let task = task(equation, &mean, value, Estimator::Absorption, seeds);
             let control = run(&task, 4000).control();
             (control.estimate, control.std_error.unwrap())
         });
@@ -315,7 +316,7 @@ fn the_second_moments_exist() {
             emission: 1.0,
         });
         let setup = Setup::new::<f64>(&drawing, 60, Grading::default()).unwrap();
-        assert!(setup.solution.contraction < 0.7 * (1.0 + 1e-7));
+        assert!(setup.solution.radius_bound < 0.7 * (1.0 + 1e-7));
         let (scene, mesh) = (&setup.scene, &setup.mesh);
         let radius = second_moment_radius(scene, mesh, &setup.matrix, 0.2).unwrap();
         let exact = 0.49 / 0.8;

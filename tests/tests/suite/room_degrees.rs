@@ -2,14 +2,14 @@
 
 use fredholm_core::galerkin::{PairIntegral, TransitionMoments};
 use fredholm_core::{
-    At, Draws, Estimate, Estimator, Functional, Located, Neighbour, STEP_LIMIT, Statistics, Stream,
-    Task,
+    At, Estimate, Estimator, Functional, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics,
+    Task, WalkSeeds,
 };
 use fredholm_room::{
-    Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, View, neighbour_second_moment_radius,
-    r_min, second_moment_radius,
+    Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, Visibility, min_mass_ratio,
+    neighbour_second_moment_radius, second_moment_radius,
 };
-use fredholm_tests::check::run;
+use fredholm_tests::check::{long, run};
 use fredholm_tests::fit;
 use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, doorway, furnished, square};
 use rayon::prelude::*;
@@ -33,27 +33,27 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
     setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, neighbour, v, lengths| {
         let room = polynomials.room();
         let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-        let stream = |target| <Stream>::new(1, target);
+        let seeds = |target| <WalkSeeds>::new(1, target);
         let task = Task {
             equation: room,
             neighbour,
             functional: &mean,
-            neighbour_value: Some(mean.of(v)),
+            control_mean: Some(mean.of(v)),
             estimator: Estimator::Absorption,
-            stream: stream(0),
+            seeds: seeds(0),
             step_limit: STEP_LIMIT,
         };
         let all = run(&task, walks);
-        let mut draws = Draws(stream(u64::MAX).generator(0));
+        let mut draws = RngUniforms(seeds(u64::MAX).generator(0));
         let starts: Vec<_> = (0..points).map(|_| mean.start(&mut draws).0).collect();
         let at = |(number, &x): (usize, &_)| {
             let at = Task {
                 equation: room,
                 neighbour,
                 functional: &At(x),
-                neighbour_value: Some(neighbour.value(&neighbour.locate(x))),
+                control_mean: Some(neighbour.value(&neighbour.locate(x))),
                 estimator: Estimator::Absorption,
-                stream: stream(number as u64 + 1),
+                seeds: seeds(number as u64 + 1),
                 step_limit: STEP_LIMIT,
             };
             run(&at, 2000)
@@ -95,19 +95,21 @@ fn ratios<const B: usize>(drawing: &Drawing, unknowns: usize, walks: u64) -> [f6
 
 /// 2,000 unknowns in the furnished room: degrees 1 to 4 against 0, for the mean over all walls and
 /// as root mean square over 100 random points. Measured: 20 to 200 times. A standard deviation of
-/// 20,000 walks, most of whose scores are small, is uncertain by a few tens of per cent.
+/// 20,000 walks, most of whose scores are small, is uncertain by a few tens of per cent. Degrees 1 and 4 by day.
 #[test]
 fn a_furnished_room_is_ten_times_better_with_a_degree() {
     let drawing = furnished();
     let flat = ratios::<1>(&drawing, 2000, 20_000);
     let better = |found: [f64; 2]| [0, 1].map(|k| found[k] / flat[k]);
     let linear = better(ratios::<2>(&drawing, 2000, 20_000));
-    let quadratic = better(ratios::<3>(&drawing, 2000, 20_000));
-    let cubic = better(ratios::<4>(&drawing, 2000, 20_000));
-    let quartic = better(ratios::<5>(&drawing, 2000, 20_000));
-    println!("{linear:?} {quadratic:?} {cubic:?} {quartic:?}");
     assert!(linear.iter().all(|&times| times > 5.0), "{linear:?}");
-    for found in [quadratic, cubic, quartic] {
+    let mut higher = vec![better(ratios::<5>(&drawing, 2000, 20_000))];
+    if long() {
+        higher.push(better(ratios::<3>(&drawing, 2000, 20_000)));
+        higher.push(better(ratios::<4>(&drawing, 2000, 20_000)));
+    }
+    println!("{linear:?} {higher:?}");
+    for found in higher {
         assert!(found.iter().all(|&times| times > 10.0), "{found:?}");
     }
 }
@@ -164,9 +166,9 @@ fn degree_0_has_the_bits_of_the_room() {
                 equation: room,
                 neighbour,
                 functional: &mean,
-                neighbour_value: Some(value),
+                control_mean: Some(value),
                 estimator: Estimator::Absorption,
-                stream: <Stream>::new(1, 0),
+                seeds: <WalkSeeds>::new(1, 0),
                 step_limit: STEP_LIMIT,
             };
             let found = run(&task, 1000).preconditioned().estimate;
@@ -182,9 +184,9 @@ fn degree_0_has_the_bits_of_the_room() {
                 equation: room,
                 neighbour,
                 functional: &mean,
-                neighbour_value: Some(value),
+                control_mean: Some(value),
                 estimator: Estimator::Absorption,
-                stream: <Stream>::new(1, 0),
+                seeds: <WalkSeeds>::new(1, 0),
                 step_limit: STEP_LIMIT,
             };
             let found = run(&task, 1000).preconditioned().estimate;
@@ -239,12 +241,18 @@ fn some_pairs_have_what_they_have_among_all() {
     let is_asked_for = |i: usize, j: usize| (i + j).is_multiple_of(3);
     for drawing in [doorway(), furnished()] {
         let all = Setup::<B>::of_degree::<f64>(&drawing, 80, Grading::of_degree(B - 1)).unwrap();
-        let some = Matrix::of_pairs(&all.scene, &all.mesh, r_min(B - 1), B, &is_asked_for);
+        let some = Matrix::of_pairs(
+            &all.scene,
+            &all.mesh,
+            min_mass_ratio(B - 1),
+            B,
+            &is_asked_for,
+        );
         let (some, n) = (some.unwrap(), all.mesh.len());
         let mut seen = [0; 2];
         for i in 0..n {
             for j in 0..n {
-                let view = all.matrix.views().view(i, j);
+                let view = all.matrix.views().visibility(i, j);
                 let block = |matrix: &Matrix| {
                     let row = |a: usize| {
                         let from = (i * B + a) * n * B + j * B;
@@ -253,18 +261,18 @@ fn some_pairs_have_what_they_have_among_all() {
                     [row(0), row(1), row(2)].concat()
                 };
                 if !is_asked_for(i, j) {
-                    assert_eq!(some.views().view(i, j), View::Nothing);
+                    assert_eq!(some.views().visibility(i, j), Visibility::None);
                     assert_eq!(block(&some), [0.0; B * B]);
                     continue;
                 }
-                assert_eq!(some.views().view(i, j), view);
-                if view == View::Partly {
+                assert_eq!(some.views().visibility(i, j), view);
+                if view == Visibility::Partial {
                     // Rows may have been made less there.
                     seen[0] += 1;
                     let pairs = block(&some).into_iter().zip(block(&all.matrix));
                     assert!(pairs.into_iter().all(|(own, all)| own.abs() >= all.abs()));
                 } else {
-                    seen[1] += usize::from(view != View::Nothing);
+                    seen[1] += usize::from(view != Visibility::None);
                     assert_eq!(block(&some), block(&all.matrix));
                 }
             }

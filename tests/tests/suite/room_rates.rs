@@ -1,8 +1,8 @@
 //! How fast the standard deviation falls with the number of cells.
 
-use fredholm_core::{Estimator, STEP_LIMIT, Stream, Task};
+use fredholm_core::{Estimator, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_room::{Choice, Grading, MeanOver};
-use fredholm_tests::check::run;
+use fredholm_tests::check::{long, run};
 use fredholm_tests::fit;
 use fredholm_tests::room::{Drawing, Setup, doorway, facet, furnace, furnished, square};
 
@@ -27,9 +27,9 @@ fn deviations(
             equation: room,
             neighbour,
             functional: &mean,
-            neighbour_value: Some(mean.of(v)),
+            control_mean: Some(mean.of(v)),
             estimator: Estimator::Absorption,
-            stream: <Stream>::new(1, 0),
+            seeds: <WalkSeeds>::new(1, 0),
             step_limit: STEP_LIMIT,
         };
         let start = std::time::Instant::now();
@@ -62,12 +62,13 @@ fn slope(points: &[[f64; 3]]) -> f64 {
 
 /// Graded cells and default pairs: √Var ~ 1/n. A standard deviation over 20,000 walks is uncertain
 /// by some per cent (the kurtosis of ζ is high), the slope over a factor of 10 by 0.05. For the other
-/// choices, equal cells and the clock see `fredholm rates` and the README of the crate.
+/// choices, equal cells and the clock see `fredholm rates` and the README of the crate. Two rooms by day.
 #[test]
 fn with_graded_cells_the_standard_deviation_falls_like_one_over_n() {
-    for drawing in [square(), furnished(), doorway(), furnace(), facet()] {
+    let rooms = [square(), furnished(), doorway(), furnace(), facet()];
+    for drawing in rooms.iter().take(if long() { 5 } else { 2 }) {
         let points = [500, 1000, 2000, 5000]
-            .map(|cells| deviations(&drawing, cells, 3.0, Choice::Default, 20_000));
+            .map(|cells| deviations(drawing, cells, 3.0, Choice::Default, 20_000));
         let slope = slope(&points);
         println!("{}: slope {slope:.3}", drawing.name);
         assert!((slope + 1.0).abs() < 0.2, "{}: {slope}", drawing.name);

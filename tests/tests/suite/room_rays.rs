@@ -1,7 +1,9 @@
 //! No ray leaves a closed room; rays end where the nearest wall is.
 
-use fredholm_core::{DefaultGenerator, Draws, Real, Sampler, Stream, Uniforms};
-use fredholm_room::{Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, Views};
+use fredholm_core::{DefaultGenerator, Real, RngUniforms, Sampler, Uniforms, WalkSeeds};
+use fredholm_room::{
+    Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+};
 use fredholm_tests::room::{Drawing, crowd, scenes, square};
 
 /// Turned, shrunk and moved far away: no vertex that lies on a wall does so exactly.
@@ -47,9 +49,15 @@ fn tables<F: Real>(drawing: &Drawing) -> Tables<F> {
 /// vertices. Returns how many.
 fn rays<F: Real>(drawing: &Drawing, steps: u64) -> u64 {
     let tables = tables::<F>(drawing);
-    let room = Room::new(tables.geometry(), tables.cells(), Views::none(), 0.1).unwrap();
+    let room = Room::new(
+        tables.geometry(),
+        tables.cells(),
+        VisibilityTable::none(),
+        0.1,
+    )
+    .unwrap();
     let walls = room.geometry().walls();
-    let mut uniforms = Draws(Stream::<DefaultGenerator>::new(1, 0).generator(0));
+    let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
     let lost = |what: &str, x: [F; 2]| -> ! {
         panic!("{}, {what}: a ray from {x:?} is lost", drawing.name)
     };
@@ -119,8 +127,8 @@ fn the_hierarchy_finds_what_a_search_of_all_walls_finds() {
     for drawing in scenes().into_iter().chain([spiky(), crowd(3000)]) {
         let tables = tables::<f64>(&drawing);
         let geometry = tables.geometry();
-        let room = Room::new(geometry, tables.cells(), Views::none(), 0.1).unwrap();
-        let mut uniforms = Draws(Stream::<DefaultGenerator>::new(2, 0).generator(0));
+        let room = Room::new(geometry, tables.cells(), VisibilityTable::none(), 0.1).unwrap();
+        let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
         let mut draw = || -> f64 { uniforms.uniform() };
         for _ in 0..3_000 {
             let w = (draw() * geometry.walls().len() as f64) as usize;

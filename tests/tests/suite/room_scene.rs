@@ -234,9 +234,9 @@ fn meshes_and_matrices_that_are_none() {
         assert_eq!(mesh(9, exponent).unwrap_err(), RoomError::Grading);
     }
     let mesh = mesh(9, 3.0).unwrap();
-    for r_min in [-0.1, 1.1, f64::NAN] {
+    for min_mass_ratio in [-0.1, 1.1, f64::NAN] {
         assert_eq!(
-            Matrix::new(&scene, &mesh, r_min).unwrap_err(),
+            Matrix::new(&scene, &mesh, min_mass_ratio).unwrap_err(),
             RoomError::Ratio
         );
     }

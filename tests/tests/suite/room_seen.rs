@@ -1,6 +1,6 @@
 //! What surfaces and points of a room receive: irradiance, net fluxes, directions.
 
-use fredholm_core::{At, Estimator, Real, Stream};
+use fredholm_core::{At, Estimator, Real, WalkSeeds};
 use fredholm_room::{Choice, Grading, Irradiance, Material, MeanOver, Seen};
 use fredholm_tests::check::{STANDARD_ERRORS, means, run};
 use fredholm_tests::room::{
@@ -32,9 +32,9 @@ fn irradiance_needs_no_reflectance() {
         let x = room.point(0, 0.37).unwrap();
         let point = Irradiance { room, of: At(x) };
         let value = Some(room.irradiance_of(&x, v));
-        let stream = Stream::new(1, 0);
+        let seeds = WalkSeeds::new(1, 0);
         let statistics = run(
-            &task(equation, &point, value, Estimator::Collision, stream),
+            &task(equation, &point, value, Estimator::Collision, seeds),
             20_000,
         );
         assert_ok(&drawing, "irradiance", means(&statistics, Some(1.0), 1e-13));
@@ -43,7 +43,7 @@ fn irradiance_needs_no_reflectance() {
             of: MeanOver::new(room, lengths, 0..1).unwrap(),
         };
         let statistics = run(
-            &task(equation, &mean, None, Estimator::Absorption, stream),
+            &task(equation, &mean, None, Estimator::Absorption, seeds),
             20_000,
         );
         assert_ok(
@@ -77,11 +77,11 @@ fn an_open_scene_loses_light() {
                 &point,
                 Some(value),
                 Estimator::Collision,
-                Stream::new(1, 0),
+                WalkSeeds::new(1, 0),
             );
             let statistics = run(&walk, 20_000);
             assert_ok(&drawing, "plates", means(&statistics, Some(exact), 1e-14));
-            assert!(statistics.endings().left > 1000);
+            assert!(statistics.terminations().left > 1000);
         });
     }
 }
@@ -94,12 +94,12 @@ fn the_energy_of_a_furnace_is_balanced() {
     setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
         let equation = (room, neighbour);
         let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-        let stream = |target| Stream::new(1, target);
+        let seeds = |target| WalkSeeds::new(1, target);
         let walks = 100_000;
         let value = Some(mean.of(v));
-        let out = task(equation, &mean, value, Estimator::Absorption, stream(0));
+        let out = task(equation, &mean, value, Estimator::Absorption, seeds(0));
         let falls = Irradiance { room, of: mean };
-        let into = task(equation, &falls, None, Estimator::Absorption, stream(1));
+        let into = task(equation, &falls, None, Estimator::Absorption, seeds(1));
         let [out, into] = [run(&out, walks), run(&into, walks)].map(|s| s.preconditioned());
         let [a, b] = [out, into].map(|e| e.std_error.unwrap());
         println!("u {} ± {a}, H {} ± {b} W/m²", out.estimate, into.estimate);
@@ -126,9 +126,9 @@ fn a_point_between_walls_sees_them() {
     setup.with::<f64, _>(Choice::Default, |room, neighbour, _, _| {
         let seen = |position| {
             let seen = Seen { room, position };
-            let stream = Stream::new(1, 0);
+            let seeds = WalkSeeds::new(1, 0);
             let estimator = Estimator::Collision;
-            let task = task((room, neighbour), &seen, None, estimator, stream);
+            let task = task((room, neighbour), &seen, None, estimator, seeds);
             run(&task, 50_000).plain()
         };
         let inside = seen([0.3, 0.2]);
@@ -213,8 +213,8 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
                     assert!(off < rounding, "{} {place:?} {share}", drawing.name);
                     if inside && i % 100 == 0 {
                         let (equation, value) = ((room, neighbour), Some(value));
-                        let stream = Stream::new(1, u64::from(i));
-                        let task = task(equation, &seen, value, Estimator::Absorption, stream);
+                        let seeds = WalkSeeds::new(1, u64::from(i));
+                        let task = task(equation, &seen, value, Estimator::Absorption, seeds);
                         let control = run(&task, 4000).control();
                         let sigma = control.std_error.unwrap();
                         assert!(

@@ -2,7 +2,8 @@
 
 use fredholm_core::galerkin::Piecewise;
 use fredholm_room::{
-    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Segment, Tables, Views, Wall,
+    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Segment, Tables,
+    VisibilityTable, Wall,
 };
 use fredholm_tests::check::neighbour_equation;
 use fredholm_tests::room::{CHOICES, Setup, assert_ok, block, described};
@@ -12,7 +13,7 @@ use fredholm_tests::room::{CHOICES, Setup, assert_ok, block, described};
 fn no_views_are_right_too() {
     let setup = Setup::new::<f64>(&block(), 24, Grading::default()).unwrap();
     let tables = Tables::<f64>::new(&setup.scene, &setup.mesh);
-    let views = Views::none();
+    let views = VisibilityTable::none();
     let room = Room::new(tables.geometry(), tables.cells(), views, 0.2).unwrap();
     for choice in CHOICES {
         let pairs = RoomPairs { views, choice };
@@ -114,16 +115,16 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(cells(&edges[..2], &[0], &[0, 1]), bad);
     let twice = [edge(0.0), edge(0.0), edge(1.0)];
     assert_eq!(cells(&twice, &[0, 0], &[0, 2]), bad);
-    assert_eq!(Views::new(&[0; 4], 2).err(), None);
-    assert_eq!(Views::new(&[4; 4], 2).err(), bad);
+    assert_eq!(VisibilityTable::new(&[0; 4], 2).err(), None);
+    assert_eq!(VisibilityTable::new(&[4; 4], 2).err(), bad);
     let length = RoomError::Length {
         expected: 4,
         found: 3,
     };
-    assert_eq!(Views::new(&[0; 3], 2).err(), Some(length));
+    assert_eq!(VisibilityTable::new(&[0; 3], 2).err(), Some(length));
     for absorption in [0.0, 1.0, f64::NAN] {
         let cells = Cells::new(&good, &edges, &[0, 0], &[0, 2]).unwrap();
-        let room = Room::new(good, cells, Views::none(), absorption);
+        let room = Room::new(good, cells, VisibilityTable::none(), absorption);
         assert_eq!(room.err(), Some(RoomError::Absorption));
     }
 }

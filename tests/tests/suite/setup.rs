@@ -1,10 +1,10 @@
 //! What is computed before walks has the same bits, whatever is known at compile time.
 
-use fredholm_circle::{Circle, Harmonic, Polynomials, Tables};
+use fredholm_circle::{Circle, Harmonic, Tables};
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Dense, GalerkinMatrix, OffDiagonal, PairKind, Solution};
+use fredholm_core::galerkin::{Dense, DiagonalRule, GalerkinMatrix, PairKind, Solution};
 use fredholm_cube::{Cube, Product, ProductTables, Rule, functions, table};
-use fredholm_room::{Enclosure, Grading, Material, Matrix, Mesh, Scene, Surface, r_min};
+use fredholm_room::{Enclosure, Grading, Material, Matrix, Mesh, Scene, Surface, min_mass_ratio};
 
 /// FNV-1a of the bits.
 fn hash(numbers: impl IntoIterator<Item = f64>) -> u64 {
@@ -14,18 +14,18 @@ fn hash(numbers: impl IntoIterator<Item = f64>) -> u64 {
     })
 }
 
-/// v, G in both scalars with this kind of diagonal, the contraction and the last residual.
+/// v, G in both scalars with this kind of diagonal, the bound of the radius and the last residual.
 fn of_solution(
     solution: &Solution,
     matrix: &dyn GalerkinMatrix<Scalar = f64>,
     diagonal: PairKind,
 ) -> u64 {
-    let pairs = OffDiagonal { diagonal };
+    let pairs = DiagonalRule { diagonal };
     let wide = solution.for_walks::<f64, _>(matrix, pairs).unwrap();
     let narrow = solution.for_walks::<f32, _>(matrix, pairs).unwrap();
     let narrow = narrow.source().iter().copied().map(f64::from);
     let numbers = wide.v().iter().chain(wide.source()).copied().chain(narrow);
-    hash(numbers.chain([solution.contraction, solution.solve.residual]))
+    hash(numbers.chain([solution.radius_bound, solution.convergence.residual]))
 }
 
 fn circle<const B: usize>() -> u64 {
@@ -36,9 +36,9 @@ fn circle<const B: usize>() -> u64 {
     };
     let tables = Tables::<f64>::new(&[0.3, 0.7], 50).unwrap();
     let circle = Circle::new(tables.cells(), light, 0.2).unwrap();
-    let polynomials = Polynomials::<_, _, B>::new(&circle);
+    let polynomials = circle.with_functions::<B>();
     let solution = polynomials.solve(1e-13, 1000).unwrap();
-    of_solution(&solution, &polynomials, PairKind::None)
+    of_solution(&solution, &polynomials, PairKind::Dropped)
 }
 
 #[test]
@@ -74,14 +74,14 @@ fn cube<const D: usize, const B: usize>(cells: usize) -> [u64; 5] {
     let tables = ProductTables::new(&product, rule).unwrap();
     let by_axes = product.solve(&tables, rule, 1e-13, 1000).unwrap();
     let radii = [
-        cube.neighbour_radius(&dense).unwrap(),
-        tables.neighbour_radius(0.2).unwrap(),
+        cube.neighbour_second_moment_radius(&dense).unwrap(),
+        tables.neighbour_second_moment_radius(0.2).unwrap(),
         tables.absolute_radius().unwrap(),
     ];
     [
         hash(entries.iter().copied()),
-        of_solution(&by_table, &dense, PairKind::None),
-        of_solution(&by_axes, &tables, PairKind::None),
+        of_solution(&by_table, &dense, PairKind::Dropped),
+        of_solution(&by_axes, &tables, PairKind::Dropped),
         hash(tables.entries().iter().copied()),
         hash(radii),
     ]
@@ -156,7 +156,7 @@ fn room<const B: usize>() -> [u64; 2] {
     ];
     let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
     let mesh = Mesh::new::<f64>(&scene, 60, Grading::of_degree(B - 1)).unwrap();
-    let matrix = Matrix::with_functions(&scene, &mesh, r_min(B - 1), B).unwrap();
+    let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B).unwrap();
     let solution = matrix.solve(&scene, &mesh, 1e-13, 1000).unwrap();
     let views = matrix.views().table().iter().map(|&view| f64::from(view));
     [

@@ -11,11 +11,13 @@ struct Copy {
 }
 
 impl Copy {
-    fn new() -> Self {
+    /// With these files of the template, besides those that every copy has.
+    fn new(name: &str, more: &[&str]) -> Self {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let root = here.parent().unwrap();
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("my-equation");
-        for file in ["Cargo.toml", "src/lib.rs", "tests/conformance.rs"] {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        let files = ["Cargo.toml", "src/lib.rs", "tests/conformance.rs"];
+        for file in files.iter().chain(more) {
             let to = folder.join(file);
             fs::create_dir_all(to.parent().unwrap()).unwrap();
             fs::copy(here.join("template").join(file), to).unwrap();
@@ -25,6 +27,13 @@ impl Copy {
         copy.edit("Cargo.toml", |text| {
             text.replace("../../", &format!("{}/", root.display())) + "\n[workspace]\n"
         });
+        if more.is_empty() {
+            // Nothing solves the equation, and the library takes its time to compile.
+            copy.edit("Cargo.toml", |text| {
+                let lines = text.lines().filter(|line| !line.starts_with("fredholm ="));
+                lines.map(|line| line.to_owned() + "\n").collect()
+            });
+        }
         fs::copy(root.join("Cargo.lock"), copy.folder.join("Cargo.lock")).unwrap();
         copy
     }
@@ -41,8 +50,14 @@ impl Copy {
 
     /// What rustc says of it.
     fn check(&self) -> Result<(), String> {
+        self.cargo(&["check", "--tests"])
+    }
+
+    /// What cargo says if it fails.
+    fn cargo(&self, command: &[&str]) -> Result<(), String> {
         let output = Command::new(env!("CARGO"))
-            .args(["check", "--quiet", "--offline", "--tests", "--color=never"])
+            .args(command)
+            .args(["--quiet", "--offline", "--color=never"])
             .arg("--target-dir")
             .arg(self.folder.join("target"))
             .current_dir(&self.folder)
@@ -71,7 +86,9 @@ fn without(name: &str) -> impl Fn(&str) -> String {
 /// The error of this code that the guide shows, as the lines that do not depend on where the copy
 /// stands: the error, its label, and our notes.
 fn shown(first: &str) -> Vec<&'static str> {
-    let (_, rest) = include_str!("../../README.md").split_once(first).unwrap();
+    let (_, rest) = include_str!("../../conformance/README.md")
+        .split_once(first)
+        .unwrap();
     let (block, _) = rest.split_once("```").unwrap();
     let lines = block.lines().map(str::trim);
     lines
@@ -79,9 +96,50 @@ fn shown(first: &str) -> Vec<&'static str> {
         .collect()
 }
 
+/// All of it, with its tests and the program that solves the equation; with `FREDHOLM_LONG=1`.
+#[test]
+fn a_copy_passes_its_tests_and_solves() {
+    if !fredholm_tests::check::long() {
+        return;
+    }
+    let copy = Copy::new(
+        "my-solved-equation",
+        &["examples/solve.rs", "tests/solve.rs"],
+    );
+    for command in [&["test"][..], &["run", "--example", "solve"]] {
+        copy.cargo(command).unwrap_or_else(|said| panic!("{said}"));
+    }
+}
+
+/// Published packages, each with its version: without the paths a copy builds from the registry.
+#[test]
+fn the_template_depends_on_published_packages_alone() {
+    let manifest = include_str!("../../template/Cargo.toml");
+    let dependencies = manifest.lines().filter(|line| line.starts_with("fredholm"));
+    for line in dependencies {
+        let (name, _) = line.split_once(' ').unwrap();
+        assert!(line.contains("version = "), "{line}");
+        let release = include_str!("../../../.ci/release");
+        let (_, packages) = release.split_once("packages=(fredholm fredholm-{").unwrap();
+        let (packages, _) = packages.split_once('}').unwrap();
+        let published = name == "fredholm"
+            || packages
+                .split(',')
+                .any(|one| name == format!("fredholm-{one}"));
+        assert!(published, "{name} is not published");
+    }
+}
+
+#[test]
+fn the_guide_shows_the_program_of_the_template() {
+    let program = include_str!("../../template/examples/solve.rs");
+    let (_, program) = program.split_once('\n').unwrap();
+    assert!(include_str!("../../conformance/README.md").contains(program));
+}
+
 #[test]
 fn a_copy_builds_and_likely_mistakes_are_answered_as_the_guide_shows() {
-    let copy = Copy::new();
+    let copy = Copy::new("my-equation", &[]);
     copy.check().unwrap_or_else(|said| panic!("{said}"));
 
     let kernel = without("Kernel");

@@ -1,8 +1,8 @@
 //! The seams of the core, on the toy problem: no other crate is involved.
 
-use fredholm_core::galerkin::{Dense, GalerkinError, Piecewise, PointwiseSource, contraction};
+use fredholm_core::galerkin::{Dense, GalerkinError, Piecewise, PointwiseSource, max_row_sum};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Functional, NoNeighbour, Real, STEP_LIMIT, Stream, Task,
+    At, DefaultGenerator, Estimator, Functional, NoNeighbour, Real, STEP_LIMIT, Task, WalkSeeds,
 };
 use fredholm_tests::check::{means, run};
 use fredholm_tests::galerkin::Tables;
@@ -55,11 +55,11 @@ fn mean_test<F: Real, const B: usize>(pairs: Bands, spoil: f64) -> f64 {
         let floor = 40.0 * F::EPSILON.to_f64();
         let mut std_dev = 0.0;
         for estimator in [Estimator::Absorption, Estimator::Collision] {
-            let mut stream = 0;
-            let mut check = |statistics: &dyn Fn(Stream) -> fredholm_core::Statistics,
+            let mut number = 0;
+            let mut check = |statistics: &dyn Fn(WalkSeeds) -> fredholm_core::Statistics,
                              exact: f64| {
-                stream += 1;
-                let statistics = statistics(Stream::new(1, stream));
+                number += 1;
+                let statistics = statistics(WalkSeeds::new(1, number));
                 means(&statistics, Some(exact), floor)
                     .ok()
                     .unwrap_or_else(|e| {
@@ -86,15 +86,15 @@ fn task<'a, F: Real, N, T: Functional<Toy<F>>>(
     neighbour: &'a N,
     functional: &'a T,
     estimator: Estimator,
-    stream: Stream,
+    seeds: WalkSeeds,
 ) -> Task<'a, Toy<F>, N, T, DefaultGenerator> {
     Task {
         equation,
         neighbour,
         functional,
-        neighbour_value: None,
+        control_mean: None,
         estimator,
-        stream,
+        seeds,
         step_limit: STEP_LIMIT,
     }
 }
@@ -120,9 +120,9 @@ fn spoiled_row_sums_of_one_are_refused() {
     let toy = Toy::<f64>::new(CELLS);
     let (mut matrix, _) = toy.galerkin::<1>();
     matrix.iter_mut().for_each(|k| *k *= 1.05);
-    assert!(contraction(&toy.coefficients::<1>(&matrix)).is_ok());
+    assert!(max_row_sum(&toy.coefficients::<1>(&matrix)).is_ok());
     matrix.iter_mut().for_each(|k| *k *= 2.0);
-    let error = contraction(&toy.coefficients::<1>(&matrix)).unwrap_err();
+    let error = max_row_sum(&toy.coefficients::<1>(&matrix)).unwrap_err();
     assert!(matches!(error, GalerkinError::RowSum { .. }), "{error}");
 }
 
@@ -131,9 +131,9 @@ fn plain_results_have_the_same_bits_with_and_without_a_neighbour() {
     with_neighbour::<f64, 2, _>(MIXED, 0.0, |toy, neighbour| {
         let none = NoNeighbour::<Toy<f64>>::new();
         for estimator in [Estimator::Absorption, Estimator::Collision] {
-            let stream = Stream::new(3, 1);
-            let with = run(&task(toy, neighbour, &Mean, estimator, stream), 10_000);
-            let without = run(&task(toy, &none, &Mean, estimator, stream), 10_000);
+            let seeds = WalkSeeds::new(3, 1);
+            let with = run(&task(toy, neighbour, &Mean, estimator, seeds), 10_000);
+            let without = run(&task(toy, &none, &Mean, estimator, seeds), 10_000);
             assert_eq!(with.plain(), without.plain());
             assert_eq!(without.plain(), without.preconditioned());
         }
@@ -148,7 +148,7 @@ fn a_batch_stopped_anywhere_goes_on_with_the_same_bits() {
             neighbour,
             &Mean,
             Estimator::Absorption,
-            Stream::new(1, 0),
+            WalkSeeds::new(1, 0),
         );
         let mut whole = fredholm_core::Batch::new(2, 100, 250);
         whole.run(&task, u64::MAX).unwrap();

@@ -2,20 +2,21 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{CircleLevel, MeanOver};
+use fredholm_circle::{CircleQuadrature, MeanOver};
 use fredholm_core::galerkin::Pairs;
 use fredholm_core::{
-    At, Equation, Estimator, Functional, Goal, Goals, Neighbour, NeighbourOf, Plan, WalkOptions,
+    At, Equation, Estimator, Functional, Goal, Goals, Neighbour, NeighbourOf, RunOptions,
+    WalkOptions,
 };
-use fredholm_cube::{CubeLevel, Mean, model};
+use fredholm_cube::{CubeQuadrature, Mean, model};
 use fredholm_rayon::{fill_rows, run};
-use fredholm_room::{Choice, Grading, RoomLevel};
+use fredholm_room::{Choice, Grading, RoomQuadrature};
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, RHO, with_piecewise, with_polynomials};
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
 use fredholm_variance::{
-    Analysis, Bounds, Density, Level, Parts, Pass, Prediction, Setting, Start,
+    Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, VarianceSetup,
 };
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
@@ -65,7 +66,7 @@ where
     for seed in 0..GROUPS {
         let goals = [Goal {
             functional,
-            neighbour_value: Some(value),
+            control_mean: Some(value),
         }];
         let options = WalkOptions {
             seed,
@@ -73,7 +74,7 @@ where
             ..WalkOptions::default()
         };
         let job = Goals::new(equation, neighbour, &goals, options);
-        let outcome = run(&job, &Plan::new(each), None, &()).unwrap();
+        let outcome = run(&job, &RunOptions::new(each), None, &()).unwrap();
         let statistics = &outcome.statistics[0];
         for (sums, of) in all
             .iter_mut()
@@ -104,7 +105,7 @@ where
 /// standard errors are taken up to κ = 30, and √(κ/30) times as many above.
 fn compare<E, N, S, L, T>(
     what: &str,
-    setting: Setting<'_, E, N, S, L>,
+    setting: VarianceSetup<'_, E, N, S, L>,
     start: Start<'_, L::Point>,
     functional: T,
     value: f64,
@@ -112,7 +113,7 @@ fn compare<E, N, S, L, T>(
     E: Equation<Scalar = f64, Point = L::Point> + Sync,
     N: NeighbourOf<E> + Sync,
     S: Pairs + Sync,
-    L: Level + Sync,
+    L: Quadrature + Sync,
     L::Point: Send + Sync,
     T: Functional<E> + Sync + Copy,
 {
@@ -201,12 +202,12 @@ fn bounded(what: &str, analysis: &Analysis<'_>, prediction: &Prediction, sd: f64
 fn on_circle(cells: usize) {
     for (pairs, name) in [(DEFAULT, ""), (PAPER, ", paper's pairs")] {
         with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, v| {
-            let level = CircleLevel::new(circle, nodes(), 0).unwrap();
-            let setting = Setting {
+            let quadrature = CircleQuadrature::new(circle, nodes(), 0).unwrap();
+            let setting = VarianceSetup {
                 equation: circle,
                 neighbour,
                 pairs,
-                level: &level,
+                quadrature: &quadrature,
                 galerkin: None,
             };
             let all = MeanOver::new(circle, 0.0, TAU).unwrap();
@@ -244,12 +245,12 @@ fn circles() {
 #[test]
 fn circles_of_degree() {
     with_polynomials::<f64, _, _, _, 4>(&RHO, 50, LIGHT, DEFAULT, |circle, neighbour, v| {
-        let level = CircleLevel::new(circle, 500, 3).unwrap();
-        let setting = Setting {
+        let quadrature = CircleQuadrature::new(circle, 500, 3).unwrap();
+        let setting = VarianceSetup {
             equation: circle,
             neighbour,
             pairs: DEFAULT,
-            level: &level,
+            quadrature: &quadrature,
             galerkin: None,
         };
         let all = MeanOver::new(circle, 0.0, TAU).unwrap();
@@ -270,13 +271,13 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
         (model.kernel.0, model.source),
         cells,
         |cube, neighbour, v| {
-            let level = CubeLevel::new(cube, nodes(), cube.degree()).unwrap();
+            let quadrature = CubeQuadrature::new(cube, nodes(), cube.degree()).unwrap();
             let pairs = ALL;
-            let setting = Setting {
+            let setting = VarianceSetup {
                 equation: cube,
                 neighbour,
                 pairs,
-                level: &level,
+                quadrature: &quadrature,
                 galerkin: None,
             };
             let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
@@ -320,16 +321,16 @@ fn rooms() {
         let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
         for choice in [Choice::Default, Choice::Paper] {
             setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {
-                let level = RoomLevel::new(room, 800, 0).unwrap();
+                let quadrature = RoomQuadrature::new(room, 800, 0).unwrap();
                 let pairs = fredholm_room::RoomPairs {
                     views: room.views(),
                     choice,
                 };
-                let setting = Setting {
+                let setting = VarianceSetup {
                     equation: room,
                     neighbour,
                     pairs,
-                    level: &level,
+                    quadrature: &quadrature,
                     galerkin: None,
                 };
                 let length = lengths.last().copied().unwrap();

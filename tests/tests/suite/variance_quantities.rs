@@ -2,13 +2,13 @@
 
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
 use fredholm_core::{
-    Estimator, Functional, Goal, Goals, Located, Neighbour, Plan, StateSpace, WalkOptions,
+    Estimator, Functional, Goal, Goals, Located, Neighbour, RunOptions, StateSpace, WalkOptions,
 };
-use fredholm_cube::{Cube, CubeLevel, Rule, Weighted, model};
+use fredholm_cube::{Cube, CubeQuadrature, Rule, Weighted, model};
 use fredholm_rayon::run;
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_variance::{
-    Analysis, Density, MeanCoefficients, Setting, Start, pair_quantities, serially,
+    Analysis, Density, MeanCoefficients, Start, VarianceSetup, pair_quantities, serially,
 };
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
@@ -31,12 +31,12 @@ fn quantities_are_those_of_their_definitions() {
     let mut g = [0.0; 2];
     neighbour_source(&dense, &pairs, &v, &mut g).unwrap();
     let neighbour = Piecewise::new(&cube, &dense, pairs, &v, &g).unwrap();
-    let level = CubeLevel::new(&cube, 400, 0).unwrap();
-    let setting = Setting {
+    let quadrature = CubeQuadrature::new(&cube, 400, 0).unwrap();
+    let setting = VarianceSetup {
         equation: &cube,
         neighbour: &neighbour,
         pairs,
-        level: &level,
+        quadrature: &quadrature,
         galerkin: None,
     };
     let density = |_: &_| Density::uniform(1.0);
@@ -217,7 +217,7 @@ struct Without;
 impl Pairs for Without {
     fn kind(&self, i: usize, j: usize) -> PairKind {
         if (i, j) == (1, 0) {
-            PairKind::None
+            PairKind::Dropped
         } else {
             PairKind::Galerkin
         }
@@ -229,12 +229,12 @@ impl Pairs for Without {
 fn infinite_variances_are_none() {
     let model = model::steep(1.0 / 3.0);
     with_degree::<f64, 1, _, _, _, 1>((model.kernel.0, model.source), 20, |cube, neighbour, _| {
-        let level = CubeLevel::new(cube, 200, 0).unwrap();
-        let setting = Setting {
+        let quadrature = CubeQuadrature::new(cube, 200, 0).unwrap();
+        let setting = VarianceSetup {
             equation: cube,
             neighbour,
             pairs: ALL,
-            level: &level,
+            quadrature: &quadrature,
             galerkin: None,
         };
         let starts = [Start::At([0.5])];
@@ -262,7 +262,7 @@ fn stand_in<E: StateSpace<Scalar = f64>>(
     x0: &Located<E::Point>,
     [phi, v]: [f64; 2],
 ) -> f64 {
-    functional.neighbour_value(x0, phi, v)
+    functional.control_estimate(x0, phi, v)
 }
 
 /// (v,Φ) of a weighted mean is not known: what stands for it varies with the start, and counts.
@@ -275,12 +275,12 @@ fn weights_have_a_variance_of_their_own() {
         cube.means(&weight, Rule::new(3).unwrap(), &mut means)
             .unwrap();
         let weighted = Weighted::new(cube, weight, &means, v).unwrap();
-        let level = CubeLevel::new(cube, 400, 0).unwrap();
-        let setting = Setting {
+        let quadrature = CubeQuadrature::new(cube, 400, 0).unwrap();
+        let setting = VarianceSetup {
             equation: cube,
             neighbour,
             pairs: ALL,
-            level: &level,
+            quadrature: &quadrature,
             galerkin: None,
         };
         let density = |x: &[f64; 1]| {
@@ -301,14 +301,14 @@ fn weights_have_a_variance_of_their_own() {
             let prediction = analysis.predict(0).unwrap();
             let goals = [Goal {
                 functional: weighted,
-                neighbour_value: None,
+                control_mean: None,
             }];
             let options = WalkOptions {
                 estimator,
                 ..WalkOptions::default()
             };
             let job = Goals::new(cube, neighbour, &goals, options);
-            let outcome = run(&job, &Plan::new(1 << 18), None, &()).unwrap();
+            let outcome = run(&job, &RunOptions::new(1 << 18), None, &()).unwrap();
             let sd = outcome.statistics[0].preconditioned().std_dev.unwrap();
             let predicted = prediction.preconditioned.unwrap().sqrt();
             assert!((predicted / sd - 1.0).abs() < 0.02, "{predicted} {sd}");

@@ -7,13 +7,13 @@ use core::f64::consts::TAU;
 use core::fmt::Write;
 
 use expect_test::expect_file;
-use fredholm_circle::{Circle, Polynomials, Tables};
+use fredholm_circle::{Circle, Tables};
 use fredholm_core::galerkin::{
     AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, TransitionMoments,
 };
 use fredholm_core::{
-    Batch, Draws, Equation, Estimator, Neighbour, NeighbourOf, NoNeighbour, STEP_LIMIT, Stream,
-    Task, Uniforms,
+    Batch, Equation, Estimator, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT, Task,
+    Uniforms, WalkSeeds,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
 use fredholm_room::{Grading, Room, RoomPairs};
@@ -28,7 +28,7 @@ const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision]
 
 /// 64 uniform numbers that no walk uses.
 fn numbers() -> Vec<f64> {
-    let mut draws = Draws(<Stream>::new(64, u64::MAX).generator(0));
+    let mut draws = RngUniforms(<WalkSeeds>::new(64, u64::MAX).generator(0));
     (0..64).map(|_| draws.uniform()).collect()
 }
 
@@ -55,9 +55,9 @@ fn lines<E, N>(
             equation,
             neighbour: &neighbour,
             functional: &Among(points.to_vec()),
-            neighbour_value: Some(value),
+            control_mean: Some(value),
             estimator,
-            stream: <Stream>::new(1, 0),
+            seeds: <WalkSeeds>::new(1, 0),
             step_limit: STEP_LIMIT,
         };
         let mut batch = Batch::new(0, WALKS, WALKS);
@@ -146,7 +146,7 @@ fn circle<const B: usize>(table: &mut String, cells: usize) {
         preconditioned::<_, _, _, 1>(table, names, problem, AllPointwise, vectors, &points);
         return;
     }
-    let polynomials = Polynomials::<_, _, B>::new(&circle);
+    let polynomials = circle.with_functions::<B>();
     let solution = polynomials.solve(1e-15, 1000).unwrap();
     for (name, pairs) in [("paper", PAPER), ("default", DEFAULT), ("all in S", IN_S)] {
         let g = solution.source(&polynomials, &pairs).unwrap();
@@ -198,7 +198,7 @@ fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
     let tables = fredholm_room::Tables::<f64>::new(&setup.scene, &setup.mesh);
     let views = setup.matrix.views();
     let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
-    let polynomials = fredholm_room::Polynomials::<_, B>::new(&room);
+    let polynomials = room.with_functions::<B>();
     let walls = tables.geometry().walls().len();
     let at = |(n, &t): (usize, &f64)| room.point(n % walls, t).unwrap();
     let points: Vec<_> = numbers().iter().enumerate().map(at).collect();

@@ -1,4 +1,4 @@
-//! Sweeps of several degrees side by side, by the clock: which degree pays.
+//! StoppingRule of several degrees side by side, by the clock: which degree pays.
 
 use fredholm::numbers::{aligned, short};
 use fredholm::sweep::{Rates, Row, exponent};

@@ -8,8 +8,8 @@ use std::process::Stdio;
 use std::thread::sleep;
 
 use common::{
-    CIRCLE, Folder, assert_svg, circle_with, command, csv_rows, fredholm, list, names, number,
-    signal, wait,
+    CIRCLE, Folder, assert_svg, circle_with, command, csv_rows, fredholm, is_long, list, names,
+    number, signal, wait,
 };
 use serde_json::Value;
 
@@ -417,8 +417,10 @@ fn the_paper_is_repeated() {
             assert!((number(rates, error) + 0.5).abs() <= 0.1, "{rates}");
         }
     }
-    let good = (1..=20)
+    // Other scenes and points: nine in ten of them repeat it.
+    let (seeds, least) = if is_long() { (20, 18) } else { (5, 4) };
+    let good = (1..=seeds)
         .filter(|&seed| repeats(&table(seed, "10000")))
         .count();
-    assert!(good >= 18, "{good} of 20");
+    assert!(good >= least, "{good} of {seeds}");
 }

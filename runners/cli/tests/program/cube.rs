@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, Ran, assert_svg, fredholm, list, number};
+use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
 
 /// Every comparison is within 4.9 standard errors and the rounding floor: there are about 400 of
 /// them, and one is beyond that by chance in 2,500 sets of seeds.
@@ -88,6 +88,7 @@ fn targets(dimension: usize) -> String {
 #[test]
 fn estimates_are_the_known_solutions() {
     let folder = Folder::new();
+    let seeds: &[&str] = if is_long() { &["1", "2", "3"] } else { &["1"] };
     for (dimension, kernel, source, solution, cells) in equations() {
         let rest = format!(
             "solution = '{solution}'\n[galerkin]\ncells = {cells}\n[walk]\nwalks = 20000\n{}",
@@ -96,7 +97,7 @@ fn estimates_are_the_known_solutions() {
         let problem = file(dimension, kernel, source, &rest);
         for scalar in ["f64", "f32"] {
             for estimator in ["absorption", "collision"] {
-                for seed in ["1", "2", "3"] {
+                for seed in seeds {
                     let ran = folder.solve(
                         &problem,
                         &[
@@ -213,7 +214,9 @@ fn walks_without_mean_or_variance_are_refused() {
     refused(&fredholm(&["check", &check]), &words[..3]);
     let allowed = folder.solve(&infinite, &["--allow-infinite-variance", "--json"]);
     assert_eq!(allowed.status, Some(0), "{allowed:?}");
-    folder.solve(&steep(0.333, 0.1), &[]).quietly(0);
+    // Finite, but barely: the tail of the scores is seen.
+    let barely = folder.solve(&steep(0.333, 0.1), &[]);
+    barely.but_for_doubts(0);
     // No absorption helps here: 1/(11 λ²) is above 1, too.
     refused(
         &folder.solve(&steep(0.28, 0.2), &[]),
@@ -350,8 +353,11 @@ fn estimates_are_the_known_solutions_at_every_degree() {
         );
         let problem = file(dimension, kernel, source, &rest);
         for degree in 1..=if dimension > 3 { 2 } else { 4 } {
+            // Every other degree by day in every other scalar.
+            let scalars = ["f64", "f32"].iter().enumerate();
+            let scalars = scalars.filter(|(of, _)| is_long() || (degree + number + of) % 2 == 0);
             let (degree, seed) = (degree.to_string(), number.to_string());
-            for scalar in ["f64", "f32"] {
+            for (_, scalar) in scalars {
                 let flags = ["--json", "--degree", &degree, "--seed", &seed];
                 let flags = [flags.as_slice(), &["--scalar", scalar]].concat();
                 check(&folder.solve(&problem, &flags), kernel);

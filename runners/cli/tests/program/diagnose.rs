@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{Folder, fredholm, list, number};
+use common::{Folder, fredholm, is_long, list, number};
 use serde_json::Value;
 
 fn example(name: &str) -> String {
@@ -92,7 +92,7 @@ over = 'all'
 /// In a third of the default's nodes by day: a ninth of its work, which accuracy within some per cent does not need. In all
 /// of them with `FREDHOLM_LONG=1`.
 fn diagnose() -> &'static [&'static str] {
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let is_long = is_long();
     if is_long {
         &["diagnose"]
     } else {
@@ -272,7 +272,7 @@ name = 'mean'
 over = 'all'
 ";
     let file = folder.file("a.toml", text);
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let is_long = is_long();
     let few: &[&str] = if is_long { &[] } else { &["--cells", "100"] };
     let arguments = [diagnose(), &[file.as_str(), "--json"], few].concat();
     let json = fredholm(&arguments).quietly(0).json();

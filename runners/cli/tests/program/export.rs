@@ -11,15 +11,14 @@ use std::fs;
 use std::path::Path;
 
 use common::{Folder, circle_with, fredholm, list, number};
-use fredholm_circle::{Moment, Polynomials, Residual};
-use fredholm_core::galerkin::{Dense, OffDiagonal, PairKind, Piecewise, Rounded};
+use fredholm_circle::{Moment, Residual};
+use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, NeighbourOf, Plan, Real, STEP_LIMIT, Statistics, Stream, Task,
+    At, Equation, Estimator, NeighbourOf, Real, RunOptions, STEP_LIMIT, Statistics, Task, WalkSeeds,
 };
-use fredholm_cube::{Cube, FactorTables, Function, IntegralKernel, functions};
+use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Table};
-use fredholm_room::Polynomials as RoomPolynomials;
 use room_table::RoomTable;
 
 const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded/firmware/tables");
@@ -64,14 +63,14 @@ fn circle<F: Real + FromBytes + Immutable>(bytes: &[u8]) -> Statistics {
     let v = table.slice("v").unwrap();
     let diagonal = match table.one::<u32>("pairs").unwrap() {
         1 => PairKind::Pointwise,
-        2 => PairKind::None,
+        2 => PairKind::Dropped,
         3 => {
             let moments: &[Moment<F>] = table.slice("moments").unwrap();
             return walk(&circle, &Residual::new(&circle, v, moments).unwrap(), start);
         }
         other => panic!("pairs {other}"),
     };
-    let pairs = OffDiagonal { diagonal };
+    let pairs = DiagonalRule { diagonal };
     let g = table.slice("source").unwrap();
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).unwrap();
     walk(&circle, &neighbour, start)
@@ -82,7 +81,7 @@ fn circle_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8
     let table = Table::read(bytes, "circle").unwrap();
     assert_eq!(table.one::<u32>("degree"), Ok(B as u32 - 1));
     let circle = circle_table::circle::<F>(&table).unwrap();
-    let polynomials = Polynomials::<_, _, B>::new(&circle);
+    let polynomials = circle.with_functions::<B>();
     let start = circle.point(0.3);
     let v = table.slice("v").unwrap();
     if table.one::<u32>("pairs") == Ok(3) {
@@ -91,7 +90,7 @@ fn circle_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8
         return walk(&circle, &neighbour, start);
     }
     assert_eq!(table.one::<u32>("pairs"), Ok(1));
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     let g = table.slice("source").unwrap();
@@ -103,13 +102,13 @@ fn circle_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8
 #[derive(Clone, Copy)]
 struct Fraction;
 
-impl<F: Real> IntegralKernel<F, 2> for Fraction {
+impl<F: Real> KernelFn<F, 2> for Fraction {
     fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
         F::from_f64(0.5) / (F::one() + x[0] + y[1])
     }
 }
 
-impl<F: Real> Function<F, 2> for Fraction {
+impl<F: Real> ScalarField<F, 2> for Fraction {
     fn value(&self, _: &[F; 2]) -> F {
         F::one()
     }
@@ -119,7 +118,7 @@ impl<F: Real> Function<F, 2> for Fraction {
 #[derive(Clone, Copy)]
 struct Fractions;
 
-impl<F: Real> IntegralKernel<F, 2> for Fractions {
+impl<F: Real> KernelFn<F, 2> for Fractions {
     fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
         let factor = |scale: f64, axis: usize| F::from_f64(scale) / (F::one() + x[axis] + y[axis]);
         factor(0.5, 0) * factor(1.0, 1)
@@ -136,7 +135,7 @@ fn cube<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statis
     let start = [F::from_f64(0.3), F::from_f64(0.6)];
     let absorption = table.one("absorb").unwrap();
     let (v, g) = (table.slice("v").unwrap(), table.slice("source").unwrap());
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Galerkin,
     };
     if table.has("factors") {
@@ -190,7 +189,7 @@ fn room_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8])
     let table = Table::read(bytes, "room").unwrap();
     let table = RoomTable::<F, f64>::read(&table).unwrap();
     let (room, pairs) = (table.room().unwrap(), table.pairs().unwrap());
-    let polynomials = RoomPolynomials::<_, B>::new(&room);
+    let polynomials = room.with_functions::<B>();
     // A table is of one degree.
     assert!(table.coefficients::<1>().is_none());
     let dense = table.coefficients::<B>().unwrap();
@@ -210,14 +209,14 @@ where
         equation,
         neighbour,
         functional: &At(start),
-        neighbour_value: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
+        control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
         estimator: Estimator::Absorption,
-        stream: <Stream>::new(1, 0),
+        seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
-    let mut plan = Plan::new(20_000);
-    plan.batch = 512;
-    let mut driver = Driver::new(task, plan).unwrap();
+    let mut options = RunOptions::new(20_000);
+    options.batch = 512;
+    let mut driver = Driver::new(task, options).unwrap();
     driver.poll(u64::MAX).unwrap();
     driver.statistics()
 }

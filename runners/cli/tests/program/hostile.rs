@@ -5,7 +5,7 @@
 
 use crate::common;
 
-use common::{Folder, Ran, list, number};
+use common::{Folder, Ran, is_long, list, number};
 
 /// The errors in standard errors beyond which an error bar is wrong: once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -203,7 +203,7 @@ fn hostile() -> Vec<Hostile> {
 fn no_error_bar_is_wrong_without_a_warning() {
     let all = hostile();
     assert_eq!(all.len(), 100);
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let is_long = is_long();
     let mut wrong = Vec::new();
     for (number, problem) in all.iter().enumerate() {
         if !is_long && number % EACH != 0 {

@@ -13,7 +13,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Instant;
 
-use common::{CIRCLE, Folder, Ran, assert_svg, command, fredholm, list, number, signal, wait};
+use common::{
+    CIRCLE, Folder, Ran, assert_svg, command, fredholm, is_long, list, number, signal, wait,
+};
 
 /// More walks than anybody waits for.
 const ENDLESS: &str = "9007199254740991";
@@ -93,7 +95,7 @@ const CHOSEN: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
 /// none; or the run was done. Six instants by day, 200 with `FREDHOLM_LONG=1`.
 #[test]
 fn an_interrupt_may_come_at_any_instant() {
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let is_long = is_long();
     let instants = if is_long { 100 } else { 3 };
     let many = CIRCLE.replace("grid = 3", "grid = 3000");
     let folder = Folder::new();
@@ -376,7 +378,7 @@ fn a_full_disk_behind_stdout() {
     let solve: &[&str] = &["solve", &problem, "--json", "--out", &result];
     let draw: &[&str] = &["solve", &problem, "--out", &picture];
     let mut all: Vec<&[&str]> = vec![solve, draw, &["verify"]];
-    if std::env::var_os("FREDHOLM_LONG").is_some() {
+    if is_long() {
         all.push(&["verify", "--json"]);
     }
     for args in all {

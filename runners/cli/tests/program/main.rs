@@ -10,8 +10,9 @@ mod drawings;
 mod export;
 mod hostile;
 mod interruption;
+mod manual;
 mod rates;
-mod readme;
+
 mod refusals;
 mod render;
 mod room;

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::{Path, PathBuf};
 
-use common::{Folder, Ran, assert_svg, fredholm, list, number};
+use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
 use fredholm_room::Material;
 use fredholm_tests::room::{Drawing, Published, SQUARE_VALUE, published, square};
 
@@ -529,7 +529,7 @@ fn bad_rooms_are_refused_at_their_place() {
 fn more_surfaces_than_there_is_memory_for() {
     use core::fmt::Write;
 
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let long = is_long();
     let n = if long { 1_000_000 } else { 100_000 };
     let mut deck = "T round\nC 1 0 1e-4 8 0 1\nG 2\n".to_owned();
     for i in 0..n {

@@ -4,7 +4,7 @@ use crate::common;
 
 use core::f64::consts::PI;
 
-use common::{Folder, fredholm, list, number};
+use common::{Folder, fredholm, is_long, list, number};
 use fredholm::numbers::slope;
 
 /// Points by colatitude and azimuth: the poles, and three between.
@@ -161,7 +161,7 @@ fn predictions_are_what_solve_measures() {
         sphere([0.6, 0.3], EMISSION, "[walk]\nwalks = 100000"),
     );
     // More cells take ten times as long.
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let long = is_long();
     let cells: &[&str] = if long { &["72", "1152"] } else { &["72"] };
     for options in cells.iter().map(|cells| ["--cells", cells]) {
         let run = |command: &str| {

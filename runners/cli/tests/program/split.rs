@@ -4,7 +4,7 @@ use crate::common;
 
 use core::fmt::Write as _;
 
-use common::{Folder, fredholm, list, number};
+use common::{Folder, fredholm, is_long, list, number};
 use serde_json::Value;
 
 /// A problem whose one target has a known answer.
@@ -79,7 +79,7 @@ target = [{ name = "point", at = { surface = "right room", t = 0.02 } }]
 fn solve(problem: &str, args: &[&str]) -> Value {
     Folder::new()
         .solve(problem, &[args, &["--json"]].concat())
-        .quietly(0)
+        .but_for_doubts(0)
         .json()
 }
 
@@ -381,7 +381,7 @@ const ERRORS: [&[&str]; 6] = [
 /// printed beside that of an exhaustive sweep, for which the machine should be idle.
 #[test]
 fn the_error_is_kept_as_often_as_it_should_be() {
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let long = is_long();
     let (seeds, errors, least) = if long { (50, 5, 1209) } else { (4, 2, 41) };
     let mut table = String::new();
     let mut inside = 0;

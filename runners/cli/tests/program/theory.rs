@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{CIRCLE, Folder, fredholm, list, number};
+use common::{CIRCLE, Folder, fredholm, is_long, list, number};
 use serde_json::Value;
 
 fn example(name: &str) -> String {
@@ -87,16 +87,16 @@ fn every_problem_has_it_with_the_same_bits_on_any_number_of_threads() {
 }
 
 /// In a room the default has many pairs that cost more than they are worth, and others in S that are better pointwise. By the
-/// prediction, and by walks: half the standard deviation and less, in the geometric mean over the targets. On 120 cells
+/// prediction, and by walks: half the standard deviation and less, in the geometric mean over the targets. On 80 cells
 /// with 20,000 walks, or on 200 with 50,000 if there is `FREDHOLM_LONG`.
 #[test]
 fn a_room_is_worth_it() {
     let file = example("furnished.toml");
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let long = is_long();
     let (cells, walks) = if long {
         ("200", "50000")
     } else {
-        ("120", "20000")
+        ("80", "20000")
     };
     let options = ["--cells", cells, "--json"];
     let diagnosis = fredholm(&[&["diagnose", file.as_str()], &options[..]].concat())

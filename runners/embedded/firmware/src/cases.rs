@@ -4,19 +4,17 @@
 mod circle_table;
 mod room_table;
 
-use fredholm_circle::{
-    Cell, Cells, Circle, Harmonic, MeanOver, Moment, Polynomials, Residual, Slot, slots,
-};
+use fredholm_circle::{Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, slots};
 use fredholm_core::galerkin::{
-    Coefficients, Dense, OffDiagonal, PairKind, Piecewise, Rounded, Sweeps, contraction,
-    gauss_seidel, neighbour_source,
+    Coefficients, Dense, DiagonalRule, PairKind, Piecewise, Rounded, StoppingRule, gauss_seidel,
+    max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Equation, Estimator, Functional, Neighbour, NeighbourOf, Plan, Real,
-    STEP_LIMIT, StateSpace, Statistics, Stream, Task, Tolerance,
+    At, DefaultGenerator, Equation, Estimator, Functional, Neighbour, NeighbourOf, Real,
+    RunOptions, STEP_LIMIT, StateSpace, Statistics, Task, Tolerance, WalkSeeds,
 };
 use fredholm_cube::{
-    Cube, FactorTables, Function, IntegralKernel, KernelFactors, Mean, Product, functions,
+    Cube, FactorTables, KernelFactors, KernelFn, Mean, Product, ScalarField, functions,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_embedded::{Aligned, Driver, Table};
@@ -65,8 +63,8 @@ static ROOM_CUBIC_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room
 pub const SEED: u64 = 7;
 
 /// The draws of goal number `goal`.
-pub fn stream(goal: u64) -> Stream<DefaultGenerator> {
-    Stream::new(SEED, goal)
+pub fn seeds(goal: u64) -> WalkSeeds<DefaultGenerator> {
+    WalkSeeds::new(SEED, goal)
 }
 
 /// Where its walks start.
@@ -78,25 +76,25 @@ pub type Case<'a, E, N, T> = Task<'a, E, N, T, DefaultGenerator>;
 
 /// Who runs a case.
 pub trait Runner {
-    /// Runs the case, whose stream is that of goal `goal`.
+    /// Runs the case with the seeds of goal `goal`.
     fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
         &mut self,
         name: &str,
         case: Case<'_, E, N, T>,
         goal: u64,
-        plan: Plan,
+        options: RunOptions,
     );
 }
 
 /// Runs a case to its end by [`Driver`], so many walks at a time, and calls `after` after each poll.
-/// `None`: the plan was refused, or a walk was not finite.
+/// `None`: the options were refused, or a walk was not finite.
 pub fn drive<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     case: Case<'_, E, N, T>,
-    plan: Plan,
+    options: RunOptions,
     walks: u64,
     mut after: impl FnMut(),
 ) -> Option<Statistics> {
-    let mut driver = Driver::new(case, plan).ok()?;
+    let mut driver = Driver::new(case, options).ok()?;
     loop {
         let stop = driver.poll(walks).ok()?.stop;
         after();
@@ -106,20 +104,21 @@ pub fn drive<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     }
 }
 
-/// 4000 walks in batches of 128, the last of which is not whole.
-fn plan() -> Plan {
-    Plan {
-        walks: 4000,
+/// 1000 walks in batches of 128, the last of which is not whole.
+fn options() -> RunOptions {
+    RunOptions {
+        walks: 1000,
         batch: 128,
         tolerance: None,
     }
 }
 
-/// As [`plan`], but stops after a whole stage at the tolerance.
-fn until(tolerance: Tolerance) -> Plan {
-    Plan {
+/// As [`options`] with four times the walks, but stops after a whole stage at the tolerance.
+fn until(tolerance: Tolerance) -> RunOptions {
+    RunOptions {
+        walks: 4000,
         tolerance: Some(tolerance),
-        ..plan()
+        ..options()
     }
 }
 
@@ -141,25 +140,25 @@ fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     runner: &mut impl Runner,
     name: &str,
     (equation, neighbour): (&E, &N),
-    (functional, neighbour_value, goal): (&T, Option<f64>, u64),
-    plan: Plan,
+    (functional, control_mean, goal): (&T, Option<f64>, u64),
+    options: RunOptions,
 ) {
     for estimator in [Estimator::Absorption, Estimator::Collision] {
         let case = Task {
             equation,
             neighbour,
             functional,
-            neighbour_value,
+            control_mean,
             estimator,
-            stream: stream(goal),
+            seeds: seeds(goal),
             step_limit: STEP_LIMIT,
         };
-        runner.run(name, case, goal, plan);
+        runner.run(name, case, goal, options);
     }
 }
 
 /// Of a circle: the default.
-const DIAGONAL_POINTWISE: OffDiagonal = OffDiagonal {
+const DIAGONAL_POINTWISE: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Pointwise,
 };
 
@@ -208,16 +207,16 @@ fn own_solve<F: Real>(
     let cells = Cells::fill(&[0.3, 0.7], cells, slots).ok()?;
     let circle = Circle::new(cells, LIGHT, 0.2).ok()?;
     circle.source_means(source).ok()?;
-    contraction(&circle).ok()?;
-    gauss_seidel(&circle, source, v, &mut [], Sweeps::Fixed(20)).ok()?;
+    max_row_sum(&circle).ok()?;
+    gauss_seidel(&circle, source, v, &mut [], StoppingRule::Fixed(20)).ok()?;
     let pairs = DIAGONAL_POINTWISE;
     neighbour_source(&circle, &pairs, v, g).ok()?;
     let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
     let x0 = circle.point(0.3);
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let start = (&At(x0), Some(v0), 0);
-    let plan = until(Tolerance::Absolute(6e-3));
-    both(runner, name, (&circle, &neighbour), start, plan);
+    let options = until(Tolerance::Absolute(6e-3));
+    both(runner, name, (&circle, &neighbour), start, options);
     Some(())
 }
 
@@ -234,7 +233,7 @@ fn circle_of_bytes(runner: &mut impl Runner) -> Option<()> {
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, Some(mean.of(v)), 1);
     let all = (&circle, &neighbour);
-    both(runner, "circle/bytes", all, start, plan());
+    both(runner, "circle/bytes", all, start, options());
     Some(())
 }
 
@@ -252,7 +251,7 @@ fn circle_of_constants(runner: &mut impl Runner) -> Option<()> {
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, None, 2);
     let all = (&circle, &neighbour);
-    both(runner, "circle/constants", all, start, plan());
+    both(runner, "circle/constants", all, start, options());
     Some(())
 }
 
@@ -265,13 +264,19 @@ fn cubic_circle(runner: &mut impl Runner) -> Option<()> {
     }
     let cells = Cells::<f32>::new(&CELLS, &SLOTS).ok()?;
     let circle = Circle::with_constants(cells, light, CIRCLE[0]).ok()?;
-    let cubic = Polynomials::<_, _, 4>::new(&circle);
+    let cubic = circle.with_functions::<4>();
     let pairs = DIAGONAL_POINTWISE;
     let neighbour = Piecewise::with_pointwise(&cubic, &cubic, pairs, &V, &SOURCE).ok()?;
     let x0 = circle.point(0.3);
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let start = (&At(x0), Some(v0), 7);
-    both(runner, "circle/cubic", (&circle, &neighbour), start, plan());
+    both(
+        runner,
+        "circle/cubic",
+        (&circle, &neighbour),
+        start,
+        options(),
+    );
     Some(())
 }
 
@@ -283,12 +288,12 @@ fn quartic_circle(runner: &mut impl Runner) -> Option<()> {
         return None;
     }
     let (v, moments) = (table.slice("v").ok()?, table.slice("moments").ok()?);
-    let quartic = Polynomials::<_, _, 5>::new(&circle);
+    let quartic = circle.with_functions::<5>();
     let neighbour = Residual::new(&quartic, v, moments).ok()?;
     let mean = MeanOver::new(&circle, 1.0, 4.0).ok()?;
     let start = (&mean, Some(mean.of(v)), 8);
     let all = (&circle, &neighbour);
-    both(runner, "circle/quartic", all, start, plan());
+    both(runner, "circle/quartic", all, start, options());
     Some(())
 }
 
@@ -303,7 +308,7 @@ impl<F: Real> KernelFactors<F> for Gauss {
     }
 }
 
-impl<F: Real> IntegralKernel<F, 2> for Gauss {
+impl<F: Real> KernelFn<F, 2> for Gauss {
     fn kernel(&self, x: &[F; 2], y: &[F; 2]) -> F {
         let (a, b) = (x[0] - y[0], x[1] - y[1]);
         F::from_f64(0.5) * (-(a * a + b * b)).exp()
@@ -314,7 +319,7 @@ impl<F: Real> IntegralKernel<F, 2> for Gauss {
 #[derive(Clone, Copy, Debug)]
 struct Ramp;
 
-impl<F: Real> Function<F, 2> for Ramp {
+impl<F: Real> ScalarField<F, 2> for Ramp {
     fn value(&self, x: &[F; 2]) -> F {
         F::one() + x[0] + x[1]
     }
@@ -449,7 +454,7 @@ fn cube<F: Real, K, C, const B: usize>(
     runner: &mut impl Runner,
 ) -> Option<()>
 where
-    K: IntegralKernel<F, 2> + Sync,
+    K: KernelFn<F, 2> + Sync,
     C: Coefficients<B, Scalar = F> + Sync,
 {
     let cube = Cube::<F, 2, _, _>::new(kernel, Ramp, head.per_axis()?, head.absorption).ok()?;
@@ -457,14 +462,14 @@ where
     if head.degree != [cube.degree() as u32] {
         return None;
     }
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Galerkin,
     };
     let neighbour = Piecewise::new(&cube, coefficients, pairs, v, g).ok()?;
     let x0 = [F::from_f64(0.3), F::from_f64(0.6)];
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let all = (&cube, &neighbour);
-    both(runner, name, all, (&At(x0), Some(v0), 3), plan());
+    both(runner, name, all, (&At(x0), Some(v0), 3), options());
     let relative = until(Tolerance::Relative(2e-3));
     let mean = (&Mean, Some(Mean::of_blocks::<F, B>(v)), 4);
     both(runner, name, all, mean, relative);
@@ -525,7 +530,7 @@ fn polynomial_room<F: Real, const B: usize>(
     runner: &mut impl Runner,
 ) -> Option<()> {
     let (room, pairs) = (table.room()?, table.pairs()?);
-    let polynomials = fredholm_room::Polynomials::<_, B>::new(&room);
+    let polynomials = room.with_functions::<B>();
     let dense = table.coefficients::<B>()?;
     let rounded = Rounded::new(&dense);
     let (v, g) = (table.v, table.source);
@@ -550,6 +555,6 @@ fn room_starts<'a, F: Real, C, N: NeighbourOf<Room<'a, F>> + Sync>(
     both(runner, name, all, (&At(x0), Some(v0), 5), absolute);
     let mean = table.mean_over(room, BAFFLE)?;
     let start = (&mean, Some(mean.of(table.v)), 6);
-    both(runner, name, all, start, plan());
+    both(runner, name, all, start, options());
     Some(())
 }

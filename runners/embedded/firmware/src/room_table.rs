@@ -5,7 +5,8 @@ use fredholm_core::galerkin::Dense;
 use fredholm_embedded::Table;
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Segment, Views, Wall,
+    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Segment,
+    VisibilityTable, Wall,
 };
 
 /// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`,
@@ -82,7 +83,7 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
         };
         let geometry = Geometry::new(self.walls, self.segments, self.nodes, open).ok()?;
         let cells = Cells::new(&geometry, self.edges, self.cells, self.first).ok()?;
-        let views = Views::new(self.views, self.cells.len()).ok()?;
+        let views = VisibilityTable::new(self.views, self.cells.len()).ok()?;
         Room::new(geometry, cells, views, self.absorb).ok()
     }
 
@@ -94,7 +95,7 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
             3 => Choice::Pointwise,
             _ => return None,
         };
-        let views = Views::new(self.views, self.cells.len()).ok()?;
+        let views = VisibilityTable::new(self.views, self.cells.len()).ok()?;
         Some(RoomPairs { views, choice })
     }
 

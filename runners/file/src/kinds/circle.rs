@@ -32,6 +32,7 @@ pub struct Circle {
 
 /// The emission of a circle.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Emission {
     /// The emission for which `constant + amplitude sin(frequency s)` is the
     /// solution (Heinrich 1995, (57)-(58)).

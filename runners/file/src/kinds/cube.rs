@@ -46,6 +46,7 @@ pub struct Cube {
 
 /// A kernel, or its integral, as formulas.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum KernelText {
     /// One formula in all coordinates.
     General(Placed<String>),

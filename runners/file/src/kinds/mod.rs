@@ -29,7 +29,7 @@ pub static KINDS: &[KindEntry] = &[circle::ENTRY, cube::ENTRY, room::ENTRY, sphe
 pub struct KindEntry {
     /// The word of the key `kind`.
     pub word: &'static str,
-    /// What it is, in a few words.
+    /// The description of the kind, in a few words.
     pub about: &'static str,
     /// A commented problem file.
     pub template: &'static str,

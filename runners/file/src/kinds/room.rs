@@ -35,23 +35,24 @@ pub struct Room {
     pub net_fluxes: Placed<bool>,
     /// The surfaces; with a deck, what is said of its own.
     pub surfaces: Vec<Surface>,
-    /// Where the problem stands, or should say more.
+    /// The place of the section in the file.
     pub place: Place,
 }
 
 /// A surface: `[[problem.surface]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// What targets and results call it.
+    /// The name of the surface in targets and results.
     pub name: Placed<String>,
-    /// Its vertices, the active side on the left; none for a surface of the deck.
+    /// The vertices of the surface, the active side on the left; none for a surface of the deck.
     pub points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
-    /// Its materials, one, or one for every segment.
+    /// The materials of the surface: one, or one for every segment.
     pub material: Material,
 }
 
-/// What a surface does with light, as the file has it.
+/// The material of a surface, as the file has it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Material {
     /// `reflectance` and `emission`.
     Light(Numbers, Numbers),

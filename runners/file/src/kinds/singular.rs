@@ -52,7 +52,7 @@ impl Singularity {
         (is_distance(distance) && a > 0.0 && a < 1.0).then_some(Self::Power(a))
     }
 
-    /// Its integral over y times others.
+    /// The formula of the integral over y of the singular factor times others.
     fn integral(&self, others: &str) -> String {
         match self {
             Self::Power(a) => {

@@ -322,7 +322,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The same polygons seen from the other side, as a surface of their own.
+    /// Polygons of a surface seen from the other side, as a surface of their own.
     fn turned(&mut self, at: usize, name: &Placed<String>) -> Result<(), InputError> {
         let Some(mut back) = self.scene.surfaces.get(at).cloned() else {
             return Ok(());

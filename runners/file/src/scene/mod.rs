@@ -28,14 +28,14 @@ const MAX_POLYGONS: usize = 20_000_000;
 /// The most vertices of one polygon: cutting it into triangles takes time in proportion to their square.
 const MAX_VERTICES: usize = 1000;
 
-/// What a scene file says.
+/// The content of a scene file.
 #[derive(Clone, Debug, Default)]
 pub struct SceneFile {
     /// The surfaces, in the order of the file.
     pub surfaces: Vec<SceneSurface>,
     /// Whether light may leave.
     pub open: bool,
-    /// What was changed on the way, for people.
+    /// Remarks on what was changed while reading, for people.
     pub remarks: Vec<String>,
     /// The files that polygons stand in.
     names: Vec<String>,
@@ -44,9 +44,9 @@ pub struct SceneFile {
 /// A surface of a scene file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneSurface {
-    /// What results call it.
+    /// The name of the surface in results.
     pub name: String,
-    /// Its polygons.
+    /// The polygons of the surface.
     pub polygons: Vec<Polygon>,
     /// The material of all of them.
     pub material: Material,

@@ -54,7 +54,7 @@ impl Kind {
 #[derive(Debug)]
 struct Property {
     name: String,
-    /// Of the length, for a list.
+    /// The type of the length, for a list.
     count: Option<Kind>,
     kind: Kind,
 }

@@ -9,7 +9,7 @@ use super::prediction::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
-use crate::answer::{Gave, MANY_BATCHES, Staged, Watch, bound};
+use crate::answer::{Gave, MANY_BATCHES, SolveObserver, Staged, bound};
 
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
@@ -23,7 +23,7 @@ const MOST_TIMES: f64 = 100.0;
 
 /// Watches walks of a setting, and looks for another one with what they tell.
 pub(super) struct Course<'a, 'm> {
-    watch: &'a dyn Watch,
+    watch: &'a dyn SolveObserver,
     tolerance: Tolerance,
     batch: u64,
     /// Whether something else ends the walks. Then nothing is looked at.
@@ -42,7 +42,7 @@ struct State<'a, 'm> {
 /// Why the course ended before the tolerance was reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
-    /// Another setting takes less, even from the beginning.
+    /// A different setting takes less, even from the beginning.
     Other,
     /// Nothing helps.
     Gave(Gave),
@@ -54,7 +54,7 @@ impl<'a, 'm> Course<'a, 'm> {
         search: &'a mut Search<'m>,
         predicted: Prediction,
         settings: &Settings,
-        (tolerance, watch): (Tolerance, &'a dyn Watch),
+        (tolerance, watch): (Tolerance, &'a dyn SolveObserver),
     ) -> Self {
         Self {
             watch,
@@ -140,7 +140,7 @@ impl Observer for Course<'_, '_> {
     }
 }
 
-impl Watch for Course<'_, '_> {
+impl SolveObserver for Course<'_, '_> {
     fn walking(&self) {
         self.watch.walking();
     }

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! over the targets. Pilots tell the variances and the length of walks: some hundred walks each, on few cells. The
-//! variance on more cells follows its observed order. Seconds come from constants ([`Cost`](crate::cost::Cost)) and
+//! variance on more cells follows its observed order. Seconds come from constants ([`Cost`](fredholm_model::cost::Cost)) and
 //! from what was counted, and never from a clock: the same input has the same bits on every machine.
 //!
 //! - `setting`: what may be chosen. `family`: settings that differ by their cells alone.
@@ -31,11 +31,12 @@ use std::sync::Arc;
 use fredholm_core::StopReason;
 use serde::Serialize;
 
-use crate::answer::{Answer, Gave, Solved, Walks, Watch};
-use crate::goal::Target;
-use crate::memory::refuse_beyond_memory;
-use crate::numbers::short;
-use crate::{Choices, Error, Goal, Model, Request, Settings};
+use crate::answer::{Answer, Gave, SolveObserver, Solved, Walks};
+use crate::{Choices, Error, Goal, Model, Settings};
+use fredholm_model::Request;
+use fredholm_model::Target;
+use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::numbers::short;
 
 use course::{Course, End};
 use prediction::Prediction;
@@ -46,8 +47,7 @@ use setting::Setting;
 const ENDLESS: u64 = u64::MAX >> 1;
 /// Seconds that are not begun without a word: a person waits no longer.
 pub const LONG_SECONDS: f64 = 10.0;
-/// Seconds that are not begun if nothing but the error ends them.
-pub const MOST_SECONDS: f64 = 3600.0;
+pub use fredholm_model::MOST_SECONDS;
 
 /// Settings in which nothing is open, and how they were chosen.
 #[derive(Debug)]
@@ -129,7 +129,7 @@ pub fn choose<'m>(
     model: &'m dyn Model,
     targets: &[Target],
     settings: &'m Settings,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
 ) -> Result<Option<Chosen<'m>>, Error> {
     let Some(mut search) = begin(model, targets, settings, watch)? else {
         return Ok(None);
@@ -150,7 +150,7 @@ pub fn solve<'m>(
     targets: &[Target],
     goals: &[Goal],
     settings: &'m Settings,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
 ) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
     let (Some(mut search), Some(tolerance)) =
         (begin(model, targets, settings, watch)?, settings.tolerance)
@@ -237,7 +237,7 @@ fn begin<'m>(
     model: &'m dyn Model,
     targets: &[Target],
     settings: &'m Settings,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
 ) -> Result<Option<Search<'m>>, Error> {
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
@@ -252,7 +252,7 @@ fn next<'m>(
     search: &mut Search<'m>,
     model: &'m dyn Model,
     settings: &'m Settings,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
 ) -> Result<(Chosen<'m>, Prediction), Error> {
     let mut refusal = None;
     loop {

@@ -5,9 +5,9 @@ use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance};
 use super::prediction::{Level, Prediction, Scales, batches_of_whole_stages};
 use super::setting::Setting;
 use crate::answer::bound;
-use crate::cost::{Cost, PointwisePairs};
-use crate::goal::{Ask, Target, goals};
 use crate::{Error, Goal, Model};
+use fredholm_model::cost::{Cost, PointwisePairs};
+use fredholm_model::{Ask, Target, goals};
 
 /// The most targets that a pilot has.
 const TARGETS: usize = 8;
@@ -213,8 +213,8 @@ impl Pilot {
             .sum()
     }
 
-    /// The same pilot if it missed as much of the variance as a like one did, of which many walks needed so many times as
-    /// many as few had told.
+    /// Corrects the pilot as if it missed as much of the variance as a like one did, of which many
+    /// walks needed so many times as many as few had told.
     pub(super) fn missed(&mut self, times: f64) {
         for observed in &mut self.targets {
             observed.needed *= times;

@@ -3,7 +3,7 @@
 use fredholm_core::next_stage;
 
 use super::setting::Setting;
-use crate::cost::Cost;
+use fredholm_model::cost::Cost;
 
 /// The number of batches from which on whole stages are not counted.
 const MANY_BATCHES: f64 = 1e6;
@@ -58,7 +58,7 @@ pub(super) struct Prediction {
     /// Seconds of all walks, adjusted for risk: the mean of `walking` and of what the walks take if large scores are
     /// rare and cells help less than observed.
     pub(super) risk_adjusted: f64,
-    /// The same seconds if a rare variance that is not known has its least value.
+    /// The seconds if a rare variance that is not known has its least value.
     pub(super) optimistic: f64,
     /// Seconds of all walks in the best case: the pilot happened to have rare large scores, and cells help as much as
     /// theory allows.

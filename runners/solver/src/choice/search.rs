@@ -18,10 +18,10 @@ use super::prediction::Prediction;
 use super::rare::RareVariances;
 use super::setting::Setting;
 use super::systems::Systems;
-use crate::answer::Watch;
-use crate::goal::Target;
-use crate::model::About;
+use crate::answer::SolveObserver;
 use crate::{Error, Model, Settings};
+use fredholm_model::About;
+use fredholm_model::Target;
 
 /// Seconds of which pilots may take a share at most before there are walks. What takes hours in the end is refused soon,
 /// and what takes minutes is corrected by its walks.
@@ -36,7 +36,7 @@ pub(super) struct Search<'m> {
     about: About,
     settings: &'m Settings,
     tolerance: Tolerance,
-    watch: &'m dyn Watch,
+    watch: &'m dyn SolveObserver,
     /// The values of q0 that are tried.
     absorptions: Vec<f64>,
     /// The q0 of the first pilots.
@@ -65,7 +65,7 @@ pub(super) struct Search<'m> {
     pub(super) predicted_first: f64,
     /// Seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
-    /// Of a longer prediction, pilots take no larger share than of one of so many seconds.
+    /// Pilots take no larger share of a longer prediction than of one of this many seconds.
     patience: f64,
     /// Seconds that are left for pilots with all their set-ups.
     budget: f64,
@@ -87,7 +87,7 @@ impl<'m> Search<'m> {
         targets: &[Target],
         settings: &'m Settings,
         tolerance: Tolerance,
-        watch: &'m dyn Watch,
+        watch: &'m dyn SolveObserver,
     ) -> Result<Self, Error> {
         let absorptions = open(settings.absorption, &ABSORPTIONS);
         let about = model.about();
@@ -174,11 +174,17 @@ impl<'m> Search<'m> {
         self.best_of(|found| found.setting.plain)
     }
 
-    /// The best prediction among some.
+    /// The best prediction among some: of those whose set-up takes no longer than the walks may, if there is one.
     fn best_of(&self, of: impl Fn(&Prediction) -> bool) -> Option<Prediction> {
+        let limit = self.settings.time_limit;
+        let limit = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        let is_late = |found: &Prediction| self.remaining_setup_of(found) > limit;
         let found = self.found.iter().filter(|found| of(found));
         found
-            .min_by(|a, b| self.price(a).total_cmp(&self.price(b)))
+            .min_by(|a, b| {
+                let prices = self.price(a).total_cmp(&self.price(b));
+                is_late(a).cmp(&is_late(b)).then(prices)
+            })
             .copied()
     }
 

@@ -2,8 +2,8 @@
 
 use fredholm_core::Estimator;
 
-use crate::cost::{Cost, WalkCost};
 use crate::{Pairs, Settings};
+use fredholm_model::cost::{Cost, WalkCost};
 
 /// One value for everything that may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,25 +16,25 @@ pub use places::Picture;
 pub use quantities::{PairsReport, PowerReport, QuantitiesReport};
 pub use target::{BoundsReport, GoalDiagnosis, PlaceReport, Shares};
 
-use crate::answer::{Solved, Watch};
-use crate::examined::{Examined, in_parallel};
-use crate::model::Request;
-use crate::numbers::short;
+use crate::answer::{SolveObserver, Solved};
 use crate::{
     Choices, Error, Goal, Model, Pairs, Settings, WalkOptions, memory::refuse_beyond_memory,
 };
+use fredholm_model::Request;
+use fredholm_model::numbers::short;
+use fredholm_model::{Examined, in_parallel};
 use places::{Summed, shares_of_sites};
 
 /// Bytes of a pair of sites: moments, contributions, and a list of these.
 const PAIR: usize = 48 + 8 + 40;
-/// So many goals are looked at in detail: the points of a grid are many, and much alike.
+/// The number of goals that are looked at in detail: the points of a grid are many, and much alike.
 pub const DETAILED: usize = 3;
 /// Unknowns up to which pairs are chosen one by one for a comparison: on more it takes many seconds.
 const COMPARED: usize = 300;
-/// So many pairs of sites are asked for what is between them.
+/// The number of pairs of sites that are asked for what is between them.
 const MOST_PAIRS: usize = 200;
 
-/// What a diagnosis found.
+/// The results of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     /// The number of sites.
@@ -49,7 +49,7 @@ pub struct Diagnosis {
     pub neighbour_power: Option<PowerReport>,
     /// The quantities of the paper, of the absorption estimator.
     pub quantities: Option<QuantitiesReport>,
-    /// What is said of each goal.
+    /// The diagnosis of each goal.
     pub targets: Vec<GoalDiagnosis>,
     /// √Var ζ of every goal with other pairs.
     pub other_pairs: Vec<OtherPairs>,
@@ -58,7 +58,7 @@ pub struct Diagnosis {
     pub picture: Picture,
 }
 
-/// What other pairs would do.
+/// The effect of another choice of pairs.
 #[derive(Clone, Debug, Serialize)]
 pub struct OtherPairs {
     /// Their word.
@@ -77,7 +77,7 @@ pub fn diagnose(
     goals: &[Goal],
     settings: &Settings,
     nodes: usize,
-    watch: &dyn Watch,
+    watch: &dyn SolveObserver,
 ) -> Result<Diagnosis, Error> {
     let (cut, walk) = (settings.discretisation(), settings.walk_options());
     let cells = model.partition(&cut)?;
@@ -156,7 +156,7 @@ struct Inquiry<'a> {
     estimator: Estimator,
     /// Whether deviations are all that is wanted.
     is_brief: bool,
-    watch: &'a dyn Watch,
+    watch: &'a dyn SolveObserver,
 }
 
 impl Inquiry<'_> {
@@ -190,7 +190,7 @@ impl Inquiry<'_> {
             let prediction = analysis.predict(number)?;
             let mut target = GoalDiagnosis::new(&goal.name, &prediction, quantities.as_ref());
             if !self.is_brief && targets.len() < DETAILED {
-                let drawn = subject.detail(&analysis, &prediction, &mut target)?;
+                let drawn = detail(subject, &analysis, &prediction, &mut target)?;
                 picture = picture.or(drawn);
             }
             targets.push(target);
@@ -209,49 +209,47 @@ impl Inquiry<'_> {
     }
 }
 
-impl Examined<'_> {
-    /// What stands between the pairs that contribute most, where something does between a tenth of them.
-    fn hider(&self, contributions: &[Contribution]) -> Option<String> {
-        let hides = self.hides?;
-        let mut all = 0.0;
-        let mut shares: Vec<(String, f64)> = Vec::new();
-        for contribution in contributions.iter().take(MOST_PAIRS) {
-            let Some(into) = contribution.into else {
-                continue;
-            };
-            all += contribution.variance;
-            let Some(name) = hides(contribution.from, into) else {
-                continue;
-            };
-            match shares.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, share)) => *share += contribution.variance,
-                None => shares.push((name, contribution.variance)),
-            }
+/// What stands between the pairs that contribute most, where something does between a tenth of them.
+fn hider(of: &Examined<'_>, contributions: &[Contribution]) -> Option<String> {
+    let hides = of.hides?;
+    let mut all = 0.0;
+    let mut shares: Vec<(String, f64)> = Vec::new();
+    for contribution in contributions.iter().take(MOST_PAIRS) {
+        let Some(into) = contribution.into else {
+            continue;
+        };
+        all += contribution.variance;
+        let Some(name) = hides(contribution.from, into) else {
+            continue;
+        };
+        match shares.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, share)) => *share += contribution.variance,
+            None => shares.push((name, contribution.variance)),
         }
-        let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (most.1 > 0.1 * all).then_some(most.0)
     }
+    let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (most.1 > 0.1 * all).then_some(most.0)
+}
 
-    /// Says where the variance of a goal comes from, if that is finite, and what a picture of it shows.
-    fn detail(
-        &self,
-        analysis: &Analysis<'_>,
-        prediction: &Prediction,
-        target: &mut GoalDiagnosis,
-    ) -> Result<Option<Picture>, Error> {
-        let Some(attribution) = prediction.attribute(analysis)? else {
-            return Ok(None);
-        };
-        let (contributions, sites) = (&attribution.contributions, analysis.sites.len());
-        let summed = Summed::new(contributions, sites, self.place);
-        let picture = match self.pieces {
-            Some(pieces) => Picture::walls(pieces, &shares_of_sites(contributions, sites)),
-            None => summed.table(),
-        };
-        let hidden_by = self.hider(contributions);
-        target.detail(&attribution.parts, summed, hidden_by);
-        Ok(Some(picture))
-    }
+/// Says where the variance of a goal comes from, if that is finite, and what a picture of it shows.
+fn detail(
+    of: &Examined<'_>,
+    analysis: &Analysis<'_>,
+    prediction: &Prediction,
+    target: &mut GoalDiagnosis,
+) -> Result<Option<Picture>, Error> {
+    let Some(attribution) = prediction.attribute(analysis)? else {
+        return Ok(None);
+    };
+    let (contributions, sites) = (&attribution.contributions, analysis.sites.len());
+    let summed = Summed::new(contributions, sites, of.place);
+    let picture = match of.pieces {
+        Some(pieces) => Picture::walls(pieces, &shares_of_sites(contributions, sites)),
+        None => summed.table(),
+    };
+    let hidden_by = hider(of, contributions);
+    target.detail(&attribution.parts, summed, hidden_by);
+    Ok(Some(picture))
 }
 
 /// Refuses more pairs of sites than there is room for.

@@ -6,6 +6,7 @@ use fredholm_variance::Contribution;
 
 /// A picture of where the variance comes from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Picture {
     /// Shares of pairs of places: rows are where a step starts, the last column is the sources'.
     Table(Vec<String>, Vec<Vec<f64>>),

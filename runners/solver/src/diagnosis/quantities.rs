@@ -3,14 +3,14 @@
 use fredholm_variance::{PairQuantities, Power, Quantities};
 use serde::Serialize;
 
-use crate::numbers::{aligned, short};
+use fredholm_model::numbers::{aligned, short};
 
 /// A power of an operator whose norm is below 1.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PowerReport {
     /// The smallest m with ‖A^m‖ < 1.
     pub exponent: u32,
-    /// That norm in L∞.
+    /// The norm of this power in L∞.
     pub norm: f64,
 }
 
@@ -56,7 +56,7 @@ pub struct QuantitiesReport {
     pub q0: f64,
     /// The bound of τ by Proposition 7.
     pub proposition_7: f64,
-    /// Of pairs of cells, for degree 0.
+    /// The quantities of pairs of cells, for degree 0.
     pub pairs: Option<PairsReport>,
 }
 

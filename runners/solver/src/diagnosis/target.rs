@@ -4,12 +4,12 @@ use fredholm_variance::{Parts, Prediction, Quantities};
 use serde::Serialize;
 
 use super::places::Summed;
-use crate::numbers::short;
+use fredholm_model::numbers::short;
 
 /// Pairs of places that are shown.
 const SHOWN: usize = 8;
 
-/// What a diagnosis says of a goal: its deviations, their bounds, where they come from, and advice.
+/// The diagnosis of a goal: its deviations, their bounds, where they come from, and advice.
 #[derive(Clone, Debug, Serialize)]
 pub struct GoalDiagnosis {
     /// The name of the goal.
@@ -24,7 +24,7 @@ pub struct GoalDiagnosis {
     pub preconditioned: Option<f64>,
     /// The ratio of the two deviations.
     pub gain: Option<f64>,
-    /// What Var ζ is made of.
+    /// The shares of Var ζ.
     pub parts: Option<Shares>,
     /// Bounds of √Var ζ; null where an assumption does not hold.
     pub bounds: Option<BoundsReport>,
@@ -32,9 +32,9 @@ pub struct GoalDiagnosis {
     pub places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
     pub half_in: Option<f64>,
-    /// What hides some of the pairs that contribute most, in a room.
+    /// The surface that hides some of the pairs that contribute most, in a room.
     pub hidden_by: Option<String>,
-    /// What may help, in words.
+    /// Advice, in words.
     pub advice: Vec<String>,
 }
 
@@ -64,12 +64,12 @@ pub struct BoundsReport {
     pub theorem_5: Option<f64>,
 }
 
-/// What the steps between two places add to Var ζ.
+/// The contribution of the steps between two places to Var ζ.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlaceReport {
-    /// Where the steps start.
+    /// The place from which the steps start.
     pub from: String,
-    /// Where they lead; null: the difference of the sources at `from`.
+    /// The place to which the steps lead; null: the difference of the sources at `from`.
     pub into: Option<String>,
     /// The share in Var ζ.
     pub share: f64,
@@ -128,7 +128,7 @@ impl GoalDiagnosis {
         self.advice = self.advise();
     }
 
-    /// What may help, in words.
+    /// Advice, in words.
     fn advise(&self) -> Vec<String> {
         let Some(shares) = self.parts else {
             return Vec::new();

@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use crate::numbers::{aligned, short, with_error};
+use fredholm_model::numbers::{aligned, short, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -133,6 +133,25 @@ impl Report {
         remark(
             count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
             "no walk scored anything, so there is no error bar",
+        );
+        remark(
+            count(&|t| t.doubtful_share.is_some()),
+            "one batch of walks makes most of the variance, or that seems to be infinite: the error bar may mean nothing; \
+             use a smaller `absorption`, or look for places where the kernel is large",
+        );
+        let kurtoses = self.goals.iter().filter_map(|t| t.excess_kurtosis);
+        let largest = kurtoses.fold(0.0, f64::max);
+        remark(
+            count(&|t| t.excess_kurtosis.is_some()),
+            &format!(
+                "large scores are rare (excess kurtosis up to {}): the error bar is rough, and may be too small; use more \
+                 walks, or more cells",
+                short(largest)
+            ),
+        );
+        remark(
+            count(&|t| t.few_scores.is_some_and(|scored| scored > 0)),
+            "so few walks scored that the error bar means little; use more walks",
         );
         let furthest = self.goals.iter().filter_map(|t| t.z).map(f64::abs);
         let furthest = furthest.fold(0.0, f64::max);

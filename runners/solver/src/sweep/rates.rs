@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Deterministic, Level, Sweep};
 use crate::Choices;
-use crate::numbers::{aligned, short, slope};
+use fredholm_model::numbers::{aligned, short, slope};
 
 /// A standard deviation is left out of fits where it is below this part of the plain one: rounding may hold
 /// it there.
@@ -51,11 +51,11 @@ pub struct Row {
     pub walks: u64,
     /// Kernel evaluations of the set-up; `None` if seconds tell the work.
     pub setup_evaluations: Option<f64>,
-    /// The same of the set-up and N walks.
+    /// Kernel evaluations of the set-up and N walks; `None` if seconds tell the work.
     pub evaluations: Option<f64>,
     /// Seconds of the set-up; `None` if kernel evaluations tell the work.
     pub setup_seconds: Option<f64>,
-    /// The same of the set-up and N walks.
+    /// Seconds of the set-up and N walks; `None` if kernel evaluations tell the work.
     pub seconds: Option<f64>,
     /// √Var of a plain walk.
     pub std_dev_plain: f64,
@@ -66,9 +66,9 @@ pub struct Row {
     /// √(Var/N) of as many kernel evaluations spent on plain walks alone.
     #[serde(rename = "error_plain")]
     pub error_plain_in_evaluations: Option<f64>,
-    /// The same for seconds.
+    /// √(Var/N) of plain walks that take as many seconds.
     pub error_plain_in_seconds: Option<f64>,
-    /// What rounding leaves of the error however many walks there are.
+    /// The error by rounding, which more walks do not lower.
     pub rounding_floor: f64,
     /// The mean (v, Φ) of the Galerkin solution.
     pub galerkin: f64,
@@ -81,7 +81,7 @@ pub struct Row {
 pub struct Fits {
     /// √Var ~ n^this.
     pub std_dev: Option<f64>,
-    /// The same from a tenth of the finest level's cells on.
+    /// The exponent of the standard deviation from a tenth of the finest level's cells on.
     pub std_dev_last_decade: Option<f64>,
     /// The exponent of √Var in theory.
     pub std_dev_theory: f64,

@@ -51,6 +51,11 @@ name = "profile"
 grid = 3
 "#;
 
+/// Whether `FREDHOLM_LONG` asks for all cases of a test, and not for a day's share of them.
+pub(crate) fn is_long() -> bool {
+    std::env::var_os("FREDHOLM_LONG").is_some()
+}
+
 /// Longer than any run of these tests takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -119,6 +124,14 @@ impl Ran {
     pub(crate) fn quietly(self, status: i32) -> Self {
         assert_eq!(self.status, Some(status), "{self:?}");
         assert_eq!(self.stderr, "", "{self:?}");
+        self
+    }
+
+    /// Asserts the status, and that nothing was said besides but what the tail of the scores leaves of an error bar.
+    pub(crate) fn but_for_doubts(self, status: i32) -> Self {
+        assert_eq!(self.status, Some(status), "{self:?}");
+        let is_doubt = |line: &str| line.starts_with("warning: ") && line.contains("the error bar");
+        assert!(self.stderr.lines().all(is_doubt), "{self:?}");
         self
     }
 

@@ -19,7 +19,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
-use fredholm_core::{Equation, NeighbourOf, Plan, Statistics};
+use fredholm_core::{Equation, NeighbourOf, RunOptions, Statistics};
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -66,7 +66,7 @@ impl Runner for Device {
         name: &str,
         case: Case<'_, E, N, T>,
         _: u64,
-        plan: Plan,
+        options: RunOptions,
     ) {
         let estimator = case.estimator;
         let top = paint::paint();
@@ -77,7 +77,7 @@ impl Runner for Device {
             ticks += u64::from(before.wrapping_sub(now) & SYST_MASK);
             before = now;
         };
-        let Some(statistics) = run(case, plan, count) else {
+        let Some(statistics) = run(case, options, count) else {
             self.failed = true;
             return;
         };
@@ -96,8 +96,8 @@ impl Runner for Device {
 #[inline(never)]
 fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     case: Case<'_, E, N, T>,
-    plan: Plan,
+    options: RunOptions,
     count: impl FnMut(),
 ) -> Option<Statistics> {
-    drive(case, plan, WALKS, count)
+    drive(case, options, WALKS, count)
 }

@@ -8,8 +8,10 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use fredholm_circle::{Cells, Circle, Harmonic};
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-use fredholm_core::{At, Estimator, Neighbour, Plan, Real, STEP_LIMIT, Stream, Task, Tolerance};
+use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
+use fredholm_core::{
+    At, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+};
 use fredholm_embedded::{Aligned, Driver, Table};
 
 /// Written by `fredholm export circle_f32.toml -o circle_f32.bin`.
@@ -33,7 +35,7 @@ fn main() -> ! {
     }
 }
 
-/// `None`: a table or a plan was refused, or a walk was not finite; the errors say what and why.
+/// `None`: a table or the options were refused, or a walk was not finite; the errors say what and why.
 fn solve() -> Option<()> {
     // The light is a formula: C, D and ℓ of (57).
     let table = Table::read(&TABLE.0, "circle").ok()?;
@@ -50,7 +52,7 @@ fn solve() -> Option<()> {
     // Everything is read where it lies.
     let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
     let circle = Circle::with_constants(cells, light, table.one("circle").ok()?).ok()?;
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
@@ -61,15 +63,15 @@ fn solve() -> Option<()> {
         equation: &circle,
         neighbour: &neighbour,
         functional: &At(start),
-        neighbour_value: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
+        control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
         estimator: Estimator::Absorption,
-        stream: <Stream>::new(1, 0),
+        seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
-    let mut plan = Plan::new(100_000);
-    plan.batch = 256;
-    plan.tolerance = Some(Tolerance::Absolute(5e-3));
-    let mut driver = Driver::new(task, plan).ok()?;
+    let mut options = RunOptions::new(100_000);
+    options.batch = 256;
+    options.tolerance = Some(Tolerance::Absolute(5e-3));
+    let mut driver = Driver::new(task, options).ok()?;
     loop {
         // Some milliseconds of work; the main loop does the rest of its duties in between.
         let progress = driver.poll(100).ok()?;

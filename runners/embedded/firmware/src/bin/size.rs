@@ -11,8 +11,10 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::entry;
-use fredholm_core::galerkin::{OffDiagonal, PairKind, Piecewise};
-use fredholm_core::{At, Estimator, Neighbour, Plan, Real, STEP_LIMIT, Stream, Task, Tolerance};
+use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
+use fredholm_core::{
+    At, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+};
 use fredholm_embedded::{Aligned, Driver, Table};
 
 unsafe extern "C" {
@@ -61,7 +63,7 @@ fn main() -> ! {
 fn solve() -> Option<()> {
     let table = Table::read(&TABLE.0, "circle").ok()?;
     let circle = circle_table::circle::<f32>(&table)?;
-    let pairs = OffDiagonal {
+    let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
@@ -73,14 +75,14 @@ fn solve() -> Option<()> {
         equation: &circle,
         neighbour: &neighbour,
         functional: &start,
-        neighbour_value: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
+        control_mean: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
         estimator: Estimator::Absorption,
-        stream: <Stream>::new(1, 0),
+        seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };
-    let mut plan = Plan::new(1_000_000);
-    plan.tolerance = Some(Tolerance::Absolute(1e-3));
-    let Ok(mut driver) = Driver::new(task(), plan) else {
+    let mut options = RunOptions::new(1_000_000);
+    options.tolerance = Some(Tolerance::Absolute(1e-3));
+    let Ok(mut driver) = Driver::new(task(), options) else {
         return None;
     };
     loop {
@@ -106,7 +108,7 @@ fn solve() -> Option<()> {
         {
             let bytes = driver.save().to_bytes();
             let state = fredholm_embedded::State::from_bytes(&bytes).ok()?;
-            driver = Driver::restore(task(), plan, &state).ok()?;
+            driver = Driver::restore(task(), options, &state).ok()?;
         }
         if progress.stop.is_some() {
             return Some(());

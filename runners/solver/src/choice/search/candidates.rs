@@ -51,7 +51,7 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// The same setting without a neighbour equation.
+    /// The base setting without a neighbour equation.
     pub(super) fn plain_base(&self) -> Setting {
         Setting {
             plain: true,
@@ -98,7 +98,11 @@ impl<'m> Search<'m> {
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond).take(most) {
-            let level = self.model.partition(&cut.on(cells))?;
+            let level = match self.model.partition(&cut.on(cells)) {
+                // An equation of a crate of its own may refuse numbers of cells that it has not named.
+                Err(_) if !levels.is_empty() => break,
+                level => level?,
+            };
             let (cost, unknowns) = (level.cost(setting.pairs), level.unknowns());
             let large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
             if large || (levels.len() > 1 && cost.setup > self.least_seconds()) {

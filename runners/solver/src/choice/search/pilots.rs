@@ -8,7 +8,7 @@ use super::super::pilot::{self, Pilot, Walked};
 use super::super::setting::Setting;
 use super::{Search, Squares};
 use crate::Error;
-use crate::answer::{Walks, Watch};
+use crate::answer::{SolveObserver, Walks};
 use crate::cost::{Cost, PointwisePairs};
 use crate::model::Request;
 
@@ -33,7 +33,7 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// The same with the set-up counted.
+    /// This allowance with the set-up counted.
     const fn with_setup(self) -> Self {
         Self {
             setup: true,
@@ -170,7 +170,9 @@ impl Search<'_> {
             solved.walk(&walks, &request, &watch)?
         };
         let without = |radius: f64| radius * (1.0 - setting.absorption);
-        self.second_moment = self.second_moment.or(answer.neighbour_radius.map(without));
+        self.second_moment = self
+            .second_moment
+            .or(answer.neighbour_second_moment_radius.map(without));
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
@@ -222,7 +224,7 @@ fn squares(known: &mut Vec<Squares>, setting: &Setting, walked: &Walked<'_>) -> 
 }
 
 /// A watch that observes nothing of pilots, and may end them.
-struct Quiet<'a>(&'a dyn Watch);
+struct Quiet<'a>(&'a dyn SolveObserver);
 
 impl Observer for Quiet<'_> {
     fn cancelled(&self) -> bool {
@@ -230,4 +232,4 @@ impl Observer for Quiet<'_> {
     }
 }
 
-impl Watch for Quiet<'_> {}
+impl SolveObserver for Quiet<'_> {}

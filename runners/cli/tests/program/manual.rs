@@ -1,0 +1,213 @@
+//! README and manual do what they say: problem files are read, commands run, and printed results are what is printed.
+//!
+//! A block `sh` is run as it stands, a block `sh long` with `FREDHOLM_LONG=1`, and a block `sh hours` is not run, but its
+//! options must exist. Commands of a page run one after the other in one folder, which has the examples, and every
+//! problem file of the page whose first line is its name, as a comment. A block `text` that follows a block `sh` is a part of
+//! what its last command prints, but for lines with times.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::common;
+
+use common::{Folder, Ran, command, fredholm, wait};
+
+/// What other commands of the manual begin with: these are for people and for CI.
+const OTHERS: [&str; 8] = [
+    "cargo test",
+    "FREDHOLM_LONG=1 cargo test",
+    "cargo bench",
+    "cargo install",
+    "cargo fuzz",
+    "git clone",
+    "cd ",
+    "fuzz/seeds",
+];
+
+/// A block of code.
+struct Block<'a> {
+    /// The line of the page, from 1.
+    line: usize,
+    /// The words behind the fence.
+    info: &'a str,
+    text: String,
+}
+
+/// The root of the repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// README and manual: path and text.
+fn pages() -> Vec<(PathBuf, String)> {
+    let entries = fs::read_dir(root().join("docs")).unwrap();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
+    paths.push(root().join("README.md"));
+    paths.sort();
+    let read = |path: PathBuf| {
+        let text = fs::read_to_string(&path).unwrap();
+        (path, text)
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// The blocks of a page, in order.
+fn blocks(page: &str) -> Vec<Block<'_>> {
+    let mut found: Vec<Block<'_>> = Vec::new();
+    let mut is_open = false;
+    for (number, line) in page.lines().enumerate() {
+        match line.strip_prefix("```") {
+            Some(_) if is_open => is_open = false,
+            Some(info) => {
+                is_open = true;
+                found.push(Block {
+                    line: number + 1,
+                    info,
+                    text: String::new(),
+                });
+            }
+            None => {
+                if let (true, Some(block)) = (is_open, found.last_mut()) {
+                    block.text += line;
+                    block.text.push('\n');
+                }
+            }
+        }
+    }
+    assert!(!is_open, "a block has no end");
+    found
+}
+
+/// The arguments of a command that calls the program.
+fn arguments(command: &str) -> Option<&str> {
+    let rest = command.strip_prefix("cargo run --release -- ");
+    rest.or_else(|| command.strip_prefix("fredholm "))
+}
+
+/// Runs a command in a folder; `> FILE` is where its output goes.
+fn run(folder: &Folder, line: &str) -> Ran {
+    let (line, file) = match line.split_once(" > ") {
+        Some((line, file)) => (line, Some(file)),
+        None => (line, None),
+    };
+    let args: Vec<&str> = line.split_whitespace().collect();
+    let ran = wait(command(&args).current_dir(folder.path()).spawn().unwrap());
+    if let Some(file) = file {
+        folder.file(file.trim(), &ran.stdout);
+    }
+    ran
+}
+
+/// Asserts that the command and its options exist.
+fn assert_known(line: &str, place: &str) {
+    let mut words = line.split_whitespace();
+    let name = words.next().unwrap_or_default();
+    let help = fredholm(&[name, "--help"]);
+    assert_eq!(help.status, Some(0), "{place}: {line}");
+    for option in words.filter(|word| word.starts_with("--")) {
+        let option = option.trim_end_matches(|c: char| !c.is_alphanumeric());
+        assert!(
+            help.stdout.contains(option),
+            "{place}: no {option} in {line}"
+        );
+    }
+}
+
+/// Whether a line says how long something took.
+fn has_time(line: &str) -> bool {
+    line.contains("pilots in ") || line.ends_with(" s") || line.ends_with(" threads")
+}
+
+/// Copies the examples into a folder.
+fn copy_examples(folder: &Folder) {
+    fs::create_dir(folder.path().join("examples")).unwrap();
+    for entry in fs::read_dir(root().join("examples")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap();
+        fs::copy(&path, folder.path().join("examples").join(name)).unwrap();
+    }
+}
+
+#[test]
+fn the_manual_does_what_it_says() {
+    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
+    let [mut files, mut commands, mut compared] = [0; 3];
+    for (path, page) in pages() {
+        let folder = Folder::new();
+        copy_examples(&folder);
+        // What the last command printed; nothing where it was not run.
+        let mut printed: Option<String> = None;
+        for Block { line, info, text } in blocks(&page) {
+            let place = format!("{}:{line}", path.display());
+            match info {
+                "toml" if text.contains("[dependencies]") => {
+                    for dependency in text.split("path = \"../fredholm/").skip(1) {
+                        let crate_folder = dependency.split('"').next().unwrap();
+                        let manifest = root().join(crate_folder).join("Cargo.toml");
+                        assert!(manifest.exists(), "{place}: {crate_folder}");
+                    }
+                }
+                "toml" => {
+                    let name = text.lines().next().and_then(|line| {
+                        let name = line.strip_prefix("# ")?.split(':').next()?;
+                        name.ends_with(".toml").then_some(name)
+                    });
+                    let name = name.unwrap_or_else(|| panic!("{place}: a file without a name"));
+                    let file = folder.file(name, &text);
+                    let ran = fredholm(&["check", &file]);
+                    assert_eq!(ran.status, Some(0), "{place}: {ran:?}");
+                    files += 1;
+                }
+                "sh" | "sh long" | "sh hours" => {
+                    printed = None;
+                    for line in text.replace("\\\n", " ").lines() {
+                        let Some(line) = arguments(line) else {
+                            let is_other = OTHERS.iter().any(|start| line.starts_with(start));
+                            assert!(is_other, "{place}: what is {line:?}?");
+                            continue;
+                        };
+                        if info == "sh hours" || info == "sh long" && !is_long {
+                            assert_known(line, &place);
+                            continue;
+                        }
+                        let ran = run(&folder, line);
+                        assert_eq!(ran.status, Some(0), "{place}: {line}: {ran:?}");
+                        printed = Some(ran.stdout);
+                        commands += 1;
+                    }
+                }
+                "text" => {
+                    if let Some(printed) = &printed {
+                        let real: Vec<&str> = printed.lines().map(str::trim_end).collect();
+                        for line in text.lines().filter(|line| !has_time(line)) {
+                            let line = line.trim_end();
+                            assert!(real.contains(&line), "{place}: {line:?} of {printed}");
+                            compared += 1;
+                        }
+                    }
+                }
+                "rust" | "math" | "svg" => {}
+                _ => panic!("{place}: a block of {info:?}"),
+            }
+        }
+    }
+    assert!(
+        files >= 8 && commands >= 20 && compared >= 60,
+        "{files} {commands} {compared}"
+    );
+}
+
+#[test]
+fn commands_that_the_text_names_exist() {
+    for (path, page) in pages() {
+        let prose: String = page.split("```").step_by(2).collect();
+        let spans = prose.split('`').skip(1).step_by(2);
+        for span in spans {
+            let span = span.replace('\n', " ");
+            if let Some(line) = arguments(&span) {
+                assert_known(line, &path.display().to_string());
+            }
+        }
+    }
+}

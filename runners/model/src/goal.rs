@@ -1,0 +1,183 @@
+//! What is asked for.
+
+use core::fmt;
+use std::sync::Arc;
+
+use crate::{Error, Model};
+
+/// A part of the space of states, or a point, for which something is asked.
+///
+/// ```
+/// use fredholm::circle::Emission;
+/// use fredholm::{CircleModel, Region, Solver};
+///
+/// let u = CircleModel::new(vec![0.5], Emission::Arcs(vec![1.0, 0.0]));
+/// let report = Solver::new(&u).goal("upper half", Region::Arc(0.0, 3.14)).walks(5000).solve()?;
+/// assert_eq!(report.goals[0].name, "upper half");
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Region {
+    /// The mean of u over the whole space.
+    Whole,
+    /// u at an angle of a circle.
+    Angle(f64),
+    /// The mean of u over an interval of angles.
+    Arc(f64, f64),
+    /// u at a point, by its coordinates; in a room the mean of u over all directions in which the point, between the walls,
+    /// sees them.
+    Point(Vec<f64>),
+    /// ∫ u w for the weight of this number, which the model knows.
+    Weight(usize),
+    /// ∫ u w for a weight w of the coordinates.
+    Function(WeightFn),
+    /// u on the part of this number, a surface say, at this share of its length.
+    On(usize, f64),
+    /// The mean of u over the part of this number.
+    Part(usize),
+    /// The mean of u over the parts of these numbers together.
+    Parts(Vec<usize>),
+}
+
+/// A weight w of an integral ∫ u w, as a function of the coordinates of a point.
+///
+/// ```
+/// use fredholm::{CubeModel, Region, Solver, WeightFn};
+///
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let right_half = WeightFn::new(|x| if x[0] < 0.5 { 0.0 } else { 1.0 });
+/// let solver = Solver::new(&u).goal("right half", Region::Function(right_half));
+/// let report = solver.cells(10).degree(1).walks(10_000).solve()?;
+/// assert!((report.goals[0].preconditioned.estimate.unwrap() - 0.45).abs() < 0.01);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone)]
+pub struct WeightFn(Arc<Field>);
+
+/// A function of the coordinates of a point.
+pub type Field = dyn Fn(&[f64]) -> f64 + Send + Sync;
+
+impl WeightFn {
+    /// Creates the weight of a function.
+    #[must_use]
+    pub fn new(weight: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(weight))
+    }
+
+    /// The weight of the point with these coordinates.
+    #[must_use]
+    pub fn value(&self, coordinates: &[f64]) -> f64 {
+        (self.0)(coordinates)
+    }
+}
+
+/// Equal if they are copies of one weight.
+impl PartialEq for WeightFn {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for WeightFn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("WeightFn")
+    }
+}
+
+/// A functional of the solution, with the name that results give it.
+///
+/// ```
+/// use fredholm::{CubeModel, Goal, Model, Region};
+///
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// let goal = |x| [Goal { name: "u".to_owned(), region: Region::Point(vec![x]) }];
+/// assert!(u.check_goals(&goal(0.5)).is_ok());
+/// assert!(u.check_goals(&goal(1.5)).is_err());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goal {
+    /// The name in results.
+    pub name: String,
+    /// The region: a point, a part, or the whole space.
+    pub region: Region,
+}
+
+/// A named request: one functional, or a grid of points.
+///
+/// ```
+/// use fredholm::{Ask, CubeModel, Target, goals};
+///
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// let line = Target { name: "line".to_owned(), ask: Ask::Grid { points: 3, part: None } };
+/// let names: Vec<String> = goals(&u, &[line])?.into_iter().map(|goal| goal.name).collect();
+/// assert_eq!(names, ["line[0]", "line[1]", "line[2]"]);
+/// # Ok::<(), fredholm::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The name in results.
+    pub name: String,
+    /// The functional or the grid of points.
+    pub ask: Ask,
+}
+
+/// One functional, or a grid of points.
+///
+/// ```
+/// use fredholm::{Ask, Region};
+///
+/// assert_ne!(Ask::One(Region::Whole), Ask::Grid { points: 3, part: None });
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Ask {
+    /// One functional.
+    One(Region),
+    /// u at several points, equally spaced over the space or along the part of this number.
+    Grid {
+        /// The number of points.
+        points: usize,
+        /// The part, where the space has several.
+        part: Option<usize>,
+    },
+}
+
+impl Target {
+    /// The functionals that it asks for: `name`, or `name[0]`, `name[1]` and so on.
+    fn goals(&self, model: &dyn Model) -> Vec<Goal> {
+        match &self.ask {
+            Ask::One(region) => vec![Goal {
+                name: self.name.clone(),
+                region: region.clone(),
+            }],
+            Ask::Grid { points, part } => {
+                let regions = model.grid(*points, *part).into_iter().enumerate();
+                let goal = |(i, region)| Goal {
+                    name: format!("{}[{i}]", self.name),
+                    region,
+                };
+                regions.map(goal).collect()
+            }
+        }
+    }
+}
+
+/// The functionals of all targets.
+///
+/// # Errors
+/// [`Error::TwoGoals`]: two have the same name.
+pub fn goals(model: &dyn Model, targets: &[Target]) -> Result<Vec<Goal>, Error> {
+    let all: Vec<Goal> = targets
+        .iter()
+        .flat_map(|target| target.goals(model))
+        .collect();
+    let mut names: Vec<&str> = all.iter().map(|goal| goal.name.as_str()).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(Error::TwoGoals {
+            name: pair[0].to_owned(),
+        }),
+        None => Ok(all),
+    }
+}

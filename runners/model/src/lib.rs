@@ -1,0 +1,24 @@
+#![doc = include_str!("../README.md")]
+
+pub mod cost;
+pub mod device;
+mod error;
+mod examined;
+pub mod finite;
+mod goal;
+pub mod memory;
+mod model;
+pub mod numbers;
+mod options;
+pub mod pairs;
+mod settings;
+
+pub use error::{EquationError, Error, MOST_SECONDS, Subject};
+pub use examined::{Examined, in_parallel};
+pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
+pub use model::{
+    About, Derived, Deterministic, Flux, Heat, Model, NO_ITERATION, Partitioned, Prepared, Request,
+    System, Then, WithJob, WithStarts,
+};
+pub use options::{Choice, Choices, Pairs, Scalar};
+pub use settings::{Discretisation, Settings, WalkOptions};

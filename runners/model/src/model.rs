@@ -1,0 +1,419 @@
+//! Three stages of a solution: a model, its cells, its solved system. All are object safe.
+
+use fredholm_core::galerkin::Convergence;
+use fredholm_core::{Estimate, Job, Statistics};
+use fredholm_embedded::TableBuilder;
+use fredholm_variance::Start;
+use serde::Serialize;
+
+use crate::examined::Examined;
+use crate::pairs::PairCounts;
+
+use crate::cost::{Cost, PointwisePairs};
+use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions};
+
+/// The properties of a kind of model.
+#[derive(Clone, Copy, Debug)]
+pub struct About {
+    /// The word of files and results.
+    pub kind: &'static str,
+    /// d, of cubes.
+    pub dimension: Option<usize>,
+    /// The largest degree of polynomials on a cell.
+    pub most_degree: usize,
+    /// Advice on what needs less memory than this, other than fewer cells.
+    pub less_memory: &'static str,
+    /// Whether the kernel may have a singularity that few walks show.
+    pub is_singular: bool,
+    /// Whether large scores of preconditioned walks may be so rare that few walks miss them all.
+    pub has_rare_scores: bool,
+    /// Whether any number of cells will do.
+    pub takes_any_cells: bool,
+    /// Whether kernel evaluations tell the work; otherwise the clock does.
+    pub counts_evaluations: bool,
+}
+
+/// An equation whose size is chosen at run time.
+///
+/// ```
+/// use fredholm::{CubeModel, Model};
+///
+/// // Code that takes any equation.
+/// fn kind(model: &dyn Model) -> (&'static str, usize) {
+///     (model.about().kind, model.about().most_degree)
+/// }
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// assert_eq!(kind(&u), ("cube", 4));
+/// ```
+pub trait Model: Send + Sync {
+    /// The properties of the model.
+    fn about(&self) -> About;
+
+    /// The name of the part of this number: of a surface, say.
+    fn part(&self, number: usize) -> Option<&str> {
+        let _ = number;
+        None
+    }
+
+    /// The text of the weight of this number.
+    fn weight(&self, number: usize) -> Option<&str> {
+        let _ = number;
+        None
+    }
+
+    /// The unit of u and of what follows from it, if it has one.
+    fn unit(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The place of a point in the drawing, where a region says it otherwise: in metres, of a room.
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        let _ = region;
+        None
+    }
+
+    /// The region of the point with these coordinates.
+    fn point(&self, coordinates: &[f64]) -> Region {
+        Region::Point(coordinates.to_vec())
+    }
+
+    /// Refuses goals of regions that it does not have.
+    ///
+    /// # Errors
+    /// [`Error::Region`].
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error>;
+
+    /// The regions of a number of points, equally spaced over the space or along the part of this number.
+    fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region>;
+
+    /// The region of the mean over the whole space.
+    fn whole(&self) -> Region {
+        Region::Whole
+    }
+
+    /// (u, Φ), if it is known.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
+        let _ = region;
+        Ok(None)
+    }
+
+    /// Refuses combinations that it does not take.
+    ///
+    /// # Errors
+    /// [`Error::Option`].
+    fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error>;
+
+    /// Cuts the space into cells.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn partition<'m>(
+        &'m self,
+        discretisation: &Discretisation,
+    ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error>;
+
+    /// Cells for a sweep, from few to as many as take a second or so.
+    fn levels(&self, discretisation: &Discretisation) -> Vec<usize>;
+
+    /// Fewer cells than those, which are too few for a sweep and cheap to try.
+    fn coarse_levels(&self, discretisation: &Discretisation) -> Vec<usize> {
+        let _ = discretisation;
+        Vec::new()
+    }
+
+    /// The exponent r of √Var ~ n^−r that theory has with these pairs.
+    fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
+        let _ = pairs;
+        self.smooth_order(discretisation.degree)
+    }
+
+    /// The exponent r where nothing but the degree limits it.
+    fn smooth_order(&self, degree: usize) -> f64 {
+        (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
+    }
+
+    /// Deterministic solutions to compare with, if there are some.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {
+        Ok(Vec::new())
+    }
+
+    /// ∫ F² over ∫ 1, if there is a [rare variance](System::rare_variance): over q0, where walks score F/q, E η² of walks
+    /// from anywhere is at least that.
+    fn mean_square_of_source(&self) -> f64 {
+        0.0
+    }
+
+    /// What the statistics of a job say besides u: irradiances and net fluxes. They are those of the goals, and then of
+    /// what [`Model::besides`] counts.
+    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        let _ = (goals, statistics);
+        Derived::default()
+    }
+
+    /// The number of functionals that a job has besides its goals.
+    fn besides(&self, goals: &[Goal]) -> usize {
+        let _ = goals;
+        0
+    }
+}
+
+/// A deterministic solution.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Deterministic {
+    /// The number of nodes.
+    pub nodes: usize,
+    /// Kernel evaluations.
+    pub evaluations: f64,
+    /// The mean that it gives.
+    pub mean: f64,
+    /// The error of the deterministic solution; null if it is not known well enough.
+    pub error: Option<f64>,
+}
+
+/// The results of a room other than u: irradiances and net fluxes.
+#[derive(Clone, Debug, Default)]
+pub struct Derived {
+    /// Irradiance and net flux of each goal; empty for others than rooms.
+    pub heat: Vec<Heat>,
+    /// The net flux out of every part, if there are temperatures.
+    pub fluxes: Vec<Flux>,
+}
+
+/// The net flux out of a part.
+#[derive(Clone, Debug)]
+pub struct Flux {
+    /// The part's name.
+    pub name: String,
+    /// The number of walks.
+    pub walks: u64,
+    /// The net flux in W per metre of depth; `None` where its material changes.
+    pub net_flux: Option<Estimate>,
+}
+
+/// Irradiance and net flux of a goal.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Heat {
+    /// The irradiance H.
+    pub irradiance: Option<Estimate>,
+    /// The net flux out of the wall in W/m², of a surface in the mean.
+    pub net_flux: Option<Estimate>,
+    /// The mean radiant temperature in kelvin, of a point in the air.
+    pub radiant_temperature: Option<Estimate>,
+}
+
+/// Cells cut, nothing solved.
+///
+/// ```
+/// use fredholm::{CubeModel, Model, Partitioned, Settings};
+///
+/// let u = CubeModel::from_fn::<2>(|_, _| 0.5, |_| 1.0);
+/// let settings = Settings { cells: Some(10), degree: Some(1), ..Settings::default() };
+/// let cells = u.partition(&settings.discretisation())?;
+/// assert_eq!((cells.cells(), cells.unknowns()), (10, 300));
+/// // Walks with the absorption probability 0.2 have a finite variance.
+/// assert!(cells.plain_radius(0.2)? < 1.0);
+/// # Ok::<(), fredholm::Error>(())
+/// ```
+pub trait Partitioned<'m>: Send + Sync {
+    /// Cells as they are counted in [`Discretisation::cells`].
+    fn cells(&self) -> usize;
+
+    /// The number of unknowns in all: of cells, at degree 0.
+    fn unknowns(&self) -> usize;
+
+    /// The number of cells for people: "100", "10 per axis, 1000 in all".
+    fn cells_text(&self) -> String {
+        self.cells().to_string()
+    }
+
+    /// Bytes of all tables at their largest.
+    fn memory(&self, goals: &[Goal], pairs: Pairs) -> usize;
+
+    /// What work takes.
+    fn cost(&self, pairs: Pairs) -> Cost;
+
+    /// Pointwise pairs of a row; if that takes a set-up, estimated on few cells.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        let _ = pairs;
+        Ok(PointwisePairs::default())
+    }
+
+    /// Kernel evaluations of a set-up whose iteration took so many sweeps.
+    fn evaluations(&self, sweeps: u32) -> f64;
+
+    /// The spectral radius of T_k²p, estimated: below 1 if walks have a finite variance.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn plain_radius(&self, absorption: f64) -> Result<f64, Error>;
+
+    /// Refuses walks whose error bars would mean nothing, as far as that can be seen without a solved system.
+    ///
+    /// # Errors
+    /// [`Error::InfiniteVariance`].
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error>;
+
+    /// What few walks miss: see [`System::rare_variance`]. It takes a small part of a set-up.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
+        let _ = pairs;
+        Ok(0.0)
+    }
+
+    /// Refuses an examination ([`System::examine`]) that takes too long, before anything is solved.
+    ///
+    /// # Errors
+    /// [`Error::TooMuch`].
+    fn check_examination(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Solves the Galerkin system. It serves every absorption; which one it is computed with moves last digits at most.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error>;
+
+    /// Prepares walks that follow no neighbour equation, and hands them on.
+    ///
+    /// # Errors
+    /// [`Error`], or what `then` says.
+    fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error>;
+}
+
+/// A solved Galerkin system. It serves all pairs, absorptions and estimators.
+///
+/// ```
+/// use fredholm::{CubeModel, Model, Pairs, Partitioned, Settings, System};
+///
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// let settings = Settings { cells: Some(10), ..Settings::default() };
+/// let system = u.partition(&settings.discretisation())?.solve(0.2)?;
+/// assert!(system.check_variance(Pairs::Default, 0.2).is_ok());
+/// # Ok::<(), fredholm::Error>(())
+/// ```
+pub trait System: Send + Sync {
+    /// Refuses walks whose error bars would mean nothing.
+    ///
+    /// # Errors
+    /// [`Error::InfiniteVariance`].
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error>;
+
+    /// (1 − q0) ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ F²: the same for every absorption.
+    ///
+    /// Over 1 − q0, and times q0 where walks score F/q, it is ∫∫ (k − h)² p/∫ f² q, which times (E η²)² is about the
+    /// variance that few walks miss: the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
+        let _ = pairs;
+        Ok(0.0)
+    }
+
+    /// Prepares walks that both equations follow, and hands them on.
+    ///
+    /// # Errors
+    /// [`Error`], or what `then` says.
+    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error>;
+
+    /// Prepares a prediction of variances with integrals in about so many points, and hands it on.
+    ///
+    /// # Errors
+    /// [`Error`], or what `then` says.
+    fn examine(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error>;
+
+    /// The neighbour equation as tables for a device.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error>;
+}
+
+/// The goals and options of walks.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// The goals.
+    pub goals: &'a [Goal],
+    /// How walks are made.
+    pub walk: &'a WalkOptions,
+    /// Whether u is all that is wanted: no irradiance, no net flux.
+    pub only_u: bool,
+}
+
+/// A function that is called with prepared walks.
+pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
+
+/// Callback that gets a job and (v, Φ) of each goal.
+pub type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
+
+/// Callback that gets the starts of all goals, in points P.
+pub type WithStarts<'a, P> = dyn FnMut(&[Start<'_, P>]) -> Result<(), Error> + 'a;
+
+/// Walks that are ready to run.
+#[derive(Clone, Copy)]
+pub struct Prepared<'a> {
+    /// The walks of the goals, and of what is wanted besides.
+    pub job: &'a dyn Job,
+    /// (v, Φ) of each goal, or what is known of it.
+    pub galerkin: &'a [f64],
+    /// ‖v‖∞, for what rounding leaves.
+    pub largest: f64,
+    /// A bound below 1 of the spectral radius of |K'|: the largest row sum or, if that is not below 1, by powers.
+    pub radius_bound: f64,
+    /// How the iteration for v went.
+    pub convergence: Convergence<f64>,
+    /// Pointwise pairs of a row.
+    pub pointwise: PointwisePairs,
+    /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
+    pub neighbour_second_moment_radius: Option<f64>,
+    /// How many pairs are what, if they were chosen one by one.
+    pub pair_counts: Option<PairCounts>,
+}
+
+impl core::fmt::Debug for Prepared<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Prepared")
+            .field("goals", &self.job.goals())
+            .field("pointwise", &self.pointwise)
+            .finish_non_exhaustive()
+    }
+}
+
+/// No iteration.
+pub const NO_ITERATION: Convergence<f64> = Convergence {
+    sweeps: 0,
+    residual: 0.0,
+};
+
+impl<'a> Prepared<'a> {
+    /// Walks that follow no neighbour equation.
+    pub fn plain(job: &'a dyn Job, zeros: &'a [f64]) -> Self {
+        Self {
+            job,
+            galerkin: zeros,
+            largest: 0.0,
+            radius_bound: 0.0,
+            convergence: NO_ITERATION,
+            pointwise: PointwisePairs::default(),
+            neighbour_second_moment_radius: None,
+            pair_counts: None,
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What is said of a solution: cells, pairs of cells, walks.
+
+use fredholm_core::Estimator;
+
+/// How the neighbour equation treats pairs of cells.
+///
+/// ```
+/// use fredholm::{Choices, Pairs};
+///
+/// assert_eq!(Pairs::of_word("pointwise"), Some(Pairs::Pointwise));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pairs {
+    /// Pairs as in Heinrich 1995: none is pointwise.
+    Paper,
+    /// Pairs in S, but for those on which the kernel or the density is not smooth: these are pointwise.
+    Default,
+    /// All pairs pointwise: the neighbour equation differs in its source only.
+    Pointwise,
+    /// Every pair by itself in S, pointwise or left out, for the least predicted variance × time.
+    Theory,
+}
+
+/// The floating-point type of walks.
+///
+/// ```
+/// use fredholm::{Choices, Scalar};
+///
+/// assert_eq!(Scalar::F32.word(), "f32");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// One value of an option with a few values.
+///
+/// ```
+/// use fredholm::{Choices, Scalar};
+///
+/// let words: Vec<&str> = Scalar::ALL.iter().map(|choice| choice.word).collect();
+/// assert_eq!(words, ["f32", "f64"]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<T: 'static> {
+    /// The value.
+    pub value: T,
+    /// The word for it in files, on command lines and in results.
+    pub word: &'static str,
+    /// The description of the choice, in a sentence or two without a full stop.
+    pub help: &'static str,
+}
+
+/// An option with a few values, each of which has a word.
+///
+/// ```
+/// use fredholm::{Choices, Pairs};
+///
+/// assert_eq!(Pairs::Theory.word(), "theory");
+/// assert_eq!(Pairs::of_word("paper"), Some(Pairs::Paper));
+/// assert_eq!(Pairs::of_word("papers"), None);
+/// ```
+pub trait Choices: Copy + PartialEq + 'static {
+    /// All values.
+    const ALL: &'static [Choice<Self>];
+
+    /// The word for a value.
+    fn word(self) -> &'static str {
+        let found = Self::ALL.iter().find(|choice| choice.value == self);
+        found.map_or("", |choice| choice.word)
+    }
+
+    /// The value that a word stands for.
+    fn of_word(word: &str) -> Option<Self> {
+        let found = Self::ALL.iter().find(|choice| choice.word == word);
+        found.map(|choice| choice.value)
+    }
+}
+
+impl Choices for Pairs {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Paper,
+            word: "paper",
+            help: "As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S; room, left out \
+                   what the default has pointwise",
+        },
+        Choice {
+            value: Self::Default,
+            word: "default",
+            help: "All pairs in S, but for a kernel with a kink at x = y (circle; cube with `kernel_integral`) the \
+                   diagonal pointwise; room: pairs that are partly hidden, or meet in a corner, pointwise",
+        },
+        Choice {
+            value: Self::Pointwise,
+            word: "pointwise",
+            help: "All pairs pointwise: the neighbour equation differs in its source only",
+        },
+        Choice {
+            value: Self::Theory,
+            word: "theory",
+            help: "Every pair for itself in S, pointwise or left out: as the predicted variance times the time of a \
+                   walk is least. Takes longer to set up, by some thirty evaluations of every pair",
+        },
+    ];
+}
+
+impl Choices for Scalar {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::F32,
+            word: "f32",
+            help: "Single precision",
+        },
+        Choice {
+            value: Self::F64,
+            word: "f64",
+            help: "Double precision",
+        },
+    ];
+}
+
+impl Choices for Estimator {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Absorption,
+            word: "absorption",
+            help: "A walk scores where it is absorbed",
+        },
+        Choice {
+            value: Self::Collision,
+            word: "collision",
+            help: "A walk scores in every state",
+        },
+    ];
+}

@@ -1,0 +1,208 @@
+//! All that may be said of a solution besides the equation: what is open is chosen.
+
+use core::time::Duration;
+
+use fredholm_core::{Estimator, Tolerance};
+
+use crate::{Error, Pairs, Scalar, Subject};
+
+/// The settings of a solution. `None` is open: it has a default, or is chosen if there is a tolerance.
+///
+/// ```
+/// use fredholm::{CubeModel, Settings, Solver};
+///
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let settings = Settings { cells: Some(4), degree: Some(1), seed: 7, ..Settings::default() };
+/// let report = Solver::with(&u, settings, Vec::new()).mean().walks(5000).solve()?;
+/// assert_eq!((report.cells, report.degree, report.seed), (4, 1, 7));
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Cells; of a cube per axis.
+    pub cells: Option<usize>,
+    /// Degree of the polynomials on a cell.
+    pub degree: Option<usize>,
+    /// How the neighbour equation treats pairs of cells.
+    pub pairs: Option<Pairs>,
+    /// Quadrature points of a cell and axis, where coefficients come from quadrature.
+    pub points: Option<usize>,
+    /// How cells shrink towards the corners of a room; 1 makes them equal.
+    pub grading: Option<f64>,
+    /// Whether the walls of a room are cut at the edges of shadows.
+    pub shadow_cuts: Option<bool>,
+    /// Walks for each goal; with a tolerance the most.
+    pub walks: Option<u64>,
+    /// q0, the probability that a walk is absorbed in a state.
+    pub absorption: Option<f64>,
+    /// The estimator: what a walk scores.
+    pub estimator: Option<Estimator>,
+    /// The floating-point type of walks.
+    pub scalar: Scalar,
+    /// The seed of all draws.
+    pub seed: u64,
+    /// Walks of a batch.
+    pub batch: u64,
+    /// The standard error at which a goal is done.
+    pub tolerance: Option<Tolerance>,
+    /// The time after which walks end.
+    pub time_limit: Option<Duration>,
+    /// Whether walks of infinite variance are wanted.
+    pub allow_infinite_variance: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cells: None,
+            degree: None,
+            pairs: None,
+            points: None,
+            grading: None,
+            shadow_cuts: None,
+            walks: None,
+            absorption: None,
+            estimator: None,
+            scalar: Scalar::F64,
+            seed: 1,
+            batch: 4096,
+            tolerance: None,
+            time_limit: None,
+            allow_infinite_variance: false,
+        }
+    }
+}
+
+impl Settings {
+    /// Walks of each goal where nothing is said of them.
+    pub const WALKS: u64 = 100_000;
+    /// q0 where nothing is said of it.
+    pub const ABSORPTION: f64 = 0.2;
+
+    /// Refuses numbers that cannot be, whatever the equation.
+    ///
+    /// # Errors
+    /// [`Error::Option`].
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |subject, message: String| Err(Error::Option { subject, message });
+        if let Some(q) = self.absorption.filter(|q| !(*q > 0.0 && *q < 1.0)) {
+            let message = format!("an absorption of {q}: it must be between 0 and 1");
+            return refuse(Subject::Absorption, message);
+        }
+        let (Some(Tolerance::Absolute(error)) | Some(Tolerance::Relative(error))) = self.tolerance
+        else {
+            return Ok(());
+        };
+        if error > 0.0 && error.is_finite() {
+            return Ok(());
+        }
+        let message = format!("an error of {error}: it must be a number above 0");
+        refuse(Subject::Tolerance, message)
+    }
+
+    /// How space is cut, with a default for what is open; the problem chooses cells.
+    #[must_use]
+    pub fn discretisation(&self) -> Discretisation {
+        Discretisation {
+            cells: self.cells,
+            degree: self.degree.unwrap_or(0),
+            points: self.points,
+            grading: self.grading,
+            shadow_cuts: self.shadow_cuts,
+            scalar: self.scalar,
+        }
+    }
+
+    /// The walks, with a default for what is open.
+    #[must_use]
+    pub fn walk_options(&self) -> WalkOptions {
+        WalkOptions {
+            pairs: self.pairs.unwrap_or(Pairs::Default),
+            walks: self.walks.unwrap_or(Self::WALKS),
+            absorption: self.absorption.unwrap_or(Self::ABSORPTION),
+            estimator: self.estimator.unwrap_or(Estimator::Absorption),
+            seed: self.seed,
+            batch: self.batch,
+            tolerance: self.tolerance,
+            time_limit: self.time_limit,
+            allow_infinite_variance: self.allow_infinite_variance,
+        }
+    }
+}
+
+/// How space is cut into cells, and what is solved on them.
+///
+/// ```
+/// use fredholm::Settings;
+///
+/// let coarse = Settings { cells: Some(10), ..Settings::default() }.discretisation();
+/// assert_eq!(coarse.on(20).cells, Some(20));
+/// assert_eq!(coarse.degree, 0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Discretisation {
+    /// Cells, of a cube per axis; without a number the problem chooses.
+    pub cells: Option<usize>,
+    /// Degree of the polynomials on a cell.
+    pub degree: usize,
+    /// Quadrature points of a cell and axis.
+    pub points: Option<usize>,
+    /// How cells shrink towards the corners of a room.
+    pub grading: Option<f64>,
+    /// Whether the walls of a room are cut at the edges of shadows.
+    pub shadow_cuts: Option<bool>,
+    /// The floating-point type in which walks meet the cells.
+    pub scalar: Scalar,
+}
+
+impl Discretisation {
+    /// This discretisation with another number of cells.
+    #[must_use]
+    pub const fn on(self, cells: usize) -> Self {
+        Self {
+            cells: Some(cells),
+            ..self
+        }
+    }
+}
+
+/// How walks are made, and the neighbour equation that they follow.
+///
+/// ```
+/// use fredholm::{Pairs, Settings};
+///
+/// let walk = Settings::default().walk_options();
+/// assert_eq!((walk.walks, walk.absorption, walk.pairs), (100_000, 0.2, Pairs::Default));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkOptions {
+    /// How the neighbour equation treats pairs of cells.
+    pub pairs: Pairs,
+    /// Walks for each goal; with a tolerance the most.
+    pub walks: u64,
+    /// q0, the probability that a walk is absorbed in a state.
+    pub absorption: f64,
+    /// The estimator: what a walk scores.
+    pub estimator: Estimator,
+    /// The seed of all draws.
+    pub seed: u64,
+    /// Walks of a batch.
+    pub batch: u64,
+    /// The standard error at which a goal is done.
+    pub tolerance: Option<Tolerance>,
+    /// The time after which walks end.
+    pub time_limit: Option<Duration>,
+    /// Whether walks of infinite variance are wanted.
+    pub allow_infinite_variance: bool,
+}
+
+impl WalkOptions {
+    /// What a job of the core takes of them.
+    pub fn for_core(&self) -> fredholm_core::WalkOptions {
+        fredholm_core::WalkOptions {
+            seed: self.seed,
+            estimator: self.estimator,
+            ..fredholm_core::WalkOptions::default()
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! What takes the number of functions on a cell as a constant.
+
+use fredholm_core::galerkin::{self, AllPointwise, PairTable, Partition, Piecewise, Rounded};
+use fredholm_core::{Functional, Real};
+use fredholm_cube::{Cube, Mean, Product, ProductTables, Weighted, empty_table};
+
+use super::functions::{ModelCube, Watched, WeightOf, Which};
+use super::system::{Kinds, Solved, Use, WeightedStart};
+use super::table::{Table, fill};
+use super::{CubePartition, SWEEPS, TOLERANCE};
+use fredholm_model::Error;
+
+/// Functions on a cell of a cube, whose number the steps of walks take as a constant. It is object safe, so that all
+/// else is compiled once for all degrees.
+pub(super) trait Degree<F, const D: usize>: Sync {
+    /// Hands out the neighbour equation with these pairs.
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
+        kinds: &Kinds,
+        then: &mut Use<'_, F, D>,
+    ) -> Result<(), Error>;
+
+    /// The mean of v.
+    fn mean(&self, v: &[F]) -> f64;
+
+    /// A weighted mean, by the weight and its means over the cells.
+    fn weighted<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &'a Watched<'a, F>,
+        weight: WeightOf<'a>,
+        means: &'a [F],
+        v: &[F],
+    ) -> Result<WeightedStart<'a, F, D>, Error>;
+}
+
+/// What a neighbour equation is made of, besides its pairs.
+pub(super) struct Of<'a, F, const D: usize> {
+    pub(super) cut: &'a CubePartition<'a>,
+    pub(super) values: &'a Watched<'a, F>,
+    pub(super) absorption: f64,
+    pub(super) solved: &'a Solved<D>,
+    pub(super) v: &'a [F],
+}
+
+/// Functions on a cell for walks in both scalars, and for what is computed in f64 alone.
+pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
+    /// The coefficients and the Galerkin solution, on all threads.
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error>;
+
+    /// Numbers near the means over the cells of a weight times the functions there.
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        weight: WeightOf<'_>,
+    ) -> Result<Vec<f64>, Error>;
+
+    /// The spectral radius of T_h²p with all pairs in S, estimated.
+    fn neighbour_second_moment_radius(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        absorption: f64,
+    ) -> Result<f64, Error>;
+}
+
+/// Piecewise constants, with pairs of any kind.
+#[derive(Debug)]
+pub(super) struct Constants;
+
+/// Polynomials of B functions on a cell, without pointwise pairs.
+#[derive(Debug)]
+pub(super) struct Smooth<const B: usize>;
+
+impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
+        kinds: &Kinds,
+        then: &mut Use<'_, F, D>,
+    ) -> Result<(), Error> {
+        let Kinds::Diagonal(pairs) = *kinds else {
+            return Err(Error::Internal(
+                "pointwise pairs are of piecewise constants",
+            ));
+        };
+        let Solved { table, solution } = of.solved;
+        let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
+        let cube = cube.with_functions::<B>();
+        let narrow = Rounded::new(table);
+        let g = solution.source(table, &pairs)?;
+        then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?)
+    }
+
+    fn mean(&self, v: &[F]) -> f64 {
+        Mean::of_blocks::<F, B>(v)
+    }
+
+    fn weighted<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &'a Watched<'a, F>,
+        weight: WeightOf<'a>,
+        means: &'a [F],
+        v: &[F],
+    ) -> Result<WeightedStart<'a, F, D>, Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        let weight = values.function(Which::Weight(weight));
+        let weighted = Weighted::new(&cube, weight, means, v)?;
+        Ok(WeightedStart {
+            weight,
+            of_means: weighted.of_means(),
+            control_estimate: Box::new(move |x0, phi, v| {
+                Functional::<ModelCube<'_, F, D, B>>::control_estimate(&weighted, x0, phi, v)
+            }),
+        })
+    }
+}
+
+impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error> {
+        let rule = cut.rule()?;
+        let cube = values.cube::<D>(cut.per_axis, absorption)?;
+        let cube = cube.with_functions::<B>();
+        let table = if cut.functions().is_product() {
+            let source = *cube.right_hand_side();
+            let kernel = Product(values.kernel());
+            let product = Cube::<f64, D, _, _>::new(kernel, source, cut.per_axis, absorption)?;
+            Table::Product(ProductTables::new(&product.with_functions::<B>(), rule)?)
+        } else {
+            let unknowns = cube.cells() * B;
+            let mut entries = empty_table(unknowns)?;
+            let kernel = values.kernel();
+            let rows = |i, rows: &mut [f64]| {
+                if cut.has_integrals() {
+                    cut.fill_by_integral(&kernel, i, rows);
+                    return Ok(());
+                }
+                cube.fill_row(rule, i, rows)
+            };
+            fill(&mut entries, unknowns * B, &rows)?;
+            Table::Dense {
+                entries,
+                cells: cube.cells(),
+                functions: B,
+            }
+        };
+        let solution = cube.solve(&table, rule, TOLERANCE, SWEEPS)?;
+        Ok(Solved { table, solution })
+    }
+
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        weight: WeightOf<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        let mut means = vec![0.0; cube.cells() * B];
+        cube.means(
+            &values.function(Which::Weight(weight)),
+            cut.rule()?,
+            &mut means,
+        )?;
+        Ok(means)
+    }
+
+    fn neighbour_second_moment_radius(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        absorption: f64,
+    ) -> Result<f64, Error> {
+        let cube = values.cube::<D>(cut.per_axis, absorption)?;
+        Ok(cube
+            .with_functions::<B>()
+            .neighbour_second_moment_radius(table)?)
+    }
+}
+
+/// A q0 for what does not depend on it.
+const ANY: f64 = 0.5;
+
+impl<F: Real, const D: usize> Degree<F, D> for Constants {
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, F, D>,
+        kinds: &Kinds,
+        then: &mut Use<'_, F, D>,
+    ) -> Result<(), Error> {
+        match kinds {
+            Kinds::AllPointwise => with_pairs(AllPointwise, of, then),
+            Kinds::Diagonal(pairs) if pairs.diagonal == galerkin::PairKind::Galerkin => {
+                Smooth::<1>.with_neighbour(of, kinds, then)
+            }
+            Kinds::Diagonal(pairs) => with_pairs(*pairs, of, then),
+            Kinds::Band(band) => with_pairs(*band, of, then),
+            Kinds::Table(table) => with_pairs(PairTable::new(table, of.cut.all_cells())?, of, then),
+        }
+    }
+
+    fn mean(&self, v: &[F]) -> f64 {
+        Degree::<F, D>::mean(&Smooth::<1>, v)
+    }
+
+    fn weighted<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &'a Watched<'a, F>,
+        weight: WeightOf<'a>,
+        means: &'a [F],
+        v: &[F],
+    ) -> Result<WeightedStart<'a, F, D>, Error> {
+        Smooth::<1>.weighted(cut, values, weight, means, v)
+    }
+}
+
+impl<const D: usize> AnyDegree<D> for Constants {
+    fn solve(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        absorption: f64,
+    ) -> Result<Solved<D>, Error> {
+        AnyDegree::<D>::solve(&Smooth::<1>, cut, values, absorption)
+    }
+
+    fn weight_means(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        weight: WeightOf<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        AnyDegree::<D>::weight_means(&Smooth::<1>, cut, values, weight)
+    }
+
+    fn neighbour_second_moment_radius(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        absorption: f64,
+    ) -> Result<f64, Error> {
+        Smooth::<1>.neighbour_second_moment_radius(cut, values, table, absorption)
+    }
+}
+
+fn with_pairs<F: Real, const D: usize>(
+    pairs: impl galerkin::Pairs + Copy + Sync,
+    of: &Of<'_, F, D>,
+    then: &mut Use<'_, F, D>,
+) -> Result<(), Error> {
+    let Solved { table, solution } = of.solved;
+    let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
+    let narrow = Rounded::new(table);
+    let g = solution.source(table, &pairs)?;
+    then(&Piecewise::with_pointwise(&cube, &narrow, pairs, of.v, &g)?)
+}

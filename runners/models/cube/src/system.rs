@@ -1,0 +1,568 @@
+//! A solved cube: walks and predictions of one dimension, whatever the degree.
+
+use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
+use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
+use fredholm_embedded::{Number, TableBuilder};
+use fredholm_variance::{
+    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
+};
+
+use super::compiled::{Follow, MakeGoals, Parts};
+use super::degree::{AnyDegree, Of};
+use super::domain::Domain;
+use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
+use super::table::Table;
+use super::{CubeModel, CubePartition, export};
+use fredholm_model::Examined;
+use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
+use fredholm_model::{Error, Pairs, Partitioned, Region, Scalar, System};
+use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
+
+/// Coefficients and Galerkin solution of a cube.
+pub(super) struct CubeSystem<'m, const D: usize> {
+    pub(super) cut: CubePartition<'m>,
+    pub(super) solved: Solved<D>,
+    /// What makes neighbour equations of its degree.
+    pub(super) degree: &'static dyn AnyDegree<D>,
+}
+
+/// The coefficients, and the Galerkin solution.
+#[derive(Debug)]
+pub(super) struct Solved<const D: usize> {
+    pub(super) table: Table<D>,
+    pub(super) solution: Solution,
+}
+
+/// A neighbour equation of any kind and degree: one type of walk for all.
+pub(super) type Boxed<'a, F, const D: usize> =
+    dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+
+/// What is done with a neighbour equation.
+pub(super) type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Error> + 'a;
+
+/// What a functional scores of v at a start, from φ(x0) and v(x0).
+type Score<'a, F, const D: usize> = dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a;
+
+/// A weighted mean with a neighbour equation of any degree.
+pub(super) struct WeightedStart<'a, F, const D: usize> {
+    pub(super) weight: WatchedFunction<'a, F>,
+    pub(super) of_means: f64,
+    pub(super) control_estimate: Box<Score<'a, F, D>>,
+}
+
+/// The pairs of a neighbour equation.
+#[derive(Clone, Debug)]
+pub(super) enum Kinds {
+    /// All in S, or the diagonal of another kind.
+    Diagonal(fredholm_core::galerkin::DiagonalRule),
+    /// Pairs near the diagonal are pointwise.
+    Band(Band),
+    /// All pointwise.
+    AllPointwise,
+    /// Each by itself.
+    Table(Vec<u8>),
+}
+
+impl Kinds {
+    /// The pairs for an analysis.
+    fn any(&self, cells: usize) -> Result<AnyPairs<'_>, Error> {
+        use fredholm_core::galerkin::{DiagonalRule, PairTable};
+        Ok(match self {
+            // None is left out.
+            Self::AllPointwise => AnyPairs::Diagonal(DiagonalRule {
+                diagonal: PairKind::Pointwise,
+            }),
+            Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
+            Self::Band(band) => AnyPairs::Band(*band),
+            Self::Table(table) => AnyPairs::Table(PairTable::new(table, cells)?),
+        })
+    }
+}
+
+/// The weights that are asked for.
+fn weights<'a>(request: &Request<'a>) -> impl Iterator<Item = WeightOf<'a>> {
+    let goals = request.goals.iter();
+    goals.filter_map(|goal| WeightOf::region(&goal.region))
+}
+
+impl<const D: usize> CubeSystem<'_, D> {
+    /// The spectral radius of T_h²p if it is looked at, which must be below 1.
+    fn check_neighbour(&self, pairs: Pairs, absorption: f64) -> Result<Option<f64>, Error> {
+        // With all pairs pointwise h is k, which has been looked at.
+        if self.cut.diagonal_rule(pairs).is_none() {
+            return Ok(None);
+        }
+        let radius = match &self.solved.table {
+            table @ Table::Dense { .. } => with_values::<f64, _>(self.cut.functions(), |values| {
+                self.degree
+                    .neighbour_second_moment_radius(&self.cut, values, table, absorption)
+            })?,
+            Table::Product(tables) => tables.neighbour_second_moment_radius(absorption)?,
+        };
+        if radius < 1.0 {
+            return Ok(Some(radius));
+        }
+        Err(Error::InfiniteNeighbour {
+            cells: self.cut.per_axis,
+            points: self.cut.points(),
+            radius,
+        })
+    }
+
+    /// The kinds of pairs that are asked for.
+    fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
+        Ok(match request.walk.pairs {
+            Pairs::Theory => Kinds::Table(self.theory(request)?),
+            pairs => match (self.cut.band(pairs), self.cut.diagonal_rule(pairs)) {
+                (Some(band), _) => Kinds::Band(band),
+                (None, Some(pairs)) => Kinds::Diagonal(pairs),
+                (None, None) => Kinds::AllPointwise,
+            },
+        })
+    }
+
+    /// The kinds of all pairs, for what is asked for.
+    fn theory(&self, request: &Request<'_>) -> Result<Vec<u8>, Error> {
+        let cells = self.cut.all_cells();
+        let nodes = pairs::nodes(cells, 2_usize.saturating_pow(D as u32))?;
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            let absorption = request.walk.absorption;
+            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
+            let v = self.solved.solution.rounded::<f64>()?;
+            let means = self.weight_means::<f64>(request)?;
+            let weighted = self.weighted::<f64>(values, &means, &v)?;
+            let quadrature = CubeQuadrature::new(&cube, nodes, 0)?;
+            let terms = PairCosts {
+                cells,
+                allowed: &|_, _| quadrature.allowed_kinds(true),
+            };
+            let default = fredholm_core::galerkin::DiagonalRule {
+                diagonal: PairKind::Pointwise,
+            };
+            let in_s = Kinds::Diagonal(fredholm_core::galerkin::DiagonalRule {
+                diagonal: PairKind::Galerkin,
+            });
+            let of = Of {
+                cut: &self.cut,
+                values,
+                absorption,
+                solved: &self.solved,
+                v: &v,
+            };
+            let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
+                f64::degree(self.degree).with_neighbour(&of, kinds, then)
+            };
+            let mut chosen = None;
+            with(&in_s, &mut |galerkin| {
+                with_starts(
+                    request,
+                    values.domain(),
+                    galerkin,
+                    &weighted,
+                    &mut |starts| {
+                        let table = pairs::table_of(&default, cells);
+                        let found = pairs::choose(table, |table, last| {
+                            let kinds = Kinds::Table(table.to_vec());
+                            let mut evaluated = None;
+                            with(&kinds, &mut |neighbour| {
+                                let setting = VarianceSetup {
+                                    equation: &cube,
+                                    neighbour,
+                                    pairs: kinds.any(cells)?,
+                                    quadrature: &quadrature,
+                                    galerkin: Some(galerkin),
+                                };
+                                let model = setting.with_starts(starts)?;
+                                let (estimator, goals) = (request.walk.estimator, starts.len());
+                                evaluated =
+                                    Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                                Ok(())
+                            })?;
+                            evaluated.ok_or(Error::Internal("no pairs were looked at"))
+                        })?;
+                        chosen = Some(found);
+                        Ok(())
+                    },
+                )
+            })?;
+            chosen.ok_or(Error::Internal("no pairs were chosen"))
+        })
+    }
+
+    /// Numbers near the means over the cells of every weight times the functions there.
+    fn weight_means<'r, F: Real>(
+        &self,
+        request: &Request<'r>,
+    ) -> Result<Vec<(WeightOf<'r>, Vec<F>)>, Error> {
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            weights(request)
+                .map(|weight| {
+                    let means = self.degree.weight_means(&self.cut, values, weight)?;
+                    Ok((weight, fredholm_core::galerkin::rounded(&means)?))
+                })
+                .collect()
+        })
+    }
+
+    /// The weighted means that are asked for.
+    fn weighted<'a, F: CubeScalar>(
+        &self,
+        values: &'a Watched<'a, F>,
+        means: &'a [(WeightOf<'a>, Vec<F>)],
+        v: &[F],
+    ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
+        let degree = F::degree(self.degree);
+        let of = |(weight, means): &'a (WeightOf<'a>, Vec<F>)| {
+            degree.weighted(&self.cut, values, *weight, means, v)
+        };
+        means.iter().map(of).collect()
+    }
+
+    fn job_in<F: CubeScalar>(
+        &self,
+        request: &Request<'_>,
+        then: &mut Then<'_>,
+    ) -> Result<(), Error> {
+        let (walk, solution) = (request.walk, &self.solved.solution);
+        let neighbour_second_moment_radius = if walk.allow_infinite_variance {
+            None
+        } else {
+            self.check_neighbour(walk.pairs, walk.absorption)?
+        };
+        let kinds = self.kinds(request)?;
+        let means = self.weight_means::<F>(request)?;
+        let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
+        with_values::<F, _>(self.cut.functions(), |values| {
+            let v = solution.rounded::<F>()?;
+            let weighted = self.weighted::<F>(values, &means, &v)?;
+            let degree = F::degree(self.degree);
+            let mean = degree.mean(&v);
+            let of = Of {
+                cut: &self.cut,
+                values,
+                absorption: walk.absorption,
+                solved: &self.solved,
+                v: &v,
+            };
+            let parts = Parts {
+                values,
+                per_axis: self.cut.per_axis,
+                absorption: walk.absorption,
+                options: walk.for_core(),
+            };
+            let goals = |neighbour: &Boxed<'_, F, D>| {
+                goals_of(values.domain(), neighbour, request, &weighted, mean)
+            };
+            let mut follow = |follow: Follow<'_, F, D>| {
+                with_job(
+                    self.cut.model,
+                    &parts,
+                    follow,
+                    &goals,
+                    &mut |job, galerkin| {
+                        then(&Prepared {
+                            job,
+                            galerkin,
+                            largest: fredholm_model::numbers::largest(&v),
+                            radius_bound: solution.radius_bound,
+                            convergence: solution.convergence,
+                            pointwise,
+                            neighbour_second_moment_radius,
+                            pair_counts: match &kinds {
+                                Kinds::Table(table) => Some(PairCounts::of(table)),
+                                _ => None,
+                            },
+                        })
+                    },
+                )
+            };
+            let constants = match &kinds {
+                Kinds::Diagonal(rule) if rule.diagonal == PairKind::Galerkin => {
+                    F::compiled::<D>(self.cut.model)
+                        .and(self.solved.table.constants())
+                        .map(|dense| (dense, *rule))
+                }
+                _ => None,
+            };
+            if let Some((dense, rule)) = constants {
+                let vectors = solution.for_walks(&dense, rule)?;
+                return follow(Follow::Constants(&dense, &vectors));
+            }
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| follow(Follow::Any(neighbour)))
+        })
+    }
+
+    fn examine_in(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let cells = self.cut.all_cells();
+        let kinds = self.kinds(request)?;
+        let means = self.weight_means::<f64>(request)?;
+        with_values::<f64, _>(self.cut.functions(), |values| {
+            let absorption = request.walk.absorption;
+            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
+            let v = self.solved.solution.rounded::<f64>()?;
+            let weighted = self.weighted::<f64>(values, &means, &v)?;
+            let quadrature = CubeQuadrature::new(&cube, nodes, self.cut.degree)?;
+            let table = &self.solved.table;
+            // Of piecewise constants alone: there the first function of a cell is all of it.
+            let is_dense = matches!(table, Table::Dense { functions: 1, .. });
+            let mean = |i, j| table.mean(i, j);
+            let coefficients = is_dense.then_some(MeanCoefficients { cells, mean: &mean });
+            let of = Of {
+                cut: &self.cut,
+                values,
+                absorption,
+                solved: &self.solved,
+                v: &v,
+            };
+            let degree = f64::degree(self.degree);
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+                with_starts(
+                    request,
+                    values.domain(),
+                    neighbour,
+                    &weighted,
+                    &mut |starts| {
+                        let setting = VarianceSetup {
+                            equation: &cube,
+                            neighbour,
+                            pairs: kinds.any(cells)?,
+                            quadrature: &quadrature,
+                            galerkin: None,
+                        };
+                        then(&Examined {
+                            model: &setting.with_starts(starts)?,
+                            coefficients,
+                            hides: None,
+                            pieces: None,
+                            goals: request.goals,
+                            place: &|site| place_of(&quadrature, values.domain(), site),
+                        })?;
+                        values.check()
+                    },
+                )
+            })
+        })
+    }
+
+    fn tables_in<F: Real + Number>(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+    ) -> Result<TableBuilder, Error> {
+        self.check_neighbour(pairs, absorption)?;
+        let v = self.solved.solution.rounded::<F>()?;
+        let diagonal_rule = self.cut.diagonal_rule(pairs);
+        let (solution, table) = (&self.solved.solution, &self.solved.table);
+        let g = match diagonal_rule {
+            Some(pairs) => solution.source(table, &pairs)?,
+            None => solution.source(table, &fredholm_core::galerkin::AllPointwise)?,
+        };
+        Ok(export::cube(
+            [D, self.cut.per_axis, self.cut.degree],
+            absorption,
+            table,
+            diagonal_rule,
+            [&v, &g],
+        ))
+    }
+}
+
+/// The place of a site for people: the part of every axis.
+fn place_of<const D: usize>(
+    quadrature: &impl Quadrature<Point = [f64; D]>,
+    domain: &Domain<f64>,
+    site: usize,
+) -> String {
+    let mut places = Vec::new();
+    quadrature.nodes(site, |x, _| {
+        if places.is_empty() {
+            let part = |(axis, &x): (usize, &f64)| {
+                let [low, high] = quarter(x, D).map(|end| domain.coordinate(axis, end));
+                format!("[{low}, {high}]")
+            };
+            places = x.iter().enumerate().map(part).collect();
+        }
+    });
+    places.join(" × ")
+}
+
+/// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
+fn quarter(x: f64, dimension: usize) -> [f64; 2] {
+    let parts = match dimension {
+        1 => 8.0,
+        2 => 4.0,
+        _ => 2.0,
+    };
+    let part = (x * parts).floor().min(parts - 1.0);
+    [part / parts, (part + 1.0) / parts]
+}
+
+impl<const D: usize> System for CubeSystem<'_, D> {
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+        self.cut.check_variance(pairs, absorption)
+    }
+
+    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        match self.cut.scalar {
+            Scalar::F32 => self.job_in::<f32>(request, then),
+            Scalar::F64 => self.job_in::<f64>(request, then),
+        }
+    }
+
+    fn examine(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.examine_in(request, nodes, then)
+    }
+
+    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
+        match self.cut.scalar {
+            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
+            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
+        }
+    }
+}
+
+/// The goals of walks, and (v, Φ) of each.
+pub(super) type GoalsOf<'a, F, const D: usize> =
+    (Vec<fredholm_core::Goal<Start<'a, F, D>>>, Vec<f64>);
+
+/// Hands on the job of all goals, and (v, Φ) of each: compiled for the equation, if it has such walks.
+pub(super) fn with_job<F: CubeScalar, const D: usize>(
+    model: &CubeModel,
+    parts: &Parts<'_, F>,
+    follow: Follow<'_, F, D>,
+    goals: &MakeGoals<'_, F, D>,
+    then: &mut WithJob<'_>,
+) -> Result<(), Error> {
+    if let Some(compiled) = F::compiled::<D>(model) {
+        return compiled.with_job(parts, follow, goals, then);
+    }
+    let Follow::Any(neighbour) = follow else {
+        return Err(Error::Internal("nothing is compiled for the equation"));
+    };
+    let cube = parts.values.cube::<D>(parts.per_axis, parts.absorption)?;
+    let (goals, galerkin) = goals(neighbour)?;
+    then(
+        &Goals::new(&cube, neighbour, &goals, parts.options),
+        &galerkin,
+    )
+}
+
+/// The goals of walks that follow this neighbour equation.
+pub(super) fn goals_of<'a, F: Real, const D: usize>(
+    domain: &Domain<F>,
+    neighbour: &Boxed<'_, F, D>,
+    request: &Request<'_>,
+    weighted: &'a [WeightedStart<'a, F, D>],
+    mean: f64,
+) -> Result<GoalsOf<'a, F, D>, Error> {
+    let mut weighted = weighted.iter();
+    let (mut goals, mut values) = (Vec::new(), Vec::new());
+    for goal in request.goals {
+        let (functional, galerkin) = match &goal.region {
+            Region::Point(x) => {
+                let x = domain.unit(x);
+                let value = neighbour.value(&neighbour.locate(x)).to_f64();
+                (Start::Point(At(x)), value)
+            }
+            Region::Weight(_) | Region::Function(_) => {
+                let weighted = weighted.next();
+                let weighted = weighted.ok_or(Error::Internal("a weight has no means"))?;
+                (Start::Weighted(weighted), weighted.of_means)
+            }
+            _ => (Start::Mean, mean),
+        };
+        values.push(galerkin);
+        goals.push(fredholm_core::Goal {
+            control_mean: match &functional {
+                Start::Weighted(_) => None,
+                _ => Some(galerkin),
+            },
+            functional,
+        });
+    }
+    Ok((goals, values))
+}
+
+/// Where the walks of a goal start.
+pub(super) enum Start<'a, F, const D: usize> {
+    Point(At<[F; D]>),
+    Mean,
+    Weighted(&'a WeightedStart<'a, F, D>),
+}
+
+impl<E, F, const D: usize> Functional<E> for Start<'_, F, D>
+where
+    E: StateSpace<Scalar = F, Point = [F; D]>,
+    F: Real,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
+        match self {
+            Self::Point(At(x)) => (*x, F::one()),
+            Self::Mean => Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms),
+            Self::Weighted(weighted) => {
+                let (x, _) = Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms);
+                (x, weighted.weight.value(&x))
+            }
+        }
+    }
+
+    fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        match self {
+            Self::Weighted(weighted) => (weighted.control_estimate)(x0, phi, v),
+            // These are known.
+            Self::Point(_) | Self::Mean => (phi * v).to_f64(),
+        }
+    }
+}
+
+/// Calls `then` with the starts of the walks of all goals, as an analysis sees it.
+fn with_starts<const D: usize>(
+    request: &Request<'_>,
+    domain: &Domain<f64>,
+    neighbour: &Boxed<'_, f64, D>,
+    weighted: &[WeightedStart<'_, f64, D>],
+    then: &mut WithStarts<'_, [f64; D]>,
+) -> Result<(), Error> {
+    let mean = |_: &[f64; D]| Density::uniform(1.0);
+    let densities: Vec<_> = weighted
+        .iter()
+        .map(|weighted| {
+            move |x: &[f64; D]| {
+                let phi = weighted.weight.value(x);
+                let x = neighbour.locate(*x);
+                let value = (weighted.control_estimate)(&x, phi, neighbour.value(&x));
+                Density {
+                    functional: phi,
+                    square: phi * phi,
+                    initial: 1.0,
+                    fluctuation: value - weighted.of_means,
+                }
+            }
+        })
+        .collect();
+    let mut densities = densities.iter();
+    let mut starts: Vec<Begin<'_, [f64; D]>> = Vec::new();
+    for goal in request.goals {
+        starts.push(match &goal.region {
+            Region::Point(x) => Begin::At(domain.unit(x)),
+            Region::Weight(_) | Region::Function(_) => match densities.next() {
+                Some(density) => Begin::Density(density),
+                None => return Err(Error::Internal("a weight has no means")),
+            },
+            _ => Begin::Density(&mean),
+        });
+    }
+    then(&starts)
+}

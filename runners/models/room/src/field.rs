@@ -1,0 +1,284 @@
+//! What points between the walls of a room see, and the radiosity of stretches of wall: the numbers of a picture.
+
+use std::time::Instant;
+
+use fredholm_core::{
+    At, Batch, DefaultGenerator, Estimate, Functional, Neighbour, NoNeighbour, Real, STEP_LIMIT,
+    Statistics, Task, WalkSeeds,
+};
+use fredholm_rayon::{Observer, fill_rows};
+use fredholm_room::{Enclosure, Point, Room, Seen};
+
+use super::RoomModel;
+use super::system::RoomSystem;
+use fredholm_model::Request;
+use fredholm_model::{Discretisation, Error, Goal, Scalar, WalkOptions};
+
+/// A value and its standard error.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    /// The value; NaN where there is no room.
+    pub value: f64,
+    /// The standard error; NaN where it is not known.
+    pub error: f64,
+}
+
+/// Nothing is there.
+const BLANK: Spot = Spot {
+    value: f64::NAN,
+    error: f64::NAN,
+};
+
+impl From<Estimate> for Spot {
+    fn from(estimate: Estimate) -> Self {
+        Self {
+            value: estimate.estimate,
+            error: estimate.std_error.unwrap_or(f64::NAN),
+        }
+    }
+}
+
+/// A stretch of a wall, of which u in the middle is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch {
+    /// The number of the wall.
+    pub wall: usize,
+    /// The middle of the stretch, as a share of the wall's length.
+    pub middle: f64,
+    /// The walks of the stretch, as a multiple of those of a position.
+    pub weight: u64,
+}
+
+/// Which numbers of a picture are wanted, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldRequest<'a> {
+    /// Positions between the walls.
+    pub positions: &'a [[f64; 2]],
+    /// Stretches of walls.
+    pub stretches: &'a [Stretch],
+    /// How walks are made: `walks` of them for a position.
+    pub walk: &'a WalkOptions,
+    /// The goals for which pairs are chosen, if they come from the theory.
+    pub goals: &'a [Goal],
+    /// Whether plain walks that take as long are wanted, too.
+    pub beside_plain: bool,
+}
+
+/// The numbers of a picture.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// (1/2π) ∫ u dω at every position.
+    pub air: Vec<Spot>,
+    /// u in the middle of every stretch.
+    pub walls: Vec<Spot>,
+    /// Walks for a position.
+    pub walks: u64,
+    /// Seconds that it took, set-up included.
+    pub seconds: f64,
+}
+
+impl RoomModel {
+    /// Estimates the numbers of a picture and, if they are wanted, by plain walks that take as long. `walking` is called
+    /// when walks begin.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Cancelled`].
+    pub fn field(
+        &self,
+        discretisation: &Discretisation,
+        request: &FieldRequest<'_>,
+        watch: &dyn Observer,
+        walking: &dyn Fn(),
+    ) -> Result<(Field, Option<Field>), Error> {
+        let start = Instant::now();
+        let system = self.cut(discretisation)?.system()?;
+        match discretisation.scalar {
+            Scalar::F32 => system.field::<f32>(request, (watch, walking), start),
+            Scalar::F64 => system.field::<f64>(request, (watch, walking), start),
+        }
+    }
+}
+
+impl RoomSystem<'_> {
+    fn field<F: Real>(
+        &self,
+        request: &FieldRequest<'_>,
+        (watch, walking): (&dyn Observer, &dyn Fn()),
+        start: Instant,
+    ) -> Result<(Field, Option<Field>), Error> {
+        let setup = self.set_up_for::<F>(&Request {
+            goals: request.goals,
+            walk: request.walk,
+            only_u: true,
+        })?;
+        let room = setup.room()?;
+        let closed = self.cut.model.scene.enclosure() == Enclosure::Closed;
+        let mut fields = None;
+        setup.with_neighbour(&room, &mut |neighbour, _| {
+            walking();
+            let walker = Walker {
+                request,
+                watch,
+                room: &room,
+                neighbour,
+                score: |statistics| statistics.preconditioned().into(),
+            };
+            let field = walker.field(start, request.walk.walks, &|seen, _| {
+                inside(seen, &setup.v, closed)
+            })?;
+            let plain = if request.beside_plain {
+                Some(beside(request, watch, &room, &field)?)
+            } else {
+                None
+            };
+            fields = Some((field, plain));
+            Ok(())
+        })?;
+        fields.ok_or(Error::Internal("no neighbour equation was made"))
+    }
+}
+
+/// What v gives at a position, or `None` where there is no room.
+fn inside<F: Real>(seen: &Seen<'_, '_, F>, v: &[F], closed: bool) -> Option<f64> {
+    let [value, share] = seen.of(v);
+    is_inside(share, closed, F::EPSILON.to_f64()).then_some(value)
+}
+
+/// Whether a point is in the room that sees walls in this share of all directions.
+pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
+    let smallest = epsilon.sqrt();
+    // In a closed room a point sees walls all around, or only backs.
+    if closed {
+        (share - 1.0).abs() < smallest
+    } else {
+        share > smallest
+    }
+}
+
+/// The numbers by plain walks that take as long.
+fn beside<F: Real>(
+    request: &FieldRequest<'_>,
+    watch: &dyn Observer,
+    room: &Room<'_, F>,
+    field: &Field,
+) -> Result<Field, Error> {
+    let none = NoNeighbour::<Room<'_, F>>::new();
+    let walker = Walker {
+        request,
+        watch,
+        room,
+        neighbour: &none,
+        score: |statistics| statistics.plain().into(),
+    };
+    let inside = |_: &Seen<'_, '_, F>, position: usize| {
+        let inside = field
+            .air
+            .get(position)
+            .is_some_and(|spot| !spot.value.is_nan());
+        inside.then_some(0.0)
+    };
+    let one = walker.field(Instant::now(), 1, &inside)?;
+    let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
+    walker.field(Instant::now(), walks, &inside)
+}
+
+/// Walks of one kind.
+struct Walker<'w, 'r, F, N: ?Sized> {
+    request: &'w FieldRequest<'w>,
+    watch: &'w dyn Observer,
+    room: &'w Room<'r, F>,
+    neighbour: &'w N,
+    score: fn(&Statistics) -> Spot,
+}
+
+/// Positions whose estimates one thread makes in one go.
+const ROW: usize = 64;
+
+/// (v, Φ) of a position, or `None` where there is no room.
+type Value<'a, 'r, F> = dyn Fn(&Seen<'_, 'r, F>, usize) -> Option<f64> + Sync + 'a;
+
+impl<'r, F: Real, N> Walker<'_, 'r, F, N>
+where
+    N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
+{
+    /// All estimates from so many walks for a position.
+    fn field(&self, start: Instant, walks: u64, value: &Value<'_, 'r, F>) -> Result<Field, Error> {
+        let (positions, stretches) = (self.request.positions, self.request.stretches);
+        let mut air = vec![BLANK; positions.len()];
+        fill(&mut air, &|number| {
+            let Some(position) = positions.get(number) else {
+                return Ok(BLANK);
+            };
+            let seen = Seen {
+                room: self.room,
+                position: position.map(F::from_f64),
+            };
+            match value(&seen, number) {
+                Some(value) => self.walk(&seen, value, number, walks),
+                None => Ok(BLANK),
+            }
+        })?;
+        let mut walls = vec![BLANK; stretches.len()];
+        fill(&mut walls, &|number| {
+            let Some(stretch) = stretches.get(number) else {
+                return Ok(BLANK);
+            };
+            let at = At(self.room.point(stretch.wall, stretch.middle)?);
+            let value = self.neighbour.value(&self.neighbour.locate(at.0)).to_f64();
+            let seeds = positions.len() + number;
+            self.walk(&at, value, seeds, walks * stretch.weight)
+        })?;
+        Ok(Field {
+            air,
+            walls,
+            walks,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// A few walks from one start.
+    fn walk<T: Functional<Room<'r, F>>>(
+        &self,
+        functional: &T,
+        value: f64,
+        number: usize,
+        walks: u64,
+    ) -> Result<Spot, Error> {
+        if self.watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let task = Task {
+            equation: self.room,
+            neighbour: self.neighbour,
+            functional,
+            control_mean: Some(value),
+            estimator: self.request.walk.estimator,
+            seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
+            step_limit: STEP_LIMIT,
+        };
+        let mut batch = Batch::new(0, walks, walks);
+        batch
+            .run(&task, walks)
+            .map_err(|error| Error::Picture(format!("pixel or piece {number}: {error}")))?;
+        if batch.statistics().terminations().step_limit > 0 {
+            let why = "a walk met the step limit, so that a picture would be biased: use a larger \
+                       `absorption`";
+            return Err(Error::Picture(why.to_owned()));
+        }
+        self.watch.walked(walks);
+        Ok((self.score)(batch.statistics()))
+    }
+}
+
+/// Estimates all spots on the threads of the pool.
+fn fill(
+    spots: &mut [Spot],
+    spot: &(dyn Fn(usize) -> Result<Spot, Error> + Sync),
+) -> Result<(), Error> {
+    fill_rows(spots, ROW, |row, spots| {
+        for (i, to) in spots.iter_mut().enumerate() {
+            *to = spot(row * ROW + i)?;
+        }
+        Ok(())
+    })
+}

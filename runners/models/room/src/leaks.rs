@@ -1,0 +1,154 @@
+//! Why a room is not closed, in the words of who drew it.
+
+use super::Surfaces;
+use fredholm_model::numbers::with_decimals;
+
+/// Points nearer to each other than this share of the room's size are one, as far as an explanation goes.
+const SAME: f64 = 1e-9;
+/// A gap this share of the room's size wide is one that nobody has drawn on purpose.
+const SLIP: f64 = 0.02;
+
+/// A point of the drawing.
+type Point = [f64; 2];
+
+fn distance(a: Point, b: Point) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// The share of a segment at which it is nearest to a point, and how near.
+fn nearest([a, b]: [Point; 2], p: Point) -> (f64, f64) {
+    let span = [b[0] - a[0], b[1] - a[1]];
+    let along = (p[0] - a[0]) * span[0] + (p[1] - a[1]) * span[1];
+    let t = (along / (span[0] * span[0] + span[1] * span[1])).clamp(0.0, 1.0);
+    (t, distance(p, [a[0] + t * span[0], a[1] + t * span[1]]))
+}
+
+/// "(4, 0.5)": nine decimals at most, and no zero with a sign.
+pub(super) fn point(point: Point) -> String {
+    let [x, y] = point.map(|x| with_decimals(x, 9));
+    format!("({x}, {y})")
+}
+
+/// "(0.707, -0.707)".
+pub(super) fn direction(direction: Point) -> String {
+    let rounded = direction.map(|x| (1000.0 * x).round() / 1000.0);
+    point(rounded)
+}
+
+impl Surfaces {
+    /// What is likely to be wrong where light leaves a room from a point of a surface's segment.
+    pub(super) fn leak(&self, place: fredholm_room::Place, from: Point) -> Option<String> {
+        self.cover(place, from).or_else(|| self.gap())
+    }
+
+    /// The larger side of the drawing.
+    fn size(&self) -> f64 {
+        let points = self.points.iter().flatten();
+        let side = |k: usize| {
+            let all = points.clone().map(|point| point[k]);
+            let ends = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
+            ends.1 - ends.0
+        };
+        side(0).max(side(1))
+    }
+
+    fn name(&self, surface: usize) -> String {
+        format!("{:?}", self.names.get(surface).map_or("?", String::as_str))
+    }
+
+    /// The surface that stands next to the point on both sides of it, on its segment, which then lies under it.
+    fn cover(&self, place: fredholm_room::Place, from: Point) -> Option<String> {
+        let own = self.points.get(place.surface)?;
+        let segment = [*own.get(place.vertex)?, *own.get(place.vertex + 1)?];
+        let smallest = SAME * self.size();
+        let (here, _) = nearest(segment, from);
+        let mut narrowest: Option<(f64, [Point; 2], usize)> = None;
+        for (surface, points) in self.points.iter().enumerate() {
+            if surface == place.surface {
+                continue;
+            }
+            let feet = points.iter().map(|&p| (nearest(segment, p), p));
+            let mut feet: Vec<(f64, Point)> = feet
+                .filter(|((_, height), _)| *height <= smallest)
+                .map(|((t, _), p)| (t, p))
+                .collect();
+            feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for two in feet.windows(2) {
+                let [(low, left), (high, right)] = [two[0], two[1]];
+                let width = high - low;
+                // What goes from one end of the segment to the other is the rest of the room.
+                let is_cover = low <= here && here <= high && width < 1.0 - SAME;
+                if is_cover && narrowest.is_none_or(|(least, ..)| width < least) {
+                    narrowest = Some((width, [left, right], surface));
+                }
+            }
+        }
+        narrowest.map(|(_, [left, right], surface)| {
+            format!(
+                "this part of {}, from {} to {}, lies under surface {}: leave it out",
+                self.name(place.surface),
+                point(left),
+                point(right),
+                self.name(surface)
+            )
+        })
+    }
+
+    /// The narrowest gap between a loose end and another, or a surface that it all but meets.
+    fn gap(&self) -> Option<String> {
+        let size = self.size();
+        let segments = || {
+            let of = |(surface, points): (usize, &'_ Vec<Point>)| {
+                let pairs = points.windows(2).map(|two| [two[0], two[1]]);
+                pairs.map(move |ends| (surface, ends)).collect::<Vec<_>>()
+            };
+            self.points.iter().enumerate().flat_map(of)
+        };
+        let ends = self
+            .points
+            .iter()
+            .enumerate()
+            .flat_map(|(surface, points)| {
+                let (first, last) = (points.first(), points.last());
+                [first, last]
+                    .into_iter()
+                    .flatten()
+                    .map(move |&end| (surface, end))
+            });
+        // A loose end is on no segment but the one that ends there.
+        let loose = |&(_, end): &(usize, Point)| {
+            let near = segments().filter(|(_, other)| nearest(*other, end).1 <= SAME * size);
+            near.count() < 2
+        };
+        let loose: Vec<(usize, Point)> = ends.filter(loose).collect();
+        let pairs = loose.iter().enumerate().flat_map(|(i, a)| {
+            let others = loose.get(i + 1..).unwrap_or(&[]).iter();
+            others.map(move |b| (*a, *b, distance(a.1, b.1)))
+        });
+        let slips = loose.iter().flat_map(|a| {
+            segments().filter_map(move |(surface, ends)| {
+                let (t, apart) = nearest(ends, a.1);
+                let on = [0, 1].map(|k| (1.0 - t) * ends[0][k] + t * ends[1][k]);
+                let is_other = apart > SAME * size && apart < SLIP * size && surface != a.0;
+                is_other.then_some((*a, (surface, on), apart))
+            })
+        });
+        // Two ends that are about as near are the likelier meant.
+        let preferred = pairs
+            .map(|pair| (pair, 0.99))
+            .chain(slips.map(|slip| (slip, 1.0)));
+        let narrowest = preferred.min_by(|(a, s), (b, t)| (s * a.2).total_cmp(&(t * b.2)));
+        let narrowest = narrowest.map(|(narrowest, _)| narrowest);
+        narrowest.map(|((s, a), (t, b), apart)| {
+            format!(
+                "there is a gap of {apart:.3e} between {} of {} and {} of {}: close it",
+                point(a),
+                self.name(s),
+                point(b),
+                self.name(t)
+            )
+        })
+    }
+}

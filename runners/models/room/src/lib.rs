@@ -1,0 +1,309 @@
+//! Light and heat in polygonal rooms, with sizes chosen at run time.
+
+mod corners;
+mod export;
+mod field;
+mod heat;
+mod leaks;
+mod means;
+mod partition;
+mod surfaces;
+mod system;
+
+use fredholm_core::Statistics;
+use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
+
+pub use field::{Field, FieldRequest, Spot, Stretch};
+pub use fredholm_room::Material;
+pub use surfaces::Surfaces;
+
+use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::{About, Derived};
+use fredholm_model::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar};
+use partition::{choice, memory};
+
+/// About so many cells where nothing is said of them.
+const DEFAULT_CELLS: usize = 500;
+
+/// An expression in which the number of functions per cell of a degree is a constant of this name.
+macro_rules! of_degree {
+    ($degree:expr, $name:ident => $then:expr) => {
+        match $degree {
+            0 => crate::of_degree!(1 as $name => $then),
+            1 => crate::of_degree!(2 as $name => $then),
+            2 => crate::of_degree!(3 as $name => $then),
+            3 => crate::of_degree!(4 as $name => $then),
+            // The model lets nothing above 4 pass.
+            _ => crate::of_degree!(5 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
+}
+pub(crate) use of_degree;
+
+/// The equation of light or heat in a room.
+///
+/// ```
+/// use fredholm::room::{Material, Surfaces};
+/// use fredholm::{RoomModel, Scalar, Solver};
+///
+/// let floor = Material { reflectance: 0.5, emission: 1.0 };
+/// let walls = Material { reflectance: 0.5, emission: 0.0 };
+/// let square = Surfaces::default()
+///     .with("floor", &[[0.0, 0.0], [1.0, 0.0]], floor)
+///     .with("walls", &[[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]], walls);
+/// let room = RoomModel::new(square, Scalar::F64)?;
+/// let report = Solver::new(&room).mean().on("walls", 0.5).solve_to(1e-3)?;
+/// // What the floor emits is what all absorb: 1 = ½ · 4 · the mean of u.
+/// assert!((report.goals[0].preconditioned.estimate.unwrap() - 0.5).abs() < 5e-3);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RoomModel {
+    surfaces: Surfaces,
+    scene: Scene,
+}
+
+impl RoomModel {
+    /// A room for walks in this scalar.
+    ///
+    /// # Errors
+    /// [`Error::Scene`].
+    pub fn new(surfaces: Surfaces, scalar: Scalar) -> Result<Self, Error> {
+        let scene = match scalar {
+            Scalar::F32 => surfaces.scene::<f32>()?,
+            Scalar::F64 => surfaces.scene::<f64>()?,
+        };
+        Ok(Self { surfaces, scene })
+    }
+
+    /// Refuses the tables of so many cells, or of as many as there are segments, that do not fit into memory: asked
+    /// before a scene is made of them, which may take long.
+    ///
+    /// # Errors
+    /// [`Error::Memory`].
+    pub fn refuse_beyond_memory(
+        surfaces: &Surfaces,
+        discretisation: &Discretisation,
+    ) -> Result<(), Error> {
+        // Every segment is one cell at least.
+        let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
+        let cells = discretisation.cells.unwrap_or(DEFAULT_CELLS);
+        let least = cells.max(segments.sum());
+        let what = || format!("{least} unknowns");
+        refuse_beyond_memory(what, memory(least, discretisation.degree), ADVICE)
+    }
+
+    /// The surfaces.
+    #[must_use]
+    pub const fn surfaces(&self) -> &Surfaces {
+        &self.surfaces
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Whether points are between the walls: not behind them nor within an obstacle.
+    ///
+    /// # Errors
+    /// [`Error::Room`].
+    pub fn are_inside(&self, positions: &[[f64; 2]]) -> Result<Vec<bool>, Error> {
+        if positions.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
+        let tables = Tables::<f64>::new(&self.scene, &mesh);
+        let room = &Room::new(
+            tables.geometry(),
+            tables.cells(),
+            VisibilityTable::none(),
+            0.5,
+        )?;
+        let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
+        let sees = |&position: &[f64; 2]| {
+            let [_, share] = Seen { room, position }.of(&ones);
+            field::is_inside(share, closed, f64::EPSILON)
+        };
+        Ok(positions.iter().map(sees).collect())
+    }
+
+    /// Refuses a region that it does not have, but for points in the air.
+    fn check_region(&self, region: &Region) -> Result<(), Error> {
+        let is_part = |part: &usize| *part < self.surfaces.names.len();
+        let message = match region {
+            Region::Whole => return Ok(()),
+            Region::Part(part) if is_part(part) => return Ok(()),
+            Region::Parts(parts) if !parts.is_empty() && parts.iter().all(is_part) => return Ok(()),
+            Region::On(part, t) if is_part(part) && (0.0..=1.0).contains(t) => return Ok(()),
+            Region::On(..) => "a place on a surface is a share of its length, from 0 to 1",
+            Region::Point(_) => "a point in the air has two coordinates",
+            _ => "a room has points in the air, places on surfaces, and means over surfaces",
+        };
+        Err(Error::Region {
+            message: message.to_owned(),
+        })
+    }
+
+    fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
+        let grading = grading(cut);
+        Ok(match cut.scalar {
+            Scalar::F32 => Mesh::new::<f32>(&self.scene, cells, grading)?,
+            Scalar::F64 => Mesh::new::<f64>(&self.scene, cells, grading)?,
+        })
+    }
+
+    /// ∫ F².
+    fn square_of_source(&self) -> f64 {
+        let walls = self.scene.geometry().walls().iter();
+        walls.map(|wall| wall.length * wall.emission.powi(2)).sum()
+    }
+
+    /// The walls of a mean, of every surface a range.
+    fn walls(&self, region: &Region) -> Result<Vec<core::ops::Range<usize>>, Error> {
+        let of = |surface: &usize| Ok::<_, Error>(self.scene.walls_of(*surface)?);
+        match region {
+            Region::Part(surface) => Ok(vec![of(surface)?]),
+            Region::Parts(surfaces) => surfaces.iter().map(of).collect(),
+            _ => {
+                let all = 0..of(&(self.scene.surfaces() - 1))?.end;
+                Ok(vec![all])
+            }
+        }
+    }
+}
+
+/// What needs less memory.
+const ADVICE: &str = ": use fewer cells";
+
+/// How walls are cut.
+fn grading(cut: &Discretisation) -> Grading {
+    let default = Grading::of_degree(cut.degree);
+    Grading {
+        exponent: cut.grading.unwrap_or(default.exponent),
+        shadows: cut.shadow_cuts.unwrap_or(default.shadows),
+    }
+}
+
+impl Model for RoomModel {
+    fn about(&self) -> About {
+        About {
+            kind: "room",
+            dimension: None,
+            most_degree: 4,
+            less_memory: ADVICE,
+            is_singular: false,
+            has_rare_scores: true,
+            takes_any_cells: true,
+            counts_evaluations: false,
+        }
+    }
+
+    fn part(&self, number: usize) -> Option<&str> {
+        self.surfaces.names.get(number).map(String::as_str)
+    }
+
+    fn unit(&self) -> Option<&'static str> {
+        self.surfaces.heat.then_some("W/m2")
+    }
+
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        let Region::On(surface, t) = *region else {
+            return None;
+        };
+        let (wall, fraction) = self.scene.along(surface, t).ok()?;
+        let [a, b] = self.scene.geometry().walls().get(wall)?.ends;
+        let between = |k: usize| (1.0 - fraction) * a[k] + fraction * b[k];
+        Some(vec![between(0), between(1)])
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        let mut in_air = Vec::new();
+        for goal in goals {
+            if let Region::Point(x) = &goal.region
+                && let [x, y] = *x.as_slice()
+            {
+                in_air.push([x, y]);
+            } else {
+                self.check_region(&goal.region)?;
+            }
+        }
+        // All at once, as every look takes a mesh.
+        let inside = self.are_inside(&in_air)?;
+        match in_air.iter().zip(inside).find(|(_, inside)| !inside) {
+            None => Ok(()),
+            Some(([x, y], _)) => Err(Error::Region {
+                message: format!("the point [{x}, {y}] is not between the walls"),
+            }),
+        }
+    }
+
+    fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {
+        // The middles of equal parts: in a corner two surfaces meet.
+        let at = |i| (i as f64 + 0.5) / points as f64;
+        let part = part.unwrap_or(0);
+        (0..points).map(|i| Region::On(part, at(i))).collect()
+    }
+
+    fn check(&self, _: &Discretisation, _: Pairs) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn partition<'m>(
+        &'m self,
+        discretisation: &Discretisation,
+    ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        Ok(Box::new(self.cut(discretisation)?))
+    }
+
+    fn levels(&self, discretisation: &Discretisation) -> Vec<usize> {
+        let walls = self.scene.walls_of(self.scene.surfaces() - 1);
+        let least = walls.map_or(1, |walls| walls.end);
+        let levels = [100, 200, 400, 800, 1600];
+        // As many unknowns as take seconds.
+        let most = 3200 / (discretisation.degree + 1);
+        levels
+            .into_iter()
+            .filter(|&cells| cells > 2 * least && cells <= most)
+            .collect()
+    }
+
+    fn coarse_levels(&self, discretisation: &Discretisation) -> Vec<usize> {
+        // With more walls than a sweep goes to, every wall is a cell.
+        let first = self.levels(discretisation).first().copied();
+        let first = first.unwrap_or(4 * self.scene.geometry().walls().len());
+        vec![first / 4, first / 2]
+    }
+
+    /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
+    fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
+        let own = self.smooth_order(discretisation.degree);
+        match choice(pairs) {
+            Choice::Default => own.min(0.5 * grading(discretisation).exponent),
+            _ => own,
+        }
+    }
+
+    fn mean_square_of_source(&self) -> f64 {
+        let walls = self.scene.geometry().walls().iter();
+        let length: f64 = walls.map(|wall| wall.length).sum();
+        self.square_of_source() / length
+    }
+
+    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        self.derived(goals, statistics)
+    }
+
+    fn besides(&self, goals: &[Goal]) -> usize {
+        let regions = self.regions(goals, false);
+        let own = regions
+            .iter()
+            .filter(|region| self.takes_walks(region, false));
+        regions.len() - goals.len() + own.count()
+    }
+}

@@ -1,0 +1,64 @@
+//! Means over the walls of several surfaces.
+
+use core::ops::Range;
+
+use fredholm_core::{Functional, Real, Uniforms};
+use fredholm_room::{MeanOver, Point, Room};
+
+use fredholm_model::Error;
+
+/// The mean of u over ranges of walls, weighted by length.
+#[derive(Clone, Debug)]
+pub(super) struct Means<'r, 'a, F> {
+    /// The mean over each, and the share of the length of this and all before.
+    ranges: Vec<(MeanOver<'r, 'a, F>, f64)>,
+}
+
+impl<'r, 'a, F: Real> Means<'r, 'a, F> {
+    /// Over these walls; `lengths` are those of all walls before each, and of all.
+    pub(super) fn new(
+        room: &'r Room<'a, F>,
+        lengths: &'a [f64],
+        walls: Vec<Range<usize>>,
+    ) -> Result<Self, Error> {
+        let at = |wall: usize| lengths.get(wall).copied().unwrap_or(f64::NAN);
+        let length = |walls: &Range<usize>| at(walls.end) - at(walls.start);
+        let all: f64 = walls.iter().map(length).sum();
+        let (mut sum, mut ranges) = (0.0, Vec::new());
+        for walls in walls {
+            sum += length(&walls) / all;
+            ranges.push((MeanOver::new(room, lengths, walls)?, sum));
+        }
+        Ok(Self { ranges })
+    }
+
+    /// (v, Φ), exact up to rounding.
+    pub(super) fn of(&self, v: &[F]) -> f64 {
+        if let [(mean, _)] = self.ranges.as_slice() {
+            return mean.of(v);
+        }
+        let mut before = 0.0;
+        let term = |(mean, sum): &(MeanOver<'r, 'a, F>, f64)| {
+            let share = sum - before;
+            before = *sum;
+            share * mean.of(v)
+        };
+        self.ranges.iter().map(term).sum()
+    }
+}
+
+impl<'a, F: Real> Functional<Room<'a, F>> for Means<'_, 'a, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        // Of one surface without a draw that chooses it.
+        let mean = match self.ranges.as_slice() {
+            [(mean, _)] => mean,
+            ranges => {
+                let xi: F = uniforms.uniform();
+                let chosen = ranges.partition_point(|(_, sum)| *sum <= xi.to_f64());
+                &ranges[chosen.min(ranges.len() - 1)].0
+            }
+        };
+        mean.start(uniforms)
+    }
+}

@@ -1,0 +1,333 @@
+//! The walls of a room, cut into cells, and what they cost.
+
+use std::sync::Arc;
+
+use fredholm_core::{NoNeighbour, Real};
+use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::{
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, Scalar, System, Then,
+};
+use fredholm_room::{
+    Cells, Choice, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables, Visibility,
+    VisibilityTable, min_mass_ratio, second_moment_radius,
+};
+
+use crate::system::{Boxed, RoomSystem, Solutions, with_job};
+use crate::{DEFAULT_CELLS, RoomModel, corners, of_degree};
+
+/// The relative residual at which the Gauss–Seidel iteration stops.
+const TOLERANCE: f64 = 1e-14;
+/// The most sweeps.
+const SWEEPS: u32 = 10_000;
+/// Cells enough to estimate a spectral radius.
+const COARSE: usize = 100;
+/// The fewest cells that it takes to estimate a spectral radius: on 50 it is within 0.4 % of what it is on 400 in the
+/// rooms of `examples/`.
+const COARSEST: usize = 50;
+
+/// Seconds, on the machine that all this was measured on: of a pair of the set-up, of every degree of it, of a row's
+/// cells close by, and of a coefficient in G.
+const PAIR: f64 = 80e-9;
+const MOMENTS: f64 = 340e-9;
+const CLOSE: f64 = 15e-6;
+const SOURCE: f64 = 3e-9;
+/// Seconds of walks: a start, a ray for every level of the hierarchy over the walls, and a score without pairs.
+const START: f64 = 25e-9;
+const RAY: f64 = 38e-9;
+const SCORE: f64 = 5e-9;
+/// Seconds where pairs are in S: h on a ray, what a degree adds, and a score.
+const IN_S: f64 = 10e-9;
+const IN_S_DEGREE: f64 = 140e-9;
+const IN_S_SCORE: f64 = 100e-9;
+/// Seconds of a pointwise pair in a score, and of one that is partly hidden, of any degree, for every level of the
+/// hierarchy.
+const PAIR_OF_CONSTANTS: f64 = 20e-9;
+const PAIR_OF_POLYNOMIALS: f64 = 36e-9;
+const PAIR_DEGREE: f64 = 10e-9;
+const HIDDEN_PAIR: f64 = 60e-9;
+/// Seconds that cells close by take besides in a score if all pairs are pointwise.
+const NEAR: f64 = 460e-9;
+const NEAR_DEGREE: f64 = 180e-9;
+
+impl RoomModel {
+    /// Cuts the walls into cells.
+    pub(crate) fn cut(&self, discretisation: &Discretisation) -> Result<RoomPartition<'_>, Error> {
+        let cells = discretisation.cells.unwrap_or(DEFAULT_CELLS);
+        Ok(RoomPartition {
+            model: self,
+            cut: *discretisation,
+            cells,
+            mesh: Arc::new(self.mesh(discretisation, cells)?),
+        })
+    }
+}
+
+/// The walls of a room, cut into cells.
+#[derive(Clone, Debug)]
+pub(crate) struct RoomPartition<'m> {
+    pub(crate) model: &'m RoomModel,
+    pub(crate) cut: Discretisation,
+    /// The number that was asked for.
+    cells: usize,
+    pub(crate) mesh: Arc<Mesh>,
+}
+
+impl<'m> RoomPartition<'m> {
+    /// Few cells, on which estimates take milliseconds.
+    fn coarse_mesh(&self) -> Result<Mesh, Error> {
+        let cells = self.cells.clamp(COARSEST, COARSE);
+        self.model.mesh(&self.cut, cells)
+    }
+
+    /// The coefficients, and the solution.
+    pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
+        let (scene, mesh, degree) = (&self.model.scene, &*self.mesh, self.cut.degree);
+        let matrix = Matrix::with_functions(scene, mesh, min_mass_ratio(degree), degree + 1)?;
+        let solution = matrix.solve(scene, mesh, TOLERANCE, SWEEPS)?;
+        Ok(RoomSystem {
+            cut: self.clone(),
+            matrix,
+            solution,
+        })
+    }
+
+    /// The estimated spectral radius of T_h²p, on few cells: more only bring h nearer to k.
+    fn neighbour_second_moment_radius(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+        solved: Option<&RoomSystem<'_>>,
+    ) -> Result<f64, Error> {
+        // From the theory fewer are in S than by default.
+        let choice = choice(pairs);
+        if choice == Choice::Pointwise {
+            // h = k.
+            return Ok(0.0);
+        }
+        if let Some(solved) = solved.filter(|_| self.cells <= COARSE) {
+            return self.radius_of(&self.mesh, &solved.matrix, choice, absorption);
+        }
+        let mesh = self.model.mesh(&self.cut, self.cells.min(COARSE))?;
+        let degree = self.cut.degree;
+        let matrix =
+            Matrix::with_functions(&self.model.scene, &mesh, min_mass_ratio(degree), degree + 1)?;
+        self.radius_of(&mesh, &matrix, choice, absorption)
+    }
+
+    fn radius_of(
+        &self,
+        mesh: &Mesh,
+        matrix: &Matrix,
+        choice: Choice,
+        absorption: f64,
+    ) -> Result<f64, Error> {
+        let tables = Tables::new(&self.model.scene, mesh);
+        let (geometry, cells, views) = (tables.geometry(), tables.cells(), matrix.views());
+        let room = Room::new(geometry, cells, views, absorption)?;
+        let pairs = RoomPairs { views, choice };
+        of_degree!(self.cut.degree, B => {
+            let polynomials = room.with_functions::<B>();
+            Ok(fredholm_room::neighbour_second_moment_radius(&polynomials, matrix, pairs)?)
+        })
+    }
+
+    /// Refuses walks whose error bars would mean nothing, with the solved system if there is one.
+    pub(crate) fn refuse_infinite(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+        solved: Option<&RoomSystem<'_>>,
+    ) -> Result<(), Error> {
+        let materials = self.model.surfaces.materials.iter().flatten();
+        let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
+        if !(largest * largest / (1.0 - absorption) < 1.0) {
+            fredholm_model::finite::check_plain(
+                "reflectance²/(1 − absorption)",
+                absorption,
+                || self.plain_radius(absorption),
+            )?;
+        }
+        fredholm_model::finite::check_neighbour(self.cut.degree, self.cells, absorption, || {
+            self.neighbour_second_moment_radius(pairs, absorption, solved)
+        })
+    }
+
+    pub(crate) fn rare(&self, pairs: Pairs, matrix: Option<&Matrix>) -> Result<f64, Error> {
+        let squares = self.model.square_of_source();
+        let choice = choice(pairs);
+        if choice == Choice::Pointwise || squares == 0.0 {
+            return Ok(0.0);
+        }
+        let rare = of_degree!(self.cut.degree, B => {
+            corners::rare::<B>(&self.model.scene, &self.mesh, choice, matrix)
+        })?;
+        Ok(rare / squares)
+    }
+
+    fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        let tables = Tables::<F>::new(&self.model.scene, &self.mesh);
+        let (geometry, cells) = (tables.geometry(), tables.cells());
+        let room = Room::new(
+            geometry,
+            cells,
+            VisibilityTable::none(),
+            request.walk.absorption,
+        )?;
+        let none: &Boxed<'_, F> = &NoNeighbour::<Room<'_, F>>::new();
+        let dark = Solutions {
+            mean: &|_| 0.0,
+            air: &|_| 0.0,
+            irradiance: &|_| 0.0,
+        };
+        with_job(
+            self.model,
+            &room,
+            tables.lengths(),
+            none,
+            &dark,
+            request,
+            &mut |job, galerkin| then(&Prepared::plain(job, galerkin)),
+        )
+    }
+}
+
+impl<'m> Partitioned<'m> for RoomPartition<'m> {
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn unknowns(&self) -> usize {
+        self.mesh.len().saturating_mul(self.cut.degree + 1)
+    }
+
+    fn cells_text(&self) -> String {
+        format!("{} ({} requested)", self.mesh.len(), self.cells)
+    }
+
+    fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {
+        let theory = fredholm_model::pairs::memory(pairs, self.mesh.len(), self.cut.degree + 2);
+        memory(self.mesh.len(), self.cut.degree).saturating_add(theory)
+    }
+
+    fn cost(&self, pairs: Pairs) -> Cost {
+        let n = self.mesh.len() as f64;
+        let degree = self.cut.degree as f64;
+        let walls = self.model.scene.geometry().walls().len();
+        let depth = (walls.max(4) as f64).log2();
+        let ray = RAY * depth;
+        let plain = WalkCost {
+            start: START,
+            step: ray,
+            score: SCORE,
+            pair: 0.0,
+            hidden_pair: 0.0,
+        };
+        let pair = match self.cut.degree {
+            0 => PAIR_OF_CONSTANTS,
+            _ => PAIR_OF_POLYNOMIALS + degree * PAIR_DEGREE,
+        };
+        let pointwise = WalkCost {
+            pair,
+            hidden_pair: HIDDEN_PAIR * depth,
+            ..plain
+        };
+        let walk = match (choice(pairs), self.cut.degree) {
+            (Choice::Pointwise, 0) => pointwise,
+            (Choice::Pointwise, _) => WalkCost {
+                score: SCORE + NEAR + degree * NEAR_DEGREE,
+                ..pointwise
+            },
+            _ => WalkCost {
+                step: ray + IN_S + degree * IN_S_DEGREE,
+                score: SCORE + IN_S_SCORE,
+                ..pointwise
+            },
+        };
+        Cost {
+            setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE,
+            source: SOURCE * (n * (degree + 1.0)).powi(2),
+            walk,
+            plain,
+        }
+    }
+
+    fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        let coarse = self.coarse_mesh()?;
+        let matrix = Matrix::new(&self.model.scene, &coarse, min_mass_ratio(self.cut.degree))?;
+        let (views, choice) = (matrix.views(), choice(pairs));
+        let found = pointwise_pairs(&coarse.cells(), views, &RoomPairs { views, choice });
+        Ok(found.on(pairs, self.mesh.len() as f64 / coarse.len() as f64))
+    }
+
+    /// Every pair costs about one evaluation.
+    fn evaluations(&self, _: u32) -> f64 {
+        (self.mesh.len() as f64).powi(2)
+    }
+
+    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+        let coarse = self.coarse_mesh()?;
+        let scene = &self.model.scene;
+        let matrix = Matrix::new(scene, &coarse, MIN_MASS_RATIO)?;
+        Ok(second_moment_radius(scene, &coarse, &matrix, absorption)?)
+    }
+
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+        self.refuse_infinite(pairs, absorption, None)
+    }
+
+    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
+        self.rare(pairs, None)
+    }
+
+    fn solve(&self, _: f64) -> Result<Box<dyn System + 'm>, Error> {
+        Ok(Box::new(self.system()?))
+    }
+
+    fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        match self.cut.scalar {
+            Scalar::F32 => self.plain_in::<f32>(request, then),
+            Scalar::F64 => self.plain_in::<f64>(request, then),
+        }
+    }
+}
+
+/// What pairs do with views; from the theory they start as the default.
+pub(crate) const fn choice(pairs: Pairs) -> Choice {
+    match pairs {
+        Pairs::Paper => Choice::Paper,
+        Pairs::Default | Pairs::Theory => Choice::Default,
+        Pairs::Pointwise => Choice::Pointwise,
+    }
+}
+
+/// Pointwise pairs of a row, in the mean over the walls' length: walks seldom meet the small cells in corners.
+pub(crate) fn pointwise_pairs<F: Real>(
+    cells: &Cells<'_, F>,
+    views: VisibilityTable<'_>,
+    pairs: &impl fredholm_core::galerkin::Pairs,
+) -> PointwisePairs {
+    let (mut seen, mut hidden, mut all) = (0.0, 0.0, 0.0);
+    for i in 0..cells.len() {
+        let length = cells.length(i).to_f64();
+        all += length;
+        for j in pairs.pointwise(i, cells.len()) {
+            let sum = match views.visibility(i, j) {
+                Visibility::Partial => &mut hidden,
+                _ => &mut seen,
+            };
+            *sum += length;
+        }
+    }
+    PointwisePairs {
+        seen: seen / all,
+        hidden: hidden / all,
+    }
+}
+
+/// Bytes of the tables of n cells.
+pub(crate) const fn memory(n: usize, degree: usize) -> usize {
+    let functions = degree + 1;
+    let pair = 1 + 8 * functions * functions;
+    let table = n.saturating_mul(n).saturating_mul(pair);
+    table.saturating_add(n.saturating_mul(200 + 8 * 8 * functions))
+}

@@ -1,0 +1,511 @@
+//! A solved room: walks and predictions of every degree.
+
+use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
+use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
+use fredholm_embedded::{Number, TableBuilder};
+use fredholm_room::{
+    Choice, Irradiance, Matrix, Point, Room, RoomPairs, RoomQuadrature, Seen, Tables,
+};
+use fredholm_variance::{
+    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
+};
+
+use super::means::Means;
+use super::partition::{RoomPartition, choice, pointwise_pairs};
+use super::{RoomModel, export, of_degree};
+use fredholm_model::Examined;
+use fredholm_model::cost::PointwisePairs;
+use fredholm_model::pairs::{self, AnyPairs, PairCounts};
+use fredholm_model::{Error, Pairs, Region, Scalar, System};
+use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
+
+/// The coefficients of a room, and the Galerkin solution.
+#[derive(Debug)]
+pub(super) struct RoomSystem<'m> {
+    pub(super) cut: RoomPartition<'m>,
+    pub(super) matrix: Matrix,
+    pub(super) solution: Solution,
+}
+
+/// A neighbour equation of any degree.
+pub(super) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
+
+/// What walks in a room need.
+#[derive(Debug)]
+pub(super) struct Setup<'s, F> {
+    pub(super) system: &'s RoomSystem<'s>,
+    pub(super) tables: Tables<F>,
+    pub(super) absorption: f64,
+    pub(super) choice: Choice,
+    /// The kinds of all pairs, where they are chosen one by one.
+    pub(super) kinds: Option<Vec<u8>>,
+    /// The Galerkin solution.
+    pub(super) v: Vec<F>,
+    pub(super) g: Vec<F>,
+}
+
+/// What is done with a neighbour equation, and with the irradiance that v makes at a point.
+pub(super) type Use<'a, F> =
+    dyn FnMut(&Boxed<'_, F>, &dyn Fn(&Point<F>) -> f64) -> Result<(), Error> + 'a;
+
+impl RoomSystem<'_> {
+    /// Tables, v and G, with these kinds of all pairs if there are some.
+    pub(super) fn set_up<F: Real>(
+        &self,
+        pairs: Pairs,
+        kinds: Option<Vec<u8>>,
+        absorption: f64,
+    ) -> Result<Setup<'_, F>, Error> {
+        let choice = choice(pairs);
+        let dense = self.matrix.coefficients();
+        let g = match &kinds {
+            Some(table) => {
+                let pairs = PairTable::new(table, self.cut.mesh.len())?;
+                self.solution.source(&dense, &pairs)?
+            }
+            None => {
+                let views = self.matrix.views();
+                self.solution.source(&dense, &RoomPairs { views, choice })?
+            }
+        };
+        Ok(Setup {
+            tables: Tables::new(&self.cut.model.scene, &self.cut.mesh),
+            absorption,
+            choice,
+            kinds,
+            v: self.solution.rounded()?,
+            g,
+            system: self,
+        })
+    }
+
+    /// Sets up with the pairs that are asked for, one by one if they come from the theory.
+    pub(super) fn set_up_for<F: Real>(&self, request: &Request<'_>) -> Result<Setup<'_, F>, Error> {
+        let kinds = match request.walk.pairs {
+            Pairs::Theory => Some(self.theory(request)?),
+            _ => None,
+        };
+        self.set_up(request.walk.pairs, kinds, request.walk.absorption)
+    }
+
+    /// The kinds of all pairs, for the means and points that are asked for.
+    fn theory(&self, request: &Request<'_>) -> Result<Vec<u8>, Error> {
+        let (cells, degree) = (self.cut.mesh.len(), self.cut.cut.degree);
+        // As many Gauss points as `RoomQuadrature` takes on a cell: two more than the degree.
+        let nodes = pairs::nodes(cells, degree + 2)?;
+        let absorption = request.walk.absorption;
+        let setup = self.set_up::<f64>(Pairs::Default, None, absorption)?;
+        let room = setup.room()?;
+        let quadrature = RoomQuadrature::new(&room, nodes, degree)?;
+        let default = setup.by_views();
+        let terms = PairCosts {
+            cells,
+            allowed: &|i, j| quadrature.allowed_kinds(i, j),
+        };
+        let mut chosen = None;
+        setup.with_neighbour(&room, &mut |galerkin, _| {
+            self.with_starts(request, &room, &mut |starts| {
+                let found = pairs::choose(pairs::table_of(&default, cells), |table, last| {
+                    let kinds = Some(table.to_vec());
+                    let setup = self.set_up::<f64>(Pairs::Default, kinds, absorption)?;
+                    let mut evaluated = None;
+                    setup.with_neighbour(&room, &mut |neighbour, _| {
+                        let setting = VarianceSetup {
+                            equation: &room,
+                            neighbour,
+                            pairs: setup.pairs()?,
+                            quadrature: &quadrature,
+                            galerkin: Some(galerkin),
+                        };
+                        let model = setting.with_starts(starts)?;
+                        let (estimator, goals) = (request.walk.estimator, starts.len());
+                        evaluated = Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                        Ok(())
+                    })?;
+                    evaluated.ok_or(Error::Internal("no pairs were looked at"))
+                })?;
+                chosen = Some(found);
+                Ok(())
+            })
+        })?;
+        chosen.ok_or(Error::Internal("no pairs were chosen"))
+    }
+
+    fn job_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        let setup = self.set_up_for::<F>(request)?;
+        let room = setup.room()?;
+        let pointwise = setup.pointwise()?;
+        setup.with_neighbour(&room, &mut |neighbour, irradiance| {
+            let solutions = Solutions {
+                mean: &|mean| mean.of(&setup.v),
+                air: &|seen| seen.of(&setup.v)[0],
+                irradiance,
+            };
+            with_job(
+                self.cut.model,
+                &room,
+                setup.tables.lengths(),
+                neighbour,
+                &solutions,
+                request,
+                &mut |job, galerkin| {
+                    then(&Prepared {
+                        job,
+                        galerkin,
+                        largest: fredholm_model::numbers::largest(&setup.v),
+                        radius_bound: self.solution.radius_bound,
+                        convergence: self.solution.convergence,
+                        pointwise,
+                        neighbour_second_moment_radius: None,
+                        pair_counts: setup.kinds.as_deref().map(PairCounts::of),
+                    })
+                },
+            )
+        })
+    }
+
+    /// Calls `then` with the starts of the walks of all goals, as an analysis sees it.
+    fn with_starts(
+        &self,
+        request: &Request<'_>,
+        room: &Room<'_, f64>,
+        then: &mut WithStarts<'_, Point<f64>>,
+    ) -> Result<(), Error> {
+        let model = self.cut.model;
+        let mut densities = Vec::new();
+        for goal in request.goals {
+            if matches!(goal.region, Region::Point(_)) {
+                let message = format!(
+                    "target {:?} is in the air: a prediction of variances, and `pairs = \"theory\"`, take targets on \
+                     walls alone",
+                    goal.name
+                );
+                return Err(Error::TooMuch { message });
+            }
+            let walls = model.walls(&goal.region)?;
+            let own = model.scene.geometry();
+            let own = walls
+                .iter()
+                .flat_map(|walls| own.walls().get(walls.clone()));
+            let length = own.flatten().map(|wall| wall.length).sum();
+            densities.push(move |x: &Point<f64>| {
+                if walls.iter().any(|walls| walls.contains(&x.wall())) {
+                    Density::uniform(length)
+                } else {
+                    Density::nothing()
+                }
+            });
+        }
+        let mut starts: Vec<Begin<'_, Point<f64>>> = Vec::new();
+        for (goal, density) in request.goals.iter().zip(&densities) {
+            starts.push(match &goal.region {
+                Region::On(surface, t) => {
+                    let (wall, fraction) = model.scene.along(*surface, *t)?;
+                    Begin::At(room.point(wall, fraction)?)
+                }
+                _ => Begin::Density(density),
+            });
+        }
+        then(&starts)
+    }
+
+    /// The surface that a ray between two sites meets before the other, if one does.
+    fn hides(
+        &self,
+        quadrature: &RoomQuadrature<'_, '_>,
+        from: usize,
+        into: usize,
+    ) -> Option<String> {
+        let [mut starts, mut ends] = [Vec::new(), Vec::new()];
+        quadrature.nodes(from, |x, _| starts.push(x));
+        quadrature.nodes(into, |y, _| ends.push(y));
+        let rays = starts.iter().flat_map(|x| ends.iter().map(move |y| (x, y)));
+        let scene = &self.cut.model.scene;
+        let between = |(x, y): (&Point<f64>, &Point<f64>)| {
+            let ([a, b], [c, d]) = (x.position(), y.position());
+            let distance = (c - a).hypot(d - b);
+            let direction = [(c - a) / distance, (d - b) / distance];
+            let wall = u32::try_from(x.wall()).ok()?;
+            let hit = scene.geometry().cast(wall, x.position(), direction)?;
+            (hit.wall as usize != y.wall() && hit.distance < distance).then_some(hit.wall)
+        };
+        let wall = rays.into_iter().find_map(between)?;
+        let place = scene.place(wall as usize)?;
+        let name = self.cut.model.surfaces.names.get(place.surface);
+        name.map(|name| format!("{name:?}"))
+    }
+
+    /// The place of every site: its wall, where on it in fractions of it, and its length.
+    fn pieces(&self, quadrature: &RoomQuadrature<'_, '_>) -> Vec<(usize, [f64; 2], f64)> {
+        let geometry = self.cut.model.scene.geometry();
+        let mut pieces = Vec::new();
+        let (mut before, mut length, mut along) = (0, 0.0, 0.0);
+        for site in 0..quadrature.sites() {
+            let (mut wall, mut own) = (0, 0.0);
+            quadrature.nodes(site, |x, weight| {
+                wall = x.wall();
+                own += weight;
+            });
+            if site == 0 || wall != before {
+                length = geometry.walls().get(wall).map_or(f64::NAN, |w| w.length);
+                along = 0.0;
+            }
+            before = wall;
+            let to = (along + own) / length;
+            pieces.push((wall, [along / length, f64::min(to, 1.0)], own));
+            along += own;
+        }
+        pieces
+    }
+
+    fn tables_in<F: Real + Number>(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+    ) -> Result<TableBuilder, Error> {
+        let setup = self.set_up::<F>(pairs, None, absorption)?;
+        export::room(&setup, &self.cut.model.scene)
+    }
+}
+
+impl<F: Real> Setup<'_, F> {
+    /// The room.
+    pub(super) fn room(&self) -> Result<Room<'_, F>, Error> {
+        let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
+        let views = self.system.matrix.views();
+        Ok(Room::new(geometry, cells, views, self.absorption)?)
+    }
+
+    /// Pointwise pairs of a row.
+    fn pointwise(&self) -> Result<PointwisePairs, Error> {
+        let (views, cells) = (self.system.matrix.views(), self.tables.cells());
+        Ok(match self.pairs()? {
+            AnyPairs::Table(pairs) => pointwise_pairs(&cells, views, &pairs),
+            _ => pointwise_pairs(&cells, views, &self.by_views()),
+        })
+    }
+
+    /// Calls `then` with the neighbour equation that v solves exactly: one type of walk for all degrees.
+    pub(super) fn with_neighbour(
+        &self,
+        room: &Room<'_, F>,
+        then: &mut Use<'_, F>,
+    ) -> Result<(), Error> {
+        of_degree!(self.system.cut.cut.degree, B => self.with_functions::<B>(room, then))
+    }
+
+    fn with_functions<const B: usize>(
+        &self,
+        room: &Room<'_, F>,
+        then: &mut Use<'_, F>,
+    ) -> Result<(), Error> {
+        let polynomials = room.with_functions::<B>();
+        let dense: Dense<'_, f64> = self.system.matrix.coefficients();
+        let coefficients = Rounded::new(&dense);
+        let (v, g) = (&self.v, &self.g);
+        let irradiance = |x: &Point<F>| polynomials.irradiance_of(x, v);
+        match self.pairs()? {
+            AnyPairs::Table(pairs) => then(
+                &Piecewise::with_pointwise(&polynomials, &coefficients, pairs, v, g)?,
+                &irradiance,
+            ),
+            _ => then(
+                &Piecewise::with_pointwise(&polynomials, &coefficients, self.by_views(), v, g)?,
+                &irradiance,
+            ),
+        }
+    }
+
+    fn by_views(&self) -> RoomPairs<'_> {
+        RoomPairs {
+            views: self.system.matrix.views(),
+            choice: self.choice,
+        }
+    }
+
+    /// The kinds of pairs.
+    fn pairs(&self) -> Result<AnyPairs<'_>, Error> {
+        Ok(match &self.kinds {
+            Some(table) => AnyPairs::Table(PairTable::new(table, self.tables.cells().len())?),
+            None => AnyPairs::Views(self.by_views()),
+        })
+    }
+}
+
+impl System for RoomSystem<'_> {
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+        self.cut.refuse_infinite(pairs, absorption, Some(self))
+    }
+
+    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
+        self.cut.rare(pairs, Some(&self.matrix))
+    }
+
+    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        match self.cut.cut.scalar {
+            Scalar::F32 => self.job_in::<f32>(request, then),
+            Scalar::F64 => self.job_in::<f64>(request, then),
+        }
+    }
+
+    fn examine(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let setup = self.set_up_for::<f64>(request)?;
+        let room = setup.room()?;
+        let degree = self.cut.cut.degree;
+        let quadrature = RoomQuadrature::new(&room, nodes, degree)?;
+        let dense = self.matrix.coefficients();
+        let cells = self.cut.mesh.len();
+        let coefficients = MeanCoefficients {
+            cells,
+            mean: &|i, j| dense.mean(i, j),
+        };
+        // Of piecewise constants: the first function of a cell is all of it.
+        let is_constant = degree == 0 && cells <= quadrature.sites();
+        let place = |site: usize| {
+            let mut wall = 0;
+            quadrature.nodes(site, |x, _| wall = x.wall());
+            let model = self.cut.model;
+            let surface = model.scene.place(wall).map(|place| place.surface);
+            surface
+                .and_then(|surface| model.surfaces.names.get(surface))
+                .map_or_else(|| format!("wall {wall}"), Clone::clone)
+        };
+        let pieces = self.pieces(&quadrature);
+        setup.with_neighbour(&room, &mut |neighbour, _| {
+            self.with_starts(request, &room, &mut |starts| {
+                let setting = VarianceSetup {
+                    equation: &room,
+                    neighbour,
+                    pairs: setup.pairs()?,
+                    quadrature: &quadrature,
+                    galerkin: None,
+                };
+                then(&Examined {
+                    model: &setting.with_starts(starts)?,
+                    coefficients: is_constant.then_some(coefficients),
+                    hides: Some(&|from, into| self.hides(&quadrature, from, into)),
+                    pieces: Some(&pieces),
+                    goals: request.goals,
+                    place: &place,
+                })
+            })
+        })
+    }
+
+    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
+        match self.cut.cut.scalar {
+            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
+            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
+        }
+    }
+}
+
+/// What v gives where walks start.
+pub(super) struct Solutions<'s, 'a, F> {
+    /// The mean of the control variate.
+    pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
+    /// What a point between the walls sees of it.
+    pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
+    /// The irradiance that it makes.
+    pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
+}
+
+/// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
+pub(super) fn with_job<'a, F: Real>(
+    model: &RoomModel,
+    room: &Room<'a, F>,
+    lengths: &'a [f64],
+    neighbour: &Boxed<'_, F>,
+    solutions: &Solutions<'_, 'a, F>,
+    request: &Request<'_>,
+    then: &mut WithJob<'_>,
+) -> Result<(), Error> {
+    let mut goals = Vec::new();
+    let mut galerkins = Vec::new();
+    let regions = model.regions(request.goals, request.only_u);
+    for region in &regions {
+        let start = model.start(room, lengths, region)?;
+        let galerkin = match &start {
+            Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
+            Start::Mean(mean) => (solutions.mean)(mean),
+            Start::Air(seen) => (solutions.air)(seen),
+            Start::Light(_) | Start::LightMean(_) => f64::NAN,
+        };
+        galerkins.push(galerkin);
+        goals.push(fredholm_core::Goal {
+            functional: start,
+            control_mean: Some(galerkin),
+        });
+    }
+    // Where irradiance does not follow from u it takes walks of its own.
+    for region in &regions {
+        if model.takes_walks(region, request.only_u) {
+            goals.push(match model.start(room, lengths, region)? {
+                Start::Point(at) => fredholm_core::Goal {
+                    control_mean: Some((solutions.irradiance)(&at.0)),
+                    functional: Start::Light(Irradiance { room, of: at }),
+                },
+                Start::Mean(mean) => fredholm_core::Goal {
+                    control_mean: None,
+                    functional: Start::LightMean(Irradiance { room, of: mean }),
+                },
+                other => fredholm_core::Goal {
+                    functional: other,
+                    control_mean: None,
+                },
+            });
+        }
+    }
+    galerkins.truncate(request.goals.len());
+    let options = request.walk.for_core();
+    then(&Goals::new(room, neighbour, &goals, options), &galerkins)
+}
+
+impl RoomModel {
+    /// Where the walks of a goal start.
+    fn start<'r, 'a, F: Real>(
+        &self,
+        room: &'r Room<'a, F>,
+        lengths: &'a [f64],
+        region: &Region,
+    ) -> Result<Start<'r, 'a, F>, Error> {
+        Ok(match region {
+            Region::On(surface, t) => {
+                let (wall, fraction) = self.scene.along(*surface, *t)?;
+                Start::Point(At(room.point(wall, fraction)?))
+            }
+            Region::Point(x) => Start::Air(Seen {
+                room,
+                position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
+            }),
+            region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
+        })
+    }
+}
+
+/// Where the walks of a goal start.
+pub(super) enum Start<'r, 'a, F> {
+    Point(At<Point<F>>),
+    Mean(Means<'r, 'a, F>),
+    Air(Seen<'r, 'a, F>),
+    Light(Irradiance<'r, 'a, F, At<Point<F>>>),
+    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
+}
+
+impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        match self {
+            Self::Point(At(x)) => (*x, F::one()),
+            Self::Mean(mean) => mean.start(uniforms),
+            Self::Air(seen) => seen.start(uniforms),
+            Self::Light(light) => light.start(uniforms),
+            Self::LightMean(light) => light.start(uniforms),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Quadrature over cells and draws from them, for any equation whose cells are images of a cube.
+
+use fredholm_core::galerkin::{CellMap, GalerkinError, reserve};
+use fredholm_core::{Real, Uniforms};
+use fredholm_variance::gauss;
+
+use crate::Error;
+
+/// The largest dimension of cells.
+pub(super) const MOST_DIMENSIONS: usize = 6;
+
+/// Parameters in [0, 1]^d with their shares of the whole, which sum to 1: the tensor product of a Gauss rule.
+pub(super) fn tensor(
+    dimension: usize,
+    points: usize,
+) -> Result<Vec<(Vec<f64>, f64)>, GalerkinError> {
+    let axis = gauss(points)?;
+    let count = points.saturating_pow(dimension as u32);
+    let mut rule = reserve(count)?;
+    for number in 0..count {
+        let (mut rest, mut share) = (number, 1.0);
+        let place = (0..dimension).map(|_| {
+            let (t, weight) = axis[rest % points];
+            rest /= points;
+            share *= 0.5 * weight;
+            0.5 * (1.0 + t)
+        });
+        rule.push((place.collect(), share));
+    }
+    Ok(rule)
+}
+
+/// Quadrature points of all cells.
+pub(super) struct Nodes<P> {
+    /// The points of cell 0, then those of cell 1, and so on.
+    points: Vec<P>,
+    /// The share of its cell that each of a cell's points stands for.
+    shares: Vec<f64>,
+    /// μ(X_j).
+    measures: Vec<f64>,
+}
+
+impl<P: Copy> Nodes<P> {
+    /// The points of a Gauss rule, as many for every axis of a cell.
+    pub(super) fn new<E: CellMap<Point = P>>(equation: &E, points: usize) -> Result<Self, Error> {
+        let (n, rule) = (equation.cells(), tensor(E::DIMENSION, points.max(1))?);
+        let mut all = reserve(n.saturating_mul(rule.len()))?;
+        for cell in 0..n {
+            all.extend(rule.iter().map(|(t, _)| equation.point(cell, t)));
+        }
+        Ok(Self {
+            points: all,
+            shares: rule.into_iter().map(|(_, share)| share).collect(),
+            measures: (0..n).map(|cell| equation.measure(cell)).collect(),
+        })
+    }
+
+    /// The points of a cell, with shares that sum to 1.
+    pub(super) fn shares(&self, cell: usize) -> impl Iterator<Item = (P, f64)> {
+        let count = self.shares.len();
+        let points = self.points[cell * count..(cell + 1) * count].iter();
+        points.copied().zip(self.shares.iter().copied())
+    }
+
+    /// The points of a cell, with weights that sum to its measure.
+    pub(super) fn weighted(&self, cell: usize) -> impl Iterator<Item = (P, f64)> {
+        let measure = self.measures[cell];
+        self.shares(cell)
+            .map(move |(x, share)| (x, measure * share))
+    }
+
+    /// The number of cells.
+    pub(super) const fn cells(&self) -> usize {
+        self.measures.len()
+    }
+
+    /// μ of every cell.
+    pub(super) fn measures(&self) -> &[f64] {
+        &self.measures
+    }
+
+    /// ∫ f dμ over the whole space.
+    pub(super) fn integral(&self, f: impl Fn(&P) -> f64) -> f64 {
+        let cell = |j| {
+            self.weighted(j)
+                .map(|(x, weight)| weight * f(&x))
+                .sum::<f64>()
+        };
+        (0..self.cells()).map(cell).sum()
+    }
+}
+
+/// Draws points that are uniform on the space.
+pub(super) struct Uniform<'a, E> {
+    equation: &'a E,
+    /// The share of the space up to every cell and with it.
+    up_to: Vec<f64>,
+    /// μ(X).
+    pub(super) measure: f64,
+}
+
+impl<'a, E: CellMap> Uniform<'a, E> {
+    pub(super) fn new(equation: &'a E) -> Self {
+        let measures = (0..equation.cells()).map(|cell| equation.measure(cell));
+        let measure: f64 = measures.clone().sum();
+        let mut sum = 0.0;
+        let up_to = measures.map(|one| {
+            sum += one;
+            sum / measure
+        });
+        Self {
+            up_to: up_to.collect(),
+            equation,
+            measure,
+        }
+    }
+
+    pub(super) const fn equation(&self) -> &'a E {
+        self.equation
+    }
+
+    /// The mean of a function of so many coefficients on every cell, of which the first is its mean there.
+    pub(super) fn mean(&self, functions: usize, coefficients: &[E::Scalar]) -> f64 {
+        let mut before = 0.0;
+        let cells = self.up_to.iter().zip(coefficients.chunks(functions));
+        let terms = cells.map(|(&up_to, own)| {
+            let share = up_to - before;
+            before = up_to;
+            share * own.first().map_or(f64::NAN, |mean| mean.to_f64())
+        });
+        terms.sum()
+    }
+
+    #[inline]
+    pub(super) fn draw<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
+        const {
+            assert!(
+                E::DIMENSION <= MOST_DIMENSIONS,
+                "cells have at most 6 dimensions"
+            );
+        }
+        let place = uniforms.uniform().to_f64();
+        let cell = self.up_to.partition_point(|&up_to| up_to <= place);
+        let mut t = [0.0; MOST_DIMENSIONS];
+        for t in t.iter_mut().take(E::DIMENSION) {
+            *t = uniforms.uniform().to_f64();
+        }
+        let last = self.up_to.len().saturating_sub(1);
+        self.equation.point(cell.min(last), &t[..E::DIMENSION])
+    }
+}

@@ -1,0 +1,281 @@
+//! What takes the number of functions on a cell as a constant.
+
+use fredholm_core::galerkin::{
+    AllPointwise, Basis, Dense, DiagonalRule, PairIntegral, PairKind, Piecewise, Rounded, Solution,
+    TransitionMoments, second_moment_radius,
+};
+use fredholm_core::{Located, Neighbour, Real, StateSpace};
+
+use super::CustomEquation;
+use super::cells::Nodes;
+use crate::Error;
+use fredholm_model::pairs::AnyPairs;
+
+/// Which pairs are pointwise; all others are in S.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kinds {
+    AllInS,
+    DiagonalPointwise,
+    AllPointwise,
+}
+
+/// All pairs in S.
+const IN_S: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Galerkin,
+};
+/// The diagonal pointwise.
+const DIAGONAL: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Pointwise,
+};
+
+impl Kinds {
+    /// The pairs for an analysis, to which it matters what is left out: nothing.
+    pub(super) const fn any(self) -> AnyPairs<'static> {
+        AnyPairs::Diagonal(match self {
+            Self::AllInS => IN_S,
+            Self::DiagonalPointwise | Self::AllPointwise => DIAGONAL,
+        })
+    }
+}
+
+/// A neighbour equation of any kind: one type of walk for all.
+pub(super) type Boxed<'a, E> =
+    dyn Neighbour<Scalar = <E as StateSpace>::Scalar, Point = <E as StateSpace>::Point> + Sync + 'a;
+
+/// What is done with a neighbour equation and its v.
+pub(super) type Use<'a, E> =
+    dyn FnMut(&Boxed<'_, E>, &[<E as StateSpace>::Scalar]) -> Result<(), Error> + 'a;
+
+/// What a neighbour equation is made of, besides its pairs.
+pub(super) struct Of<'a, E> {
+    pub(super) equation: &'a E,
+    pub(super) coefficients: &'a Dense<'a, f64>,
+    pub(super) solution: &'a Solution,
+}
+
+/// Functions on a cell, whose number the steps of walks take as a constant. It is object safe, so that an equation may
+/// have several degrees.
+pub(super) trait Degree<E: CustomEquation>: Send + Sync {
+    /// B.
+    fn functions(&self) -> usize;
+
+    /// Whether pairs may be pointwise.
+    fn has_integrals(&self) -> bool {
+        false
+    }
+
+    /// Fills the rows of K' of a cell.
+    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]);
+
+    /// The means over every cell of a function times each function on the cell.
+    fn means(
+        &self,
+        equation: &E,
+        nodes: &Nodes<E::Point>,
+        function: &dyn Fn(&E::Point) -> f64,
+    ) -> Vec<f64>;
+
+    /// Σ_a c_ia ψ_ia(x) for x in cell i.
+    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64;
+
+    /// Hands out the neighbour equation with these pairs.
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, E>,
+        kinds: Kinds,
+        then: &mut Use<'_, E>,
+    ) -> Result<(), Error>;
+
+    /// The spectral radius of T_h²p, estimated.
+    fn neighbour_radius(
+        &self,
+        of: &Of<'_, E>,
+        nodes: &Nodes<E::Point>,
+        kinds: Kinds,
+    ) -> Result<f64, Error>;
+}
+
+/// B functions on a cell, with all pairs in S.
+#[derive(Debug)]
+pub(super) struct Smooth<const B: usize>;
+
+/// B functions on a cell, with pairs of any kind.
+#[derive(Debug)]
+pub(super) struct WithIntegrals<const B: usize>;
+
+impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smooth<B> {
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
+        fill::<E, B>(equation, nodes, cell, rows, |x, j| {
+            let mut integrals = [0.0; B];
+            for (point, weight) in nodes.weighted(j) {
+                let k = equation.kernel(&x.point, &point).to_f64();
+                let step = weight * k * equation.density(&x.point, &point).to_f64();
+                let psi = Basis::<B>::basis(equation, &Located { point, cell: j });
+                for (integral, psi) in integrals.iter_mut().zip(psi) {
+                    *integral += step * psi.to_f64();
+                }
+            }
+            integrals
+        });
+    }
+
+    fn means(
+        &self,
+        equation: &E,
+        nodes: &Nodes<E::Point>,
+        function: &dyn Fn(&E::Point) -> f64,
+    ) -> Vec<f64> {
+        let mut means = vec![0.0; nodes.cells() * B];
+        for (cell, means) in means.chunks_exact_mut(B).enumerate() {
+            for (point, share) in nodes.shares(cell) {
+                let value = share * function(&point);
+                let psi = Basis::<B>::basis(equation, &Located { point, cell });
+                for (mean, psi) in means.iter_mut().zip(psi) {
+                    *mean += value * psi.to_f64();
+                }
+            }
+        }
+        means
+    }
+
+    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64 {
+        let own = coefficients.get(x.cell * B..).unwrap_or(&[]);
+        let psi = Basis::<B>::basis(equation, x);
+        own.iter().zip(psi).map(|(c, psi)| c * psi.to_f64()).sum()
+    }
+
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, E>,
+        kinds: Kinds,
+        then: &mut Use<'_, E>,
+    ) -> Result<(), Error> {
+        if kinds != Kinds::AllInS {
+            return Err(Error::Internal("pointwise pairs need their integrals"));
+        }
+        let vectors = of.solution.for_walks(of.coefficients, IN_S)?;
+        let rounded = Rounded::new(of.coefficients);
+        let neighbour: Piecewise<'_, _, _, _, _, _, B> =
+            vectors.piecewise(of.equation, &rounded)?;
+        then(&neighbour, vectors.v())
+    }
+
+    fn neighbour_radius(
+        &self,
+        of: &Of<'_, E>,
+        nodes: &Nodes<E::Point>,
+        kinds: Kinds,
+    ) -> Result<f64, Error> {
+        let equation = of.equation;
+        let square = |x: &Located<E::Point>, j: usize| {
+            let terms = nodes.weighted(j).map(|(y, weight)| {
+                let k = equation.kernel(&x.point, &y).to_f64();
+                weight * k * k * equation.density(&x.point, &y).to_f64()
+            });
+            terms.sum::<f64>()
+        };
+        let rounded = Rounded::new(of.coefficients);
+        let points = |cell| nodes.shares(cell).map(|(x, _)| x);
+        Ok(second_moment_radius::<_, _, _, B>(
+            equation,
+            &rounded,
+            &kinds.any(),
+            points,
+            square,
+        )?)
+    }
+}
+
+/// Adds to the rows of a cell what `integrals` says of a point and another cell: ∫_Xj K(x,y) ψ_jb(y) dμ(y).
+fn fill<E: CustomEquation + TransitionMoments<B>, const B: usize>(
+    equation: &E,
+    nodes: &Nodes<E::Point>,
+    cell: usize,
+    rows: &mut [f64],
+    integrals: impl Fn(&Located<E::Point>, usize) -> [f64; B],
+) {
+    let unknowns = nodes.cells() * B;
+    rows.fill(0.0);
+    for (point, share) in nodes.shares(cell) {
+        let x = Located { point, cell };
+        let psi = Basis::<B>::basis(equation, &x);
+        for j in 0..nodes.cells() {
+            let integrals = integrals(&x, j);
+            for (row, psi) in rows.chunks_exact_mut(unknowns).zip(psi) {
+                let left = share * psi.to_f64();
+                for (entry, integral) in row[j * B..].iter_mut().zip(integrals) {
+                    *entry += left * integral;
+                }
+            }
+        }
+    }
+}
+
+impl<E, const B: usize> Degree<E> for WithIntegrals<B>
+where
+    E: CustomEquation + TransitionMoments<B> + PairIntegral<B>,
+{
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn has_integrals(&self) -> bool {
+        true
+    }
+
+    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
+        fill::<E, B>(equation, nodes, cell, rows, |x, j| {
+            PairIntegral::<B>::pair_integral(equation, x, j).map(Real::to_f64)
+        });
+    }
+
+    fn means(
+        &self,
+        equation: &E,
+        nodes: &Nodes<E::Point>,
+        function: &dyn Fn(&E::Point) -> f64,
+    ) -> Vec<f64> {
+        Smooth::<B>.means(equation, nodes, function)
+    }
+
+    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64 {
+        Smooth::<B>.series(equation, coefficients, x)
+    }
+
+    fn with_neighbour(
+        &self,
+        of: &Of<'_, E>,
+        kinds: Kinds,
+        then: &mut Use<'_, E>,
+    ) -> Result<(), Error> {
+        let rounded = Rounded::new(of.coefficients);
+        match kinds {
+            Kinds::AllInS => Smooth::<B>.with_neighbour(of, kinds, then),
+            Kinds::DiagonalPointwise => {
+                let vectors = of.solution.for_walks(of.coefficients, DIAGONAL)?;
+                let neighbour: Piecewise<'_, _, _, _, _, _, B> =
+                    vectors.with_pointwise(of.equation, &rounded)?;
+                then(&neighbour, vectors.v())
+            }
+            Kinds::AllPointwise => {
+                let vectors = of.solution.for_walks(of.coefficients, AllPointwise)?;
+                let neighbour: Piecewise<'_, _, _, _, _, _, B> =
+                    vectors.with_pointwise(of.equation, &rounded)?;
+                then(&neighbour, vectors.v())
+            }
+        }
+    }
+
+    fn neighbour_radius(
+        &self,
+        of: &Of<'_, E>,
+        nodes: &Nodes<E::Point>,
+        kinds: Kinds,
+    ) -> Result<f64, Error> {
+        Smooth::<B>.neighbour_radius(of, nodes, kinds)
+    }
+}

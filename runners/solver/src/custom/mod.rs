@@ -1,0 +1,482 @@
+//! Any equation that implements the traits of the core, in a crate of its own.
+
+mod cells;
+mod degree;
+mod quadrature;
+mod system;
+mod walk;
+
+use core::fmt;
+
+use fredholm_core::galerkin::{
+    CellMap, PairIntegral, TransitionMoments, buffer, collatz_wielandt_bounds,
+};
+use fredholm_core::{Equation, TransitionDensity};
+use fredholm_rayon::fill_rows;
+
+use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
+use cells::Nodes;
+use degree::{Smooth, WithIntegrals};
+use fredholm_model::About;
+use fredholm_model::EquationError;
+use system::CustomPartition;
+use walk::{Equations, Walks, place};
+
+/// A weight, as a function of the point.
+type PointFn<P> = dyn Fn(&P) -> f64 + Send + Sync;
+
+/// About so many unknowns in all where nothing is said of cells.
+const DEFAULT_UNKNOWNS: usize = 1000;
+/// The most unknowns of a level of a sweep.
+const LEVEL: usize = 1300;
+/// Cells enough to estimate the spectral radius of T_k²p.
+const COARSE: usize = 48;
+/// The most powers of a matrix that are looked at for it.
+const POWERS: u32 = 100;
+/// Seconds of a value of k and of p, unless the equation says otherwise.
+const KERNEL: f64 = 10e-9;
+/// A q0 for what does not depend on it.
+const ANY: f64 = 0.5;
+
+/// Equation that a [`CustomModel`] can be of: it has a chain, a kernel, a source, cells that are images of a cube, and exact
+/// transition masses. Every type with these traits of `fredholm-core` is one.
+///
+/// ```
+/// use fredholm::{CustomEquation, CustomModel, Report, SolveError, Solver};
+///
+/// /// The mean of any equation that is told apart by its absorption and its cells.
+/// fn mean<E: CustomEquation<Scalar = f64>>(model: &CustomModel<E>) -> Result<Report, SolveError> {
+///     Solver::new(model).mean().solve_to(1e-3)
+/// }
+/// ```
+pub trait CustomEquation:
+    Equation<Point: Send + Sync>
+    + TransitionDensity
+    + CellMap
+    + TransitionMoments
+    + Send
+    + Sync
+    + 'static
+{
+}
+
+impl<E> CustomEquation for E where
+    E: Equation<Point: Send + Sync>
+        + TransitionDensity
+        + CellMap
+        + TransitionMoments
+        + Send
+        + Sync
+        + 'static
+{
+}
+
+/// Equation of a crate of its own, with everything that the other models have: choice of cells and walks, diagnosis,
+/// sweeps, reports.
+///
+/// It is made from a function that makes the equation with a number of cells and an absorption probability. Coefficients
+/// come from quadrature over the cells. Walks are compiled for the equation's own type.
+///
+/// ```
+/// use fredholm::{CustomModel, Solver};
+/// # use fredholm_core::galerkin::{Basis, CellMap, Partition, TransitionMoments};
+/// # use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
+/// # use core::convert::Infallible;
+/// # struct Mine { cells: usize, absorption: f64 }
+/// # impl Mine {
+/// #     fn new(cells: usize, absorption: f64) -> Result<Self, Infallible> { Ok(Self { cells, absorption }) }
+/// # }
+/// # impl StateSpace for Mine { type Scalar = f64; type Point = f64; }
+/// # impl Sampler for Mine {
+/// #     fn absorption(&self, _: &f64) -> f64 { self.absorption }
+/// #     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> { Some(uniforms.uniform()) }
+/// # }
+/// # impl TransitionDensity for Mine {
+/// #     fn density(&self, _: &f64, _: &f64) -> f64 { 1.0 - self.absorption }
+/// # }
+/// # impl Kernel for Mine {
+/// #     fn kernel(&self, x: &f64, y: &f64) -> f64 { 0.5 * x * y / (1.0 - self.absorption) }
+/// # }
+/// # impl Source for Mine { fn source(&self, x: &f64) -> f64 { *x } }
+/// # impl Partition for Mine {
+/// #     fn cells(&self) -> usize { self.cells }
+/// #     fn locate(&self, x: &f64) -> usize { ((x * self.cells as f64) as usize).min(self.cells - 1) }
+/// # }
+/// # impl Basis for Mine { fn basis(&self, _: &Located<f64>) -> [f64; 1] { [1.0] } }
+/// # impl TransitionMoments for Mine {
+/// #     fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; 1]; 1] {
+/// #         [[(1.0 - self.absorption) / self.cells as f64]]
+/// #     }
+/// # }
+/// # impl CellMap for Mine {
+/// #     const DIMENSION: usize = 1;
+/// #     fn measure(&self, _: usize) -> f64 { 1.0 / self.cells as f64 }
+/// #     fn point(&self, cell: usize, t: &[f64]) -> f64 { (cell as f64 + t[0]) / self.cells as f64 }
+/// #     fn at(&self, x: &[f64]) -> Option<f64> {
+/// #         match *x { [x] if (0.0..=1.0).contains(&x) => Some(x), _ => None }
+/// #     }
+/// # }
+///
+/// // u(x) = ∫₀¹ ½ x y u(y) dy + x, whose solution is 6x/5; `Mine` has the traits of the core.
+/// let u = CustomModel::new(|cells, absorption| Mine::new(cells, absorption)).weight("edge", |x| x * x);
+/// let report = Solver::new(&u).at(0.5).mean().weighted("edge").solve_to(1e-4)?;
+/// assert!((report.goals[0].preconditioned.estimate.unwrap() - 0.6).abs() < 5e-4);
+/// assert!((report.goals[2].preconditioned.estimate.unwrap() - 0.3).abs() < 5e-4);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+pub struct CustomModel<E: CustomEquation> {
+    equations: Equations<E>,
+    single: Option<Box<dyn Walks>>,
+    name: &'static str,
+    levels: Option<Vec<usize>>,
+    coordinates: Vec<[f64; 2]>,
+    solution: Option<Box<PointFn<E::Point>>>,
+    kernel_seconds: f64,
+}
+
+impl<E: CustomEquation> fmt::Debug for CustomModel<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CustomModel")
+            .field("name", &self.name)
+            .field("degrees", &self.equations.degrees.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<E: CustomEquation> CustomModel<E> {
+    /// Model of the equation that `build` makes with a number of cells and an absorption probability. What a number of
+    /// cells means is up to it; it may refuse numbers that it does not take.
+    ///
+    /// Functions are constant on cells, and all pairs of cells are in S, unless the model is told of more.
+    pub fn new<X>(build: impl Fn(usize, f64) -> Result<E, X> + Send + Sync + 'static) -> Self
+    where
+        X: core::error::Error + Send + Sync + 'static,
+    {
+        let build = move |cells: usize, absorption: f64| {
+            let made = build(cells, absorption);
+            made.map_err(|error| Error::Equation(EquationError::new(error)))
+        };
+        Self {
+            equations: Equations {
+                build: Box::new(build),
+                degrees: vec![Box::new(Smooth::<1>)],
+                weights: Vec::new(),
+            },
+            single: None,
+            name: "custom",
+            levels: None,
+            coordinates: vec![[0.0, 1.0]; E::DIMENSION],
+            solution: None,
+            kernel_seconds: KERNEL,
+        }
+    }
+
+    /// Adds the next degree, which has B functions on a cell.
+    #[must_use]
+    pub fn with_functions<const B: usize>(mut self) -> Self
+    where
+        E: TransitionMoments<B>,
+    {
+        self.equations.degrees.push(Box::new(Smooth::<B>));
+        self
+    }
+
+    /// Allows pointwise pairs of the degree with B functions on a cell, by the equation's exact integrals.
+    #[must_use]
+    pub fn with_pair_integrals<const B: usize>(mut self) -> Self
+    where
+        E: TransitionMoments<B> + PairIntegral<B>,
+    {
+        for degree in &mut self.equations.degrees {
+            if degree.functions() == B {
+                *degree = Box::new(WithIntegrals::<B>);
+            }
+        }
+        self
+    }
+
+    /// Adds a weight w, for integrals ∫ w u dμ that [`Solver::weighted`](crate::Solver::weighted) asks for.
+    #[must_use]
+    pub fn weight(
+        mut self,
+        name: &str,
+        weight: impl Fn(&E::Point) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let weight = (name.to_owned(), Box::new(weight) as Box<PointFn<E::Point>>);
+        self.equations.weights.push(weight);
+        self
+    }
+
+    /// Adds the same equation in single precision, for walks in it: with the same degrees, pointwise pairs and weights.
+    #[must_use]
+    pub fn with_f32<N: CustomEquation<Scalar = f32>>(mut self, single: CustomModel<N>) -> Self {
+        self.single = Some(Box::new(single.equations));
+        self
+    }
+
+    /// Sets the known solution, with which reports compare.
+    #[must_use]
+    pub fn with_solution(
+        mut self,
+        solution: impl Fn(&E::Point) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.solution = Some(Box::new(solution));
+        self
+    }
+
+    /// Sets the name in reports, in place of "custom".
+    #[must_use]
+    pub const fn named(mut self, name: &'static str) -> Self {
+        self.name = name;
+        self
+    }
+
+    /// Sets the numbers of cells to choose from, from few to many; by default those m^d for small m that the equation takes.
+    #[must_use]
+    pub fn with_levels(mut self, cells: impl Into<Vec<usize>>) -> Self {
+        self.levels = Some(cells.into());
+        self
+    }
+
+    /// Sets the interval of every coordinate over which a grid of points goes; by default [0, 1] for each of d.
+    #[must_use]
+    pub fn with_coordinates(mut self, intervals: impl Into<Vec<[f64; 2]>>) -> Self {
+        self.coordinates = intervals.into();
+        self
+    }
+
+    /// Sets about how many seconds a value of k and of p takes, for the choice; by default 10 ns. What is chosen depends
+    /// on this number, and on no clock.
+    #[must_use]
+    pub const fn with_kernel_seconds(mut self, seconds: f64) -> Self {
+        self.kernel_seconds = seconds;
+        self
+    }
+}
+
+impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
+    /// The equation with so many cells, for what does not depend on its absorption.
+    fn equation(&self, cells: usize) -> Result<E, Error> {
+        (self.equations.build)(cells, ANY)
+    }
+
+    /// The numbers of cells for these degrees that the equation takes, with n.
+    fn all_levels(&self) -> Vec<[usize; 2]> {
+        let d = E::DIMENSION as u32;
+        let powers = || {
+            let roots: &[usize] = match d {
+                1 => &[4, 8, 16, 32, 64, 128, 256, 512, 1024],
+                2 => &[2, 3, 4, 6, 8, 12, 16, 24, 32],
+                _ => &[1, 2, 3, 4, 5, 6, 8, 10],
+            };
+            roots.iter().map(|root| root.saturating_pow(d)).collect()
+        };
+        let levels: Vec<usize> = self.levels.clone().unwrap_or_else(powers);
+        let taken = levels.into_iter().filter_map(|cells| {
+            let equation = self.equation(cells).ok()?;
+            Some([cells, equation.cells()])
+        });
+        taken.collect()
+    }
+
+    /// The numbers of cells with at most about so many unknowns, or the smallest.
+    fn levels_up_to(&self, unknowns: usize, degree: usize) -> Vec<usize> {
+        let functions = self.equations.degree(degree);
+        let functions = functions.map_or(1, |degree| degree.functions());
+        let all = self.all_levels();
+        let least = all.first().map(|&[_, n]| n).unwrap_or_default();
+        let most = (unknowns / functions).max(least);
+        let few = all.into_iter().filter(|&[_, n]| n <= most);
+        few.map(|[cells, _]| cells).collect()
+    }
+
+    fn default_cells(&self, degree: usize) -> usize {
+        let levels = self.levels_up_to(DEFAULT_UNKNOWNS, degree);
+        levels.last().copied().unwrap_or(1)
+    }
+
+    /// The spectral radius of T_k²p, estimated on few cells.
+    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+        let levels = self.all_levels();
+        let enough = levels.iter().find(|[_, n]| *n >= COARSE).or(levels.last());
+        let [cells, n] = enough.copied().unwrap_or([1, 1]);
+        let equation = (self.equations.build)(cells, absorption)?;
+        let nodes = Nodes::new(&equation, 2)?;
+        let mut matrix: Vec<f64> = buffer(n.saturating_mul(n))?;
+        fill_rows(&mut matrix, n, |i, row| {
+            for (x, share) in nodes.shares(i) {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    let squares = nodes.weighted(j).map(|(y, weight)| {
+                        let k = equation.kernel(&x, &y);
+                        weight * k * k * equation.density(&x, &y)
+                    });
+                    *entry += share * squares.sum::<f64>();
+                }
+            }
+            Ok::<(), Error>(())
+        })?;
+        // A value that is not a number is none below 1.
+        if matrix.iter().any(|entry| !entry.is_finite()) {
+            return Ok(f64::INFINITY);
+        }
+        let mut apply = |w: &[f64], out: &mut [f64]| {
+            for (out, row) in out.iter_mut().zip(matrix.chunks_exact(n)) {
+                *out = row.iter().zip(w).map(|(m, w)| m * w).sum();
+            }
+        };
+        let (mut w, mut next) = (vec![1.0; n], vec![0.0; n]);
+        let [_, radius] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
+        Ok(radius)
+    }
+
+    /// ∫ f u dμ over ∫ dμ or 1, if two partitions agree on it.
+    fn integral(&self, f: impl Fn(&E::Point) -> f64, is_mean: bool) -> Result<Option<f64>, Error> {
+        let of = |cells: usize| {
+            let nodes = Nodes::new(&self.equation(cells)?, 5)?;
+            let measure = if is_mean {
+                nodes.integral(|_| 1.0)
+            } else {
+                1.0
+            };
+            Ok::<f64, Error>(nodes.integral(&f) / measure)
+        };
+        let levels = self.levels_up_to(DEFAULT_UNKNOWNS, 0);
+        let [.., coarse, fine] = levels.as_slice() else {
+            return Ok(None);
+        };
+        let (coarse, fine) = (of(*coarse)?, of(*fine)?);
+        let agree = (coarse - fine).abs() <= 1e-12 * fine.abs().max(1e-300);
+        Ok(agree.then_some(fine))
+    }
+
+    fn check_region(&self, equation: &E, region: &Region) -> Result<(), Error> {
+        let message = match region {
+            Region::Whole => return Ok(()),
+            Region::Point(x) => return place(equation, x).map(|_| ()),
+            Region::Weight(number) if *number < self.equations.weights.len() => return Ok(()),
+            Region::Weight(number) => format!("there is no weight of number {number}"),
+            _ => {
+                "an equation of a crate of its own has points, weights, and the mean over all of it"
+                    .to_owned()
+            }
+        };
+        Err(Error::Region { message })
+    }
+
+    /// Refuses an equation in single precision that has not what that in double precision has.
+    fn check_single(&self) -> Result<(), Error> {
+        let Some(single) = &self.single else {
+            return Ok(());
+        };
+        let names = |walks: &dyn Walks| -> Vec<String> {
+            let names = (0..).map_while(|number| walks.weight(number).map(str::to_owned));
+            names.collect()
+        };
+        let has = |walks: &dyn Walks| (walks.integrals(), names(walks));
+        if has(&**single) == has(&self.equations) {
+            return Ok(());
+        }
+        Err(Error::Option {
+            subject: Subject::Problem,
+            message: "the equation in single precision needs the degrees, the pair integrals and the weights of that in \
+                      double precision"
+                .to_owned(),
+        })
+    }
+}
+
+impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
+    fn about(&self) -> About {
+        About {
+            kind: self.name,
+            dimension: None,
+            most_degree: self.equations.degrees.len() - 1,
+            less_memory: ": use fewer cells",
+            is_singular: false,
+            has_rare_scores: false,
+            takes_any_cells: false,
+            counts_evaluations: true,
+        }
+    }
+
+    fn weight(&self, number: usize) -> Option<&str> {
+        Walks::weight(&self.equations, number)
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        let equation = self.equation(self.default_cells(0))?;
+        let mut regions = goals.iter().map(|goal| &goal.region);
+        regions.try_for_each(|region| self.check_region(&equation, region))
+    }
+
+    /// Along every coordinate, the last one fastest.
+    fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {
+        let last = points.saturating_sub(1).max(1) as f64;
+        let mut all = vec![Vec::new()];
+        for &[low, high] in &self.coordinates {
+            let at = |i: usize| low + (high - low) * (i as f64 / last);
+            let more = |x: Vec<f64>| (0..points).map(move |i| [&*x, &[at(i)]].concat());
+            all = all.into_iter().flat_map(more).collect();
+        }
+        all.into_iter().map(Region::Point).collect()
+    }
+
+    fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
+        let Some(u) = &self.solution else {
+            return Ok(None);
+        };
+        match region {
+            Region::Point(x) => {
+                let equation = self.equation(self.default_cells(0))?;
+                Ok(Some(u(&place(&equation, x)?)))
+            }
+            Region::Whole => self.integral(u, true),
+            Region::Weight(number) => match self.equations.weights.get(*number) {
+                Some((_, weight)) => self.integral(|x| weight(x) * u(x), false),
+                None => Ok(None),
+            },
+            _ => Ok(None),
+        }
+    }
+
+    fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        self.check_single()?;
+        let refuse = |subject, message: &str| {
+            let message = message.to_owned();
+            Err(Error::Option { subject, message })
+        };
+        let Some(degree) = self.equations.degrees.get(discretisation.degree) else {
+            return refuse(
+                Subject::Degree,
+                "the model does not have this degree: see `CustomModel::with_functions`",
+            );
+        };
+        match pairs {
+            Pairs::Theory => refuse(
+                Subject::Pairs,
+                "an equation of a crate of its own has no pairs that are chosen one by one",
+            ),
+            Pairs::Pointwise if !degree.has_integrals() => refuse(
+                Subject::Pairs,
+                "pointwise pairs need the exact integrals of the kernel over cells: see \
+                 `CustomModel::with_pair_integrals`",
+            ),
+            _ => Ok(()),
+        }
+    }
+
+    fn partition<'m>(
+        &'m self,
+        discretisation: &Discretisation,
+    ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        Ok(Box::new(CustomPartition::new(self, discretisation)?))
+    }
+
+    fn levels(&self, discretisation: &Discretisation) -> Vec<usize> {
+        self.levels_up_to(LEVEL, discretisation.degree)
+    }
+
+    fn smooth_order(&self, degree: usize) -> f64 {
+        (degree + 1) as f64 / E::DIMENSION as f64
+    }
+}

@@ -1,0 +1,425 @@
+//! Cells and solved systems of an equation of a crate of its own.
+
+use std::sync::Mutex;
+
+use fredholm_core::galerkin::{GalerkinMatrix, Solution, buffer};
+use fredholm_embedded::TableBuilder;
+use fredholm_rayon::fill_rows;
+use fredholm_variance::{Density, MeanCoefficients, Start as Begin, VarianceSetup};
+
+use super::cells::{Nodes, Uniform};
+use super::degree::{Degree, Kinds, Of};
+use super::quadrature::Sites;
+use super::walk::{How, Solved, Walks, place};
+use super::{CustomEquation, CustomModel};
+use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
+use fredholm_model::Examined;
+use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::{Request, Then};
+
+/// The relative residual at which the iteration for v stops.
+const TOLERANCE: f64 = 1e-14;
+/// Sweeps enough for spectral radii up to 0.99.
+const SWEEPS: u32 = 4000;
+/// The most nodes of a diagnosis, whose work grows with their square.
+const MOST_NODES: usize = 20_000;
+/// Seconds of a state of a walk besides its kernel, as for the other kinds of equations.
+const STATE: f64 = 20e-9;
+/// Places into which a diagnosis sums the cells.
+const PLACES: usize = 16;
+
+/// Cells of an equation.
+pub(super) struct CustomPartition<'m, E: CustomEquation> {
+    model: &'m CustomModel<E>,
+    /// Cells as they were asked for.
+    asked: usize,
+    /// n.
+    all: usize,
+    degree: usize,
+    /// Quadrature points of a cell and axis.
+    points: usize,
+    scalar: Scalar,
+}
+
+// By hand: a derive would ask the equation to be `Copy`.
+impl<E: CustomEquation> Clone for CustomPartition<'_, E> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<E: CustomEquation> Copy for CustomPartition<'_, E> {}
+
+impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
+    pub(super) fn new(
+        model: &'m CustomModel<E>,
+        discretisation: &Discretisation,
+    ) -> Result<Self, Error> {
+        let degree = discretisation.degree;
+        let asked = discretisation
+            .cells
+            .unwrap_or_else(|| model.default_cells(degree));
+        Ok(Self {
+            model,
+            asked,
+            all: model.equation(asked)?.cells(),
+            degree,
+            points: discretisation.points.unwrap_or(degree + 1),
+            scalar: discretisation.scalar,
+        })
+    }
+
+    fn equation(&self, absorption: f64) -> Result<E, Error> {
+        (self.model.equations.build)(self.asked, absorption)
+    }
+
+    fn of_degree(&self) -> Result<&'m dyn Degree<E>, Error> {
+        self.model.equations.degree(self.degree)
+    }
+
+    /// B.
+    fn functions(&self) -> usize {
+        self.of_degree().map_or(1, |degree| degree.functions())
+    }
+
+    fn kinds(&self, pairs: Pairs) -> Kinds {
+        let has_integrals = self.of_degree().is_ok_and(|degree| degree.has_integrals());
+        match pairs {
+            Pairs::Pointwise => Kinds::AllPointwise,
+            Pairs::Default if has_integrals => Kinds::DiagonalPointwise,
+            _ => Kinds::AllInS,
+        }
+    }
+
+    fn walks(&self) -> Result<&'m dyn Walks, Error> {
+        match self.scalar {
+            Scalar::F64 => Ok(&self.model.equations),
+            Scalar::F32 => self.model.single.as_deref().ok_or_else(|| Error::Option {
+                subject: Subject::Problem,
+                message:
+                    "walks in single precision need the equation in it: see `CustomModel::with_f32`"
+                        .to_owned(),
+            }),
+        }
+    }
+
+    /// Values of the kernel in a cell.
+    fn values(&self) -> f64 {
+        self.points.max(1).pow(E::DIMENSION as u32) as f64
+    }
+
+    /// Nodes of a site, one more an axis than the square of k − h needs.
+    fn points_of_site(&self) -> usize {
+        self.degree + 2
+    }
+
+    /// Sites for about so many nodes: parts of cells where the equation can be cut so, or its cells.
+    fn sites(&self, nodes: usize, absorption: f64) -> Result<Sites<E>, Error> {
+        let points = self.points_of_site();
+        let nodes_of_cells = self.all * points.pow(E::DIMENSION as u32);
+        let d = E::DIMENSION as u32;
+        let parts = (nodes as f64 / nodes_of_cells as f64).powf(1.0 / f64::from(d));
+        for parts in (2..=parts as usize).rev() {
+            let finer = self.asked.saturating_mul(parts.pow(d));
+            if let Ok(finer) = (self.model.equations.build)(finer, absorption) {
+                return Sites::new(finer, points);
+            }
+        }
+        Sites::new(self.equation(absorption)?, points)
+    }
+}
+
+impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m, E> {
+    fn cells(&self) -> usize {
+        self.asked
+    }
+
+    fn unknowns(&self) -> usize {
+        self.all.saturating_mul(self.functions())
+    }
+
+    fn cells_text(&self) -> String {
+        if self.asked == self.all {
+            self.asked.to_string()
+        } else {
+            format!("{} ({} in all)", self.asked, self.all)
+        }
+    }
+
+    fn memory(&self, goals: &[Goal], _: Pairs) -> usize {
+        let n = self.unknowns();
+        let nodes = (self.all as f64 * self.values()) as usize;
+        let points = nodes.saturating_mul(size_of::<E::Point>());
+        // K', F', v, G and their copies.
+        n.saturating_mul(n.saturating_mul(8).saturating_add(8 * 8))
+            .saturating_add(points)
+            .saturating_add(goals.len().saturating_mul(1024))
+    }
+
+    fn cost(&self, _: Pairs) -> Cost {
+        let (n, b, values) = (self.all as f64, self.functions() as f64, self.values());
+        let kernel = self.model.kernel_seconds;
+        let step = STATE + kernel;
+        let plain = WalkCost {
+            start: step,
+            step,
+            score: 0.5 * step,
+            pair: 0.0,
+            hidden_pair: 0.0,
+        };
+        let follow = step + STATE + 1e-9 * b * b;
+        Cost {
+            setup: n * n * (values * values * kernel + 20e-9 * b * b),
+            // The moments of h, for its variance, are most of it.
+            source: n * n * (values * 10e-9 * b * b + 3e-9 * b * b),
+            walk: WalkCost {
+                start: follow,
+                step: follow,
+                pair: kernel,
+                ..plain
+            },
+            plain,
+        }
+    }
+
+    fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        let seen = match self.kinds(pairs) {
+            Kinds::AllInS => 0.0,
+            Kinds::DiagonalPointwise => 1.0,
+            Kinds::AllPointwise => self.all as f64,
+        };
+        Ok(PointwisePairs { seen, hidden: 0.0 })
+    }
+
+    fn evaluations(&self, _: u32) -> f64 {
+        (self.all as f64 * self.values()).powi(2)
+    }
+
+    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+        self.model.plain_radius(absorption)
+    }
+
+    fn check_variance(&self, _: Pairs, absorption: f64) -> Result<(), Error> {
+        fredholm_model::finite::check_plain("k², the square of K/p,", absorption, || {
+            self.plain_radius(absorption)
+        })
+    }
+
+    fn check_examination(&self) -> Result<(), Error> {
+        let points = self.points_of_site().pow(E::DIMENSION as u32);
+        let least = self.all.saturating_mul(points);
+        if least <= MOST_NODES {
+            return Ok(());
+        }
+        Err(Error::TooMuch {
+            message: format!(
+                "a diagnosis on {} cells takes integrals in {least} points, and more than {MOST_NODES} take too long: \
+                 use fewer cells, which shows the same at a coarser level",
+                self.all
+            ),
+        })
+    }
+
+    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+        let (equation, degree) = (self.equation(absorption)?, self.of_degree()?);
+        let functions = degree.functions();
+        let nodes = Nodes::new(&equation, self.points)?;
+        let unknowns = self.unknowns();
+        let entries = unknowns.saturating_mul(unknowns);
+        let mut entries: Vec<f64> = buffer(entries)?;
+        fill_rows(&mut entries, unknowns * functions, |cell, rows| {
+            degree.fill(&equation, &nodes, cell, rows);
+            Ok::<(), Error>(())
+        })?;
+        let source = degree.means(&equation, &nodes, &|x| equation.source(x));
+        let mut solved = Solved {
+            cells: self.asked,
+            degree: self.degree,
+            entries,
+            shape: [self.all, functions],
+            solution: NOTHING,
+        };
+        solved.solution = Solution::new(&solved.coefficients()?, source, TOLERANCE, SWEEPS)?;
+        Ok(Box::new(CustomSystem {
+            cut: *self,
+            solved,
+            radii: Mutex::default(),
+        }))
+    }
+
+    fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        self.walks()?.plain_job(self.asked, request, then)
+    }
+}
+
+/// No solution yet.
+const NOTHING: Solution = Solution {
+    v: Vec::new(),
+    convergence: fredholm_model::NO_ITERATION,
+    radius_bound: 0.0,
+};
+
+/// A solved equation.
+struct CustomSystem<'m, E: CustomEquation> {
+    cut: CustomPartition<'m, E>,
+    solved: Solved,
+    /// The spectral radii of T_h²p that are known, by pairs and absorption.
+    radii: Mutex<Vec<(Kinds, f64, f64)>>,
+}
+
+impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
+    /// The spectral radius of T_h²p, which must be below 1; `None` if it is not looked at.
+    fn check_neighbour(&self, kinds: Kinds, absorption: f64) -> Result<Option<f64>, Error> {
+        // With all pairs pointwise h is k, which has been looked at.
+        if kinds == Kinds::AllPointwise {
+            return Ok(None);
+        }
+        let poisoned = |_| Error::Internal("another thread has failed");
+        let mut radii = self.radii.lock().map_err(poisoned)?;
+        let known = radii
+            .iter()
+            .find(|known| (known.0, known.1) == (kinds, absorption));
+        let radius = match known {
+            Some(&(_, _, radius)) => radius,
+            None => {
+                let equation = self.cut.equation(absorption)?;
+                let nodes = Nodes::new(&equation, self.cut.points)?;
+                let of = Of {
+                    equation: &equation,
+                    coefficients: &self.solved.coefficients()?,
+                    solution: &self.solved.solution,
+                };
+                let degree = self.cut.of_degree()?;
+                let radius = degree.neighbour_radius(&of, &nodes, kinds)?;
+                radii.push((kinds, absorption, radius));
+                radius
+            }
+        };
+        let of = || format!("h² on {} cells (more may help)", self.cut.all);
+        fredholm_model::finite::refuse(of, absorption, radius)?;
+        Ok(Some(radius))
+    }
+}
+
+impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
+    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+        self.cut.check_variance(pairs, absorption)
+    }
+
+    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        let (walk, kinds) = (request.walk, self.cut.kinds(request.walk.pairs));
+        let neighbour_second_moment_radius = if walk.allow_infinite_variance {
+            None
+        } else {
+            self.check_neighbour(kinds, walk.absorption)?
+        };
+        let how = How {
+            kinds,
+            pointwise: self.cut.pointwise_pairs(walk.pairs)?,
+            neighbour_second_moment_radius,
+        };
+        self.cut.walks()?.job(&self.solved, how, request, then)
+    }
+
+    fn examine(
+        &self,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (absorption, degree) = (request.walk.absorption, self.cut.of_degree()?);
+        let equation = self.cut.equation(absorption)?;
+        let kinds = self.cut.kinds(request.walk.pairs);
+        let quadrature = self.cut.sites(nodes, absorption)?;
+        let coefficients = self.solved.coefficients()?;
+        let mean = |i, j| coefficients.mean(i, j);
+        let cells = self.cut.all;
+        let means = MeanCoefficients { cells, mean: &mean };
+        let is_constant = degree.functions() == 1;
+        let of = Of {
+            equation: &equation,
+            coefficients: &coefficients,
+            solution: &self.solved.solution,
+        };
+        let uniform = Uniform::new(&equation);
+        let measure = uniform.measure;
+        let everywhere = |_: &E::Point| Density::uniform(measure);
+        degree.with_neighbour(&of, kinds, &mut |neighbour, v| {
+            let equations = &self.cut.model.equations;
+            let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
+            let density = |weight| {
+                let weight: &super::walk::Weighted<'_, E> = weight;
+                move |x: &E::Point| {
+                    let phi = weight.weight(x) * measure;
+                    let start = neighbour.locate(*x);
+                    let value = weight.control_estimate(&start, phi, neighbour.value(&start));
+                    Density {
+                        functional: phi / measure,
+                        square: phi * phi / measure,
+                        initial: 1.0 / measure,
+                        fluctuation: value - weight.of_means,
+                    }
+                }
+            };
+            let densities: Vec<_> = weighted.iter().map(density).collect();
+            let mut weights = densities.iter();
+            let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
+            for goal in request.goals {
+                starts.push(match &goal.region {
+                    Region::Point(x) => Begin::At(place(&equation, x)?),
+                    Region::Weight(_) => match weights.next() {
+                        Some(density) => Begin::Density(density),
+                        None => return Err(Error::Internal("a weight has no means")),
+                    },
+                    _ => Begin::Density(&everywhere),
+                });
+            }
+            let setting = VarianceSetup {
+                equation: &equation,
+                neighbour,
+                pairs: kinds.any(),
+                quadrature: &quadrature,
+                galerkin: None,
+            };
+            then(&Examined {
+                model: &setting.with_starts(&starts)?,
+                coefficients: is_constant.then_some(means),
+                hides: None,
+                pieces: None,
+                goals: request.goals,
+                place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
+            })
+        })
+    }
+
+    fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {
+        Err(Error::Option {
+            subject: Subject::Problem,
+            message: "there are no device tables of an equation of a crate of its own: that crate makes them, by \
+                      `fredholm_embedded::TableBuilder`"
+                .to_owned(),
+        })
+    }
+}
+
+/// The cells with which a cell is summed, for people.
+fn group(cell: usize, cells: usize) -> String {
+    let width = cells.div_ceil(PLACES).max(1);
+    let first = cell / width * width;
+    match (first + width).min(cells) - 1 {
+        last if last > first => format!("cells {first} to {last}"),
+        _ => format!("cell {first}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::group;
+
+    #[test]
+    fn few_cells_are_places_of_their_own() {
+        assert_eq!(group(3, 10), "cell 3");
+        assert_eq!(group(99, 100), "cells 98 to 99");
+        assert_eq!(group(6, 100), "cells 0 to 6");
+        assert_eq!(group(16, 17), "cell 16");
+    }
+}

@@ -1,0 +1,233 @@
+//! Equations of closures, and what may be said of them besides kernel and source.
+
+use core::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+
+use fredholm::{CubeModel, Observer, Pairs, Report, Scalar, SolveError, SolveObserver, Solver};
+
+/// ½ x y, whose solution with F(x) = x is 6x/5.
+fn product() -> CubeModel {
+    CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]).with_solution(|x| 1.2 * x[0])
+}
+
+/// Every goal of a report is within so many standard errors of its exact value.
+fn agrees(report: &Report, most: f64) {
+    for goal in &report.goals {
+        assert!(goal.z.unwrap().abs() < most, "{goal:?}");
+    }
+}
+
+#[test]
+fn weights_are_functions_of_the_coordinates() {
+    let model = product();
+    for scalar in [Scalar::F64, Scalar::F32] {
+        let report = Solver::new(&model)
+            .weight("first", |x| x[0])
+            .weight("right half", |x| if x[0] < 0.5 { 0.0 } else { 1.0 })
+            .mean()
+            .scalar(scalar)
+            .cells(8)
+            .walks(50_000)
+            .solve()
+            .unwrap();
+        agrees(&report, 4.5);
+        // ∫ x u, and ∫ u over the right half, of which no rule on few cells is sure.
+        let exact = [Some(0.4), Some(0.45), Some(0.6)];
+        for (goal, exact) in report.goals.iter().zip(exact) {
+            let error = goal.exact.unwrap() - exact.unwrap();
+            assert!(error.abs() < 1e-12, "{goal:?}");
+        }
+        assert_eq!(report.goals[1].name, "right half");
+    }
+    let predicted = Solver::new(&model)
+        .weight("first", |x| x[0])
+        .cells(8)
+        .diagnose()
+        .unwrap();
+    let measured = Solver::new(&model)
+        .weight("first", |x| x[0])
+        .cells(8)
+        .walks(1 << 17)
+        .solve()
+        .unwrap();
+    let ratio = predicted.targets[0].preconditioned.unwrap()
+        / measured.goals[0].preconditioned.std_dev.unwrap();
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    let nan = Solver::new(&model).weight("root", |x| (x[0] - 0.5).sqrt());
+    let error = nan.cells(8).walks(100).solve().unwrap_err();
+    assert!(error.to_string().contains("`weight` is NaN"), "{error}");
+}
+
+#[test]
+fn a_kernel_of_factors_is_the_kernel() {
+    let factors = CubeModel::from_factors::<2>(
+        |axis, x, y| (if axis == 0 { 0.5 } else { 1.0 }) * (-x * y).exp(),
+        |x| 1.0 + x[0] * x[1],
+    );
+    let general = CubeModel::from_fn::<2>(
+        |x, y| 0.5 * (-x[0] * y[0] - x[1] * y[1]).exp(),
+        |x| 1.0 + x[0] * x[1],
+    );
+    let [factors, general] = [&factors, &general].map(|model| {
+        let solver = Solver::new(model).mean().at([0.3, 0.9]).cells(6);
+        solver.walks(20_000).solve().unwrap()
+    });
+    for (a, b) in factors.goals.iter().zip(&general.goals) {
+        assert!((a.galerkin - b.galerkin).abs() < 1e-12);
+        let [a, b] = [a, b].map(|goal| goal.preconditioned.estimate.unwrap());
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+}
+
+#[test]
+fn an_equation_may_live_on_other_intervals() {
+    // u(x, y) = ∫∫ u/12 + x y on [−1, 2] × [0, 2], where ∫∫ x y = 3: u = x y + ½.
+    let model = CubeModel::from_fn::<2>(|_, _| 1.0 / 12.0, |x| x[0] * x[1])
+        .on([[-1.0, 2.0], [0.0, 2.0]])
+        .with_solution(|x| x[0] * x[1] + 0.5);
+    for scalar in [Scalar::F64, Scalar::F32] {
+        let solver = Solver::new(&model)
+            .at([-0.5, 1.5])
+            .mean()
+            .weight("x", |x| x[0]);
+        let report = solver
+            .scalar(scalar)
+            .cells(5)
+            .walks(20_000)
+            .solve()
+            .unwrap();
+        agrees(&report, 4.5);
+        assert_eq!(report.goals[0].exact, Some(-0.25));
+    }
+    let error = Solver::new(&model).at([-1.5, 1.0]).solve().unwrap_err();
+    assert!(error.to_string().contains("from -1 to 2"), "{error}");
+    for wrong in [vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, 1.0]]] {
+        let model = CubeModel::from_fn::<2>(|_, _| 0.1, |_| 1.0).on(wrong);
+        let error = Solver::new(&model).mean().solve().unwrap_err();
+        assert!(
+            error.to_string().contains("one interval for each axis"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn the_integral_of_a_kernel_allows_pointwise_pairs() {
+    let kernel = |x: &[f64; 1], y: &[f64; 1]| 0.5 * (x[0] - y[0]).abs();
+    let primitive = |_, x: f64, y: f64| 0.25 * (y - x) * (y - x).abs();
+    // F for u = 1: ∫ ½|x − y| dy is ¼ (x² + (1 − x)²).
+    let source = |x: &[f64; 1]| 1.0 - 0.25 * (x[0].powi(2) + (1.0 - x[0]).powi(2));
+    let model = CubeModel::from_fn::<1>(kernel, source).with_solution(|_| 1.0);
+    let error = Solver::new(&model).mean().pairs(Pairs::Pointwise).solve();
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .contains("pointwise pairs need")
+    );
+    let model = model.with_integral(primitive);
+    for pairs in [Pairs::Paper, Pairs::Default, Pairs::Pointwise] {
+        let solver = Solver::new(&model).mean().at(0.3).pairs(pairs);
+        agrees(&solver.cells(10).walks(20_000).solve().unwrap(), 4.5);
+    }
+    let wrong = CubeModel::from_fn::<1>(kernel, source).with_integral(|_, x, y| x * y);
+    let error = Solver::new(&wrong).mean().solve().unwrap_err();
+    assert!(error.to_string().contains("not the integral"), "{error}");
+    let many = CubeModel::from_fn::<2>(|_, _| 0.5, |_| 1.0).with_integral(primitive);
+    let error = Solver::new(&many).mean().solve().unwrap_err();
+    assert!(error.to_string().contains("in one dimension"), "{error}");
+}
+
+#[test]
+fn a_value_that_is_not_finite_is_told_with_its_place() {
+    // Only walks come there: no quadrature point of 8 cells lies so near to 1.
+    let hole = |x: &[f64; 1], y: &[f64; 1]| {
+        if y[0] > 0.999 { f64::NAN } else { 0.5 * x[0] }
+    };
+    let model = CubeModel::from_fn::<1>(hole, |_| 1.0);
+    let solver = Solver::new(&model).at(0.25).cells(8).walks(100_000);
+    for solver in [
+        solver.clone(),
+        solver.clone().degree(1),
+        solver.scalar(Scalar::F32),
+    ] {
+        let error = solver.allow_infinite_variance().solve().unwrap_err();
+        let text = error.to_string();
+        assert!(
+            text.contains("`kernel` is NaN at x = ") && text.contains("y = 0.999"),
+            "{text}"
+        );
+    }
+}
+
+/// Sees how many walks there were, and how many values of the kernel before them; cancels after so many walks.
+struct Sees {
+    kernels: Arc<AtomicU64>,
+    before: AtomicU64,
+    walked: AtomicU64,
+    begun: AtomicU64,
+    most: u64,
+}
+
+impl Observer for Sees {
+    fn walked(&self, walks: u64) {
+        self.walked.fetch_add(walks, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.walked.load(Ordering::Relaxed) >= self.most
+    }
+}
+
+impl SolveObserver for Sees {
+    fn walking(&self) {
+        self.begun.fetch_add(1, Ordering::Relaxed);
+        let kernels = self.kernels.load(Ordering::Relaxed);
+        self.before.store(kernels, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_thousand_points_take_one_set_up_are_seen_and_cancelled() {
+    let solved = |side: usize, most: u64| {
+        let kernels = Arc::new(AtomicU64::new(0));
+        let counter = kernels.clone();
+        let model = CubeModel::from_fn::<2>(
+            move |x, y| {
+                counter.fetch_add(1, Ordering::Relaxed);
+                0.5 * (-x[0] * y[1]).exp()
+            },
+            |x| 1.0 + x[0],
+        );
+        let sees = Sees {
+            kernels,
+            before: AtomicU64::new(0),
+            walked: AtomicU64::new(0),
+            begun: AtomicU64::new(0),
+            most,
+        };
+        let solver = Solver::new(&model).grid(side).cells(6).walks(4096);
+        let result = solver.observer(&sees).solve();
+        let [before, walked, begun] =
+            [sees.before, sees.walked, sees.begun].map(AtomicU64::into_inner);
+        (result, before, walked, begun)
+    };
+    let (one, set_up, ..) = solved(1, u64::MAX);
+    assert_eq!(one.unwrap().goals.len(), 1);
+    // 32 × 32 points: as many values of the kernel before the walks, which begin once.
+    let (all, before, walked, begun) = solved(32, u64::MAX);
+    let all = all.unwrap();
+    assert_eq!((before, walked, begun), (set_up, 1024 * 4096, 1));
+    assert_eq!(all.goals.len(), 1024);
+    let place = |number: usize| format!("{:?}", all.goals[number].at);
+    assert!(place(33).contains("[0.0322") && place(1023).contains("[1.0, 1.0]"));
+    let (cancelled, ..) = solved(32, 1_000_000);
+    let error = cancelled.unwrap_err();
+    assert!(matches!(error, SolveError::Cancelled(_)), "{error}");
+    let so_far = error.report().unwrap();
+    assert_eq!((so_far.goals.len(), so_far.stop), (1024, "cancelled"));
+    let walks: u64 = so_far.goals.iter().map(|goal| goal.walks).sum();
+    assert!((1_000_000..1024 * 4096).contains(&walks), "{walks}");
+    let scored = |goal: &&fredholm::report::GoalReport| goal.preconditioned.std_error.is_some();
+    assert!(so_far.goals.iter().filter(scored).count() > 200);
+}

@@ -1,0 +1,206 @@
+//! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
+
+use fredholm::{CubeModel, CustomModel, Pairs, Solver};
+use fredholm_core::galerkin::{
+    Basis, CellMap, PairIntegral, Partition, TransitionMoments, legendre,
+};
+use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
+
+/// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
+struct Laplace {
+    cells: usize,
+    absorption: f64,
+}
+
+#[derive(Debug)]
+struct NoCells;
+
+impl core::fmt::Display for NoCells {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("there must be a cell")
+    }
+}
+
+impl core::error::Error for NoCells {}
+
+impl Laplace {
+    fn new(cells: usize, absorption: f64) -> Result<Self, NoCells> {
+        if cells == 0 {
+            return Err(NoCells);
+        }
+        Ok(Self { cells, absorption })
+    }
+
+    fn width(&self) -> f64 {
+        1.0 / self.cells as f64
+    }
+}
+
+impl StateSpace for Laplace {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl Sampler for Laplace {
+    fn absorption(&self, _: &f64) -> f64 {
+        self.absorption
+    }
+
+    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+        Some(uniforms.uniform())
+    }
+}
+
+impl TransitionDensity for Laplace {
+    fn density(&self, _: &f64, _: &f64) -> f64 {
+        1.0 - self.absorption
+    }
+}
+
+impl Kernel for Laplace {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        0.5 * (-x * y).exp() / (1.0 - self.absorption)
+    }
+}
+
+impl Source for Laplace {
+    fn source(&self, x: &f64) -> f64 {
+        1.0 + x
+    }
+}
+
+impl Partition for Laplace {
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn locate(&self, x: &f64) -> usize {
+        ((x * self.cells as f64) as usize).min(self.cells - 1)
+    }
+}
+
+impl CellMap for Laplace {
+    const DIMENSION: usize = 1;
+
+    fn measure(&self, _: usize) -> f64 {
+        self.width()
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> f64 {
+        (cell as f64 + t[0]) * self.width()
+    }
+
+    fn at(&self, coordinates: &[f64]) -> Option<f64> {
+        match *coordinates {
+            [x] if (0.0..=1.0).contains(&x) => Some(x),
+            _ => None,
+        }
+    }
+}
+
+impl<const B: usize> Basis<B> for Laplace {
+    fn basis(&self, x: &Located<f64>) -> [f64; B] {
+        let t = 2.0 * (x.point * self.cells as f64 - x.cell as f64) - 1.0;
+        legendre(t)
+    }
+}
+
+impl<const B: usize> TransitionMoments<B> for Laplace {
+    fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; B]; B] {
+        let mass = (1.0 - self.absorption) * self.width();
+        core::array::from_fn(|a| core::array::from_fn(|b| if a == b { mass } else { 0.0 }))
+    }
+}
+
+impl PairIntegral for Laplace {
+    fn pair_integral(&self, x: &Located<f64>, j: usize) -> [f64; 1] {
+        let middle = (j as f64 + 0.5) * self.width();
+        let z = 0.5 * x.point * self.width();
+        let mean = if z == 0.0 { 1.0 } else { z.sinh() / z };
+        [0.5 * self.width() * (-x.point * middle).exp() * mean]
+    }
+}
+
+fn cube() -> CubeModel {
+    CubeModel::from_fn::<1>(|x, y| 0.5 * (-x[0] * y[0]).exp(), |x| 1.0 + x[0])
+}
+
+#[test]
+fn every_degree_is_that_of_the_cube() {
+    let (cube, custom) = (
+        cube(),
+        CustomModel::new(Laplace::new)
+            .with_functions::<2>()
+            .with_functions::<3>(),
+    );
+    for degree in [0, 1, 2] {
+        let asked = |model| {
+            Solver::new(model)
+                .at(0.3)
+                .mean()
+                .cells(8)
+                .degree(degree)
+                .walks(50_000)
+        };
+        let [cube, custom] = [asked(&cube), asked(&custom)].map(|solver| {
+            let (report, predicted) = (solver.solve().unwrap(), solver.diagnose().unwrap());
+            (report, predicted)
+        });
+        for ((cube, custom), predicted) in cube
+            .0
+            .goals
+            .iter()
+            .zip(&custom.0.goals)
+            .zip(&custom.1.targets)
+        {
+            // The same Galerkin system, and walks of the same kind.
+            assert!((cube.galerkin - custom.galerkin).abs() < 1e-13);
+            let [a, b] = [cube, custom].map(|goal| goal.preconditioned);
+            let bar = a.std_error.unwrap().hypot(b.std_error.unwrap());
+            assert!((a.estimate.unwrap() - b.estimate.unwrap()).abs() < 4.0 * bar);
+            for other in [a.std_dev, predicted.preconditioned] {
+                let ratio = other.unwrap() / b.std_dev.unwrap();
+                assert!((ratio - 1.0).abs() < 0.03, "degree {degree}: {ratio}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_choice_takes_a_high_degree_for_a_small_error() {
+    let custom = CustomModel::new(Laplace::new)
+        .with_functions::<2>()
+        .with_functions::<3>();
+    let report = Solver::new(&custom).mean().at(0.3).solve_to(1e-8).unwrap();
+    assert_eq!(report.degree, 2);
+    let exact = Solver::new(&cube()).mean().at(0.3).solve_to(1e-9).unwrap();
+    for (goal, exact) in report.goals.iter().zip(&exact.goals) {
+        let error = goal.preconditioned.estimate.unwrap() - exact.preconditioned.estimate.unwrap();
+        assert!(error.abs() < 5e-8, "{error}");
+    }
+}
+
+#[test]
+fn pointwise_pairs_leave_less_variance() {
+    let custom = CustomModel::new(Laplace::new).with_pair_integrals::<1>();
+    let with = |pairs| {
+        let solver = Solver::new(&custom).at(0.3).mean().cells(8).pairs(pairs);
+        let report = solver.clone().walks(50_000).solve().unwrap();
+        let deviations: Vec<f64> = report
+            .goals
+            .iter()
+            .map(|goal| goal.preconditioned.std_dev.unwrap())
+            .collect();
+        let predicted = solver.diagnose().unwrap();
+        for (predicted, measured) in predicted.targets.iter().zip(&deviations) {
+            let ratio = predicted.preconditioned.unwrap() / measured;
+            assert!((ratio - 1.0).abs() < 0.03, "{pairs:?}: {ratio}");
+        }
+        deviations
+    };
+    let [all, diagonal, none] = [Pairs::Pointwise, Pairs::Default, Pairs::Paper].map(with);
+    assert!(
+        all[0] < diagonal[0] && diagonal[0] < none[0],
+        "{all:?} {diagonal:?} {none:?}"
+    );
+}

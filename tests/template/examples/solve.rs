@@ -1,0 +1,9 @@
+// My equation at a point and in the mean, to a standard error of 10⁻⁴.
+use fredholm::{CustomModel, SolveError, Solver};
+use fredholm_my_equation::MyEquation;
+
+fn main() -> Result<(), SolveError> {
+    let u = CustomModel::new(|cells, q| MyEquation::<f64>::new(cells as u32, q));
+    println!("{}", Solver::new(&u).at(0.5).mean().solve_to(1e-4)?);
+    Ok(())
+}
