@@ -1,15 +1,19 @@
 #![doc = include_str!("../README.md")]
 
 pub mod circle;
+mod cores;
 pub mod counted;
 pub mod cube;
 pub mod device;
 pub mod fit;
+mod objects;
 pub mod room;
 pub mod toy;
 
+pub use cores::on_all_cores;
 /// The kit, which the project's own tests build on.
 pub use fredholm_conformance::*;
+pub use objects::{ObjectTask, run, with_objects};
 
 /// The examples of the project's README and manual are compiled and run.
 #[cfg(doctest)]

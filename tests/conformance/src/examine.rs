@@ -15,7 +15,7 @@ use crate::check::{self, Among, Trace};
 use crate::description::{Description, PointOf, ScalarOf};
 use crate::galerkin::System;
 use crate::outcome::{Outcome, Worst};
-use crate::runners::{Any, Case, Generator, runners};
+use crate::runners::{Any, Case, Generator, Walkable, runners};
 
 /// Every check, in the order of the table: what to mend first stands first.
 pub const CHECKS: [&str; 21] = [
@@ -271,7 +271,7 @@ fn norm<D: Description<B>, const B: usize>(description: &D, points: &[PointOf<D,
         let nodes = cells.flat_map(|j| description.nodes(x, j));
         nodes
             .map(|(y, weight)| {
-                let k = equation.kernel(x, &y).to_f64().abs();
+                let k = Kernel::kernel(equation, x, &y).to_f64().abs();
                 weight * k * equation.density(x, &y).to_f64()
             })
             .sum::<f64>()
@@ -304,13 +304,16 @@ struct Alone {
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 
+/// The equation of a described problem and its chain.
+type AnyEquation<'a, D, const B: usize> =
+    dyn Walkable<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync + 'a;
 /// A neighbour equation of a described problem.
 type AnyNeighbour<'a, D, const B: usize> =
     dyn Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync + 'a;
 
 /// What walks from random points of a described problem depend on.
 type Walking<'a, D, const B: usize> =
-    Case<'a, Any<'a, ScalarOf<D, B>, PointOf<D, B>>, AnyNeighbour<'a, D, B>, Among<PointOf<D, B>>>;
+    Case<'a, Any<'a, AnyEquation<'a, D, B>>, AnyNeighbour<'a, D, B>, Among<PointOf<D, B>>>;
 
 impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them,
@@ -445,7 +448,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
     fn plain(&mut self) {
         let points = self.points.clone();
         let neighbour = NoNeighbour::<D::Equation>::new();
-        let equation = Any(self.description.equation());
+        let equation = Any(self.description.equation() as &AnyEquation<'_, D, B>);
         for estimator in ESTIMATORS {
             let case = Case {
                 equation: &equation,
@@ -523,7 +526,7 @@ impl<D: Description<B>, const B: usize> Offers<'_, D, B> {
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let size = self.exact.map_or(largest, |u| u.abs().max(largest));
         let floor = rounding_floor::<ScalarOf<D, B>>(largest, size, self.norm);
-        let equation = Any(self.description.equation());
+        let equation = Any(self.description.equation() as &AnyEquation<'_, D, B>);
         let case = Case {
             equation: &equation,
             neighbour,

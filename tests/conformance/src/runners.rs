@@ -5,7 +5,7 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Job, Kernel, NeighbourOf, Real,
+    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Job, Kernel, NeighbourOf,
     RunOptions, Sampler, Source, StateSpace, Statistics, Task, Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
@@ -92,27 +92,27 @@ impl<E: Equation> Walkable for E {
     missing_debug_implementations,
     reason = "an object of a trait has none"
 )]
-pub struct Any<'a, F, P>(pub &'a (dyn Walkable<Scalar = F, Point = P> + Sync));
+pub struct Any<'a, W: ?Sized>(pub &'a W);
 
-impl<F: Real, P: Copy> StateSpace for Any<'_, F, P> {
-    type Scalar = F;
-    type Point = P;
+impl<W: Walkable + ?Sized> StateSpace for Any<'_, W> {
+    type Scalar = W::Scalar;
+    type Point = W::Point;
 }
-impl<F: Real, P: Copy> Sampler for Any<'_, F, P> {
-    fn absorption(&self, x: &P) -> F {
+impl<W: Walkable + ?Sized> Sampler for Any<'_, W> {
+    fn absorption(&self, x: &W::Point) -> W::Scalar {
         self.0.absorption(x)
     }
-    fn step<U: Uniforms<F>>(&self, x: &P, uniforms: &mut U) -> Option<P> {
+    fn step<U: Uniforms<W::Scalar>>(&self, x: &W::Point, uniforms: &mut U) -> Option<W::Point> {
         self.0.step(x, uniforms)
     }
 }
-impl<F: Real, P: Copy> Kernel for Any<'_, F, P> {
-    fn kernel(&self, x: &P, y: &P) -> F {
+impl<W: Walkable + ?Sized> Kernel for Any<'_, W> {
+    fn kernel(&self, x: &W::Point, y: &W::Point) -> W::Scalar {
         self.0.kernel(x, y)
     }
 }
-impl<F: Real, P: Copy> Source for Any<'_, F, P> {
-    fn source(&self, x: &P) -> F {
+impl<W: Walkable + ?Sized> Source for Any<'_, W> {
+    fn source(&self, x: &W::Point) -> W::Scalar {
         self.0.source(x)
     }
 }

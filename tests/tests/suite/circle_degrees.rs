@@ -10,8 +10,7 @@ use fredholm_core::{
     WalkSeeds, rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
-use fredholm_tests::fit;
-use rayon::prelude::*;
+use fredholm_tests::{fit, on_all_cores};
 
 /// Ten arcs up to the paper's ρ* = 0.75.
 const RHO: [f64; 10] = [0.3, 0.7, 0.0, 0.55, 0.74, 0.1, 0.62, 0.25, 0.48, 0.4];
@@ -27,7 +26,8 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
         .collect();
     let all = |circle: &Circle<'_, f64, _>,
                neighbour: &(dyn Neighbour<Scalar = f64, Point = _> + Sync)| {
-        let one = |(number, &angle): (usize, &f64)| {
+        let one = |number: usize| {
+            let angle = angles[number];
             let x = circle.point(angle);
             let task = Task {
                 equation: circle,
@@ -42,7 +42,7 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
             batch.run(&task, u64::MAX).unwrap();
             (LIGHT.solution(angle), *batch.statistics())
         };
-        angles.par_iter().enumerate().map(one).collect()
+        on_all_cores(angles.len(), &one)
     };
     if B == 1 {
         with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, DEFAULT, |circle, n, _| all(circle, n))

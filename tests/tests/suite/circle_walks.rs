@@ -7,8 +7,9 @@ use fredholm_core::{
     At, Batch, Estimator, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics, Task,
     Termination, WalkSeeds, rounding_floor,
 };
-use fredholm_tests::check::{long, means, run};
+use fredholm_tests::check::{long, means};
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
+use fredholm_tests::run;
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 

@@ -10,12 +10,11 @@ use fredholm_core::{
 };
 use fredholm_cube::{Mean, ScalarField, model};
 use fredholm_room::{Choice, Grading};
-use fredholm_tests::check::run;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
 use fredholm_tests::cube::with_degree;
 use fredholm_tests::outcome::Sum;
 use fredholm_tests::room::{Drawing, Setup, block, glowing};
-use rayon::prelude::*;
+use fredholm_tests::{on_all_cores, run, with_objects};
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 /// Half the width of an interval in standard errors, as the program draws its bands.
@@ -148,10 +147,10 @@ where
     let all = run(task, GROUP);
     let centres = [all.plain(), all.preconditioned()].map(|e| e.estimate);
     let value = task.control_mean.unwrap();
-    let sums: Vec<[[Sum; 4]; 2]> = (0..groups)
-        .into_par_iter()
-        .map(|group| {
-            let mut sums = [[Sum::default(); 4]; 2];
+    let sums: Vec<[[Sum; 4]; 2]> = on_all_cores(groups as usize, &|group| {
+        let group = group as u64;
+        let mut sums = [[Sum::default(); 4]; 2];
+        with_objects(task, |task| {
             for walk in group * GROUP..(group + 1) * GROUP {
                 let walk = task.replay(walk);
                 let scores = [walk.plain, walk.plain - walk.control + value];
@@ -163,9 +162,9 @@ where
                     }
                 }
             }
-            sums
-        })
-        .collect();
+        });
+        sums
+    });
     [0, 1].map(|which| {
         let n = (groups * GROUP) as f64;
         let raw = [0, 1, 2, 3].map(|power| {
@@ -214,17 +213,17 @@ where
             step_limit: STEP_LIMIT,
         };
         let most = *walks.last().unwrap();
-        let run = |seed: u64| -> Vec<Statistics> {
-            let task = task(seed + 1);
+        let run = |seed: usize| -> Vec<Statistics> {
+            let task = task(seed as u64 + 1);
             let mut batch = Batch::new(0, most, most);
             let to = |&walks: &u64| {
                 let more = walks - batch.statistics().walks();
-                batch.run(&task, more).unwrap();
+                with_objects(&task, |task| batch.run(task, more)).unwrap();
                 *batch.statistics()
             };
             walks.iter().map(to).collect()
         };
-        let runs: Vec<Vec<Statistics>> = (0..seeds).into_par_iter().map(run).collect();
+        let runs: Vec<Vec<Statistics>> = on_all_cores(seeds as usize, &run);
         let moments = moments(&task(u64::MAX));
         let estimates: [fn(&Statistics) -> Estimate; 2] =
             [Statistics::plain, Statistics::preconditioned];

@@ -10,12 +10,12 @@ use fredholm_cube::{
     Cube, CubeError, Mean, Product, ProductTables, Rule, Weighted, absolute_radius, table,
     table_bytes,
 };
-use fredholm_tests::check::{means, run, seeds};
+use fredholm_tests::check::{means, seeds};
 use fredholm_tests::cube::{
     ABSORPTION, ALL, Gauss, OUTSIDE, POINTWISE, Ramp, with_pointwise, with_product, with_smooth,
 };
-use fredholm_tests::fit;
 use fredholm_tests::quadrature::gauss_legendre;
+use fredholm_tests::{fit, run};
 
 /// Every model problem, with walks of finite variance at q0 = 0.2 in one dimension.
 fn models() -> [Model; 10] {

@@ -9,9 +9,9 @@ use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
     Cube, CubeError, Mean, Product, ProductTables, Rule, ScalarField, Weighted, functions, table,
 };
-use fredholm_tests::check::{means, run};
+use fredholm_tests::check::means;
 use fredholm_tests::cube::{ABSORPTION, Gauss, Ramp, with_degree};
-use fredholm_tests::fit;
+use fredholm_tests::{fit, run};
 
 /// An expression for the number of functions in `$d` dimensions of every degree from 0 to 4.
 macro_rules! of_degrees {

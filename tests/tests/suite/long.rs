@@ -12,8 +12,8 @@ use fredholm_core::{
     RunOptions, Sampler, Source, StateSpace, Statistics, Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_rayon::run;
+use fredholm_tests::on_all_cores;
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
-use rayon::prelude::*;
 
 fn long() -> bool {
     std::env::var_os("FREDHOLM_LONG").is_some()
@@ -89,7 +89,8 @@ type Sums = [u128; 5];
 fn exact(seed: u64, walks: u64) -> Sums {
     let seeds = WalkSeeds::<DefaultGenerator>::new(seed, 0);
     let chunk = 1 << 16;
-    let of_chunk = |index: u64| -> Sums {
+    let of_chunk = |index: usize| -> Sums {
+        let index = index as u64;
         let mut sums = [0_u64; 5];
         for walk in index * chunk..((index + 1) * chunk).min(walks) {
             let x = (seeds.generator(walk).next_u64() >> 52) as u32;
@@ -100,10 +101,9 @@ fn exact(seed: u64, walks: u64) -> Sums {
         }
         sums.map(u128::from)
     };
-    (0..walks.div_ceil(chunk))
-        .into_par_iter()
-        .map(of_chunk)
-        .reduce(|| [0; 5], |a, b| core::array::from_fn(|i| a[i] + b[i]))
+    let chunks = on_all_cores(walks.div_ceil(chunk) as usize, &of_chunk);
+    let add = |a: Sums, b: Sums| core::array::from_fn(|i| a[i] + b[i]);
+    chunks.into_iter().fold([0; 5], add)
 }
 
 /// Means, standard deviations and the covariance, from integers: n² Var = n Σ x² − (Σ x)².
@@ -197,8 +197,9 @@ fn statistics_of_a_billion_walks_are_those_of_exact_sums() {
 const DISTINGUISHED: u64 = 32;
 
 /// Windows of two words that begin with a distinguished one, of `draws` words of every generator.
-fn windows<G: Rng>(generators: impl IndexedParallelIterator<Item = G>, draws: u64) -> Vec<u128> {
-    let of = |mut generator: G| {
+fn windows<G: Rng>(count: usize, generator: &(dyn Fn(usize) -> G + Sync), draws: u64) -> Vec<u128> {
+    let of = |number: usize| {
+        let mut generator = generator(number);
         let mut found = Vec::new();
         let mut last = generator.next_u64();
         for _ in 1..draws {
@@ -210,22 +211,20 @@ fn windows<G: Rng>(generators: impl IndexedParallelIterator<Item = G>, draws: u6
         }
         found
     };
-    generators.flat_map_iter(of).collect()
+    on_all_cores(count, &of).concat()
 }
 
 /// How many windows there are twice.
 fn twice(mut windows: Vec<u128>) -> usize {
-    windows.par_sort_unstable();
+    windows.sort_unstable();
     windows.windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
 /// The streams of the walks 0, 1, … of two targets and two seeds, in turn.
-fn streams<G: SeedableRng + Send>(count: u64) -> impl IndexedParallelIterator<Item = G> {
+fn streams<G: SeedableRng>() -> impl Fn(usize) -> G {
     let by = |seed, target| WalkSeeds::<G>::new(seed, target);
     let four = [by(1, 0), by(1, 1), by(2, 0), by(2, 1)];
-    (0..count as usize)
-        .into_par_iter()
-        .map(move |n| four[n % 4].generator((n / 4) as u64))
+    move |n| four[n % 4].generator((n / 4) as u64)
 }
 
 /// Draws of a walk: far more than walks take.
@@ -234,9 +233,9 @@ const DRAWS: u64 = 1024;
 /// No window twice. Of N windows of independent words two are equal with probability N²/2 · 32/2¹²⁸: for 2³⁰ draws
 /// 5·10⁻²³. Two streams that overlap in m draws have no distinguished window in common with probability
 /// (31/32)^(m−1): 4 % for m = 100, 10⁻¹⁴ for streams that are the same.
-fn no_overlap<G: Rng + SeedableRng + Send>(name: &str, count: u64) {
+fn no_overlap<G: Rng + SeedableRng>(name: &str, count: u64) {
     let start = Instant::now();
-    let windows = windows(streams::<G>(count), DRAWS);
+    let windows = windows(count as usize, &streams::<G>(), DRAWS);
     let number = windows.len();
     let expected = (count * (DRAWS - 1) / DISTINGUISHED) as f64;
     let equal = twice(windows);
@@ -267,8 +266,8 @@ fn planted_overlaps_are_found() {
         for _ in 0..DRAWS - shared {
             within.next_u64();
         }
-        let mut all = windows(streams::<DefaultGenerator>(count), DRAWS);
-        all.extend(windows([within].into_par_iter(), DRAWS));
+        let mut all = windows(count, &streams::<DefaultGenerator>(), DRAWS);
+        all.extend(windows(1, &|_| within.clone(), DRAWS));
         let found = twice(all);
         println!("{shared} of {DRAWS} draws shared: {found} windows twice");
         // Binomial: (m − 1)/32 ± 6 standard deviations, at least one.
@@ -276,10 +275,8 @@ fn planted_overlaps_are_found() {
         assert!(found > 0 && (found as f64 - expected).abs() < 6.0 * expected.sqrt());
     }
     let seeds = WalkSeeds::<DefaultGenerator>::new(1, 0);
-    let narrow = (0..(1_usize << 16) + 4)
-        .into_par_iter()
-        .map(|walk| seeds.generator(u64::from(walk as u16)));
-    let found = twice(windows(narrow, 64));
+    let narrow = |walk| seeds.generator(u64::from(walk as u16));
+    let found = twice(windows((1 << 16) + 4, &narrow, 64));
     println!(
         "4 walks of {} with the number of another: {found} windows twice",
         (1 << 16) + 4

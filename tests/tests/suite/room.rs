@@ -3,13 +3,13 @@
 
 use fredholm_core::{At, Estimator, Neighbour, Real, Statistics, WalkSeeds, rounding_floor};
 use fredholm_room::{Choice, Grading, Material, MeanOver, RoomPairs, second_moment_radius};
-use fredholm_tests::Description;
-use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation, run};
+use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{
     CHOICES, Drawing, SQUARE_VALUE, Setup, assert_ok, described, doorway, furnished, glowing,
     polygon, scenes, square, task,
 };
+use fredholm_tests::{Description, run};
 
 /// The mean over all walls, and the value at a point: plain, preconditioned and control.
 fn run_means<F: Real>(

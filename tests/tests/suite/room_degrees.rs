@@ -9,10 +9,9 @@ use fredholm_room::{
     Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, Visibility, min_mass_ratio,
     neighbour_second_moment_radius, second_moment_radius,
 };
-use fredholm_tests::check::{long, run};
-use fredholm_tests::fit;
+use fredholm_tests::check::long;
 use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, doorway, furnished, square};
-use rayon::prelude::*;
+use fredholm_tests::{fit, on_all_cores, run};
 
 /// A set-up of degree B − 1 with at most so many unknowns, as near to them as cells go.
 fn setup<const B: usize>(drawing: &Drawing, unknowns: usize, grading: Grading) -> Setup<B> {
@@ -46,7 +45,8 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
         let all = run(&task, walks);
         let mut draws = RngUniforms(seeds(u64::MAX).generator(0));
         let starts: Vec<_> = (0..points).map(|_| mean.start(&mut draws).0).collect();
-        let at = |(number, &x): (usize, &_)| {
+        let at = |number: usize| {
+            let x = starts[number];
             let at = Task {
                 equation: room,
                 neighbour,
@@ -58,7 +58,7 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
             };
             run(&at, 2000)
         };
-        let each: Vec<Statistics> = starts.par_iter().enumerate().map(at).collect();
+        let each: Vec<Statistics> = on_all_cores(starts.len(), &at);
         for (number, statistics) in core::iter::once(&all).chain(&each).enumerate() {
             let [plain, best] = [statistics.plain(), statistics.preconditioned()];
             let [a, b] = [plain, best].map(|e| e.std_error.unwrap());

@@ -2,9 +2,9 @@
 
 use fredholm_core::{Estimator, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_room::{Choice, Grading, MeanOver};
-use fredholm_tests::check::{long, run};
-use fredholm_tests::fit;
+use fredholm_tests::check::long;
 use fredholm_tests::room::{Drawing, Setup, doorway, facet, furnace, furnished, square};
+use fredholm_tests::{fit, run};
 
 /// √Var of the mean over all walls: plain, preconditioned, and the cells that there are.
 fn deviations(

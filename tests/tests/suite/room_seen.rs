@@ -2,10 +2,11 @@
 
 use fredholm_core::{At, Estimator, Real, WalkSeeds};
 use fredholm_room::{Choice, Grading, Irradiance, Material, MeanOver, Seen};
-use fredholm_tests::check::{STANDARD_ERRORS, means, run};
+use fredholm_tests::check::{STANDARD_ERRORS, means};
 use fredholm_tests::room::{
     CHOICES, Drawing, Setup, assert_ok, block, furnace, glowing, scenes, task,
 };
+use fredholm_tests::run;
 
 #[test]
 fn irradiance_needs_no_reflectance() {

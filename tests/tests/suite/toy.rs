@@ -4,8 +4,9 @@ use fredholm_core::galerkin::{Dense, GalerkinError, Piecewise, PointwiseSource, 
 use fredholm_core::{
     At, DefaultGenerator, Estimator, Functional, NoNeighbour, Real, STEP_LIMIT, Task, WalkSeeds,
 };
-use fredholm_tests::check::{means, run};
+use fredholm_tests::check::means;
 use fredholm_tests::galerkin::Tables;
+use fredholm_tests::run;
 use fredholm_tests::toy::{ALL, ALL_POINTWISE, Bands, MIXED, Mean, POINTWISE_DIAGONAL, Toy};
 
 const CELLS: usize = 8;

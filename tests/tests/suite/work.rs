@@ -22,6 +22,7 @@ use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO};
 use fredholm_tests::counted::{COLUMNS, Counted, CountedCoefficients, CountedNeighbour, Counts};
 use fredholm_tests::cube::{ABSORPTION, ALL, OUTSIDE, POINTWISE};
 use fredholm_tests::room::{CHOICES, Drawing, Setup, block, square, yard};
+use fredholm_tests::with_objects;
 
 const WALKS: u64 = 1000;
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
@@ -61,7 +62,7 @@ fn lines<E, N>(
             step_limit: STEP_LIMIT,
         };
         let mut batch = Batch::new(0, WALKS, WALKS);
-        batch.run(&task, u64::MAX).unwrap();
+        with_objects(&task, |task| batch.run(task, u64::MAX)).unwrap();
         let statistics = batch.statistics();
         let [scene, pairs] = names;
         writeln!(
