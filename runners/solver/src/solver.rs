@@ -209,7 +209,7 @@ impl<'m> Solver<'m> {
         self.ask(Asked::Over(part.to_owned()))
     }
 
-    /// Asks for u at this number of equally spaced points of the whole space.
+    /// Asks for u at this number of equally spaced points of the whole space; of a cube, per axis.
     pub fn grid(self, points: usize) -> Self {
         self.ask(Asked::Grid(points, None))
     }

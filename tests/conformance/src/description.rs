@@ -56,6 +56,12 @@ pub trait Description<const B: usize = 1>: Sized {
         0.0
     }
 
+    /// μ(X_j) of cell j, where the equation implements `CellMap`: give both, [`point`](Self::point) and this, as `CellMap`
+    /// has them. Uniform parameters must then give points that are uniform with respect to μ.
+    fn measure(&self, _cell: usize) -> Option<f64> {
+        None
+    }
+
     /// The exact solution u(x), where it is known.
     fn solution(&self, _: &PointOf<Self, B>) -> Option<f64> {
         None

@@ -18,9 +18,11 @@ use crate::outcome::{Outcome, Worst};
 use crate::runners::{Any, Case, Generator, Walkable, runners};
 
 /// Every check, in the order of the table: what to mend first stands first.
-pub const CHECKS: [&str; 21] = [
+pub const CHECKS: [&str; 23] = [
     "cells",
     "steps' cells",
+    "measures",
+    "uniform points",
     "basis",
     "density",
     "moments",
@@ -169,6 +171,14 @@ pub fn examine<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         scalar,
         check::sampler_points(description, seed),
     );
+    for (name, outcome) in [
+        ("measures", check::measures(description, seed)),
+        ("uniform points", check::uniform_points(description, seed)),
+    ] {
+        if let Some(outcome) = outcome {
+            report.push(name, scalar, outcome);
+        }
+    }
     report.push("basis", scalar, check::basis(description, seed));
     report.push("density", scalar, check::density(description, seed));
     report.push("moments", scalar, check::moments(description, seed));

@@ -31,6 +31,8 @@ type Entry = (&'static str, &'static str, fn(u64) -> Report);
 const BROKEN: &[Entry] = &[
     ("left edges found in the cell before", "cells", |seed| with(Fault::Edge, seed)),
     ("one point in 100 found in the cell before", "steps' cells", |seed| with(Fault::Locate, seed)),
+    ("the measure of a cell 0.1 % too large", "measures", |seed| with(Fault::Measure, seed)),
+    ("points crowd at one end of a cell", "uniform points", |seed| with(Fault::Crowd, seed)),
     ("basis 1 % too large", "basis", |seed| with(Fault::Basis, seed)),
     ("density 1 % too large", "density", |seed| with(Fault::Density, seed)),
     ("p_j 0.1 % too large", "moments", |seed| with(Fault::Mass, seed)),
@@ -65,6 +67,8 @@ enum Fault {
     None,
     Edge,
     Locate,
+    Measure,
+    Crowd,
     Basis,
     Density,
     Mass,
@@ -231,13 +235,21 @@ impl<F: Real> Description for Broken<F> {
         self
     }
     fn point(&self, cell: usize, t: &[f64]) -> F {
-        Description::<1>::point(&self.toy, cell, t)
+        let t = match self.fault {
+            Fault::Crowd => t[0] * t[0],
+            _ => t[0],
+        };
+        Description::<1>::point(&self.toy, cell, &[t])
     }
     fn contains(&self, cell: usize, x: &F) -> bool {
         Description::<1>::contains(&self.toy, cell, x)
     }
     fn nodes(&self, x: &F, j: usize) -> Vec<(F, f64)> {
         Description::<1>::nodes(&self.toy, x, j)
+    }
+    fn measure(&self, _: usize) -> Option<f64> {
+        let factor = self.factor(Fault::Measure, 1.001).to_f64();
+        Some(factor / Partition::cells(&self.toy) as f64)
     }
     fn solution(&self, x: &F) -> Option<f64> {
         Description::<1>::solution(&self.toy, x)

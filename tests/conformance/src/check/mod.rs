@@ -18,6 +18,7 @@
 //! | cells, pair lists, runners' bits | nothing |
 
 mod chain;
+mod map;
 mod neighbour;
 mod walks;
 
@@ -26,6 +27,7 @@ pub(crate) use neighbour::vectors_agree;
 pub use chain::{
     basis, cells, density, distribution, masses, moments, sampler, sampler_points, solution,
 };
+pub use map::{measures, uniform_points};
 pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
