@@ -5,6 +5,7 @@
 
 mod args;
 mod diagnose;
+mod drawing;
 mod export;
 mod factors;
 mod failure;

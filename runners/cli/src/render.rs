@@ -1,6 +1,5 @@
 //! `fredholm render`: a picture of a room with its light.
 
-pub(crate) mod drawing;
 mod profile;
 
 use std::io::Write;

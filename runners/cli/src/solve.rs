@@ -13,12 +13,12 @@ use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
 
 use crate::args::SolveArgs;
+use crate::drawing;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::render::drawing;
 use crate::table;
 use crate::threads::with_threads;
 
