@@ -1,7 +1,7 @@
 //! Work on all cores.
 
+use core::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The results of `one` for 0, 1, …, `count` − 1, in this order, computed on all cores.
 ///
