@@ -186,7 +186,7 @@ fn circle(random: &mut Random) -> Drawn {
     );
     let name = format!("circle, {arcs} arcs up to {most:.2}, amplitude {amplitude}");
     (name, text, (&[60, 120, 480], 200), |x| {
-        format!("{:.3}", 6.28 * x)
+        format!("{:.3}", core::f64::consts::TAU * x)
     })
 }
 
