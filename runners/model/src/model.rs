@@ -23,10 +23,6 @@ pub struct About {
     pub most_degree: usize,
     /// Advice on what needs less memory than this, other than fewer cells.
     pub less_memory: &'static str,
-    /// Whether the kernel may have a singularity that few walks show.
-    pub is_singular: bool,
-    /// Whether large scores of preconditioned walks may be so rare that few walks miss them all.
-    pub has_rare_scores: bool,
     /// Whether any number of cells will do.
     pub takes_any_cells: bool,
     /// Whether kernel evaluations tell the work; otherwise the clock does.
@@ -261,15 +257,6 @@ pub trait Partitioned<'m>: Send + Sync {
     /// # Errors
     /// [`Error::InfiniteVariance`].
     fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error>;
-
-    /// What few walks miss: see [`System::rare_variance`]. It takes a small part of a set-up.
-    ///
-    /// # Errors
-    /// [`Error`].
-    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        let _ = pairs;
-        Ok(0.0)
-    }
 
     /// Refuses an examination ([`System::examine`]) that takes too long, before anything is solved.
     ///

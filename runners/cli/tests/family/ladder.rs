@@ -20,7 +20,7 @@ const ABSORPTIONS: [f64; 4] = [0.5, 0.2, 0.05, 0.01];
 const MOST_TIMES: f64 = 4.0;
 
 /// A fixed setting, and what few walks tell of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Rung {
     plain: bool,
     cells: usize,
@@ -31,8 +31,8 @@ pub(crate) struct Rung {
     set_up: f64,
     /// Seconds of a walk.
     walk: f64,
-    std_dev: f64,
-    estimate: f64,
+    /// The standard deviation and the estimate of every target.
+    targets: Vec<[f64; 2]>,
 }
 
 impl Rung {
@@ -51,22 +51,25 @@ impl Rung {
         format!("{cells} {degree} {} {absorption}", pairs.word())
     }
 
-    /// The number of walks to a tolerance, in whole stages.
-    fn walks(&self, tolerance: Tolerance) -> f64 {
-        let bound = match tolerance {
-            Tolerance::Absolute(bound) => bound,
-            Tolerance::Relative(bound) => bound * self.estimate.abs(),
-        };
-        in_stages((self.std_dev / bound).powi(2))
+    /// The number of walks of every target to a tolerance, in whole stages.
+    fn walks(&self, tolerance: Tolerance) -> impl Iterator<Item = f64> {
+        self.targets.iter().map(move |[std_dev, estimate]| {
+            let bound = match tolerance {
+                Tolerance::Absolute(bound) => bound,
+                Tolerance::Relative(bound) => bound * estimate.abs(),
+            };
+            in_stages((std_dev / bound).powi(2))
+        })
     }
 
     /// Seconds to a tolerance.
     pub(crate) fn seconds(&self, tolerance: Tolerance) -> f64 {
-        self.set_up + self.walk * self.walks(tolerance)
+        self.set_up + self.walk * self.walks(tolerance).sum::<f64>()
     }
 
-    /// Seconds of so many walks.
-    pub(crate) fn seconds_of(&self, walks: u64) -> f64 {
+    /// Seconds of these walks.
+    pub(crate) fn seconds_of(&self, all: &[Statistics]) -> f64 {
+        let walks: u64 = all.iter().map(Statistics::walks).sum();
         self.set_up + self.walk * walks as f64
     }
 
@@ -82,9 +85,14 @@ impl Rung {
     }
 
     /// Walks of this setting until the tolerance is reached; `None` if it is not, after some times the predicted walks.
-    pub(crate) fn run(&self, problem: &Opened<'_>, tolerance: Tolerance) -> Option<Statistics> {
+    pub(crate) fn run(
+        &self,
+        problem: &Opened<'_>,
+        tolerance: Tolerance,
+    ) -> Option<Vec<Statistics>> {
         let mut settings = self.settings(problem.settings);
-        settings.walks = Some((MOST_TIMES * self.walks(tolerance)) as u64);
+        let most = self.walks(tolerance).fold(0.0, f64::max);
+        settings.walks = Some((MOST_TIMES * most) as u64);
         settings.tolerance = Some(tolerance);
         settings.seed = 2;
         let cells = problem.model.partition(&settings.discretisation()).ok()?;
@@ -94,9 +102,10 @@ impl Rung {
         } else {
             problem.solved(&Solved::new(&*cells, self.absorption).ok()?, &walk)
         };
-        let statistics = *answer?.outcome.statistics.first()?;
-        let reached = tolerance.reached(&statistics, MIN_BATCHES);
-        reached.then_some(statistics)
+        let all = answer?.outcome.statistics;
+        let mut each = all.iter();
+        let reached = each.all(|statistics| tolerance.reached(statistics, MIN_BATCHES));
+        reached.then_some(all)
     }
 }
 
@@ -171,6 +180,19 @@ impl<'p> Opened<'p> {
         rungs
     }
 
+    /// What a user takes who knows nothing: so many cells of degree 4, and everything else as it is by default.
+    pub(crate) fn plain_default(&self, cells: usize) -> Option<Rung> {
+        let mut settings = self.settings.clone();
+        settings.cells = Some(cells);
+        settings.degree = Some(4);
+        let cut = self.model.partition(&settings.discretisation()).ok()?;
+        let mut walk = settings.walk_options();
+        walk.walks = WALKS;
+        walk.tolerance = None;
+        let answer = self.solved(&Solved::new(&*cut, walk.absorption).ok()?, &walk)?;
+        Some(rung(&answer, &cut.cost(walk.pairs), cells, 4, &walk, false))
+    }
+
     /// The rungs on these cells with this degree.
     fn climb(&self, cells: usize, degree: usize, rungs: &mut Vec<Rung>) {
         let mut settings = self.settings.clone();
@@ -229,9 +251,13 @@ fn rung(
     walk: &WalkOptions,
     plain: bool,
 ) -> Rung {
-    let statistics = &answer.outcome.statistics[0];
-    let found = statistics.preconditioned();
-    let states = statistics.states() as f64 / statistics.walks() as f64;
+    let all = &answer.outcome.statistics;
+    let of = |count: fn(&Statistics) -> u64| all.iter().map(count).sum::<u64>() as f64;
+    let states = of(Statistics::states) / of(Statistics::walks);
+    let found = |statistics: &Statistics| {
+        let found = statistics.preconditioned();
+        [found.std_dev.unwrap_or(f64::INFINITY), found.estimate]
+    };
     let of_walk = if plain { cost.plain } else { cost.walk };
     Rung {
         plain,
@@ -241,7 +267,6 @@ fn rung(
         absorption: walk.absorption,
         set_up: if plain { 0.0 } else { cost.setup },
         walk: of_walk.seconds(walk.estimator, states, answer.pointwise),
-        std_dev: found.std_dev.unwrap_or(f64::INFINITY),
-        estimate: found.estimate,
+        targets: all.iter().map(found).collect(),
     }
 }

@@ -1,7 +1,8 @@
 //! Random problems with an error and nothing else: every run ends, with an answer or with a reason, and takes little more
 //! than the best of a ladder of fixed settings.
 //!
-//! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`.
+//! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`, and
+//! every tenth of these with `FREDHOLM_EACH=10` besides.
 
 mod ladder;
 mod problems;
@@ -22,8 +23,8 @@ const SEEN: u64 = 1;
 const UNSEEN: u64 = 3;
 
 /// The problems of a half in a day's share, and in all.
-const FEW: usize = 3;
-const ALL: usize = 250;
+const FEW: u64 = 3;
+const ALL: u64 = 250;
 
 /// Seconds that the best of the ladder may take: the error of a problem that takes longer is made larger.
 const MOST_SECONDS: f64 = 20.0;
@@ -43,28 +44,69 @@ fn problems_that_were_not_seen_end() {
 }
 
 fn run(seed: u64) {
-    let long = std::env::var("FREDHOLM_LONG").ok();
-    let count = match long.as_deref().map(str::parse) {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let long = number("FREDHOLM_LONG");
+    let count = match long {
         None => FEW,
-        Some(Ok(count)) if count > 1 => count,
-        Some(_) => ALL,
+        Some(1) => ALL,
+        Some(count) => count,
     };
+    let each = number("FREDHOLM_EACH").unwrap_or(1);
     let mut random = Random(seed);
     let mut all = Vec::new();
     for number in 0..count {
-        let problem = Problem::new(&mut random, long.is_some());
-        let ran = ran(&problem);
-        println!("{seed}.{number} {}", ran.text);
-        all.push(ran);
+        let problem = Problem::new(&mut random, 1000 * seed + number, long.is_some());
+        if number % each == 0 {
+            let ran = ran(&problem);
+            println!("{seed}.{number} {}", ran.text);
+            all.push(ran);
+        }
     }
     summary(&all);
+}
+
+/// What the choice is compared with.
+struct Reference {
+    /// The error that the ladder reaches soon.
+    tolerance: Tolerance,
+    /// Whether it is larger than what was drawn.
+    is_relaxed: bool,
+    /// The best of the ladder, if one ends.
+    best: Option<Best>,
+    /// Seconds of the plain default, if the problem takes it.
+    default: Option<f64>,
+}
+
+/// The best of the ladder.
+struct Best {
+    name: String,
+    seconds: f64,
+    /// The estimate of the first target, and its standard error.
+    found: [f64; 2],
+}
+
+impl Reference {
+    fn new(problem: &Problem, opened: &Opened<'_>) -> Self {
+        let rungs = opened.ladder(problem.cells);
+        let (tolerance, is_relaxed) = feasible(problem, &rungs);
+        let default = opened.plain_default(problem.default);
+        Self {
+            tolerance,
+            is_relaxed,
+            best: best(&rungs, opened, tolerance),
+            default: default.map(|rung| rung.seconds(tolerance)),
+        }
+    }
 }
 
 /// What came of a problem.
 struct Ran {
     text: String,
+    is_relaxed: bool,
     /// The time over that of the best of the ladder, if both came to an end.
     ratio: Option<f64>,
+    /// The time over that of the plain default.
+    of_default: Option<f64>,
     /// The difference of both estimates in standard errors.
     z: Option<f64>,
 }
@@ -74,9 +116,8 @@ fn ran(problem: &Problem) -> Ran {
     file.validate().unwrap();
     let resolved = file.resolve().unwrap();
     let mut opened = Opened::new(&resolved);
-    let rungs = opened.ladder(problem.cells);
-    let tolerance = feasible(problem, &rungs);
-    let best = best(&rungs, &opened, tolerance);
+    let reference = Reference::new(problem, &opened);
+    let tolerance = reference.tolerance;
 
     let mut settings = opened.settings.clone();
     settings.tolerance = Some(tolerance);
@@ -85,12 +126,19 @@ fn ran(problem: &Problem) -> Ran {
     let goals = &opened.goals;
     let solved = fredholm::choice::solve(opened.model, &resolved.targets, goals, &settings, &());
     let measured = start.elapsed().as_secs_f64();
-    let (mut ratio, mut z) = (None, None);
-    let mut text = format!("{}, {tolerance:?}: ", problem.name);
+    let mut ran = Ran {
+        text: format!("{}, {tolerance:?}: ", problem.name),
+        is_relaxed: reference.is_relaxed,
+        ratio: None,
+        of_default: None,
+        z: None,
+    };
+    let text = &mut ran.text;
+    let best = reference.best.as_ref();
     match solved {
         Ok(Some((chosen, answer))) => {
             let seconds = seconds(&chosen, &answer);
-            let found = &answer.outcome.statistics[0];
+            let is_done = answer.outcome.stop == StopReason::Done;
             write!(
                 text,
                 "{} {seconds:.4} s ({measured:.4}) {}",
@@ -101,37 +149,41 @@ fn ran(problem: &Problem) -> Ran {
             if let Some(why) = answer.gave_up {
                 write!(text, " ({why})").unwrap();
             }
-            if let Some((rung, walked)) = &best {
-                let least = rung.seconds_of(walked.walks());
-                let times = seconds / (least + LEAST_SECONDS);
-                write!(text, ", {times:.2} times {least:.4} s of {}", rung.name()).unwrap();
-                ratio = (answer.outcome.stop == StopReason::Done).then_some(times);
-                z = deviation(found, walked, answer.floors[0]);
+            let times = |other: f64| seconds / (other + LEAST_SECONDS);
+            if let Some(default) = reference.default.filter(|_| is_done) {
+                ran.of_default = Some(times(default));
+                write!(text, ", {:.2} times the default", times(default)).unwrap();
+            }
+            if let Some(best) = best {
+                let times = times(best.seconds);
+                write!(
+                    text,
+                    ", {times:.2} times {:.4} s of {}",
+                    best.seconds, best.name
+                )
+                .unwrap();
+                ran.ratio = is_done.then_some(times);
+                let found = &answer.outcome.statistics[0];
+                ran.z = deviation(found, best.found, answer.floors[0]);
             }
         }
         Ok(None) => panic!("nothing was chosen: {}", problem.text),
         Err(refusal @ (Error::TooLong { .. } | Error::InfiniteVariance { .. } | Error::Dark)) => {
             write!(text, "refused: {refusal}").unwrap();
-            if let Some((rung, walked)) = &best {
-                write!(
-                    text,
-                    ", {:.4} s of {}",
-                    rung.seconds_of(walked.walks()),
-                    rung.name()
-                )
-                .unwrap();
+            if let Some(best) = best {
+                write!(text, ", {:.4} s of {}", best.seconds, best.name).unwrap();
             }
         }
         Err(other) => panic!("{other}: {}", problem.text),
     }
-    if let Some(z) = z {
-        write!(text, ", z {z:.2}").unwrap();
+    if let Some(z) = ran.z {
+        write!(ran.text, ", z {z:.2}").unwrap();
     }
-    Ran { text, ratio, z }
+    ran
 }
 
-/// The error that is asked for, or the least that the ladder reaches soon.
-fn feasible(problem: &Problem, rungs: &[Rung]) -> Tolerance {
+/// The error that is asked for, or the least that the ladder reaches soon; whether that is larger.
+fn feasible(problem: &Problem, rungs: &[Rung]) -> (Tolerance, bool) {
     let mut error = problem.error;
     loop {
         let tolerance = if problem.relative {
@@ -143,21 +195,28 @@ fn feasible(problem: &Problem, rungs: &[Rung]) -> Tolerance {
             .iter()
             .any(|rung| rung.seconds(tolerance) < MOST_SECONDS);
         if soon || error > 1.0 {
-            return tolerance;
+            return (tolerance, error > problem.error);
         }
         error *= 1.5;
     }
 }
 
 /// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many.
-fn best(rungs: &[Rung], problem: &Opened<'_>, tolerance: Tolerance) -> Option<(Rung, Statistics)> {
+fn best(rungs: &[Rung], problem: &Opened<'_>, tolerance: Tolerance) -> Option<Best> {
     let mut sorted: Vec<&Rung> = rungs.iter().collect();
     sorted.sort_by(|a, b| a.seconds(tolerance).total_cmp(&b.seconds(tolerance)));
-    let soon = sorted
+    let mut soon = sorted
         .into_iter()
         .filter(|rung| rung.seconds(tolerance) < 2.0 * MOST_SECONDS);
-    let mut ran = soon.map(|rung| Some((*rung, rung.run(problem, tolerance)?)));
-    ran.find_map(|ran| ran)
+    soon.find_map(|rung| {
+        let walked = rung.run(problem, tolerance)?;
+        let found = walked.first()?.preconditioned();
+        Some(Best {
+            name: rung.name(),
+            seconds: rung.seconds_of(&walked),
+            found: [found.estimate, found.std_error?],
+        })
+    })
 }
 
 /// Predicted seconds of what was done.
@@ -204,26 +263,43 @@ fn ending(answer: &Answer) -> &'static str {
 }
 
 /// The difference in standard errors, of which rounding may leave some.
-fn deviation(one: &Statistics, other: &Statistics, floor: f64) -> Option<f64> {
-    let [one, other] = [one, other].map(Statistics::preconditioned);
-    let error = one.std_error?.hypot(other.std_error?);
-    let difference = ((one.estimate - other.estimate).abs() - 2.0 * floor).max(0.0);
+fn deviation(one: &Statistics, [estimate, error]: [f64; 2], floor: f64) -> Option<f64> {
+    let one = one.preconditioned();
+    let error = one.std_error?.hypot(error);
+    let difference = ((one.estimate - estimate).abs() - 2.0 * floor).max(0.0);
     Some(difference / error)
 }
 
+/// The median and the largest.
+fn median_and_most(all: impl Iterator<Item = Option<f64>>) -> [f64; 2] {
+    let mut all: Vec<f64> = all.flatten().collect();
+    all.sort_by(f64::total_cmp);
+    let median = all.get(all.len() / 2).copied().unwrap_or(0.0);
+    [median, all.last().copied().unwrap_or(0.0)]
+}
+
+/// The least number within 1.96 standard errors of as many as there are, if error bars are what they say: with fewer
+/// the chance is below 1 in 2000 (3.3 standard deviations of the binomial distribution).
+fn least_inside(count: usize) -> f64 {
+    let count = count as f64;
+    0.95 * count - 3.3 * (0.95 * 0.05 * count).sqrt()
+}
+
 fn summary(all: &[Ran]) {
-    let mut ratios: Vec<f64> = all.iter().filter_map(|ran| ran.ratio).collect();
-    ratios.sort_by(f64::total_cmp);
+    let done = all.iter().filter(|ran| ran.ratio.is_some()).count();
+    let relaxed = all.iter().filter(|ran| ran.is_relaxed).count();
+    let [median, most] = median_and_most(all.iter().map(|ran| ran.ratio));
+    let [of_default, most_of_default] = median_and_most(all.iter().map(|ran| ran.of_default));
+    let defaults = all.iter().filter(|ran| ran.of_default.is_some()).count();
     let deviations: Vec<f64> = all.iter().filter_map(|ran| ran.z).collect();
     let inside = deviations.iter().filter(|&&z| z <= 1.96).count();
-    let median = ratios.get(ratios.len() / 2);
     println!(
-        "{} of {} done, ratios {:?} in the median, {:?} at most; {inside} of {} within 1.96",
-        ratios.len(),
+        "{done} of {} done, {relaxed} with a larger error than drawn; times over the best of the ladder: median \
+         {median:.2}, most {most:.2}; over the plain default ({defaults}): median {of_default:.2}, most \
+         {most_of_default:.2}; {inside} of {} within 1.96",
         all.len(),
-        median,
-        ratios.last(),
         deviations.len()
     );
-    assert!(ratios.last() < Some(&MOST_TIMES), "{ratios:.2?}");
+    assert!(most < MOST_TIMES, "{most}");
+    assert!(inside as f64 >= least_inside(deviations.len()), "{inside}");
 }

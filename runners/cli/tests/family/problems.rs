@@ -33,30 +33,55 @@ pub(crate) struct Problem {
     pub(crate) relative: bool,
     /// Cells of the ladder.
     pub(crate) cells: &'static [usize],
+    /// Cells of the plain default.
+    pub(crate) default: usize,
 }
 
 impl Problem {
     /// The next problem.
-    pub(crate) fn new(random: &mut Random, long: bool) -> Self {
+    pub(crate) fn new(random: &mut Random, number: u64, long: bool) -> Self {
         let least = if long { -10.0 } else { -6.0 };
         let error = 10_f64.powf(random.between(least, -2.0));
         let relative = random.next().is_multiple_of(2);
-        let (name, text, cells) = match random.next() % 5 {
+        let (name, text, (cells, default), at) = match random.next() % 5 {
             0 => circle(random),
             1 => room(random),
             _ => cube(random),
         };
+        let (more, text) = with_more_targets(text, number, at);
         Self {
-            name,
+            name: format!("{name}, {} targets", 1 + more),
             text,
             error,
             relative,
             cells,
+            default,
         }
     }
 }
 
-type Drawn = (String, String, &'static [usize]);
+/// The name, the file, the cells of the ladder and of the default, and a target at a place from 0 to 1.
+type Drawn = (String, String, Cells, fn(f64) -> String);
+type Cells = (&'static [usize], usize);
+
+/// One problem in four has 1 to 49 targets more, whose places are of a stream of their own.
+fn with_more_targets(text: String, number: u64, at: fn(f64) -> String) -> (usize, String) {
+    const EACH: u64 = 4;
+    if number % EACH != EACH - 1 {
+        return (0, text);
+    }
+    let mut random = Random(number);
+    let more = 1 + random.next() as usize % 49;
+    let target = |i| {
+        format!(
+            ", {{ name = \"t{i}\", at = {} }}",
+            at(random.between(0.0, 1.0))
+        )
+    };
+    let targets: String = (0..more).map(target).collect();
+    let before = text.strip_suffix("]\n").expect("targets are last");
+    (more, format!("{before}{targets}]\n"))
+}
 
 /// A kernel of one axis with a parameter.
 type Axis = (&'static str, fn(f64, f64, f64) -> f64);
@@ -136,13 +161,13 @@ fn cube(random: &mut Random) -> Drawn {
         "problem = {{ kind = \"cube\", dimension = {dimension}, kernel = \"{formula}\", source = \"{source}\" }}\n\
          target = [{{ name = \"t\", {target} }}]\n"
     );
-    let cells: &[usize] = match dimension {
-        1 => &[4, 12, 48],
-        2 => &[2, 4, 8],
-        _ => &[1, 2, 3],
+    let (cells, at): (Cells, fn(f64) -> String) = match dimension {
+        1 => ((&[4, 12, 48], 12), |x| format!("{x:.3}")),
+        2 => ((&[2, 4, 8], 5), |x| format!("[{x:.3}, 0.3]")),
+        _ => ((&[1, 2, 3], 2), |x| format!("[{x:.3}, 0.3, 0.6]")),
     };
     let name = format!("d = {dimension}, {axis} with {parameter:.2}, {share:.2}, {source}");
-    (name, text, cells)
+    (name, text, cells, at)
 }
 
 fn circle(random: &mut Random) -> Drawn {
@@ -160,7 +185,9 @@ fn circle(random: &mut Random) -> Drawn {
         random.between(0.0, core::f64::consts::TAU),
     );
     let name = format!("circle, {arcs} arcs up to {most:.2}, amplitude {amplitude}");
-    (name, text, &[60, 120, 480])
+    (name, text, (&[60, 120, 480], 200), |x| {
+        format!("{:.3}", core::f64::consts::TAU * x)
+    })
 }
 
 fn room(random: &mut Random) -> Drawn {
@@ -194,5 +221,7 @@ fn room(random: &mut Random) -> Drawn {
         surfaces.join(", ")
     );
     let name = format!("room of {} walls up to {most:.2}", corners.len());
-    (name, text, &[25, 100, 200])
+    (name, text, (&[25, 100, 200], 200), |x| {
+        format!("{{ surface = \"s0\", t = {:.3} }}", 0.05 + 0.9 * x)
+    })
 }

@@ -149,8 +149,6 @@ impl Model for CircleModel {
             dimension: None,
             most_degree: 4,
             less_memory: ": use fewer cells",
-            is_singular: false,
-            has_rare_scores: false,
             takes_any_cells: false,
             counts_evaluations: true,
         }

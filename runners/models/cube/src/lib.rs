@@ -124,8 +124,6 @@ impl Model for CubeModel {
             dimension: Some(self.dimension),
             most_degree: self.most_degree(),
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
-            is_singular: self.is_singular(),
-            has_rare_scores: false,
             takes_any_cells: false,
             counts_evaluations: true,
         }

@@ -2,9 +2,7 @@
 
 use fredholm_core::galerkin::{PairKind, Pairs as _, Piecewise, Rounded};
 use fredholm_core::{Kernel as _, Neighbour as _, TransitionDensity as _};
-use fredholm_room::{
-    Cells, Choice, Geometry, Matrix, Mesh, Room, RoomPairs, Scene, Tables, min_mass_ratio,
-};
+use fredholm_room::{Cells, Choice, Geometry, Matrix, Mesh, Room, RoomPairs, Scene, Tables};
 use fredholm_variance::gauss;
 
 use fredholm_model::Error;
@@ -12,16 +10,15 @@ use fredholm_model::Error;
 /// Cells at each end of a wall that count as next to its corner.
 const NEXT_TO_CORNER: usize = 6;
 
-/// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to the same corner, of which it needs the coefficients alone:
-/// those that are known, or its own. It is the same for every q0.
+/// (1 − q0) ∫∫ (k − h)² p over the pairs in S of cells next to the same corner. It is the same for every q0.
 pub(super) fn rare<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix>,
+    matrix: &Matrix,
 ) -> Result<f64, Error> {
     // As many points as functions would lie where k − h nearly vanishes.
-    rare_by::<B>(scene, mesh, choice, known, if B == 3 { 2 } else { 3 })
+    rare_by::<B>(scene, mesh, choice, matrix, if B == 3 { 2 } else { 3 })
 }
 
 /// The estimate with this many Gauss points on a cell.
@@ -29,22 +26,12 @@ fn rare_by<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    known: Option<&Matrix>,
+    matrix: &Matrix,
     points: usize,
 ) -> Result<f64, Error> {
     let tables = Tables::<f64>::new(scene, mesh);
     let (geometry, cells) = (tables.geometry(), tables.cells());
     let corners = Corners::new(&geometry, &cells);
-    let own;
-    let matrix = match known {
-        Some(matrix) => matrix,
-        None => {
-            own = Matrix::of_pairs(scene, mesh, min_mass_ratio(B - 1), B, &|i, j| {
-                corners.share(i, j)
-            })?;
-            &own
-        }
-    };
     let (views, absorption) = (matrix.views(), 0.5);
     let room = Room::new(geometry, cells, views, absorption)?;
     let polynomials = room.with_functions::<B>();
@@ -94,15 +81,7 @@ impl Corners {
         Self(all)
     }
 
-    /// Whether two cells are next to the same vertex.
-    fn share(&self, i: usize, j: usize) -> bool {
-        let of = |cell: usize| self.0.get(cell).copied().unwrap_or_default();
-        let others = of(j);
-        let mut own = of(i).into_iter().flatten();
-        own.any(|vertex| others.contains(&Some(vertex)))
-    }
-
-    /// All such pairs, vertex by vertex.
+    /// All pairs of cells next to the same vertex, vertex by vertex.
     fn pairs(&self) -> Vec<(usize, usize)> {
         let mut near: Vec<(u32, usize)> = Vec::new();
         for (cell, vertices) in self.0.iter().enumerate() {
@@ -121,7 +100,7 @@ impl Corners {
 
 #[cfg(test)]
 mod tests {
-    use fredholm_room::{Enclosure, Grading, Material, Surface};
+    use fredholm_room::{Enclosure, Grading, Material, Surface, min_mass_ratio};
 
     use super::*;
 
@@ -151,20 +130,15 @@ mod tests {
         let grading = Grading::of_degree(B - 1);
         for cells in [30, 75, 100] {
             let mesh = Mesh::new::<f64>(&scene, cells, grading).unwrap();
-            let of =
-                |choice, known, points| rare_by::<B>(&scene, &mesh, choice, known, points).unwrap();
-            let few = rare::<B>(&scene, &mesh, Choice::Default, None).unwrap();
             let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B).unwrap();
-            assert_eq!(
-                few,
-                rare::<B>(&scene, &mesh, Choice::Default, Some(&matrix)).unwrap()
-            );
-            let many = of(Choice::Default, Some(&matrix), 32);
+            let of = |choice, points| rare_by::<B>(&scene, &mesh, choice, &matrix, points).unwrap();
+            let few = rare::<B>(&scene, &mesh, Choice::Default, &matrix).unwrap();
+            let many = of(Choice::Default, 32);
             assert!(
                 (0.75..1.25).contains(&(few / many)),
                 "{cells} cells, {B} functions: {few} and {many}"
             );
-            assert_eq!(of(Choice::Pointwise, None, 3), 0.0);
+            assert_eq!(of(Choice::Pointwise, 3), 0.0);
         }
     }
 

@@ -197,8 +197,6 @@ impl Model for RoomModel {
             dimension: None,
             most_degree: 4,
             less_memory: ADVICE,
-            is_singular: false,
-            has_rare_scores: true,
             takes_any_cells: true,
             counts_evaluations: false,
         }

@@ -152,7 +152,7 @@ impl<'m> RoomPartition<'m> {
         })
     }
 
-    pub(crate) fn rare(&self, pairs: Pairs, matrix: Option<&Matrix>) -> Result<f64, Error> {
+    pub(crate) fn rare(&self, pairs: Pairs, matrix: &Matrix) -> Result<f64, Error> {
         let squares = self.model.square_of_source();
         let choice = choice(pairs);
         if choice == Choice::Pointwise || squares == 0.0 {
@@ -273,10 +273,6 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
         self.refuse_infinite(pairs, absorption, None)
-    }
-
-    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        self.rare(pairs, None)
     }
 
     fn solve(&self, _: f64) -> Result<Box<dyn System + 'm>, Error> {

@@ -338,7 +338,7 @@ impl System for RoomSystem<'_> {
     }
 
     fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        self.cut.rare(pairs, Some(&self.matrix))
+        self.cut.rare(pairs, &self.matrix)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

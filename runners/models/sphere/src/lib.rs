@@ -125,8 +125,6 @@ impl Model for SphereModel {
             dimension: None,
             most_degree: 0,
             less_memory: ": use fewer cells",
-            is_singular: false,
-            has_rare_scores: false,
             takes_any_cells: true,
             counts_evaluations: true,
         }

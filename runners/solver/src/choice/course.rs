@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
-use super::prediction::Prediction;
+use super::family::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
@@ -18,7 +18,7 @@ const WRONG: f64 = 4.0;
 const WORTH: f64 = 2.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
-/// How many times as long as was predicted at first is the end.
+/// How many times as long as was predicted when the walks began is the end.
 const MOST_TIMES: f64 = 100.0;
 
 /// Watches walks of a setting, and looks for another one with what they tell.
@@ -80,36 +80,45 @@ impl<'a, 'm> Course<'a, 'm> {
         then(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    fn is_reached(&self, statistics: &Statistics) -> bool {
+    /// Whether a target goes on.
+    fn is_open(&self, statistics: &Statistics) -> bool {
         let batches = statistics.walks() / self.batch.max(1);
-        self.tolerance.reached(statistics, batches)
+        !self.tolerance.reached(statistics, batches)
+    }
+
+    /// The number of walks that a target takes, as far as enough have scored to tell.
+    fn needed(&self, statistics: &Statistics) -> f64 {
+        if statistics.scored() < MIN_SCORED_WALKS {
+            return 0.0;
+        }
+        let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
+        (deviation / bound(self.tolerance, statistics)).powi(2)
+    }
+
+    /// Whether the error that is asked for is no matter of chance, as a part of what may be 0 is.
+    fn is_known(&self, statistics: &Statistics) -> bool {
+        let found = statistics.preconditioned();
+        let error = found.std_error.unwrap_or(f64::INFINITY);
+        matches!(self.tolerance, Tolerance::Absolute(_)) || error < KNOWN * found.estimate.abs()
     }
 }
 
 impl State<'_, '_> {
-    /// Seconds of these walks, as they are predicted.
-    fn walked(&self, statistics: &[Statistics]) -> f64 {
-        let walks: u64 = statistics.iter().map(Statistics::walks).sum();
-        walks as f64 * self.predicted.seconds_per_walk
-    }
-
     /// The end if everything so far took many times as long as was predicted, and as many walks are left as take longer.
-    fn unpredicted(&self, statistics: &[Statistics], left: f64) -> Option<End> {
-        let seconds = self.search.lost() + self.walked(statistics);
-        let times = seconds / self.search.predicted_first;
+    fn unpredicted(&self, walked: f64, left: f64) -> Option<End> {
+        let seconds = self.search.work() + walked;
+        let times = seconds / self.search.expected;
         // What is nearly done is done.
-        let is_far = left * self.predicted.seconds_per_walk > seconds;
-        (times > MOST_TIMES && seconds > LONG_SECONDS && is_far)
+        (times > MOST_TIMES && seconds > LONG_SECONDS && left > seconds)
             .then_some(End::Gave(Gave::Unpredicted { times }))
     }
 
     /// Looks whether to go on. `is_known`: the tolerance does not depend on the noise of an estimate.
-    fn look(&mut self, statistics: &[Statistics], is_known: bool) -> Option<End> {
+    fn look(&mut self, statistics: &[Statistics], walked: f64, is_known: bool) -> Option<End> {
         let setting = self.predicted.setting;
         let now = self.search.correct(&setting, statistics)?;
-        let walked = self.walked(statistics);
         // Looks are twice as far apart every time: all of them take no longer than the walks.
-        self.search.improve_for(walked);
+        self.search.run_for(walked);
         let left = (now.walking - walked).max(0.0);
         let best = self.search.best()?;
         let price = self.search.price(&best);
@@ -152,47 +161,35 @@ impl SolveObserver for Course<'_, '_> {
             tails,
             floor,
         } = *stage;
-        let open = || statistics.iter().filter(|all| !self.is_reached(all));
-        let walks = open().map(Statistics::walks).max();
-        let goes_on = !self.has_end && !self.watch.cancelled();
-        let Some(walks) = walks.filter(|_| goes_on) else {
+        let open: Vec<_> = statistics.iter().filter(|of| self.is_open(of)).collect();
+        if open.is_empty() || self.has_end || self.watch.cancelled() {
             return;
-        };
-        let walks = walks as f64;
-        let needed = |all: &Statistics| {
-            let deviation = all.preconditioned().std_dev.unwrap_or(0.0);
-            (deviation / bound(self.tolerance, all)).powi(2)
-        };
-        let told = open().filter(|all| all.scored() >= MIN_SCORED_WALKS);
-        let needed = told.map(needed).fold(0.0, f64::max);
-        let is_rounded = |all: &Statistics| {
-            let error = all.preconditioned().std_error;
-            all.scored() >= MIN_SCORED_WALKS && error.is_some_and(|error| error < floor(all))
-        };
-        // A relative error of what may be 0 is whatever the walks happen to give.
-        let is_known = |all: &Statistics| match self.tolerance {
-            Tolerance::Absolute(_) => true,
-            Tolerance::Relative(_) => {
-                let found = all.preconditioned();
-                let error = found.std_error.unwrap_or(f64::INFINITY);
-                error < KNOWN * found.estimate.abs()
-            }
+        }
+        let walks = open.iter().map(|of| of.walks()).max().unwrap_or(0) as f64;
+        let needed = open.iter().map(|of| self.needed(of)).fold(0.0, f64::max);
+        let is_rounded = |of: &&Statistics| {
+            let error = of.preconditioned().std_error;
+            of.scored() >= MIN_SCORED_WALKS && error.is_some_and(|error| error < floor(of))
         };
         self.with(|state| {
             // The stage in which it ends is merged, too.
             if state.end.is_some() {
                 return;
             }
-            state.end = if open().all(is_rounded) {
+            let each = state.predicted.seconds_per_walk;
+            let all: u64 = statistics.iter().map(Statistics::walks).sum();
+            let walked = all as f64 * each;
+            let left = (needed - walks).max(0.0) * open.len() as f64 * each;
+            state.end = if open.iter().all(is_rounded) {
                 Some(End::Gave(Gave::Rounding))
             } else {
-                let left = (needed - walks).max(0.0) * open().count() as f64;
-                state.unpredicted(statistics, left)
+                state.unpredicted(walked, left)
             };
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {
                 state.look = 2.0 * walks;
-                state.end = state.look(statistics, open().all(is_known));
+                let is_known = open.iter().all(|of| self.is_known(of));
+                state.end = state.look(statistics, walked, is_known);
                 if state.end.is_none() && walks >= (MANY_BATCHES * self.batch) as f64 {
                     state.end = Gave::doubtful(statistics, tails, floor).map(End::Gave);
                 }

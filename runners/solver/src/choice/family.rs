@@ -1,186 +1,250 @@
-//! A family: settings that differ by their cells alone.
+//! A family: neighbour equations that differ by the number of their cells, with any walks; or plain walks.
 
-use super::pilot::Pilot;
-use super::prediction::{Level, Prediction, Scales};
+use fredholm_core::{Estimator, MIN_BATCHES, next_stage};
+
+use super::pilot::{Observed, Pilot};
 use super::setting::Setting;
+use fredholm_model::cost::{Cost, PointwisePairs};
 
-/// The part of the order that finer cells have at least. Choices allow for it.
-const SLOW: f64 = 0.75;
+/// The part of the observed order that finer cells are trusted to have: their variance falls less regularly than that.
+const TRUSTED: f64 = 0.75;
+/// The number of batches from which on whole stages are not counted.
+const MANY_BATCHES: f64 = 1e6;
 
-/// The least rare variance of other cells over the value that its order predicts: the parity of the number of cells on
-/// a wall makes up to a factor of eight.
-const OPTIMISTIC_RARE: f64 = 0.125;
+/// A number of cells, with the costs that depend on it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Level {
+    /// The number of cells as [`Settings`](crate::Settings) count them.
+    pub(super) cells: usize,
+    pub(super) unknowns: f64,
+    pub(super) cost: Cost,
+}
 
-/// A degree with a choice of pairs, an absorption and an estimator, and everything that is known of it.
-#[derive(Clone, Debug)]
+/// What a setting will take. All seconds are those of one thread.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prediction {
+    pub(super) setting: Setting,
+    /// Seconds of the set-up.
+    pub(super) setup: f64,
+    /// Seconds of the set-up that are left once the system is solved.
+    pub(super) source: f64,
+    /// Seconds of one walk.
+    pub(super) seconds_per_walk: f64,
+    /// Seconds of all walks by the observed variance.
+    pub(super) walking: f64,
+    /// Seconds of all walks if large scores were missed and cells help less than observed.
+    pub(super) careful: f64,
+    /// Seconds of all walks if there were too many large scores and cells help as much as theory allows.
+    pub(super) hopeful: f64,
+    /// The number of walks of one target that a pilot of this very setting had; 0 without such a pilot.
+    pub(super) pilot_walks: u64,
+    /// The least number of scored walks of a target, in any pilot.
+    pub(super) scored: u64,
+    /// The number of walks of the target that takes most by the observed variance.
+    pub(super) most_walks: f64,
+    /// The number of all walks.
+    pub(super) walks: f64,
+    /// The number of states that all walks visit.
+    pub(super) states: f64,
+}
+
+impl Prediction {
+    /// Seconds of the set-up and of all walks.
+    pub(super) fn seconds(&self) -> f64 {
+        self.setup + self.walking
+    }
+}
+
+/// A degree with a choice of pairs, and everything that is known of it.
+#[derive(Debug)]
 pub(super) struct Family {
     pub(super) first: Setting,
     /// Levels from few cells to many.
     pub(super) levels: Vec<Level>,
-    /// Pilots with the numbers of their levels, from few cells to many.
-    pilots: Vec<(usize, Pilot)>,
+    /// The number of levels that were asked for.
+    pub(super) asked: usize,
     /// The order r of √Var ~ unknowns^−r in theory.
     order: f64,
-    /// The order of what few walks miss.
-    rare_order: f64,
-    /// The order that is assumed before there are two pilots.
-    assumed: f64,
+    pub(super) pilots: Vec<Pilot>,
+    batch: u64,
+    /// The predictions of the pilots.
+    pub(super) found: Vec<Prediction>,
 }
 
 impl Family {
-    /// A family of which nothing is known but its asymptotic order, and the order of what few walks miss.
-    pub(super) const fn new(
-        first: Setting,
-        levels: Vec<Level>,
-        [order, rare_order]: [f64; 2],
-    ) -> Self {
+    /// A family of which nothing is known but its levels and its order in theory.
+    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64, batch: u64) -> Self {
         Self {
             first,
             levels,
-            pilots: Vec::new(),
+            asked: 1,
             order,
-            rare_order,
-            assumed: order,
+            pilots: Vec::new(),
+            batch,
+            found: Vec::new(),
         }
     }
 
-    /// A family with another absorption or estimator, and with a pilot on the level of this family's last one.
-    pub(super) fn varied(&self, pilot: Pilot) -> Self {
-        let level = self.pilots.last().map_or(0, |&(level, _)| level);
-        Self {
-            first: pilot.setting,
-            levels: self.levels.clone(),
-            pilots: vec![(level, pilot)],
-            order: self.order,
-            rare_order: self.rare_order,
-            assumed: self.observed_order(),
+    /// The level with these cells.
+    pub(super) fn level(&self, cells: usize) -> Option<&Level> {
+        self.levels.iter().find(|level| level.cells == cells)
+    }
+
+    /// The pilot by which a setting is predicted: with the same walks, on the finest cells that are no finer.
+    pub(super) fn pilot_for(&self, setting: &Setting) -> Option<&Pilot> {
+        let alike = |pilot: &&Pilot| {
+            pilot.setting.walks() == setting.walks() && pilot.setting.cells <= setting.cells
+        };
+        let pilots = self.pilots.iter().filter(alike);
+        pilots.max_by_key(|pilot| pilot.setting.cells)
+    }
+
+    /// Adds a pilot in place of one of the same setting. If it has more walks, and they need more, then all pilots of
+    /// fewer walks are corrected as well: they missed the same.
+    pub(super) fn add(&mut self, pilot: Pilot) {
+        let own = |of: &Pilot| of.setting == pilot.setting;
+        if let Some(before) = self.pilots.iter().find(|before| own(before)) {
+            let times = pilot.needed() / before.needed();
+            if times > 1.0 && times.is_finite() {
+                let few = |of: &&mut Pilot| of.walks < pilot.walks;
+                let few = self.pilots.iter_mut().filter(few);
+                few.for_each(|of| of.multiply(times));
+            }
+        }
+        self.pilots.retain(|of| !own(of));
+        self.pilots.push(pilot);
+        self.update();
+    }
+
+    /// Keeps levels that were asked for. Fewer may pay now, but those that are known stay.
+    pub(super) fn extend(&mut self, levels: Vec<Level>, asked: usize) {
+        self.asked = asked;
+        if levels.len() > self.levels.len() {
+            self.levels = levels;
+            self.update();
         }
     }
 
-    /// Whether a setting belongs to the family.
-    pub(super) fn has(&self, setting: &Setting) -> bool {
-        *setting == self.on(setting.cells)
+    /// The walks of all pilots.
+    pub(super) fn walks(&self) -> Vec<(f64, Estimator)> {
+        let mut known = Vec::new();
+        for pilot in &self.pilots {
+            if !known.contains(&pilot.setting.walks()) {
+                known.push(pilot.setting.walks());
+            }
+        }
+        known
     }
 
-    /// The family's setting with this number of cells.
-    pub(super) const fn on(&self, cells: usize) -> Setting {
-        Setting {
-            cells,
-            ..self.first
+    /// Predicts all levels by all pilots.
+    fn update(&mut self) {
+        let mut found = Vec::new();
+        for level in &self.levels {
+            for walks in self.walks() {
+                let setting = self.first.on(level.cells).with_walks(walks);
+                let pilot = self.pilot_for(&setting);
+                found.extend(pilot.map(|pilot| self.predict(pilot, level)));
+            }
+        }
+        self.found = found;
+    }
+
+    /// What is known of these cells before there is a pilot: their cost, and that of the least number of walks.
+    pub(super) fn unknown(&self, level: &Level, weights: &[f64]) -> Prediction {
+        let setting = self.first.on(level.cells);
+        let walk = setting.walk(&level.cost);
+        let none = PointwisePairs::default();
+        let each = walk.seconds(setting.estimator, 1.0 / setting.absorption, none);
+        let least = (self.batch * MIN_BATCHES) as f64 * weights.iter().sum::<f64>();
+        let [setup, source] = setting.setup(&level.cost);
+        Prediction {
+            setting,
+            setup,
+            source,
+            seconds_per_walk: each,
+            walking: f64::INFINITY,
+            careful: f64::INFINITY,
+            hopeful: least * each,
+            pilot_walks: 0,
+            scored: 0,
+            most_walks: f64::INFINITY,
+            walks: f64::INFINITY,
+            states: f64::INFINITY,
         }
     }
 
-    /// The pilot on the finest level.
-    pub(super) fn last(&self) -> Option<&Pilot> {
-        self.pilots.last().map(|(_, pilot)| pilot)
-    }
-
-    /// The level of the last pilot.
-    pub(super) fn seen(&self) -> Option<Level> {
-        let (level, _) = self.pilots.last()?;
-        self.levels.get(*level).copied()
-    }
-
-    /// The number of the level after those of the pilots.
-    pub(super) fn next_number(&self) -> usize {
-        self.pilots.last().map_or(0, |(level, _)| level + 1)
-    }
-
-    /// The number of the level with these cells; the number of levels if there is none.
-    pub(super) fn number(&self, cells: usize) -> usize {
-        let level = self.levels.iter().position(|level| level.cells == cells);
-        level.unwrap_or(self.levels.len())
-    }
-
-    /// Replaces the pilot on the level of this number.
-    pub(super) fn add(&mut self, number: usize, pilot: Pilot) {
-        self.pilots.retain(|(level, _)| *level != number);
-        self.pilots.push((number, pilot));
-        self.pilots.sort_by_key(|(level, _)| *level);
-    }
-
-    /// Corrects all pilots of fewer walks than these, which missed what others like them missed.
-    pub(super) fn missed(&mut self, times: f64, walks: u64) {
-        let few = self
-            .pilots
-            .iter_mut()
-            .filter(|(_, pilot)| pilot.walks < walks);
-        few.for_each(|(_, pilot)| pilot.missed(times));
-    }
-
-    /// The pilot on the level of this number.
-    pub(super) fn pilot(&self, number: usize) -> Option<&Pilot> {
-        let found = self.pilots.iter().find(|(level, _)| *level == number);
-        found.map(|(_, pilot)| pilot)
-    }
-
-    /// Whether no level has more cells.
-    pub(super) fn is_last(&self, cells: usize) -> bool {
-        self.number(cells) + 1 == self.levels.len()
-    }
-
-    /// Whether these cells are finer than those of all pilots.
-    pub(super) fn is_beyond(&self, cells: usize) -> bool {
-        let level = self.number(cells);
-        (self.next_number()..self.levels.len()).contains(&level)
-    }
-
-    /// The order r of √Var ~ unknowns^−r by the last two pilots. It is at most that of the theory, and at least half
-    /// of it: on few cells much depends on where targets lie in them, and a pilot is made on finer ones before they are
-    /// believed in.
+    /// The order r of √Var ~ unknowns^−r by the last two pilots with the same walks. It is at most that of the theory, and
+    /// at least half of it: on few cells much depends on where targets lie in them.
     fn observed_order(&self) -> f64 {
-        let [.., (_, coarse), (_, fine)] = self.pilots.as_slice() else {
-            return self.assumed;
+        let before = |fine: &Pilot| {
+            let alike = |of: &&Pilot| of.setting.walks() == fine.setting.walks();
+            let coarser = self.pilots.iter().filter(alike);
+            let coarser = coarser.filter(|of| of.unknowns < fine.unknowns);
+            coarser.max_by(|a, b| a.unknowns.total_cmp(&b.unknowns))
         };
-        let falls = coarse.needed() / fine.needed();
-        let order = 0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln();
-        if order.is_finite() {
-            order.clamp(0.5 * self.order, self.order)
-        } else {
-            self.order
-        }
-    }
-
-    /// The rare variance on the level of this number, and the least value that it may have. Both are the same if it is
-    /// known. Otherwise they follow by the order from the last level before it whose rare variance is known.
-    fn rare(&self, number: usize, rare: impl Fn(&Setting) -> Option<f64>) -> [f64; 2] {
-        let known = |level: &Level| Some((level.unknowns, rare(&self.on(level.cells))?));
-        let Some((last, before)) = self.levels.get(..=number).and_then(<[_]>::split_last) else {
-            return [0.0; 2];
-        };
-        if let Some((_, rare)) = known(last) {
-            return [rare; 2];
-        }
-        let known = before.iter().rev().find_map(known);
-        let scaled = known.map_or(0.0, |(unknowns, rare)| {
-            rare * (last.unknowns / unknowns).powf(-2.0 * self.rare_order)
+        let fine = self.pilots.iter();
+        let pairs = fine.filter_map(|fine| Some((before(fine)?, fine)));
+        let last = pairs.max_by(|a, b| a.1.unknowns.total_cmp(&b.1.unknowns));
+        let order = last.map(|(coarse, fine)| {
+            let falls = coarse.needed() / fine.needed();
+            0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln()
         });
-        [scaled, OPTIMISTIC_RARE * scaled]
+        let order = order.filter(|order| order.is_finite());
+        order.map_or(self.order, |order| {
+            order.clamp(0.5 * self.order, self.order)
+        })
     }
 
-    /// A prediction for every level from the first pilot's on, by the pilot on it or by the last one before it. `rare`
-    /// returns the rare variance of a setting, if it is known.
-    pub(super) fn predictions(
-        &self,
-        batch: u64,
-        rare: impl Fn(&Setting) -> Option<f64>,
-    ) -> Vec<Prediction> {
-        let order = self.observed_order();
-        let of = |(number, level): (usize, &Level)| {
-            let mut before = self.pilots.iter().rev();
-            let (_, pilot) = before.find(|(seen, _)| *seen <= number)?;
-            let more = level.unknowns / pilot.unknowns;
-            let scale = |order: f64| more.powf(-2.0 * order);
-            let [rare, optimistic_rare] = self.rare(number, &rare);
-            let scales = Scales {
-                rare,
-                optimistic_rare,
-                fast: scale(self.order),
-                observed: scale(order),
-                slow: scale(SLOW * order),
-            };
-            Some(pilot.predict(level, &scales, batch))
+    /// What the setting of a pilot takes on these cells.
+    pub(super) fn predict(&self, pilot: &Pilot, level: &Level) -> Prediction {
+        let setting = pilot.setting.on(level.cells);
+        let batch = self.batch as f64;
+        let in_stages = |walks: f64| batch * batches_of_whole_stages(walks / batch);
+        let all = |walks: &dyn Fn(&Observed) -> f64| -> f64 {
+            let of = |target: &Observed| target.weight * in_stages(walks(target));
+            pilot.targets.iter().map(of).sum()
         };
-        self.levels.iter().enumerate().filter_map(of).collect()
+        let more = level.unknowns / pilot.unknowns;
+        let order = self.observed_order();
+        let scale = |order: f64| more.powf(-2.0 * order);
+        let [observed, slow, fast] = [order, TRUSTED * order, self.order].map(scale);
+        let walk = setting.walk(&level.cost);
+        let pairs = pilot.pairs(level.unknowns);
+        let each = walk.seconds(setting.estimator, pilot.states, pairs);
+        let walks = all(&|target| target.walks(observed));
+        let most = pilot.targets.iter().map(|target| target.walks(observed));
+        let [setup, source] = setting.setup(&level.cost);
+        Prediction {
+            setting,
+            setup,
+            source,
+            seconds_per_walk: each,
+            walking: walks * each,
+            careful: all(&|target| target.careful_walks(slow)) * each,
+            hopeful: all(&|target| target.hopeful_walks(fast)) * each,
+            pilot_walks: if setting == pilot.setting {
+                pilot.walks_each
+            } else {
+                0
+            },
+            scored: pilot.scored,
+            most_walks: in_stages(most.fold(0.0, f64::max)),
+            walks,
+            states: walks * pilot.states,
+        }
+    }
+}
+
+/// The number of batches in the stages that a run takes which needs this many: errors are looked at after whole stages.
+fn batches_of_whole_stages(needed: f64) -> f64 {
+    if needed > MANY_BATCHES {
+        return needed;
+    }
+    let mut done = 0;
+    loop {
+        done += next_stage(done, u64::MAX);
+        if done as f64 >= needed {
+            return done as f64;
+        }
     }
 }

@@ -8,20 +8,18 @@
 //! ```
 //!
 //! over the targets. Pilots tell the variances and the length of walks: some hundred walks each, on few cells. The
-//! variance on more cells follows its observed order. Seconds come from constants ([`Cost`](fredholm_model::cost::Cost)) and
-//! from what was counted, and never from a clock: the same input has the same bits on every machine.
+//! variance on more cells follows its observed order. If the walks of the answer show that this was wrong, the choice is
+//! made again with what they tell. Seconds come from constants ([`Cost`](fredholm_model::cost::Cost)) and from what was
+//! counted, and never from a clock: the same input has the same bits on every machine.
 //!
-//! - `setting`: what may be chosen. `family`: settings that differ by their cells alone.
-//! - `pilot`: few walks of one setting, and what they tell of many. `rare`: what they miss. `systems`: what they solved.
-//! - `prediction`: what a setting will take.
-//! - `course`: whether the answer's walks go as predicted.
+//! - `setting`: what may be chosen. `pilot`: few walks of one setting. `systems`: what they solved.
+//! - `family`: what pilots on few cells predict of more.
 //! - `search`: which pilot comes next, and the best prediction.
+//! - `course`: whether the answer's walks go as predicted.
 
 mod course;
 mod family;
 mod pilot;
-mod prediction;
-mod rare;
 mod search;
 mod setting;
 mod systems;
@@ -35,13 +33,11 @@ use crate::answer::{Answer, Gave, SolveObserver, Solved, Walks};
 use crate::{Choices, Error, Goal, Model, Settings};
 use fredholm_model::Request;
 use fredholm_model::Target;
-use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::numbers::short;
 
 use course::{Course, End};
-use prediction::Prediction;
+use family::Prediction;
 use search::Search;
-use setting::Setting;
 
 /// The most walks of a goal if only its error ends them.
 const ENDLESS: u64 = u64::MAX >> 1;
@@ -134,7 +130,7 @@ pub fn choose<'m>(
     let Some(mut search) = begin(model, targets, settings, watch)? else {
         return Ok(None);
     };
-    Ok(Some(next(&mut search, model, settings, watch)?.0))
+    Ok(Some(next(&mut search, settings, watch)?.0))
 }
 
 /// Chooses what the settings leave open, if they give a tolerance and no cells, and walks until the tolerance is reached.
@@ -160,15 +156,13 @@ pub fn solve<'m>(
     // The walks that were given up last, if there are some: they are the result if nothing follows.
     let mut last = None;
     loop {
-        let (mut chosen, predicted) = match (next(&mut search, model, settings, watch), last.take())
-        {
+        let (chosen, best) = match (next(&mut search, settings, watch), last.take()) {
             (Err(why), Some(last)) => return ended(last, why).map(Some),
             (next, _) => next?,
         };
-        search.expect(predicted.seconds());
+        search.expected = search.work() + best.seconds();
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
-        let cells = model.partition(&chosen.settings.discretisation())?;
         let request = Request {
             goals,
             walk: &walk,
@@ -178,25 +172,20 @@ pub fn solve<'m>(
             model,
             scalar: settings.scalar,
         };
-        if !chosen.plain && chosen.solved.is_none() {
-            match search.systems.solve(&*cells, &predicted.setting, goals) {
-                Ok(solved) => chosen.solved = Some(Arc::clone(solved)),
-                Err(refusal) => {
-                    search.give_up(predicted.setting, refusal);
-                    continue;
-                }
-            }
-        }
-        let course = Course::new(&mut search, predicted, settings, (tolerance, watch));
+        let course = Course::new(&mut search, best, settings, (tolerance, watch));
         let answered = match &chosen.solved {
             Some(solved) => solved.walk(&walks, &request, &course),
-            None => walks.plain(&*cells, &request, &course),
+            None => {
+                let cells = model.partition(&chosen.settings.discretisation())?;
+                walks.plain(&*cells, &request, &course)
+            }
         };
         let end = course.end();
         let mut answer = match answered {
             // The neighbour equation's own variance is known now.
             Err(refusal @ (Error::InfiniteNeighbour { .. } | Error::InfiniteVariance { .. })) => {
-                search.give_up(predicted.setting, refusal);
+                search.forget(best.setting, refusal);
+                search.run();
                 continue;
             }
             answered => answered?,
@@ -250,28 +239,22 @@ fn begin<'m>(
 /// The best setting that the problem takes, and its prediction.
 fn next<'m>(
     search: &mut Search<'m>,
-    model: &'m dyn Model,
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
 ) -> Result<(Chosen<'m>, Prediction), Error> {
-    let mut refusal = None;
     loop {
         if watch.cancelled() {
             return Err(Error::Cancelled);
         }
         let Some(best) = search.best() else {
-            let refusal = refusal.or(search.take_refusal());
-            return Err(refusal.unwrap_or(Error::NoSetting));
+            return Err(search.take_refusal().unwrap_or(Error::NoSetting));
         };
-        let setting = best.setting;
         refuse_without_end(settings, &best)?;
-        let solved = search.systems.of(&setting).map(|solved| &**solved);
-        match accepted(model, settings, &setting, solved) {
-            Ok(accepted) => return Ok((finished(accepted, &best, search), best)),
-            Err(error) => refusal = refusal.or(Some(error)),
+        match accepted(search, settings, &best) {
+            Ok(chosen) => return Ok((chosen, best)),
+            Err(refusal) => search.forget(best.setting, refusal),
         }
-        search.forget(setting);
-        search.improve_until_stable();
+        search.run();
     }
 }
 
@@ -280,21 +263,33 @@ fn refuse_without_end(settings: &Settings, best: &Prediction) -> Result<(), Erro
     let seconds = best.seconds();
     if settings.walks.is_some() || settings.time_limit.is_some() || seconds <= MOST_SECONDS {
         Ok(())
-    } else if best.scored > 0.0 {
+    } else if best.scored > 0 {
         Err(Error::TooLong { seconds })
     } else {
         Err(Error::Dark)
     }
 }
 
-/// The choice of a search.
-fn finished<'m>(settings: Settings, best: &Prediction, search: &mut Search<'m>) -> Chosen<'m> {
+/// The choice of a search, if its variance is finite.
+fn accepted<'m>(
+    search: &mut Search<'m>,
+    settings: &Settings,
+    best: &Prediction,
+) -> Result<Chosen<'m>, Error> {
     let setting = &best.setting;
+    let mut chosen = setting.applied(settings);
+    // Until the error is reached.
+    chosen.walks = chosen.walks.or(Some(ENDLESS));
+    let solved = search.solved(setting)?;
+    if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
+        solved
+            .system
+            .check_variance(setting.pairs, setting.absorption)?;
+    }
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
-    let solved = search.systems.of(setting).map(Arc::clone);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
-    Chosen {
-        settings,
+    Ok(Chosen {
+        settings: chosen,
         plain: setting.plain,
         solved,
         report: ChoiceReport {
@@ -306,35 +301,8 @@ fn finished<'m>(settings: Settings, best: &Prediction, search: &mut Search<'m>) 
             predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
             pilots: search.pilots,
             pilot_walks: search.walks,
-            predicted_pilot_seconds: search.work_without(best),
+            predicted_pilot_seconds: search.lost(best) + search.walked,
             pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
         },
-    }
-}
-
-/// The settings with the choice applied, if the model takes it and its variance is finite.
-fn accepted(
-    model: &dyn Model,
-    settings: &Settings,
-    setting: &Setting,
-    solved: Option<&Solved<'_>>,
-) -> Result<Settings, Error> {
-    let mut chosen = setting.applied(settings);
-    // Until the error is reached.
-    chosen.walks = chosen.walks.or(Some(ENDLESS));
-    let walk = chosen.walk_options();
-    let cut = chosen.discretisation();
-    model.check(&cut, walk.pairs)?;
-    let cells = model.partition(&cut)?;
-    if !setting.plain && solved.is_none() {
-        let unknowns = || format!("{} unknowns", cells.unknowns());
-        let advice = model.about().less_memory;
-        refuse_beyond_memory(unknowns, cells.memory(&[], walk.pairs), advice)?;
-    }
-    match solved {
-        _ if chosen.allow_infinite_variance => {}
-        Some(solved) => solved.system.check_variance(walk.pairs, walk.absorption)?,
-        None => cells.check_variance(walk.pairs, walk.absorption)?,
-    }
-    Ok(chosen)
+    })
 }

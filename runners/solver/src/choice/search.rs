@@ -1,34 +1,44 @@
-//! The search for the best setting: its state, and how predictions are compared.
+//! The search for the best setting: which pilot comes next, and the best prediction so far.
+//!
+//! A setting is worth a pilot if, with luck, it saves more than twice the pilot's time over the best so far. Candidates
+//! are the coarsest cells of every family, all settings that are predicted but by few walks, and the walks next to the best
+//! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
-mod doubts;
-mod families;
-mod pilots;
-mod plain;
-mod policy;
 
+use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::{Estimator, Tolerance};
+use fredholm_core::{Statistics, Tolerance};
+use fredholm_rayon::Observer;
 
-use self::candidates::{ABSORPTIONS, open};
-use super::family::Family;
-use super::pilot::Sample;
-use super::prediction::Prediction;
-use super::rare::RareVariances;
+use super::LONG_SECONDS;
+use super::family::{Family, Prediction};
+use super::pilot::{Pilot, Sample, Walked};
 use super::setting::Setting;
 use super::systems::Systems;
-use crate::answer::SolveObserver;
-use crate::{Error, Model, Settings};
-use fredholm_model::About;
-use fredholm_model::Target;
+use crate::answer::{SolveObserver, Solved, Walks};
+use crate::model::Request;
+use crate::{Error, Model, Partitioned, Settings, WalkOptions};
+use fredholm_model::{About, Target};
 
-/// Seconds of which pilots may take a share at most before there are walks. What takes hours in the end is refused soon,
-/// and what takes minutes is corrected by its walks.
-const PATIENCE: f64 = 30.0;
-
-/// E η² of walks with an absorption and an estimator.
-type Squares = ((f64, Estimator), Vec<f64>);
+/// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
+const FIRST: u64 = 256;
+/// Walks of the pilot of a setting that is about to be chosen: a thirtieth of the least run.
+const CONFIRM: u64 = 2048;
+/// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
+/// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
+const SHARE: f64 = 0.25;
+/// How many times its own time a pilot must be able to save: about half of them save nothing.
+const PAYS: f64 = 2.0;
+/// The variance of other walks of the same neighbour equation, in the best case, over that of known ones.
+const OTHER_WALKS: f64 = 0.5;
+/// The number of levels beyond a pilot that its variance is believed to tell of.
+const LEVELS: usize = 4;
+/// Seconds of a pilot apart from its walks and its set-up.
+const PILOT_SECONDS: f64 = 0.1e-3;
+/// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
+const SEED: u64 = 0x0070_696c_6f74;
 
 /// The pilots so far, and what they predict.
 pub(super) struct Search<'m> {
@@ -37,38 +47,23 @@ pub(super) struct Search<'m> {
     settings: &'m Settings,
     tolerance: Tolerance,
     watch: &'m dyn SolveObserver,
-    /// The values of q0 that are tried.
+    /// The values of q0 that are tried, from large to small.
     absorptions: Vec<f64>,
-    /// The q0 of the first pilots.
-    shortest: Option<f64>,
-    /// The spectral radius of T_k²p without absorption, if it is known.
-    second_moment: Option<f64>,
     sample: Sample,
-    /// Families that have pilots.
     families: Vec<Family>,
-    /// Families without a pilot, as none would have paid.
-    waiting: Vec<Family>,
-    found: Vec<Prediction>,
-    pub(super) systems: Systems<'m>,
-    rare: RareVariances,
-    /// E η² of walks with an absorption and an estimator.
-    squares: Vec<Squares>,
+    systems: Systems<'m>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first refusal: it is reported if every setting is refused.
     refusal: Option<Error>,
-    /// Predicted seconds of the pilots so far.
-    spent: f64,
-    /// Seconds of everything that was done so far, as they are predicted: of set-ups that the answer may use, too.
+    /// Predicted seconds of all pilots and their set-ups.
     work: f64,
-    /// Seconds of the first choice, as they were predicted.
-    pub(super) predicted_first: f64,
-    /// Seconds of the answer's walks that were given up for other ones.
+    /// Seconds that pilots may take in any case.
+    granted: f64,
+    /// Seconds that everything takes, as they were predicted when the walks of the answer began.
+    pub(super) expected: f64,
+    /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
-    /// Pilots take no larger share of a longer prediction than of one of this many seconds.
-    patience: f64,
-    /// Seconds that are left for pilots with all their set-ups.
-    budget: f64,
     /// Whether the watch was told that the choice takes long.
     warned: bool,
     /// When it began. Nothing but a report depends on it.
@@ -89,34 +84,22 @@ impl<'m> Search<'m> {
         tolerance: Tolerance,
         watch: &'m dyn SolveObserver,
     ) -> Result<Self, Error> {
-        let absorptions = open(settings.absorption, &ABSORPTIONS);
-        let about = model.about();
         let mut search = Self {
             model,
-            about,
+            about: model.about(),
             settings,
             tolerance,
             watch,
-            shortest: absorptions.first().copied(),
-            absorptions,
-            second_moment: None,
+            absorptions: candidates::absorptions(settings),
             sample: Sample::new(model, targets)?,
             families: Vec::new(),
-            waiting: Vec::new(),
-            found: Vec::new(),
             systems: Systems::default(),
-            rare: RareVariances::new(about.has_rare_scores),
-            squares: Vec::new(),
             refused: Vec::new(),
             refusal: None,
-            spent: 0.0,
             work: 0.0,
-            predicted_first: f64::INFINITY,
+            granted: 0.0,
+            expected: f64::INFINITY,
             walked: 0.0,
-            patience: settings
-                .time_limit
-                .map_or(PATIENCE, |limit| limit.as_secs_f64().min(PATIENCE)),
-            budget: f64::INFINITY,
             warned: false,
             begun: Instant::now(),
             pilots: 0,
@@ -125,38 +108,221 @@ impl<'m> Search<'m> {
         search.drop_infinite_variances()?;
         // Every solve looks at the variance, whether it chooses or not.
         search.begun = Instant::now();
+        search.begin_families();
         Ok(search)
     }
 
-    /// Runs all pilots.
+    /// Makes pilots until none may pay any more.
     pub(super) fn run(&mut self) {
-        self.pilot_first_plain();
-        self.begin_families();
-        self.shorten_walks();
-        self.improve_until_stable();
-        self.pilot_other_plain();
-        self.improve_until_stable();
+        while !self.watch.cancelled()
+            && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
+        {
+            match self.pilot(&next, walks) {
+                Ok(pilot) => {
+                    self.pilots += 1;
+                    self.walks += pilot.walks;
+                    self.learn(pilot);
+                }
+                Err(Error::Cancelled) => {}
+                Err(refusal) => self.forget(next.setting, refusal),
+            }
+        }
     }
 
-    /// Makes pilots until none can improve the best setting any more.
-    pub(super) fn improve_until_stable(&mut self) {
-        while self.improve() {}
+    /// Makes pilots that take so many seconds more at most, unless they pay in any case.
+    pub(super) fn run_for(&mut self, seconds: f64) {
+        self.granted = self.work + seconds;
+        self.run();
     }
 
-    /// Forgets a setting that the problem refuses, and every setting that differs from it by shorter walks or fewer
-    /// cells, on which h is farther from k.
-    pub(super) fn forget(&mut self, setting: Setting) {
+    /// The candidate that takes least, with luck, if that pays; and the walks of its pilot.
+    fn most_promising(&self) -> Option<(Prediction, u64)> {
+        let best = self.best();
+        let price = best.map_or(f64::INFINITY, |best| self.price(&best));
+        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best));
+        let all = self.candidates(best.as_ref()).into_iter().map(|found| {
+            let walks = if found.pilot_walks == 0 {
+                FIRST
+            } else {
+                CONFIRM
+            };
+            let setup = self.remaining_setup(&found);
+            // What is set up for the best is not lost.
+            let is_for_best = best.is_some_and(|best| best.setting.shares_system(&found.setting));
+            let is_kept = is_for_best && self.systems.of(&found.setting).is_none();
+            let lost = self.seconds_of(&found, walks) - if is_kept { setup } else { 0.0 };
+            (found, walks, lost, setup + found.hopeful + PAYS * lost)
+        });
+        let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
+        let most = pay.min_by(|a, b| a.3.total_cmp(&b.3));
+        most.map(|(found, walks, ..)| (found, walks))
+    }
+
+    /// The best setting, if few walks told of it.
+    fn unconfirmed(&self) -> Option<(Prediction, u64)> {
+        let best = self.best()?;
+        (best.pilot_walks < CONFIRM).then_some((best, CONFIRM))
+    }
+
+    /// Seconds of a pilot with so many walks of each target.
+    fn seconds_of(&self, found: &Prediction, walks: u64) -> f64 {
+        let walks = (walks * self.sample.weights.len() as u64) as f64;
+        PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
+    }
+
+    /// Seconds that further pilots may take.
+    fn allowance(&self, best: &Prediction) -> f64 {
+        let all = SHARE * self.price(best).min(LONG_SECONDS).min(self.time_limit());
+        all.max(self.granted) - self.lost(best)
+    }
+
+    /// Seconds of all pilots so far but for the set-up that a prediction uses again.
+    pub(super) fn lost(&self, best: &Prediction) -> f64 {
+        self.work - (best.setup - self.remaining_setup(best))
+    }
+
+    /// Predicted seconds of everything so far.
+    pub(super) const fn work(&self) -> f64 {
+        self.work + self.walked
+    }
+
+    fn time_limit(&self) -> f64 {
+        let limit = self.settings.time_limit;
+        limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64())
+    }
+
+    /// Adds a pilot to its family.
+    fn learn(&mut self, pilot: Pilot) {
+        let setting = pilot.setting;
+        let own = |family: &&mut Family| family.first.shares_family(&setting);
+        if let Some(family) = self.families.iter_mut().find(own) {
+            family.add(pilot);
+        }
+        self.extend(&setting);
+    }
+
+    /// Adds the levels to a setting's family that it may tell of.
+    fn extend(&mut self, setting: &Setting) {
+        let own = |family: &Family| family.first.shares_family(setting);
+        let at = self.families.iter().position(own);
+        let Some(mut family) = at.map(|at| self.families.swap_remove(at)) else {
+            return;
+        };
+        let number = family
+            .levels
+            .iter()
+            .position(|level| level.cells == setting.cells);
+        let wanted = 1 + LEVELS + number.unwrap_or(0);
+        if !setting.plain && family.asked < wanted {
+            let levels = self.levels(setting, wanted);
+            family.extend(levels, wanted);
+        }
+        self.families.push(family);
+    }
+
+    fn partition(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        let cut = setting.applied(self.settings).discretisation();
+        self.model.check(&cut, setting.pairs)?;
+        self.model.partition(&cut)
+    }
+
+    /// The solved system of a setting, unless its walks are plain.
+    pub(super) fn solved(&mut self, setting: &Setting) -> Result<Option<Arc<Solved<'m>>>, Error> {
+        if setting.plain {
+            return Ok(None);
+        }
+        let cells = self.partition(setting)?;
+        let solved = self.systems.solve(&*cells, setting, &self.sample.goals)?;
+        Ok(Some(solved))
+    }
+
+    /// A pilot with so many walks of each target.
+    fn pilot(&mut self, next: &Prediction, walks: u64) -> Result<Pilot, Error> {
+        let setting = next.setting;
+        let seconds = self.seconds_of(next, walks);
+        self.warn_of(seconds);
+        self.work += seconds;
+        let settings = setting.applied(self.settings);
+        let (cells, solved) = (self.partition(&setting)?, self.solved(&setting)?);
+        let walk = WalkOptions {
+            walks,
+            tolerance: None,
+            time_limit: None,
+            seed: settings.seed ^ SEED,
+            ..settings.walk_options()
+        };
+        let walks = Walks {
+            model: self.model,
+            scalar: self.settings.scalar,
+        };
+        let request = Request {
+            goals: &self.sample.goals,
+            walk: &walk,
+            only_u: false,
+        };
+        let watch = Quiet(self.watch);
+        let (answer, rare) = match &solved {
+            None => (walks.plain(&*cells, &request, &watch)?, 0.0),
+            Some(solved) => (
+                solved.walk(&walks, &request, &watch)?,
+                solved.system.rare_variance(setting.pairs)?,
+            ),
+        };
+        if self.watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let all = answer.outcome.statistics.iter().chain(&answer.others);
+        let walked = Walked {
+            setting,
+            statistics: all.collect(),
+            weights: &self.sample.weights,
+            pointwise: answer.pointwise,
+            unknowns: cells.unknowns() as f64,
+            rare,
+        };
+        Ok(Pilot::new(&walked, self.tolerance, self.model))
+    }
+
+    /// Learns from walks of the answer, which are those of all targets; the prediction then.
+    pub(super) fn correct(
+        &mut self,
+        setting: &Setting,
+        statistics: &[Statistics],
+    ) -> Option<Prediction> {
+        let mut families = self.families.iter();
+        let family = families.find(|family| family.first.shares_family(setting))?;
+        let level = *family.level(setting.cells)?;
+        let pilot = family.pilot_for(setting)?;
+        let walked = Walked {
+            setting: *setting,
+            statistics: statistics.iter().collect(),
+            weights: &[],
+            pointwise: pilot.pairs(level.unknowns),
+            unknowns: level.unknowns,
+            // So many walks have met it.
+            rare: 0.0,
+        };
+        let pilot = Pilot::new(&walked, self.tolerance, self.model);
+        self.learn(pilot);
+        self.found()
+            .find(|found| found.setting == *setting)
+            .copied()
+    }
+
+    /// Says once that the choice takes long, before what would make it so: so many more seconds.
+    fn warn_of(&mut self, seconds: f64) {
+        if !self.warned && self.work + seconds > LONG_SECONDS {
+            self.warned = true;
+            self.watch.choosing(seconds);
+        }
+    }
+
+    /// Forgets a setting that the problem refuses with this error, and every one for which the refusal holds as well. On
+    /// more cells h may be close enough to k.
+    pub(super) fn forget(&mut self, setting: Setting, refusal: Error) {
         self.refused.push(setting);
-        let refused = &self.refused;
-        self.found
-            .retain(|found| !is_refused(refused, &found.setting));
-    }
-
-    /// Forgets a setting that the problem refuses with this error, and looks for another one.
-    pub(super) fn give_up(&mut self, setting: Setting, refusal: Error) {
-        self.refuse(refusal);
-        self.forget(setting);
-        self.improve_until_stable();
+        self.refusal.get_or_insert(refusal);
+        self.extend(&setting);
     }
 
     /// The error to report if every setting is refused.
@@ -164,102 +330,58 @@ impl<'m> Search<'m> {
         self.refusal.take()
     }
 
+    /// Whether the problem is known to refuse a setting.
+    fn refuses(&self, setting: &Setting) -> bool {
+        let mut refused = self.refused.iter();
+        refused.any(|refused| setting.is_refused_with(refused))
+    }
+
+    /// All predictions so far of what is not refused.
+    fn found(&self) -> impl Iterator<Item = &Prediction> {
+        let all = self.families.iter().flat_map(|family| &family.found);
+        all.filter(|found| !self.refuses(&found.setting))
+    }
+
     /// The best prediction so far.
     pub(super) fn best(&self) -> Option<Prediction> {
-        self.best_of(|_| true)
+        self.best_of(self.found())
     }
 
     /// The best prediction of plain walks.
     pub(super) fn best_plain(&self) -> Option<Prediction> {
-        self.best_of(|found| found.setting.plain)
+        self.best_of(self.found().filter(|found| found.setting.plain))
     }
 
-    /// The best prediction among some: of those whose set-up takes no longer than the walks may, if there is one.
-    fn best_of(&self, of: impl Fn(&Prediction) -> bool) -> Option<Prediction> {
-        let limit = self.settings.time_limit;
-        let limit = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
-        let is_late = |found: &Prediction| self.remaining_setup_of(found) > limit;
-        let found = self.found.iter().filter(|found| of(found));
-        found
-            .min_by(|a, b| {
-                let prices = self.price(a).total_cmp(&self.price(b));
-                is_late(a).cmp(&is_late(b)).then(prices)
-            })
-            .copied()
+    /// The best of some predictions: of those whose set-up takes no longer than the walks may, if there is one.
+    fn best_of<'a>(&self, all: impl Iterator<Item = &'a Prediction>) -> Option<Prediction> {
+        let limit = self.time_limit();
+        let key = |found: &Prediction| (self.remaining_setup(found) > limit, self.price(found));
+        let all = all.map(|found| (key(found), found));
+        let best = all.min_by(|((a, x), _), ((b, y), _)| a.cmp(b).then(x.total_cmp(y)));
+        best.map(|(_, found)| *found)
     }
 
-    /// Seconds of the best prediction; infinite before there is one.
-    fn least_seconds(&self) -> f64 {
-        self.best().map_or(f64::INFINITY, |best| best.seconds())
-    }
-
-    /// The price of a prediction, which the search minimises.
+    /// Seconds that a setting takes from now on, which the search minimises.
     pub(super) fn price(&self, found: &Prediction) -> f64 {
-        self.remaining_setup_of(found) + found.risk_adjusted
+        self.remaining_setup(found) + found.careful
     }
 
-    /// The price of a prediction in the best case.
-    fn best_case_price(&self, found: &Prediction) -> f64 {
-        self.remaining_setup_of(found) + found.best_case
-    }
-
-    /// Seconds of a set-up that are still to come: those of the source alone if the system is solved.
-    fn remaining_setup(&self, setting: &Setting, [setup, source]: [f64; 2]) -> f64 {
-        match self.systems.of(setting) {
-            Some(_) => source,
-            None => setup,
+    /// Seconds of a prediction's set-up that are still to come: those of the source alone if the system is solved.
+    fn remaining_setup(&self, found: &Prediction) -> f64 {
+        match self.systems.of(&found.setting) {
+            Some(_) => found.source,
+            None => found.setup,
         }
-    }
-
-    /// Seconds of a prediction's set-up that are still to come.
-    fn remaining_setup_of(&self, found: &Prediction) -> f64 {
-        self.remaining_setup(&found.setting, [found.setup, found.source])
-    }
-
-    /// Keeps the seconds that are predicted at first.
-    pub(super) const fn expect(&mut self, seconds: f64) {
-        if self.predicted_first.is_infinite() {
-            self.predicted_first = seconds;
-        }
-    }
-
-    /// Seconds of everything so far but for a set-up that is kept, as they are predicted.
-    pub(super) fn work_without(&self, kept: &Prediction) -> f64 {
-        let setup = self.remaining_setup_of(kept);
-        self.work + self.walked - (kept.setup - setup)
-    }
-
-    /// Seconds of all pilots so far and of walks that were given up, as they are predicted.
-    pub(super) fn lost(&self) -> f64 {
-        self.spent + self.walked
-    }
-
-    /// Makes pilots that take at most so many seconds in all, until none can improve the best setting any more.
-    pub(super) fn improve_for(&mut self, seconds: f64) {
-        self.budget = seconds;
-        self.patience = self.patience.max(seconds);
-        self.improve_until_stable();
-    }
-
-    /// Whether the problem is known to refuse a setting.
-    fn refuses(&self, setting: &Setting) -> bool {
-        is_refused(&self.refused, setting)
-    }
-
-    /// Keeps the first refusal.
-    fn refuse(&mut self, refusal: Error) {
-        self.refusal.get_or_insert(refusal);
-    }
-
-    /// The number of walks of a batch.
-    const fn batch(&self) -> u64 {
-        self.settings.batch
     }
 }
 
-/// Whether one of the refusals holds for a setting.
-fn is_refused(refused: &[Setting], setting: &Setting) -> bool {
-    refused
-        .iter()
-        .any(|refused| setting.is_refused_with(refused))
+/// A watch that observes nothing of pilots, and may end them.
+struct Quiet<'a>(&'a dyn SolveObserver);
+
+impl Observer for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
 }
+
+impl SolveObserver for Quiet<'_> {}

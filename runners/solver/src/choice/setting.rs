@@ -31,26 +31,43 @@ impl Setting {
         }
     }
 
+    /// The absorption and the estimator.
+    pub(super) const fn walks(&self) -> (f64, Estimator) {
+        (self.absorption, self.estimator)
+    }
+
+    /// The setting with this number of cells.
+    pub(super) const fn on(self, cells: usize) -> Self {
+        Self { cells, ..self }
+    }
+
+    /// The same neighbour equation with these walks.
+    pub(super) const fn with_walks(self, (absorption, estimator): (f64, Estimator)) -> Self {
+        Self {
+            absorption,
+            estimator,
+            ..self
+        }
+    }
+
     /// Whether one solved system serves both settings.
     pub(super) fn shares_system(&self, other: &Self) -> bool {
         let of = |setting: &Self| (setting.plain, setting.cells, setting.degree);
         of(self) == of(other)
     }
 
-    /// Whether the settings have the same neighbour equation, but for the number of its cells.
-    pub(super) fn shares_order(&self, other: &Self) -> bool {
-        (self.degree, self.pairs) == (other.degree, other.pairs)
+    /// Whether the settings have the same kind of neighbour equation, or none.
+    pub(super) fn shares_family(&self, other: &Self) -> bool {
+        let of = |setting: &Self| (setting.plain, setting.degree, setting.pairs);
+        of(self) == of(other)
     }
 
-    /// Whether a refusal of another setting holds for this one: it differs by longer walks or more cells alone.
+    /// Whether a refusal of another setting holds for this one: its walks are as short, and on as few cells h is no
+    /// closer to k.
     pub(super) fn is_refused_with(&self, refused: &Self) -> bool {
-        let same = Self {
-            cells: self.cells,
-            absorption: self.absorption,
-            estimator: self.estimator,
-            ..*refused
-        };
-        same == *self && self.absorption >= refused.absorption && self.cells <= refused.cells
+        self.shares_family(refused)
+            && self.absorption >= refused.absorption
+            && self.cells <= refused.cells
     }
 
     /// Seconds of the set-up, and of the part of it that is left once the system is solved.
@@ -68,7 +85,7 @@ impl Setting {
     }
 
     /// The method's name in the report.
-    pub(super) fn method(&self) -> &'static str {
+    pub(super) const fn method(&self) -> &'static str {
         if self.plain {
             "plain"
         } else {

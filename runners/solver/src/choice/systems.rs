@@ -9,25 +9,16 @@ use crate::{Error, Goal, Partitioned};
 /// The most bytes that are kept.
 const MEMORY: usize = 1 << 30;
 
-/// The systems of all pilots that fit into the memory for them.
+/// The systems of the last pilots, with their bytes, as far as they fit into the memory for them.
 #[derive(Debug, Default)]
-pub(super) struct Systems<'m> {
-    all: Vec<System<'m>>,
-}
-
-#[derive(Debug)]
-struct System<'m> {
-    cells: usize,
-    degree: usize,
-    bytes: usize,
-    solved: Arc<Solved<'m>>,
-}
+pub(super) struct Systems<'m>(Vec<(Setting, usize, Arc<Solved<'m>>)>);
 
 impl<'m> Systems<'m> {
     /// The system of a setting, if it is solved.
     pub(super) fn of(&self, setting: &Setting) -> Option<&Arc<Solved<'m>>> {
-        let at = self.position(setting)?;
-        self.all.get(at).map(|system| &system.solved)
+        let mut all = self.0.iter();
+        let found = all.find(|(of, ..)| of.shares_system(setting));
+        found.map(|(.., solved)| solved)
     }
 
     /// Solves the system of a setting, unless it is solved.
@@ -36,35 +27,17 @@ impl<'m> Systems<'m> {
         cells: &(dyn Partitioned<'m> + 'm),
         setting: &Setting,
         goals: &[Goal],
-    ) -> Result<&Arc<Solved<'m>>, Error> {
-        let at = match self.position(setting) {
-            Some(at) => at,
-            None => {
-                let (bytes, solved) = (
-                    cells.memory(goals, setting.pairs),
-                    Arc::new(Solved::new(cells, setting.absorption)?),
-                );
-                let kept: usize = self.all.iter().map(|system| system.bytes).sum();
-                if kept.saturating_add(bytes) > MEMORY {
-                    self.all.clear();
-                }
-                self.all.push(System {
-                    cells: setting.cells,
-                    degree: setting.degree,
-                    bytes,
-                    solved,
-                });
-                self.all.len() - 1
-            }
-        };
-        let system = self.all.get(at).map(|system| &system.solved);
-        system.ok_or(Error::Internal("a solved system was lost"))
-    }
-
-    fn position(&self, setting: &Setting) -> Option<usize> {
-        let own = (setting.cells, setting.degree);
-        let mut all = self.all.iter();
-        let at = all.position(|system| (system.cells, system.degree) == own);
-        at.filter(|_| !setting.plain)
+    ) -> Result<Arc<Solved<'m>>, Error> {
+        if let Some(solved) = self.of(setting) {
+            return Ok(Arc::clone(solved));
+        }
+        let bytes = cells.memory(goals, setting.pairs);
+        let solved = Arc::new(Solved::new(cells, setting.absorption)?);
+        let kept: usize = self.0.iter().map(|(_, bytes, _)| bytes).sum();
+        if kept.saturating_add(bytes) > MEMORY {
+            self.0.clear();
+        }
+        self.0.push((*setting, bytes, Arc::clone(&solved)));
+        Ok(solved)
     }
 }

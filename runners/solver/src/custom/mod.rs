@@ -392,8 +392,6 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             dimension: None,
             most_degree: self.equations.degrees.len() - 1,
             less_memory: ": use fewer cells",
-            is_singular: false,
-            has_rare_scores: false,
             takes_any_cells: false,
             counts_evaluations: true,
         }

@@ -1,16 +1,16 @@
-//! The candidates: kinds of walks, cells, and the values from which the search starts.
+//! The candidates: what may be chosen at all, and what may be tried next.
 
 use fredholm_core::Estimator;
 
-use super::super::prediction::Level;
+use super::super::family::{Family, Level, Prediction};
 use super::super::setting::Setting;
-use super::Search;
-use crate::{Discretisation, Error, Pairs, Partitioned};
+use super::{CONFIRM, OTHER_WALKS, Search};
+use crate::{Discretisation, Error, Pairs, Settings};
 
-/// The values of q0 to choose from, the cheapest pilots first. A large one is best if the Galerkin solution is so good
-/// that only the time of a walk matters, a small one if long walks tell more. The variance of bright scenes is finite for
-/// those below 0.1 alone: with reflectance r, for those below 1 − r², of which 1 − r leaves every weight as it is.
-pub(super) const ABSORPTIONS: [f64; 11] = [
+/// The values of q0 to choose from. A large one is best if the Galerkin solution is so good that only the time of a walk
+/// matters, a small one if long walks tell more. The variance of bright scenes is finite for those below 0.1 alone: with
+/// reflectance r, for those below 1 − r², of which 1 − r leaves every weight as it is.
+const ABSORPTIONS: [f64; 11] = [
     0.7, 0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001,
 ];
 /// The most bytes of a set-up that nobody asked for.
@@ -18,41 +18,88 @@ const MEMORY: usize = 1 << 30;
 /// The most unknowns of a set-up that nobody asked for.
 const UNKNOWNS: usize = 1 << 17;
 
-/// The values to choose from: the given one, if there is one.
-pub(super) fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
+/// The values of q0 to choose from: the given one, if there is one.
+pub(super) fn absorptions(settings: &Settings) -> Vec<f64> {
+    open(settings.absorption, &ABSORPTIONS)
+}
+
+fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
     given.map_or_else(|| all.to_vec(), |given| vec![given])
 }
 
-impl<'m> Search<'m> {
-    /// All values of q0 and all estimators that are open.
-    pub(super) fn kinds_of_walks(&self) -> Vec<(f64, Estimator)> {
-        let of = |estimator: Estimator| {
-            let absorptions = self.absorptions.iter();
-            absorptions.map(move |&absorption| (absorption, estimator))
+impl Search<'_> {
+    /// Drops values of q0 with an infinite variance of plain walks, before anything expensive is set up, and those for
+    /// which an error bar may be far off: its own variance needs fourth moments, which are finite if the spectral radius of
+    /// T_k⁴p is below 1. If K is a constant, that is ρ²/(1 − q0) with the spectral radius ρ of T_k²p.
+    ///
+    /// # Errors
+    /// [`Error::InfiniteVariance`]: none is left.
+    pub(super) fn drop_infinite_variances(&mut self) -> Result<(), Error> {
+        if self.settings.allow_infinite_variance {
+            return Ok(());
+        }
+        let base = self.plain();
+        let cells = self.model.partition(&self.with_valid_cells(&base))?;
+        // k² p is K²/p, and p has the factor 1 − q0.
+        let squares = cells.plain_radius(base.absorption)? * (1.0 - base.absorption);
+        let radius = |absorption: f64| squares / (1.0 - absorption);
+        let least = self.absorptions.last().copied();
+        self.absorptions
+            .retain(|&absorption| radius(absorption) < 1.0);
+        if self.absorptions.is_empty() {
+            cells.check_variance(Pairs::Default, least.unwrap_or(base.absorption))?;
+        }
+        let is_safe = |&&absorption: &&f64| radius(absorption).powi(2) < 1.0 - absorption;
+        let safe: Vec<f64> = self.absorptions.iter().filter(is_safe).copied().collect();
+        // The least of all has the least radius.
+        self.absorptions = if safe.is_empty() {
+            least.into_iter().collect()
+        } else {
+            safe
         };
-        self.estimators().into_iter().flat_map(of).collect()
+        Ok(())
     }
 
-    fn estimators(&self) -> Vec<Estimator> {
-        let all = [Estimator::Absorption, Estimator::Collision];
-        open(self.settings.estimator, &all)
+    /// Plain walks, and every degree with every choice of pairs, as far as they are open.
+    pub(super) fn begin_families(&mut self) {
+        let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
+        let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
+        let degrees = open(self.settings.degree, &degrees);
+        let base = self.base();
+        let all = degrees.into_iter().flat_map(|degree| {
+            let of = move |&pairs: &Pairs| Setting {
+                degree,
+                pairs,
+                ..base
+            };
+            pairs.iter().map(of).collect::<Vec<_>>()
+        });
+        for first in [self.plain()].into_iter().chain(all) {
+            let levels = self.levels(&first, 1);
+            let cut = first.applied(self.settings).discretisation();
+            // On few cells the causes that limit the order in the end, as pairs next to corners do, are not yet dominant.
+            let limit = self.model.order(&cut, first.pairs);
+            let order = limit.midpoint(self.model.smooth_order(first.degree));
+            let batch = self.settings.batch;
+            self.families.push(Family::new(first, levels, order, batch));
+        }
     }
 
     /// The setting from which others start, with the shortest walks.
-    pub(super) fn base(&self) -> Setting {
+    fn base(&self) -> Setting {
         let walk = self.settings.walk_options();
         Setting {
             plain: false,
             cells: 1,
             degree: self.settings.discretisation().degree,
             pairs: walk.pairs,
-            absorption: self.shortest.unwrap_or(walk.absorption),
+            absorption: self.absorptions.first().copied().unwrap_or(walk.absorption),
             estimator: walk.estimator,
         }
     }
 
     /// The base setting without a neighbour equation.
-    pub(super) fn plain_base(&self) -> Setting {
+    fn plain(&self) -> Setting {
         Setting {
             plain: true,
             degree: 0,
@@ -61,15 +108,8 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// The cells of a setting.
-    pub(super) fn cells(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
-        let cut = setting.applied(self.settings).discretisation();
-        self.model.check(&cut, setting.pairs)?;
-        self.model.partition(&cut)
-    }
-
     /// The discretisation of a setting, but with a number of cells that the model takes.
-    pub(super) fn with_valid_cells(&self, setting: &Setting) -> Discretisation {
+    fn with_valid_cells(&self, setting: &Setting) -> Discretisation {
         let mut cut = setting.applied(self.settings).discretisation();
         // If the model takes any number, few cells are cut faster than the default.
         if !self.about.takes_any_cells {
@@ -78,15 +118,16 @@ impl<'m> Search<'m> {
         cut
     }
 
-    /// At most this number of levels from few cells to many, as far as they may pay, and two orders: that of √Var, and
-    /// that of what few walks miss of it. There are none if the problem refuses the setting.
-    pub(super) fn levels(&mut self, setting: &Setting, most: usize) -> (Vec<Level>, [f64; 2]) {
-        let levels = self.try_levels(setting, most);
-        let levels = levels.map_err(|refusal| self.refuse(refusal));
-        levels.unwrap_or_default()
+    /// At most this number of levels from few cells to many, as far as they may pay. There are none if the problem refuses
+    /// the setting.
+    pub(super) fn levels(&mut self, setting: &Setting, most: usize) -> Vec<Level> {
+        self.try_levels(setting, most).unwrap_or_else(|refusal| {
+            self.refusal.get_or_insert(refusal);
+            Vec::new()
+        })
     }
 
-    fn try_levels(&self, setting: &Setting, most: usize) -> Result<(Vec<Level>, [f64; 2]), Error> {
+    fn try_levels(&self, setting: &Setting, most: usize) -> Result<Vec<Level>, Error> {
         let cut = self.with_valid_cells(setting);
         self.model.check(&cut, setting.pairs)?;
         let finer = |&cells: &usize| match self.about.dimension {
@@ -96,6 +137,7 @@ impl<'m> Search<'m> {
         let mut known = self.model.coarse_levels(&cut);
         known.extend(self.model.levels(&cut));
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
+        let price = self.best().map_or(f64::INFINITY, |best| self.price(&best));
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond).take(most) {
             let level = match self.model.partition(&cut.on(cells)) {
@@ -104,8 +146,8 @@ impl<'m> Search<'m> {
                 level => level?,
             };
             let (cost, unknowns) = (level.cost(setting.pairs), level.unknowns());
-            let large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
-            if large || (levels.len() > 1 && cost.setup > self.least_seconds()) {
+            let is_large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
+            if is_large || (!levels.is_empty() && cost.setup > price) {
                 break;
             }
             levels.push(Level {
@@ -114,9 +156,67 @@ impl<'m> Search<'m> {
                 cost,
             });
         }
-        // On few cells the causes that limit the order in the end, as pairs next to corners do, are not yet dominant.
-        let rare = self.model.order(&cut, setting.pairs);
-        let order = rare.midpoint(self.model.smooth_order(setting.degree));
-        Ok((levels, [order, rare]))
+        Ok(levels)
+    }
+
+    /// Whatever a pilot may show to be the best, with what is known of it.
+    pub(super) fn candidates(&self, best: Option<&Prediction>) -> Vec<Prediction> {
+        // The best is confirmed last of all, and finer cells are no better where nothing scores.
+        let is_open = |found: &&Prediction| match found.pilot_walks {
+            0 => found.scored > 0,
+            walks => walks < CONFIRM && best.is_none_or(|best| best.setting != found.setting),
+        };
+        let mut all = Vec::new();
+        for family in &self.families {
+            if family.pilots.is_empty() {
+                let on = |level: &Level| family.first.on(level.cells);
+                let mut levels = family.levels.iter();
+                let first = levels.find(|level| !self.refuses(&on(level)));
+                all.extend(first.map(|level| family.unknown(level, &self.sample.weights)));
+            } else {
+                all.extend(family.found.iter().filter(is_open));
+                all.extend(self.with_other_walks(family));
+            }
+        }
+        all.retain(|found| !self.refuses(&found.setting));
+        all
+    }
+
+    /// The best prediction of a family with the walks next to its own, if they have the least variance that they may have.
+    fn with_other_walks(&self, family: &Family) -> Vec<Prediction> {
+        let of = |best: &Prediction| {
+            Some((
+                family.pilot_for(&best.setting)?,
+                family.level(best.setting.cells)?,
+            ))
+        };
+        let best = self.best_of(family.found.iter());
+        let Some((pilot, level)) = best.as_ref().and_then(of) else {
+            return Vec::new();
+        };
+        let next = self.next_to(&pilot.setting).into_iter();
+        let new = next.filter(|walks| !family.walks().contains(walks));
+        let of = |walks| {
+            let setting = pilot.setting.with_walks(walks);
+            Prediction {
+                setting,
+                pilot_walks: 0,
+                ..family.predict(&pilot.with_walks(setting, OTHER_WALKS), level)
+            }
+        };
+        new.map(of).collect()
+    }
+
+    /// The walks next to those of a setting: a little longer, a little shorter, with the other estimator.
+    fn next_to(&self, setting: &Setting) -> Vec<(f64, Estimator)> {
+        let own = setting.walks();
+        let at = self.absorptions.iter().position(|of| *of == own.0);
+        let at = at.unwrap_or(0);
+        let beside = [at.checked_sub(1), Some(at + 1)].into_iter().flatten();
+        let beside = beside.filter_map(|at| Some((*self.absorptions.get(at)?, own.1)));
+        let all = [Estimator::Absorption, Estimator::Collision];
+        let estimators = open(self.settings.estimator, &all).into_iter();
+        let other = estimators.filter(|other| *other != own.1);
+        beside.chain(other.map(|other| (own.0, other))).collect()
     }
 }
