@@ -7,7 +7,7 @@ use fredholm_core::galerkin::Convergence;
 use fredholm_core::{RunOptions, Statistics, StopReason, rounding_floor};
 use fredholm_rayon::{Observer, Outcome, Tail, run};
 
-use crate::choice::ChoiceReport;
+use crate::chosen::ChoiceReport;
 use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, WalkOptions};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;

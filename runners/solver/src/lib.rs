@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod choice;
+mod chosen;
 mod custom;
 pub mod diagnosis;
 pub mod report;

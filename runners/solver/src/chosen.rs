@@ -1,0 +1,65 @@
+//! What was chosen, for reports.
+
+use fredholm_model::numbers::short;
+use serde::Serialize;
+
+use crate::{Choices, Settings};
+
+/// The part of a report on a choice.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChoiceReport {
+    /// "preconditioned" or "plain".
+    pub method: &'static str,
+    /// Seconds of the set-up on one thread of the machine whose constants the library knows.
+    pub predicted_setup_seconds: f64,
+    /// Seconds of all walks on one such thread.
+    pub predicted_walk_seconds: f64,
+    /// Walks of all goals.
+    pub predicted_walks: f64,
+    /// States that these walks visit.
+    pub predicted_states: f64,
+    /// Seconds that plain walks alone would take; null if they are not allowed, or if none of a pilot's scored.
+    pub predicted_plain_seconds: Option<f64>,
+    /// The number of pilots.
+    pub pilots: usize,
+    /// Walks of all pilots.
+    pub pilot_walks: u64,
+    /// Seconds of the choice on one such thread, walks included that were given up for others; the set-up that the answer
+    /// uses is not in it.
+    pub predicted_pilot_seconds: f64,
+    /// Measured seconds of the choice.
+    pub pilot_seconds: f64,
+}
+
+impl ChoiceReport {
+    /// The choice for people: these settings, and this text for the number of cells.
+    #[must_use]
+    pub fn text(&self, settings: &Settings, cells: &str) -> String {
+        let walk = settings.walk_options();
+        let walks = format!(
+            "absorption {}, {} estimator",
+            walk.absorption,
+            walk.estimator.word()
+        );
+        let which = if self.method == "plain" {
+            format!("plain walks, {walks}: a neighbour equation does not pay at this error")
+        } else {
+            let plain = self.predicted_plain_seconds.map(short);
+            format!(
+                "cells {cells}, degree {}, {} pairs, {walks}; plain walks alone: about {} s",
+                settings.discretisation().degree,
+                walk.pairs.word(),
+                plain.as_deref().unwrap_or("?")
+            )
+        };
+        format!(
+            "chosen by {} pilots in {} s: {which}\npredicted: {:.1e} walks in about {} s on one thread, \
+             {} s of them for the set-up\n",
+            self.pilots,
+            short(self.pilot_seconds),
+            self.predicted_walks,
+            short(self.predicted_setup_seconds + self.predicted_walk_seconds),
+            short(self.predicted_setup_seconds),
+        )
+    }
+}
