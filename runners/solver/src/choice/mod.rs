@@ -31,7 +31,7 @@ use fredholm_core::StopReason;
 pub use crate::chosen::ChoiceReport;
 
 use crate::answer::{Answer, Gave, SolveObserver, Solved, Walks};
-use crate::{Choices, Error, Goal, Model, Settings};
+use crate::{Error, Goal, Model, Settings};
 use fredholm_model::Request;
 use fredholm_model::Target;
 
