@@ -20,7 +20,7 @@ pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 /// The reflectance and emission of a wall: u = F + ρ H, where H is the irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// The reflectance ρ ∈ [0, 1).
+    /// The reflectance ρ ∈ [0, 1]; with 1 everywhere nothing absorbs, and there is no such room.
     pub reflectance: f64,
     /// The emission F, in the unit of u.
     pub emission: f64,
@@ -46,6 +46,21 @@ impl Material {
             } else {
                 f64::NAN
             },
+        }
+    }
+
+    /// A wall from which the net flux q is given, in the unit of u: u = q + H, so ρ = 1 and F = q, whatever its
+    /// emissivity. With q = 0 it is adiabatic.
+    ///
+    /// ```
+    /// let heater = fredholm_room::Material::flux(100.0);
+    /// assert_eq!(heater.net_flux(250.0), 100.0);
+    /// ```
+    #[must_use]
+    pub const fn flux(net_flux: f64) -> Self {
+        Self {
+            reflectance: 1.0,
+            emission: net_flux,
         }
     }
 
@@ -184,7 +199,9 @@ impl Scene {
         scene.nodes = hierarchy::build(&mut scene.segments, margin(&scene.walls, epsilon));
         scene.check_crossings()?;
         if enclosure == Enclosure::Closed {
-            crate::closed::check(&scene)?;
+            // In the scalar of the walks, to which nearly 1 may be 1.
+            let absorbs = |wall: &Wall<f64>| F::from_f64(wall.reflectance) < F::one();
+            crate::closed::check(&scene, &absorbs)?;
         }
         Ok(scene)
     }
@@ -371,7 +388,7 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>
         let base = points.len() - surface.points.len();
         for ((v, pair), &material) in (0..).zip(surface.points.windows(2)).zip(materials) {
             let reflectance = F::from_f64(material.reflectance);
-            if !(reflectance >= F::zero() && reflectance < F::one()) {
+            if !(reflectance >= F::zero() && reflectance <= F::one()) {
                 return Err(RoomError::Reflectance(place(v)));
             }
             if !F::from_f64(material.emission).is_finite() {

@@ -58,6 +58,15 @@ pub enum Material {
     Light(Numbers, Numbers),
     /// `emissivity` and `temperature`.
     Grey(Numbers, Numbers),
+    /// `net_flux` and, if it is known, `emissivity`.
+    Flux(Numbers, Numbers),
+}
+
+impl Material {
+    /// Whether u is in W/m².
+    const fn is_heat(&self) -> bool {
+        !matches!(self, Self::Light(..))
+    }
 }
 
 /// One number, or one for every segment; absent where the deck or a default gives it.
@@ -106,15 +115,28 @@ fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
         };
         Some((field.key.clone(), numbers))
     };
-    let keys = ["reflectance", "emission", "emissivity", "temperature"];
-    let [reflectance, emission, emissivity, temperature] = keys.map(&mut numbers);
+    let keys = [
+        "reflectance",
+        "emission",
+        "emissivity",
+        "temperature",
+        "net_flux",
+    ];
+    let [reflectance, emission, emissivity, temperature, net_flux] = keys.map(&mut numbers);
     section.finish()?;
     let light = reflectance.as_ref().or(emission.as_ref());
-    let grey = emissivity.as_ref().or(temperature.as_ref());
+    let heat = temperature.as_ref().or(net_flux.as_ref());
+    let grey = emissivity.as_ref().or(heat);
     if let (Some(_), Some((key, _))) = (light, grey) {
         return Err(section.source.error(
             key.clone(),
-            "give either `reflectance` and `emission`, or `emissivity` and `temperature`",
+            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
+        ));
+    }
+    if let (Some(_), Some((key, _))) = (&temperature, &net_flux) {
+        return Err(section.source.error(
+            key.clone(),
+            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
         ));
     }
     let is_grey = grey.is_some();
@@ -123,7 +145,9 @@ fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
     Ok(Surface {
         name,
         points,
-        material: if is_grey {
+        material: if net_flux.is_some() {
+            Material::Flux(value(net_flux)?, value(emissivity)?)
+        } else if is_grey {
             Material::Grey(value(emissivity)?, value(temperature)?)
         } else {
             Material::Light(value(reflectance)?, value(emission)?)
@@ -183,20 +207,19 @@ impl Room {
                 return Err(unknown_surface(file, &surface.name, &all.names));
             };
             let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
-            all.materials[i] = materials(&surface.material, own);
-            all.heat |= matches!(surface.material, Material::Grey(..));
+            set_material(&mut all, i, &surface.material, own);
         }
         Ok(all)
     }
 
     fn surfaces_of_file(&self) -> Surfaces {
         let mut all = Surfaces::default();
-        for surface in &self.surfaces {
+        for (i, surface) in self.surfaces.iter().enumerate() {
             let points = surface.points.iter().flat_map(|points| &points.value);
             all.names.push(surface.name.value.clone());
             all.points.push(points.map(|point| point.value).collect());
-            all.materials.push(materials(&surface.material, 0.0));
-            all.heat |= matches!(surface.material, Material::Grey(..));
+            all.materials.push(Vec::new());
+            set_material(&mut all, i, &surface.material, 0.0);
         }
         all
     }
@@ -221,7 +244,7 @@ impl Room {
             let missing = match &surface.material {
                 Material::Light(None, _) => Some("`reflectance`"),
                 Material::Grey(None, _) => Some("`emissivity`"),
-                Material::Grey(_, None) => Some("`temperature`"),
+                Material::Grey(_, None) => Some("`temperature` or `net_flux`"),
                 _ => None,
             };
             if let Some(missing) = missing {
@@ -238,22 +261,22 @@ impl Room {
             Material::Light(reflectance, emission) => {
                 each(
                     reflectance,
-                    &|rho| (0.0..1.0).contains(&rho),
-                    "a reflectance must be at least 0 and less than 1",
+                    &|rho| (0.0..=1.0).contains(&rho),
+                    "a reflectance must be at least 0 and at most 1",
                 )?;
                 each(emission, &f64::is_finite, "an emission must be finite")
             }
             Material::Grey(emissivity, temperature) => {
-                each(
-                    emissivity,
-                    &|e| e > 0.0 && e <= 1.0,
-                    "an emissivity must be more than 0 and at most 1",
-                )?;
+                each(emissivity, &is_emissivity, EMISSIVITY)?;
                 each(
                     temperature,
                     &|t| (0.0..=1e6).contains(&t),
                     "a temperature must be from 0 to a million kelvin",
                 )
+            }
+            Material::Flux(net_flux, emissivity) => {
+                each(emissivity, &is_emissivity, EMISSIVITY)?;
+                each(net_flux, &f64::is_finite, "a net flux must be finite")
             }
         }
     }
@@ -393,6 +416,7 @@ impl Kind for Room {
                     |x| (0.0..COLD).contains(&x) && x > 0.0,
                     "this temperature is in kelvin, and cold: write \"20 C\" for degrees Celsius",
                 ),
+                Material::Flux(..) => continue,
             };
             let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
             let doubtful = numbers.into_iter().find(|number| doubtful(number.value));
@@ -468,13 +492,32 @@ impl Deck {
     }
 }
 
+/// What an emissivity is.
+fn is_emissivity(emissivity: f64) -> bool {
+    emissivity > 0.0 && emissivity <= 1.0
+}
+
+/// What is said of one that is none.
+const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that gives and takes no heat has `net_flux = 0`)";
+
+/// The numbers of a key, or a default.
+fn list(numbers: &Numbers, default: f64) -> Vec<f64> {
+    numbers.as_ref().map_or(vec![default], |numbers| {
+        numbers.value.iter().map(|number| number.value).collect()
+    })
+}
+
+/// Makes a surface of this material; `own` is its reflectance where nothing is said of it.
+fn set_material(all: &mut Surfaces, surface: usize, material: &Material, own: f64) {
+    all.materials[surface] = materials(material, own);
+    all.heat |= material.is_heat();
+    if let Material::Flux(_, emissivity @ Some(_)) = material {
+        all.emissivities.insert(surface, list(emissivity, 1.0));
+    }
+}
+
 /// The materials of a surface; `own` is its reflectance where nothing is said of it.
 fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
-    let list = |numbers: &Numbers, default: f64| -> Vec<f64> {
-        numbers.as_ref().map_or(vec![default], |numbers| {
-            numbers.value.iter().map(|number| number.value).collect()
-        })
-    };
     let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
         Material::Light(reflectance, emission) => (
             list(reflectance, own),
@@ -489,6 +532,12 @@ fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
             list(temperature, 0.0),
             RoomMaterial::grey,
         ),
+        // The emissivity plays no role. Its list has one number, or one for every segment, too.
+        Material::Flux(net_flux, emissivity) => {
+            (list(net_flux, 0.0), list(emissivity, 1.0), |net_flux, _| {
+                RoomMaterial::flux(net_flux)
+            })
+        }
     };
     // A list of another length than the other's stays one: the scene refuses it.
     let at = |list: &[f64], i: usize| match list {
