@@ -22,17 +22,27 @@ struct Spoke {
     end: Vector<f64>,
 }
 
-/// By angle in (−π, π], at one angle the wall that arrives first: exact signs.
+/// By angle, at one angle the wall that arrives first.
 fn by_angle(a: &Spoke, b: &Spoke) -> Ordering {
+    by_direction(a.hub, a.end, b.end).then(a.leaves.cmp(&b.leaves))
+}
+
+/// By the angles in (−π, π] of the directions from `hub` to two points: exact signs.
+pub(crate) fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> Ordering {
     // Below, or to the left on the level of the hub: −π is no angle, π is.
-    let lower = |s: &Spoke| s.end[1] < s.hub[1];
-    let left = |s: &Spoke| s.end[1] == s.hub[1] && s.end[0] < s.hub[0];
-    let half = |s: &Spoke| if lower(s) { 0 } else { 1 + u8::from(left(s)) };
-    let turn = turn(a.hub, a.end, b.end);
+    let lower = |end: Vector<f64>| end[1] < hub[1];
+    let left = |end: Vector<f64>| end[1] == hub[1] && end[0] < hub[0];
+    let half = |end| {
+        if lower(end) {
+            0
+        } else {
+            1 + u8::from(left(end))
+        }
+    };
+    let turn = turn(hub, a, b);
     half(a)
         .cmp(&half(b))
         .then(0.0.partial_cmp(&turn).unwrap_or(Ordering::Equal))
-        .then(a.leaves.cmp(&b.leaves))
 }
 
 /// Around every vertex active sectors, between a wall that leaves and the next to the left, which

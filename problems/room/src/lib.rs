@@ -12,6 +12,8 @@ extern crate alloc;
 mod cells;
 #[cfg(feature = "alloc")]
 mod closed;
+#[cfg(feature = "alloc")]
+mod covered;
 mod error;
 #[cfg(feature = "alloc")]
 mod exchange;
@@ -44,6 +46,8 @@ mod vector;
 mod visible;
 
 pub use cells::{Cells, Edge};
+#[cfg(feature = "alloc")]
+pub use covered::Covered;
 pub use error::{Place, RoomError};
 #[cfg(feature = "alloc")]
 pub use factors::factors;

@@ -77,6 +77,11 @@ pub trait Model: Send + Sync {
         Region::Point(coordinates.to_vec())
     }
 
+    /// What a user should know of the equation before its results: which walls an obstacle covers, say.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Refuses goals of regions that it does not have.
     ///
     /// # Errors

@@ -31,9 +31,10 @@ const fn is_in_air(region: &Region) -> bool {
 
 impl RoomModel {
     /// The surfaces whose net fluxes are results: all, with temperatures, unless they are left out.
-    fn flux_surfaces(&self) -> core::ops::Range<usize> {
+    fn flux_surfaces(&self) -> impl Iterator<Item = usize> + '_ {
         let all = self.surfaces.heat && !self.surfaces.without_fluxes;
-        0..if all { self.surfaces.names.len() } else { 0 }
+        let surfaces = 0..if all { self.surfaces.names.len() } else { 0 };
+        surfaces.filter(|&surface| self.has_walls(surface))
     }
 
     /// The regions of the goals, then every surface whose net flux takes walks.
