@@ -28,7 +28,7 @@ impl Surfaces {
         let name = |surface: usize| self.names.get(surface).map_or("?", String::as_str);
         let line = |part: &Covered| {
             format!(
-                "the part of {:?} from {} to {} lies on {:?} and is left out",
+                "the part of {:?} from {} to {} is covered by {:?} and left out",
                 name(part.place.surface),
                 point(part.ends[0]),
                 point(part.ends[1]),
@@ -39,7 +39,7 @@ impl Surfaces {
         if parts.len() > MOST {
             let more = parts.len() - MOST;
             notes.push(format!(
-                "{more} more parts of walls lie on others and are left out"
+                "{more} more parts of walls are covered by others and left out"
             ));
         }
         notes
@@ -48,6 +48,8 @@ impl Surfaces {
     /// The error for a surface that is covered wholly.
     pub(super) fn without_walls(&self, surface: usize) -> String {
         let name = self.names.get(surface).map_or("?", String::as_str);
-        format!("surface {name:?} lies wholly on others, so that nothing of it is in the room")
+        format!(
+            "surface {name:?} is covered wholly by others, so that nothing of it is in the room"
+        )
     }
 }
