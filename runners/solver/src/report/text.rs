@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use fredholm_model::numbers::{aligned, short, with_error};
+use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -235,7 +235,7 @@ impl GoalReport {
 impl EstimateReport {
     /// A number that is given.
     fn given(&self) -> String {
-        let number = self.estimate.map_or("-".to_owned(), |x| x.to_string());
+        let number = self.estimate.map_or("-".to_owned(), |x| with_decimals(x, 9));
         format!("{number} (given)")
     }
 
