@@ -24,6 +24,8 @@ mod geometry;
 #[cfg(feature = "alloc")]
 mod hierarchy;
 #[cfg(feature = "alloc")]
+mod material;
+#[cfg(feature = "alloc")]
 mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
@@ -54,6 +56,8 @@ pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Segment, Wall};
 #[cfg(feature = "alloc")]
+pub use material::{Material, STEFAN_BOLTZMANN};
+#[cfg(feature = "alloc")]
 pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
@@ -63,7 +67,7 @@ pub use polynomials::PolynomialRoom;
 pub use quadrature::RoomQuadrature;
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
-pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};
+pub use scene::{Enclosure, Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use solution::{neighbour_second_moment_radius, second_moment_radius};
 #[cfg(feature = "alloc")]

@@ -312,20 +312,22 @@ fn a_picture_has_the_range_that_is_asked_for() {
     ]);
     let (path, svg) = (folder.file("a.toml", &text), folder.at("a.svg"));
     let render = |more: &[&str]| {
-        let args = ["render", &path, "-o", &svg, "--width", "60", "--walks", "1"];
+        let args = [
+            "render", &path, "-o", &svg, "--width", "250", "--walks", "1",
+        ];
         fredholm(&[&args[..], more].concat())
     };
     render(&["--range", "400:420"]).quietly(0);
     let narrow = std::fs::read_to_string(&svg).unwrap();
     // From 400 on, where the default begins at 0.
     assert!(
-        narrow.contains(">405<") && narrow.contains("as asked for"),
+        narrow.contains(">405<") && !narrow.contains(">100<") && narrow.contains("asked for"),
         "{narrow}"
     );
     render(&[]).quietly(0);
     let whole = std::fs::read_to_string(&svg).unwrap();
     assert!(
-        whole.contains(">0<") && !whole.contains("as asked for"),
+        whole.contains(">100<") && !whole.contains("asked for"),
         "{whole}"
     );
     for (more, words) in [
@@ -424,14 +426,14 @@ fn variances_in_the_air_are_predicted() {
         grey("right", "[[4, 0], [4, 3]]", "350"),
         grey("rest", "[[4, 3], [0, 3], [0, 0]]", "300").replace("0.9", "0.3"),
         grey("block", "[[1, 1], [1, 2], [2, 2], [2, 1], [1, 1]]", "280").replace("0.9", "0.4"),
-        "[galerkin]\ncells = 80\n[walk]\nwalks = 200000\n".to_owned(),
+        "[galerkin]\ncells = 40\n[walk]\nwalks = 100000\n".to_owned(),
         "[[target]]\nname = 'open'\nat = [3.0, 1.5]\n".to_owned(),
         "[[target]]\nname = 'hidden'\nat = [0.4, 1.6]\n".to_owned(),
     ]
     .concat();
     let path = folder.file("air.toml", &problem);
     for pairs in ["default", "theory"] {
-        let text = problem.replace("cells = 80", &format!("cells = 80\npairs = '{pairs}'"));
+        let text = problem.replace("cells = 40", &format!("cells = 40\npairs = '{pairs}'"));
         let path = folder.file("air.toml", &text);
         let solved = folder.solve(&text, &["--json"]).quietly(0).json();
         let ran = fredholm(&["diagnose", &path, "--json"]);
@@ -443,7 +445,7 @@ fn variances_in_the_air_are_predicted() {
         {
             for key in ["plain", "preconditioned"] {
                 let measured = number(&target[key], "std_dev");
-                let ratio = number(&diagnosed[key], "std_dev") / measured;
+                let ratio = number(diagnosed, key) / measured;
                 // The quadrature has a percent or two; a large score in 10^4 walks leaves a few of the measured one.
                 assert!(
                     (0.9..1.1).contains(&ratio),

@@ -472,7 +472,7 @@ fn bad_rooms_are_refused_at_their_place() {
         &with("[0.7, 0.6]", "[0.7, 0.6, 0.5]"),
         &["\"walls\"", "one for each"],
     );
-    refused(&with("[0.7, 0.6]", "1.0"), &["less than 1", "1.0"]);
+    refused(&with("[0.7, 0.6]", "1.1"), &["at most 1", "1.1"]);
     refused(
         &with("over = \"floor\"", "over = \"flor\""),
         &["no surface \"flor\"", "mean \"floor\""],

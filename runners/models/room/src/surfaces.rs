@@ -137,7 +137,7 @@ impl Surfaces {
                 from,
                 direction,
             } => {
-                let way_out = self.leak(place, from).unwrap_or_else(|| {
+                let way_out = self.gap().unwrap_or_else(|| {
                     "close the gap, or turn surfaces whose active side is not on the left"
                         .to_owned()
                 });

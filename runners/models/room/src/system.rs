@@ -44,6 +44,9 @@ pub(super) struct Setup<'s, F> {
     pub(super) g: Vec<F>,
 }
 
+/// The density with which walks start.
+type StartDensity<'a> = dyn Fn(&Point<f64>) -> Density + Sync + 'a;
+
 /// What is done with a neighbour equation, and with the irradiance that v makes at a point.
 pub(super) type Use<'a, F> =
     dyn FnMut(&Boxed<'_, F>, &dyn Fn(&Point<F>) -> f64) -> Result<(), Error> + 'a;
@@ -172,7 +175,7 @@ impl RoomSystem<'_> {
         then: &mut WithStarts<'_, Point<f64>>,
     ) -> Result<(), Error> {
         let model = self.cut.model;
-        let mut densities: Vec<Box<dyn Fn(&Point<f64>) -> Density + Sync + '_>> = Vec::new();
+        let mut densities: Vec<Box<StartDensity<'_>>> = Vec::new();
         for goal in request.goals {
             if let Region::Point(x) = &goal.region {
                 let seen = seen(room, x);

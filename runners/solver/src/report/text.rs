@@ -180,7 +180,9 @@ impl GoalReport {
     /// The row of the table, with the place, the error and what there is of heat if other rows have them.
     fn row(&self, places: bool, errors: bool, heats: [bool; 4]) -> Vec<String> {
         let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
-            (Some(plain), Some(preconditioned)) if preconditioned > 0.0 && plain > 0.0 => {
+            (Some(plain), Some(preconditioned))
+                if preconditioned > 0.0 && plain > 0.0 && !self.no_difference =>
+            {
                 short(plain / preconditioned)
             }
             _ => "-".to_owned(),
@@ -235,7 +237,9 @@ impl GoalReport {
 impl EstimateReport {
     /// A number that is given.
     fn given(&self) -> String {
-        let number = self.estimate.map_or("-".to_owned(), |x| with_decimals(x, 9));
+        let number = self
+            .estimate
+            .map_or("-".to_owned(), |x| with_decimals(x, 9));
         format!("{number} (given)")
     }
 
