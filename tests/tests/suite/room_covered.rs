@@ -187,7 +187,7 @@ fn boxes_on_walls_in_any_direction() {
         let (start, size) = (uniform(), 10.0_f64.powf(6.0 * uniform() - 3.0));
         let centre = [uniform(), uniform()].map(|x| 20.0 * size * (x - 0.5));
         let corner = |k: usize| {
-            let angle = std::f64::consts::TAU * (start + (k % sides) as f64 / sides as f64);
+            let angle = core::f64::consts::TAU * (start + (k % sides) as f64 / sides as f64);
             [
                 centre[0] + size * angle.cos(),
                 centre[1] + size * angle.sin(),
