@@ -78,7 +78,8 @@ pub(super) fn is_emissivity(emissivity: f64) -> bool {
 }
 
 /// What is said of one that is none.
-pub(super) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that gives and takes no heat has `net_flux = 0`)";
+pub(super) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that \
+     gives and takes no heat has `net_flux = 0`)";
 
 /// The numbers of a key, or a default.
 fn list(numbers: &Numbers, default: f64) -> Vec<f64> {
