@@ -22,31 +22,47 @@ struct Spoke {
     end: Vector<f64>,
 }
 
-/// By angle in (−π, π], at one angle the wall that arrives first: exact signs.
+/// By angle, at one angle the wall that arrives first.
 fn by_angle(a: &Spoke, b: &Spoke) -> Ordering {
+    by_direction(a.hub, a.end, b.end).then(a.leaves.cmp(&b.leaves))
+}
+
+/// By the angles in (−π, π] of the directions from `hub` to two points: exact signs.
+pub(crate) fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> Ordering {
     // Below, or to the left on the level of the hub: −π is no angle, π is.
-    let lower = |s: &Spoke| s.end[1] < s.hub[1];
-    let left = |s: &Spoke| s.end[1] == s.hub[1] && s.end[0] < s.hub[0];
-    let half = |s: &Spoke| if lower(s) { 0 } else { 1 + u8::from(left(s)) };
-    let turn = turn(a.hub, a.end, b.end);
+    let lower = |end: Vector<f64>| end[1] < hub[1];
+    let left = |end: Vector<f64>| end[1] == hub[1] && end[0] < hub[0];
+    let half = |end| {
+        if lower(end) {
+            0
+        } else {
+            1 + u8::from(left(end))
+        }
+    };
+    let turn = turn(hub, a, b);
     half(a)
         .cmp(&half(b))
         .then(0.0.partial_cmp(&turn).unwrap_or(Ordering::Equal))
-        .then(a.leaves.cmp(&b.leaves))
 }
 
 /// Around every vertex active sectors, between a wall that leaves and the next to the left, which
 /// arrives, must alternate with sectors behind walls; and a set of connected walls must be in an
 /// active region of another exactly where its own outside is active. Then every active region is
-/// bounded, and by active sides only.
-pub(crate) fn check(scene: &Scene) -> Result<(), RoomError> {
+/// bounded, and by active sides only. In each a wall must absorb.
+pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Result<(), RoomError> {
     let mut spokes = spokes(&scene.walls);
     spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
     let mut component: Vec<u32> = (0..scene.vertices.len() as u32).collect();
+    // Of walls, by the active region that they bound.
+    let mut region: Vec<u32> = (0..scene.walls.len() as u32).collect();
     for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
         let next = around.iter().cycle().skip(1);
         if let Some((bad, _)) = around.iter().zip(next).find(|(a, b)| a.leaves == b.leaves) {
             return Err(open(scene, around, bad.wall));
+        }
+        let next = around.iter().cycle().skip(1);
+        for (a, b) in around.iter().zip(next).filter(|(a, _)| a.leaves) {
+            unite(&mut region, a.wall, b.wall);
         }
     }
     for wall in &scene.walls {
@@ -71,20 +87,43 @@ pub(crate) fn check(scene: &Scene) -> Result<(), RoomError> {
         }
     }
     for spoke in outermost.iter().flatten() {
-        check_outside(scene, spoke)?;
+        if let Some(around) = check_outside(scene, spoke)? {
+            unite(&mut region, spoke.wall, around);
+        }
     }
-    Ok(())
+    check_absorption(scene, &mut region, absorbs)
 }
 
-/// What is to the left of the leftmost vertex of a set?
-fn check_outside(scene: &Scene, last: &Spoke) -> Result<(), RoomError> {
+/// In every active region a wall must absorb.
+fn check_absorption(
+    scene: &Scene,
+    region: &mut [u32],
+    absorbs: &dyn Fn(&Wall<f64>) -> bool,
+) -> Result<(), RoomError> {
+    let mut does = alloc::vec![false; region.len()];
+    for (w, wall) in (0..).zip(&scene.walls) {
+        if absorbs(wall)
+            && let Some(does) = does.get_mut(root(region, w) as usize)
+        {
+            *does = true;
+        }
+    }
+    let mut walls = 0..region.len() as u32;
+    let none = walls.find(|&w| does.get(root(region, w) as usize) == Some(&false));
+    none.map_or(Ok(()), |wall| {
+        Err(RoomError::NothingAbsorbs(place(scene, wall)))
+    })
+}
+
+/// What is to the left of the leftmost vertex of a set? A wall of the active region around it, if it is in one.
+fn check_outside(scene: &Scene, last: &Spoke) -> Result<Option<u32>, RoomError> {
     let left = [-1.0, 0.0];
     let nobody = nobody(last.hub);
     let geometry = scene.geometry();
     let hit = geometry.nearest(&nobody, u32::MAX, last.hub, left, Backs::Block);
     let sees_active = hit.is_some_and(|hit| !hit.back);
     if sees_active == last.leaves {
-        return Ok(());
+        return Ok(hit.filter(|_| sees_active).map(|hit| hit.wall));
     }
     let (from, direction) = match hit {
         Some(Hit { distance, back, .. }) if !back => (along(last.hub, distance, left), [1.0, 0.0]),

@@ -38,8 +38,11 @@ pub enum RoomError {
     /// A coordinate is infinite or NaN, or so large or small that squares of distances are no
     /// numbers of the scalar.
     Coordinate(Place),
-    /// A reflectance is NaN or outside [0, 1), which an emissivity outside (0, 1] makes it, too.
+    /// A reflectance is NaN or outside [0, 1], which an emissivity outside [0, 1] makes it, too.
     Reflectance(Place),
+    /// No wall that light from this one reaches, by any number of reflections, has a reflectance below 1: there is no
+    /// steady state, or more than one.
+    NothingAbsorbs(Place),
     /// An emission is infinite or NaN, or a temperature is NaN, negative or beyond the scalar.
     Emission(Place),
     /// A segment is shorter than the scene's smallest distance.
@@ -128,8 +131,12 @@ impl fmt::Display for RoomError {
             ),
             Self::Reflectance(place) => write!(
                 f,
-                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 \
-                 and at most 1)"
+                "{place}: the reflectance must be at least 0 and at most 1 (and so must an emissivity)"
+            ),
+            Self::NothingAbsorbs(place) => write!(
+                f,
+                "{place}: no wall of this part of the room absorbs; at least one needs a \
+                 reflectance below 1"
             ),
             Self::Emission(place) => write!(
                 f,

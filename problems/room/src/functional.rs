@@ -3,7 +3,7 @@
 use core::ops::Range;
 use fredholm_core::array::Each;
 
-use fredholm_core::galerkin::legendre;
+use fredholm_core::galerkin::{Partition, legendre};
 use fredholm_core::{Functional, Real, Uniforms};
 use num_traits::{one, zero};
 
@@ -182,6 +182,47 @@ impl<F: Real> Seen<'_, '_, F> {
             };
         });
         [sum, share].each(|x| x / core::f64::consts::TAU)
+    }
+
+    /// Which share of the angle of every cell the point sees, of 0 to 1: the rest is hidden. For [`Seen::density`].
+    #[cfg(feature = "alloc")]
+    #[must_use]
+    pub fn visible_shares(&self) -> alloc::vec::Vec<F> {
+        let cells = self.room.table();
+        let mut shares = alloc::vec![zero::<F>(); cells.len()];
+        self.cells(|cell, angle| {
+            if let Some(share) = shares.get_mut(cell) {
+                *share += angle;
+            }
+        });
+        for (cell, share) in shares.iter_mut().enumerate() {
+            let Some(part) = cells.part(cell) else {
+                continue;
+            };
+            let [from, to] = part.ends.each(|end| sub(end, self.position));
+            let whole = angle(from, to).abs();
+            *share = if *share > zero() {
+                *share / whole
+            } else {
+                zero()
+            };
+        }
+        shares
+    }
+
+    /// The density with which walks start in `y`, cos θ_y/(2π|x − y|) per length, times the share of the cell of y that
+    /// the point sees: over cells it integrates to what the point sees of them, exactly.
+    #[must_use]
+    pub fn density(&self, y: &Point<F>, visible_shares: &[F]) -> F {
+        let wall = self.room.geometry().wall(y.wall() as u32);
+        let (Some(wall), Some(&share)) = (wall, visible_shares.get(self.room.locate(y))) else {
+            return F::NAN;
+        };
+        let (span, height) = (sub(y.position(), self.position), wall.height(self.position));
+        if !(share > zero() && height > zero()) {
+            return zero();
+        }
+        share * height / (dot(span, span) * (F::PI + F::PI))
     }
 
     /// ∫ v dω of a polynomial on a cell, between two directions: dω = d ds/(s² + d²) at the place s

@@ -124,7 +124,7 @@ impl<'a, F: Real> Geometry<'a, F> {
             nodes,
             open,
         };
-        let possible = zero::<F>()..one::<F>();
+        let possible = zero::<F>()..=one::<F>();
         let materials = walls
             .iter()
             .all(|w| possible.contains(&w.reflectance) && w.emission.is_finite());

@@ -12,6 +12,8 @@ extern crate alloc;
 mod cells;
 #[cfg(feature = "alloc")]
 mod closed;
+#[cfg(feature = "alloc")]
+mod covered;
 mod error;
 #[cfg(feature = "alloc")]
 mod exchange;
@@ -21,6 +23,8 @@ mod functional;
 mod geometry;
 #[cfg(feature = "alloc")]
 mod hierarchy;
+#[cfg(feature = "alloc")]
+mod material;
 #[cfg(feature = "alloc")]
 mod matrix;
 #[cfg(feature = "alloc")]
@@ -44,11 +48,15 @@ mod vector;
 mod visible;
 
 pub use cells::{Cells, Edge};
+#[cfg(feature = "alloc")]
+pub use covered::Covered;
 pub use error::{Place, RoomError};
 #[cfg(feature = "alloc")]
 pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Segment, Wall};
+#[cfg(feature = "alloc")]
+pub use material::{Material, STEFAN_BOLTZMANN};
 #[cfg(feature = "alloc")]
 pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
 #[cfg(feature = "alloc")]
@@ -59,7 +67,7 @@ pub use polynomials::PolynomialRoom;
 pub use quadrature::RoomQuadrature;
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
-pub use scene::{Enclosure, Material, STEFAN_BOLTZMANN, Scene, Surface};
+pub use scene::{Enclosure, Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use solution::{neighbour_second_moment_radius, second_moment_radius};
 #[cfg(feature = "alloc")]

@@ -9,53 +9,12 @@ use fredholm_core::Real;
 use robust::{Coord, orient2d};
 
 use crate::RoomError;
+use crate::covered::{self, Covered};
 use crate::error::Place;
 use crate::geometry::{Backs, Geometry, Node, Segment, Wall};
 use crate::hierarchy;
+use crate::material::Material;
 use crate::vector::{Vector, along, bounds, cross, dot, norm, sub};
-
-/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
-pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
-
-/// The reflectance and emission of a wall: u = F + ρ H, where H is the irradiance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
-    /// The reflectance ρ ∈ [0, 1).
-    pub reflectance: f64,
-    /// The emission F, in the unit of u.
-    pub emission: f64,
-}
-
-impl Material {
-    /// A grey body of emissivity ε at T kelvin: ρ = 1 − ε, F = ε σ T⁴ in W m⁻².
-    ///
-    /// ```
-    /// let wall = fredholm_room::Material::grey(0.9, 300.0);
-    /// assert!((wall.emission - 413.37).abs() < 0.01);
-    /// // Above the cold of space it loses what it emits, and gains what it absorbs.
-    /// assert_eq!(wall.net_flux(0.0), wall.emission);
-    /// ```
-    #[must_use]
-    pub const fn grey(emissivity: f64, temperature: f64) -> Self {
-        let square = temperature * temperature;
-        Self {
-            reflectance: 1.0 - emissivity,
-            // Written so that a temperature below 0 is refused: see `Scene::new`.
-            emission: if temperature >= 0.0 {
-                emissivity * STEFAN_BOLTZMANN * square * square
-            } else {
-                f64::NAN
-            },
-        }
-    }
-
-    /// The net flux out of the wall: F − (1 − ρ)H, which for a grey body is ε(σT⁴ − H). Multiplied
-    /// by a length: W per metre of depth.
-    #[must_use]
-    pub const fn net_flux(&self, irradiance: f64) -> f64 {
-        self.emission - (1.0 - self.reflectance) * irradiance
-    }
-}
 
 /// A surface: a polyline, its active side on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +59,7 @@ pub struct Scene {
     /// The coordinates of vertices; those that nothing uses any more are left in.
     pub(crate) vertices: Vec<Vector<f64>>,
     enclosure: Enclosure,
+    covered: Vec<Covered>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
 }
@@ -162,31 +122,71 @@ impl Scene {
             .zip(&materials)
             .map(|(piece, &material)| wall(piece, &points, material))
             .collect();
-        let mut first: Vec<u32> = Vec::with_capacity(surfaces.len() + 1);
-        for (i, piece) in pieces.iter().enumerate() {
-            while first.len() <= piece.place.surface {
-                first.push(i as u32);
-            }
-        }
-        first.push(pieces.len() as u32);
         let mut scene = Self {
             walls,
             pieces,
             segments: Vec::new(),
             nodes: Vec::new(),
-            first,
+            first: Vec::new(),
             vertices: points,
             enclosure,
+            covered: Vec::new(),
             smallest,
         };
         scene.check_overlap()?;
-        scene.segments = segments(&scene.walls);
-        scene.nodes = hierarchy::build(&mut scene.segments, margin(&scene.walls, epsilon));
+        scene.index(surfaces.len(), epsilon);
         scene.check_crossings()?;
+        scene.leave_out_covered();
+        if !scene.covered.is_empty() {
+            scene.index(surfaces.len(), epsilon);
+        }
         if enclosure == Enclosure::Closed {
-            crate::closed::check(&scene)?;
+            // In the scalar of the walks, to which nearly 1 may be 1.
+            let absorbs = |wall: &Wall<f64>| F::from_f64(wall.reflectance) < F::one();
+            crate::closed::check(&scene, &absorbs)?;
         }
         Ok(scene)
+    }
+
+    /// Builds what finds walls.
+    fn index(&mut self, surfaces: usize, epsilon: f64) {
+        self.first.clear();
+        for (i, piece) in self.pieces.iter().enumerate() {
+            while self.first.len() <= piece.place.surface {
+                self.first.push(i as u32);
+            }
+        }
+        self.first.resize(surfaces + 1, self.pieces.len() as u32);
+        self.segments = segments(&self.walls);
+        self.nodes = hierarchy::build(&mut self.segments, margin(&self.walls, epsilon));
+    }
+
+    /// Leaves out the parts of walls on which obstacles stand.
+    fn leave_out_covered(&mut self) {
+        let covered = covered::find(self, self.enclosure == Enclosure::Open);
+        let mut keep = alloc::vec![true; self.walls.len()];
+        for (w, by) in covered {
+            let (Some(wall), Some(piece)) = (self.walls.get(w), self.pieces.get(w)) else {
+                continue;
+            };
+            self.covered.push(Covered {
+                place: piece.place,
+                ends: wall.ends,
+                by,
+            });
+            keep[w] = false;
+        }
+        let mut kept = keep.iter();
+        self.walls.retain(|_| kept.next() == Some(&true));
+        let mut kept = keep.iter();
+        self.pieces.retain(|_| kept.next() == Some(&true));
+    }
+
+    /// The parts of surfaces that lie under others, as an obstacle covers a part of the wall on which it stands. They are
+    /// no walls: surfaces are shorter by them, and one that is covered wholly has no walls.
+    #[must_use]
+    pub fn covered(&self) -> &[Covered] {
+        &self.covered
     }
 
     /// The number of surfaces.
@@ -212,14 +212,17 @@ impl Scene {
         self.pieces.get(wall).map(|piece| piece.place)
     }
 
-    /// The wall, and the fraction of it, at the fraction `t` of a surface's length.
+    /// The wall, and the fraction of it, at the fraction `t` of a surface's length, without what is covered of it.
     ///
     /// # Errors
-    /// [`RoomError::Surface`], [`RoomError::Fraction`] for t outside [0, 1].
+    /// [`RoomError::Surface`], also for a surface that is covered wholly; [`RoomError::Fraction`] for t outside [0, 1].
     pub fn along(&self, surface: usize, t: f64) -> Result<(usize, f64), RoomError> {
         let range = self.walls_of(surface)?;
         if !(0.0..=1.0).contains(&t) {
             return Err(RoomError::Fraction);
+        }
+        if range.is_empty() {
+            return Err(RoomError::Surface { surface });
         }
         let last = range.end - 1;
         let mut rest = t * self.length(surface)?;
@@ -232,7 +235,7 @@ impl Scene {
         Ok((last, 1.0))
     }
 
-    /// The length of a surface.
+    /// The length of a surface, without what is covered of it.
     ///
     /// # Errors
     /// [`RoomError::Surface`].
@@ -371,7 +374,7 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>
         let base = points.len() - surface.points.len();
         for ((v, pair), &material) in (0..).zip(surface.points.windows(2)).zip(materials) {
             let reflectance = F::from_f64(material.reflectance);
-            if !(reflectance >= F::zero() && reflectance < F::one()) {
+            if !(reflectance >= F::zero() && reflectance <= F::one()) {
                 return Err(RoomError::Reflectance(place(v)));
             }
             if !F::from_f64(material.emission).is_finite() {

@@ -218,7 +218,7 @@ pub(crate) struct RenderArgs {
     /// Where to write: .png, .svg, or .csv for the numbers
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Pixels along the longer side of the room
+    /// Pixels: the width of a picture; of its numbers, .csv, along the longer side of the room
     #[arg(long, value_name = "PIXELS", default_value_t = 900, value_parser = clap::value_parser!(u16).range(16..=8000))]
     pub(crate) width: u16,
     /// Walks for each pixel [default: 4], or for each point of --profile [default: 1000]

@@ -152,7 +152,11 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure
         Scalar::F32 => surfaces.scene::<f32>(),
         Scalar::F64 => surfaces.scene::<f64>(),
     };
-    Factors::new(surfaces.names, &scene.map_err(Failure::of(file))?)
+    let scene = scene.map_err(Failure::of(file))?;
+    for note in surfaces.notes(&scene) {
+        say(format_args!("note: {note}"));
+    }
+    Factors::new(surfaces.names, &scene)
 }
 
 /// Asked before a scene is made, which may take long.

@@ -35,7 +35,11 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
     let several = files.len() > 1;
     let mut problems = Vec::new();
     for file in files {
-        problems.push(Problem::new(file, None)?);
+        problems.push(if problems.is_empty() {
+            Problem::new(file, None)?
+        } else {
+            Problem::without_notes(file, None)?
+        });
     }
     let mut sweeps = Vec::new();
     for problem in &problems {

@@ -2,6 +2,7 @@
 
 mod profile;
 
+use core::ops::Range;
 use std::io::Write;
 use std::path::Path;
 
@@ -10,7 +11,7 @@ use fredholm::numbers::short;
 use fredholm::room::{Field, FieldRequest, RoomModel, Spot, Stretch};
 use fredholm::{Error, Pairs, Partitioned, WalkOptions};
 use fredholm_file::Resolution;
-use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall};
+use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall, panel_width};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 use serde::Serialize;
 
@@ -53,9 +54,12 @@ impl Format {
 /// What `render --json` prints. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
 struct Summary {
-    /// Pixels.
+    /// Pixels over the room and next to it.
     width: usize,
     height: usize,
+    /// In a picture, the place of the first of them: pixels from its left and its upper edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    origin: Option<[usize; 2]>,
     /// Those within the room.
     inside: usize,
     cells: usize,
@@ -216,14 +220,7 @@ fn picture(
     let args = picturing.args;
     let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
     let settings = &picturing.problem.resolved.settings;
-    let across = usize::from(args.width);
-    let thickness = (across as f64 / 130.0).max(3.0);
-    // Light leaves an open room, and some of it is shown.
-    let around = match scene.enclosure() {
-        Enclosure::Closed => 2,
-        Enclosure::Open => across / 12 + 2,
-    };
-    let canvas = Canvas::new(&walls(scene), across, around, thickness).map_err(Failure::run)?;
+    let canvas = canvas(args, scene, surfaces.heat, format)?;
     let pieces = canvas.pieces();
     let walks = args.walks.unwrap_or(PIXEL_WALKS);
     let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
@@ -248,9 +245,10 @@ fn picture(
     progress.done();
     let (field, plain) = fields?;
     let seen = || field.air.iter().map(|spot| spot.value);
-    let summary = Summary {
+    let mut summary = Summary {
         width: canvas.width(),
         height: canvas.height(),
+        origin: None,
         inside: seen().filter(|value| !value.is_nan()).count(),
         cells: cells.unknowns() / (settings.discretisation().degree + 1),
         least: seen().fold(f64::INFINITY, f64::min),
@@ -258,9 +256,8 @@ fn picture(
         preconditioned: Noise::of(&field),
         plain: plain.as_ref().map(Noise::of),
     };
-    let text = summary.text(args.common.json)?;
     if format == Format::Csv {
-        return Ok((csv(&canvas, &field.air)?, text));
+        return Ok((csv(&canvas, &field.air)?, summary.text(args.common.json)?));
     }
     let shown = Shown::of(&field);
     let of_walls = shown.walls.iter().copied();
@@ -275,6 +272,9 @@ fn picture(
         legend: if surfaces.heat { "W/m²" } else { "u" },
         stefan_boltzmann: surfaces.heat.then_some(STEFAN_BOLTZMANN),
         captions: captions(&field, &scale, args.range.is_some(), surfaces.heat),
+        width: Some(usize::from(args.width)),
+        unit: if surfaces.heat { "m" } else { "" },
+        names: &names(picturing.room),
     };
     let heading = |name: &str, field: &Field| {
         let plural = if field.walks == 1 { "" } else { "s" };
@@ -289,11 +289,47 @@ fn picture(
         panels.push(shown.panel(Some(heading("plain", plain))));
     }
     panels.push(shown.panel(beside.as_ref().map(|_| heading("preconditioned", &field))));
+    summary.origin = Some(picture.origin(args.side_by_side));
+    let text = summary.text(args.common.json)?;
     let content = match format {
         Format::Svg => picture.svg(&panels).map_err(Failure::run)?.into_bytes(),
         _ => picture.png(&panels).map_err(Failure::run)?,
     };
     Ok((content, text))
+}
+
+/// The pixels: of a picture as wide as asked for, or over the room where their numbers are wanted.
+fn canvas(args: &RenderArgs, scene: &Scene, heat: bool, format: Format) -> Result<Canvas, Failure> {
+    let (walls, width) = (walls(scene), usize::from(args.width));
+    // Light leaves an open room, and some of it is shown.
+    let around = |across: usize| match scene.enclosure() {
+        Enclosure::Closed => 2,
+        Enclosure::Open => across / 12 + 2,
+    };
+    let thickness = |across: usize| (across as f64 / 130.0).max(3.0);
+    if format == Format::Csv {
+        return Canvas::new(&walls, width, around(width), thickness(width)).map_err(Failure::run);
+    }
+    let panels = if args.side_by_side { 2 } else { 1 };
+    let own = |width: usize| panel_width(&walls, width, panels, heat);
+    let Some(across) = own(width) else {
+        let least = (width..).find(|&width| own(width).is_some());
+        return Err(Failure::input(format_args!(
+            "`--width {width}`: with its axes and colours this picture is at least {} pixels wide",
+            least.unwrap_or(usize::MAX)
+        )));
+    };
+    Canvas::fitting(&walls, across, around(across), thickness(across)).map_err(Failure::run)
+}
+
+/// The names of surfaces, and their walls.
+fn names(room: &RoomModel) -> Vec<(String, Range<usize>)> {
+    let all = room.surfaces().names.iter().enumerate();
+    all.map(|(surface, name)| {
+        let walls = room.scene().walls_of(surface).unwrap_or(0..0);
+        (name.clone(), walls)
+    })
+    .collect()
 }
 
 /// What a picture shows of a field.
@@ -363,6 +399,9 @@ pub(crate) fn shares(
              start there and by the difference of the sources, over its share of all walls (1: the mean)."
                 .to_owned(),
         ],
+        width: None,
+        unit: "",
+        names: &names(room),
     };
     let panel = Panel {
         heading: None,

@@ -131,7 +131,19 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
+    /// The problem, with notes to the user.
     pub(crate) fn new(file: ProblemFile, time_limit: Option<Duration>) -> Result<Self, Failure> {
+        let problem = Self::without_notes(file, time_limit)?;
+        for note in problem.model().notes() {
+            say(format_args!("note: {note}"));
+        }
+        Ok(problem)
+    }
+
+    pub(crate) fn without_notes(
+        file: ProblemFile,
+        time_limit: Option<Duration>,
+    ) -> Result<Self, Failure> {
         let mut resolved = file.resolve()?;
         resolved.settings.time_limit = time_limit;
         let goals = fredholm::goals(resolved.model.model(), &resolved.targets)

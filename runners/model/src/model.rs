@@ -73,6 +73,11 @@ pub trait Model: Send + Sync {
         Region::Point(coordinates.to_vec())
     }
 
+    /// What a user should know of the equation before its results: which walls an obstacle covers, say.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Refuses goals of regions that it does not have.
     ///
     /// # Errors
@@ -190,6 +195,8 @@ pub struct Flux {
     pub walks: u64,
     /// The net flux in W per metre of depth; `None` where its material changes.
     pub net_flux: Option<Estimate>,
+    /// Whether that is given, so that it takes no walks.
+    pub is_given: bool,
 }
 
 /// Irradiance and net flux of a goal.
@@ -199,6 +206,10 @@ pub struct Heat {
     pub irradiance: Option<Estimate>,
     /// The net flux out of the wall in W/m², of a surface in the mean.
     pub net_flux: Option<Estimate>,
+    /// Whether the net flux is given.
+    pub is_flux_given: bool,
+    /// The temperature in kelvin of a wall from which the net flux is given; of several points that of the mean of T⁴.
+    pub temperature: Option<Estimate>,
     /// The mean radiant temperature in kelvin, of a point in the air.
     pub radiant_temperature: Option<Estimate>,
 }

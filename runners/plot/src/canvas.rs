@@ -39,6 +39,8 @@ impl Piece {
 /// Pixels over a room, the first on the upper left, and its walls as strips of some thickness.
 #[derive(Clone, Debug)]
 pub struct Canvas {
+    /// The lowest and the highest coordinates of walls.
+    extent: [[f64; 2]; 2],
     /// The lowest coordinates.
     low: [f64; 2],
     /// The width of a pixel.
@@ -58,22 +60,35 @@ impl Canvas {
         margin: usize,
         thickness: f64,
     ) -> Result<Self, Error> {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        for end in walls.iter().flat_map(|wall| wall.ends) {
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(end[axis]);
-                high[axis] = high[axis].max(end[axis]);
-            }
-        }
         // A room that is higher than wide: the longer side counts.
+        let [width, height] = size(walls);
+        let pixel = width.max(height) / across as f64;
+        Self::of_pixels(walls, pixel, margin, thickness)
+    }
+
+    /// A canvas over a room that is at most `width` pixels wide and twice as high, `margin` on every side included.
+    pub fn fitting(
+        walls: &[Wall],
+        width: usize,
+        margin: usize,
+        thickness: f64,
+    ) -> Result<Self, Error> {
+        let own = |pixels: usize| pixels.saturating_sub(2 * margin).max(1) as f64;
+        let [across, high] = size(walls);
+        let pixel = (across / own(width)).max(high / own(2 * width));
+        Self::of_pixels(walls, pixel, margin, thickness)
+    }
+
+    fn of_pixels(walls: &[Wall], pixel: f64, margin: usize, thickness: f64) -> Result<Self, Error> {
+        let [low, high] = bounds(walls);
         let size = [high[0] - low[0], high[1] - low[1]];
-        let pixel = size[0].max(size[1]) / across as f64;
         if !(pixel > 0.0 && pixel.is_finite()) {
             return Err(Error::NothingToDraw);
         }
-        let count = |size: f64| (size / pixel).ceil() as usize + 2 * margin;
+        // Rounding is no pixel more.
+        let count = |size: f64| (size / pixel * (1.0 - 1e-12)).ceil() as usize + 2 * margin;
         let mut canvas = Self {
+            extent: [low, high],
             low: low.map(|low| low - margin as f64 * pixel),
             pixel,
             width: count(size[0]),
@@ -121,17 +136,41 @@ impl Canvas {
         self.strips.iter().enumerate().flat_map(of).collect()
     }
 
+    /// The lowest and the highest coordinates of walls.
+    pub(crate) const fn extent(&self) -> [[f64; 2]; 2] {
+        self.extent
+    }
+
     pub(crate) fn strips(&self) -> &[Strip] {
         &self.strips
     }
 
     /// A point in pixels from the upper left corner.
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             (x - self.low[0]) / self.pixel,
             self.height as f64 - (y - self.low[1]) / self.pixel,
         ]
     }
+}
+
+/// The lowest and the highest coordinates.
+fn bounds(walls: &[Wall]) -> [[f64; 2]; 2] {
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for end in walls.iter().flat_map(|wall| wall.ends) {
+        for axis in [0, 1] {
+            low[axis] = low[axis].min(end[axis]);
+            high[axis] = high[axis].max(end[axis]);
+        }
+    }
+    [low, high]
+}
+
+/// The width and the height.
+fn size(walls: &[Wall]) -> [f64; 2] {
+    let [low, high] = bounds(walls);
+    [high[0] - low[0], high[1] - low[1]]
 }
 
 #[cfg(test)]

@@ -3,6 +3,9 @@
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
+use core::ops::Range;
+
+use crate::frame::{Frame, Layout, characters, text_size};
 use crate::raster::{self, Image};
 use crate::scale::{Scale, ticks};
 use crate::{Canvas, Error, Piece};
@@ -34,10 +37,17 @@ pub struct RoomPicture<'a> {
     pub stefan_boltzmann: Option<f64>,
     /// The lines of text below the picture.
     pub captions: Vec<String>,
+    /// The width of the picture in pixels, whose panels have [`panel_width`](crate::panel_width) at most; `None` for as many
+    /// as it takes.
+    pub width: Option<usize>,
+    /// The unit of lengths, beside the scale bar; empty if it is not known.
+    pub unit: &'a str,
+    /// The names of surfaces, and their walls.
+    pub names: &'a [(String, Range<usize>)],
 }
 
 /// The width of a character over the size of its font, on the safe side.
-const CHARACTER: f64 = 0.62;
+pub(crate) const CHARACTER: f64 = 0.62;
 
 impl RoomPicture<'_> {
     /// The text of an SVG file of the panels, side by side.
@@ -54,7 +64,23 @@ impl RoomPicture<'_> {
 
     /// The size of the text.
     fn size(&self) -> f64 {
-        (self.canvas.width().max(self.canvas.height()) as f64 / 52.0).clamp(11.0, 32.0)
+        let longer = self.canvas.width().max(self.canvas.height());
+        text_size(self.width.unwrap_or(longer))
+    }
+
+    fn layout(&self) -> Layout {
+        let [low, high] = self.canvas.extent();
+        let characters = characters(low[1], high[1]);
+        Layout::new(self.size(), characters, self.stefan_boltzmann.is_some())
+    }
+
+    /// The place of the first pixel of the first panel from the upper left corner of the page.
+    #[must_use]
+    pub fn origin(&self, is_headed: bool) -> [usize; 2] {
+        let layout = self.layout();
+        let gap = layout.size.round();
+        let top = 0.4 * gap + layout.band + if is_headed { 2.0 * gap } else { 0.0 };
+        [layout.left as usize, top.round() as usize]
     }
 
     /// The images and what is drawn over them.
@@ -62,14 +88,15 @@ impl RoomPicture<'_> {
         for panel in panels {
             self.check(panel)?;
         }
-        let size = self.size();
-        let gap = size.round() as usize;
-        let headed = panels.iter().any(|panel| panel.heading.is_some());
-        let top = gap + if headed { 2 * gap } else { 0 };
+        let layout = self.layout();
+        let size = layout.size;
+        let is_headed = panels.iter().any(|panel| panel.heading.is_some());
+        let [mut left, top] = self.origin(is_headed);
         let (width, height) = (self.canvas.width(), self.canvas.height());
-        let mut left = gap;
+        let pitch = width + layout.between as usize;
+        let page = self.width.map_or(f64::INFINITY, |width| width as f64);
         let (mut images, mut elements) = (Vec::new(), Vec::new());
-        for panel in panels {
+        for (number, panel) in panels.iter().enumerate() {
             images.push(Image {
                 x: left,
                 y: top,
@@ -78,23 +105,35 @@ impl RoomPicture<'_> {
                 pixels: self.pixels(panel.air),
             });
             self.walls(panel.walls, [left as f64, top as f64], &mut elements);
+            let frame = Frame {
+                canvas: self.canvas,
+                layout,
+                at: [left as f64, top as f64],
+                unit: self.unit,
+            };
+            frame.axes(number == 0, &mut elements);
+            frame.names(self.names, page, &mut elements);
             if let Some(heading) = &panel.heading {
-                let at = [(left + width / 2) as f64, top as f64 - 0.7 * size];
+                let at = [(left + width / 2) as f64, 1.6 * size];
                 elements.push(text(heading, at, size, TextAnchor::Middle));
             }
-            left += width + gap;
+            left += pitch;
         }
-        let right = self.legend([left as f64, top as f64], &mut elements);
-        let page = right + size;
-        let mut bottom = (top + height) as f64 + 1.2 * size;
+        let after = (left - layout.between as usize) as f64 + layout.band + size;
+        let right = self.legend([after, top as f64], &mut elements);
+        let page = self
+            .width
+            .map_or((right + 0.5 * size).ceil(), |width| width as f64);
+        // Below the axis and the scale bar.
+        let mut bottom = (top + height) as f64 + layout.band + 3.2 * size;
         let small = 0.85 * size;
         let fits = ((page - 2.0 * size) / (CHARACTER * small)) as usize;
         for line in self.captions.iter().flat_map(|text| wrap(text, fits)) {
             bottom += 0.3 * small;
-            elements.push(text_start(&line, [gap as f64, bottom], small));
+            elements.push(text_start(&line, [0.8 * size, bottom], small));
             bottom += small;
         }
-        let mut scene = Scene::new(page.ceil(), (bottom + 0.2 * size).ceil());
+        let mut scene = Scene::new(page, (bottom + 0.2 * size).ceil());
         scene.elements = elements;
         Ok((images, scene))
     }
@@ -240,7 +279,7 @@ impl RoomPicture<'_> {
     }
 }
 
-fn text(content: &str, [x, y]: [f64; 2], size: f64, anchor: TextAnchor) -> Primitive {
+pub(crate) fn text(content: &str, [x, y]: [f64; 2], size: f64, anchor: TextAnchor) -> Primitive {
     Primitive::Text {
         x,
         y,
@@ -257,7 +296,7 @@ fn text_start(content: &str, at: [f64; 2], size: f64) -> Primitive {
     text(content, at, size, TextAnchor::Start)
 }
 
-fn tick([x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Primitive {
+pub(crate) fn tick([x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Primitive {
     Primitive::Line {
         x1,
         y1,
@@ -269,7 +308,7 @@ fn tick([x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Primitive {
     }
 }
 
-fn polygon(corners: &[[f64; 2]], fill: Color) -> Primitive {
+pub(crate) fn polygon(corners: &[[f64; 2]], fill: Color) -> Primitive {
     let mut d = String::new();
     for (i, [x, y]) in corners.iter().enumerate() {
         let command = if i == 0 { 'M' } else { 'L' };
@@ -327,6 +366,9 @@ mod tests {
             legend: "W/m²",
             stefan_boltzmann: Some(5.670_374_419e-8),
             captions: vec!["below <it>".to_owned()],
+            width: None,
+            unit: "m",
+            names: &[("the floor".to_owned(), 0..1)],
         };
         let panel = |air, walls| {
             let heading = Some("above it".to_owned());
@@ -337,7 +379,16 @@ mod tests {
             }]
         };
         let svg = picture.svg(&panel(&air, &walls)).unwrap();
-        for word in ["above it", "below &lt;it&gt;", "W/m²", ">K<", "image/png"] {
+        for word in [
+            "above it",
+            ">the floor<",
+            ">1 m<",
+            ">4<",
+            "below &lt;it&gt;",
+            "W/m²",
+            ">K<",
+            "image/png",
+        ] {
             assert!(svg.contains(word), "{word} in {svg}");
         }
         let png = picture.png(&panel(&air, &walls)).unwrap();

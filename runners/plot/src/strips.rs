@@ -79,6 +79,11 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 impl Strip {
+    /// The unit vector to the active side, y downwards.
+    pub(crate) const fn normal(&self) -> [f64; 2] {
+        self.normal
+    }
+
     /// In pixels.
     pub(crate) const fn length(&self) -> f64 {
         self.length

@@ -163,6 +163,12 @@ pub struct GoalReport {
     /// The net flux out of the wall in W/m², of a surface in the mean, in rooms with temperatures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub net_flux: Option<EstimateReport>,
+    /// Whether that is given, and no result.
+    #[serde(skip)]
+    pub is_flux_given: bool,
+    /// The temperature in kelvin of a wall from which the net flux is given; of a mean, that of the mean of T⁴.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<EstimateReport>,
     /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radiant_temperature: Option<EstimateReport>,
@@ -236,10 +242,13 @@ pub struct EnergyReport {
 pub struct SurfaceReport {
     /// The surface's name.
     pub name: String,
-    /// The number of walks.
+    /// The number of walks; 0 if the net flux is given.
     pub walks: u64,
     /// The net flux out of the surface, in W per metre of depth; `None` if its material changes.
     pub net_flux: Option<EstimateReport>,
+    /// Whether that is given, and no result.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub is_given: bool,
 }
 
 /// A run: everything that a report tells, apart from the answer.
@@ -302,7 +311,9 @@ impl Report {
             let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
             report.irradiance = heat.irradiance.map(estimate);
             report.net_flux = heat.net_flux.map(estimate);
+            report.is_flux_given = heat.is_flux_given;
             let kelvin = |estimate| EstimateReport::new(estimate, report.walks, Some("K"));
+            report.temperature = heat.temperature.map(kelvin);
             report.radiant_temperature = heat.radiant_temperature.map(kelvin);
         }
         Self {
@@ -394,6 +405,8 @@ impl GoalReport {
             z: error.zip(bar).map(|(error, bar)| error / bar),
             irradiance: None,
             net_flux: None,
+            is_flux_given: false,
+            temperature: None,
             radiant_temperature: None,
         }
     }
@@ -495,7 +508,8 @@ impl EnergyReport {
         }
         // Every surface has walks of its own: errors are independent.
         let known: Option<Vec<Estimate>> = fluxes.iter().map(|flux| flux.net_flux).collect();
-        let walks = fluxes.iter().map(|flux| flux.walks).min().unwrap_or(0);
+        let walked = fluxes.iter().filter(|flux| !flux.is_given);
+        let walks = walked.map(|flux| flux.walks).min().unwrap_or(0);
         let square = |x: Option<f64>| x.map(|x| x * x);
         let energy_balance = known.map(|known| {
             let squares: Option<f64> = known.iter().map(|e| square(e.std_error)).sum();
@@ -509,9 +523,12 @@ impl EnergyReport {
         let surface = |flux: Flux| SurfaceReport {
             name: flux.name,
             walks: flux.walks,
-            net_flux: flux
-                .net_flux
-                .map(|estimate| EstimateReport::new(estimate, flux.walks, Some(PER_DEPTH))),
+            net_flux: flux.net_flux.map(|estimate| {
+                // A given flux is known without walks.
+                let walks = flux.walks.max(u64::from(flux.is_given));
+                EstimateReport::new(estimate, walks, Some(PER_DEPTH))
+            }),
+            is_given: flux.is_given,
         };
         Some(Self {
             surfaces: fluxes.into_iter().map(surface).collect(),

@@ -14,6 +14,7 @@ mod long;
 mod pairs_theory;
 mod rayon;
 mod room;
+mod room_covered;
 mod room_degrees;
 mod room_factors;
 mod room_rates;

@@ -62,7 +62,7 @@ fn numbers_that_are_none() {
     }
     let tiny = Drawing::new("tiny").line(&[[0.0, 0.0], [1e-101, 0.0]], 0.5, 0.0);
     assert_eq!(refused(&tiny), RoomError::Coordinate(place(0, 0)));
-    for reflectance in [-0.1, 1.0, 2.0, f64::NAN] {
+    for reflectance in [-0.1, 1.0 + f64::EPSILON, 2.0, f64::NAN] {
         let drawing = square().line(&[[0.2, 0.2], [0.4, 0.4]], reflectance, 1.0);
         assert_eq!(refused(&drawing), RoomError::Reflectance(place(4, 0)));
     }
@@ -74,10 +74,11 @@ fn numbers_that_are_none() {
     assert!(bright.scene::<f64>().is_ok());
     assert_eq!(
         bright.scene::<f32>().unwrap_err(),
-        RoomError::Reflectance(place(0, 0))
+        RoomError::NothingAbsorbs(place(0, 0))
     );
     for (emissivity, temperature, error) in [
-        (0.0, 300.0, RoomError::Reflectance(place(0, 0))),
+        (0.0, 300.0, RoomError::NothingAbsorbs(place(0, 0))),
+        (-0.1, 300.0, RoomError::Reflectance(place(0, 0))),
         (1.1, 300.0, RoomError::Reflectance(place(0, 0))),
         (f64::NAN, 300.0, RoomError::Reflectance(place(0, 0))),
         (0.5, -1.0, RoomError::Emission(place(0, 0))),
@@ -87,6 +88,45 @@ fn numbers_that_are_none() {
         let drawing = outline().with(|_| Material::grey(emissivity, temperature));
         assert_eq!(refused(&drawing), error);
     }
+}
+
+#[test]
+fn every_part_of_a_room_absorbs() {
+    let all_flux = |drawing: Drawing| drawing.with(|_| Material::flux(0.0));
+    let none = |surface| Some(RoomError::NothingAbsorbs(place(surface, 0)));
+    let found = |drawing: &Drawing| drawing.scene::<f64>().err();
+    assert_eq!(found(&all_flux(l_room())), none(0));
+    // One wall is enough, an obstacle's too.
+    let except = |drawing: &Drawing, one: usize| {
+        let drawing = drawing.clone();
+        drawing.with(|s| Material::grey(if s == one { 0.1 } else { 0.0 }, 300.0))
+    };
+    for one in 0..4 {
+        assert_eq!(found(&except(&square(), one)), None);
+    }
+    assert_eq!(found(&except(&block(), 5)), None);
+    // Both sides of a screen are in the one room.
+    let screen = square().baffle([0.2, 0.2], [0.4, 0.7], 0.5);
+    assert_eq!(found(&except(&screen, 4)), None);
+    assert_eq!(found(&except(&screen, 5)), None);
+    // A wall across it makes two rooms: surfaces 0 and 2 are in both.
+    let two = square().baffle([0.4, 0.0], [0.4, 1.0], 0.5);
+    assert_eq!(found(&except(&two, 0)), None);
+    assert_eq!(found(&except(&two, 1)), none(0));
+    assert_eq!(found(&except(&two, 3)), none(0));
+    // A room within an obstacle sees nothing of what is around.
+    let inner = [[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6], [0.4, 0.4]];
+    let nested = block().line(&inner, 0.5, 0.0);
+    assert_eq!(
+        found(&nested.clone().with(|_| Material::grey(0.5, 1.0))),
+        None
+    );
+    assert_eq!(found(&except(&nested, 0)), none(8));
+    assert_eq!(found(&except(&nested, 8)), none(0));
+    // Where light leaves, that is enough.
+    let mut open = all_flux(square());
+    open.open = true;
+    assert_eq!(found(&open), None);
 }
 
 #[test]

@@ -70,7 +70,8 @@ fn tables_that_do_not_belong_together() {
         Geometry::new(&[other], &segments, &nodes, true).err()
     };
     assert_eq!(changed(|_| ()), None);
-    assert_eq!(changed(|w| w.reflectance = 1.0), bad);
+    assert_eq!(changed(|w| w.reflectance = 1.0), None);
+    assert_eq!(changed(|w| w.reflectance = 1.1), bad);
     assert_eq!(changed(|w| w.reflectance = -0.1), bad);
     assert_eq!(changed(|w| w.emission = f64::NAN), bad);
     assert_eq!(changed(|w| w.ends[1][1] = 0.1), bad);

@@ -8,6 +8,7 @@ mod diagnose;
 mod domains;
 mod drawings;
 mod export;
+mod heat;
 mod hostile;
 mod interruption;
 mod manual;

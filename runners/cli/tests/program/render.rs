@@ -64,12 +64,64 @@ fn decode(path: &Path) -> (usize, usize, Vec<[u8; 3]>) {
     (info.width as usize, info.height as usize, pixels)
 }
 
+/// Where in a picture its first pixel over the room is.
+fn origin(json: &serde_json::Value) -> [usize; 2] {
+    [0, 1].map(|k| json["origin"][k].as_u64().unwrap() as usize)
+}
+
+#[test]
+fn a_picture_is_as_wide_as_asked_and_says_what_is_where() {
+    let folder = Folder::new();
+    let tall = BLACK
+        .replace("[2, 1]", "[2, 9]")
+        .replace("[0, 1]", "[0, 9]");
+    for (problem, width, more) in [
+        (BLACK, 300, &[][..]),
+        (BLACK, 431, &["--side-by-side"]),
+        (&tall, 300, &[]),
+    ] {
+        let own = width.to_string();
+        let args = [&["--width", &own, "--walks", "1", "--json"][..], more].concat();
+        let json = render(&folder, problem, "a.png", &args).quietly(0).json();
+        let (found, high, _) = decode(&folder.path().join("a.png"));
+        assert_eq!(found, width);
+        let [left, top] = origin(&json);
+        let (across, along) = (number(&json, "width"), number(&json, "height"));
+        assert!(left as f64 + across < width as f64, "{json}");
+        assert!(
+            top as f64 + along < high as f64 && along <= 2.0 * width as f64,
+            "{json}"
+        );
+        // No part of the page is wasted on a room that is not tall.
+        assert!(
+            problem == tall || across * (1.0 + more.len() as f64) > 0.35 * width as f64,
+            "{json}"
+        );
+    }
+    let args = ["--width", "500", "--walks", "1"];
+    let heat = furnace().replace(
+        "reflectance = 0.7\nemission = 0.3",
+        "emissivity = 0.3\ntemperature = 300",
+    );
+    render(&folder, &heat, "a.svg", &args).quietly(0);
+    let svg = std::fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(svg.contains("width=\"500\""), "{}", &svg[..200]);
+    // Names, metres along both axes, and a bar of a quarter of the width.
+    for word in ["walls", "lamp", "block", "1.5", "0.2", "0.5 m"] {
+        assert!(svg.contains(&format!(">{word}<")), "{word}");
+    }
+    refused(
+        &render(&folder, BLACK, "a.png", &["--width", "100"]),
+        &["--width 100", "at least 2", "pixels wide"],
+    );
+}
+
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
     let folder = Folder::new();
-    for name in ["a.png", "a.svg", "a.csv"] {
+    for (name, width) in [("a.png", "250"), ("a.svg", "250"), ("a.csv", "60")] {
         let of = |threads: &str| {
-            let args = ["--width", "60", "--threads", threads];
+            let args = ["--width", width, "--threads", threads];
             render(&folder, &furnace(), name, &args).quietly(0);
             std::fs::read(folder.path().join(name)).unwrap()
         };
@@ -110,13 +162,16 @@ fn a_furnace_has_one_colour() {
         variance += if error.is_nan() { 0.0 } else { error * error };
     }
     assert!(sum.abs() < 4.0 * variance.sqrt(), "{sum} {variance}");
-    render(&folder, &furnace(), "a.png", &args).quietly(0);
+    let args = ["--width", "250", "--walks", "50", "--json"];
+    let json = render(&folder, &furnace(), "a.png", &args)
+        .quietly(0)
+        .json();
     // In the room left of the baffle: the colours of 1 − 1/256 and above.
     let (width, _, pixels) = decode(&folder.path().join("a.png"));
-    let margin = 11 + 2;
+    let [left, top] = origin(&json);
     for row in 5..25 {
         for column in 5..25 {
-            let pixel = pixels[(margin + row) * width + margin + column];
+            let pixel = pixels[(top + row) * width + left + column];
             assert!(pixel[0] > 240 && pixel[1] > 240, "{row} {column} {pixel:?}");
         }
     }
@@ -172,12 +227,17 @@ fn what_is_no_room_is_blank() {
         assert!((0.0..2.0).contains(&x) && (0.0..1.0).contains(&y) && !in_block);
     }
     // White in the picture: in the block's middle, and in the corner of the page.
-    render(&folder, &furnace(), "a.png", &["--width", "200"]).quietly(0);
+    let args = ["--width", "400", "--json"];
+    let json = render(&folder, &furnace(), "a.png", &args)
+        .quietly(0)
+        .json();
     let (width, _, pixels) = decode(&folder.path().join("a.png"));
-    let margin = 11 + 2;
+    let [left, top] = origin(&json);
+    // The room is 2 wide, with two pixels on either side.
+    let scale = (number(&json, "width") - 4.0) / 2.0;
     let at = |x: f64, y: f64| {
-        let [column, row] = [x, 1.0 - y].map(|x| (100.0 * x) as usize + margin);
-        pixels[row * width + column]
+        let [column, row] = [x, 1.0 - y].map(|x| (scale * x) as usize + 2);
+        pixels[(top + row) * width + left + column]
     };
     assert_eq!(at(1.7, 0.7), [255; 3]);
     assert_eq!(pixels[0], [255; 3]);
@@ -189,7 +249,14 @@ fn what_is_no_room_is_blank() {
 fn plain_walks_take_as_long_and_are_noisier() {
     let folder = Folder::new();
     let problem = furnace();
-    let args = ["--width", "40", "--side-by-side", "--walks", "20", "--json"];
+    let args = [
+        "--width",
+        "400",
+        "--side-by-side",
+        "--walks",
+        "20",
+        "--json",
+    ];
     let json = render(&folder, &problem, "a.svg", &args).quietly(0).json();
     let of = |name: &str, key: &str| number(&json[name], key);
     assert!(of("plain", "walks") >= 1.0 && of("plain", "seconds") > 0.0);

@@ -341,7 +341,7 @@ fn the_square_has_its_known_value_at_every_degree() {
     let check = fredholm(&["check", &path]).quietly(0).stdout;
     assert!(check.contains("unknowns   240"), "{check}");
     let picture = folder.at("square.png");
-    fredholm(&["render", &path, "--width", "30", "-o", &picture]).quietly(0);
+    fredholm(&["render", &path, "--width", "250", "-o", &picture]).quietly(0);
     refused(
         &folder.solve(&problem, &["--degree", "5"]),
         &["--degree 5", "from 0 to 4 in a room"],
@@ -472,7 +472,7 @@ fn bad_rooms_are_refused_at_their_place() {
         &with("[0.7, 0.6]", "[0.7, 0.6, 0.5]"),
         &["\"walls\"", "one for each"],
     );
-    refused(&with("[0.7, 0.6]", "1.0"), &["less than 1", "1.0"]);
+    refused(&with("[0.7, 0.6]", "1.1"), &["at most 1", "1.1"]);
     refused(
         &with("over = \"floor\"", "over = \"flor\""),
         &["no surface \"flor\"", "mean \"floor\""],

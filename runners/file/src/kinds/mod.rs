@@ -3,6 +3,7 @@
 mod circle;
 mod cube;
 mod functions;
+mod material;
 mod room;
 mod singular;
 mod sphere;

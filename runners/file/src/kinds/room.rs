@@ -8,6 +8,7 @@ use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
+use super::material::{COLD, EMISSIVITY, is_emissivity, read_temperatures, set_material};
 use super::{Kind, KindEntry, shared};
 use crate::deck::{self, Deck};
 use crate::model::{NOTHING, grid};
@@ -23,6 +24,8 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     template: include_str!("../../templates/room.toml"),
     read: |section| shared(read(section)),
 };
+
+pub use super::material::{Material, Numbers};
 
 /// Light or heat in a room: `[problem]` with `kind = "room"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,19 +52,6 @@ pub struct Surface {
     /// The materials of the surface: one, or one for every segment.
     pub material: Material,
 }
-
-/// The material of a surface, as the file has it.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Material {
-    /// `reflectance` and `emission`.
-    Light(Numbers, Numbers),
-    /// `emissivity` and `temperature`.
-    Grey(Numbers, Numbers),
-}
-
-/// One number, or one for every segment; absent where the deck or a default gives it.
-pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
 
 /// Reads the rest of `[problem]` for a room.
 fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
@@ -106,15 +96,28 @@ fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
         };
         Some((field.key.clone(), numbers))
     };
-    let keys = ["reflectance", "emission", "emissivity", "temperature"];
-    let [reflectance, emission, emissivity, temperature] = keys.map(&mut numbers);
+    let keys = [
+        "reflectance",
+        "emission",
+        "emissivity",
+        "temperature",
+        "net_flux",
+    ];
+    let [reflectance, emission, emissivity, temperature, net_flux] = keys.map(&mut numbers);
     section.finish()?;
     let light = reflectance.as_ref().or(emission.as_ref());
-    let grey = emissivity.as_ref().or(temperature.as_ref());
+    let heat = temperature.as_ref().or(net_flux.as_ref());
+    let grey = emissivity.as_ref().or(heat);
     if let (Some(_), Some((key, _))) = (light, grey) {
         return Err(section.source.error(
             key.clone(),
-            "give either `reflectance` and `emission`, or `emissivity` and `temperature`",
+            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
+        ));
+    }
+    if let (Some(_), Some((key, _))) = (&temperature, &net_flux) {
+        return Err(section.source.error(
+            key.clone(),
+            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
         ));
     }
     let is_grey = grey.is_some();
@@ -123,7 +126,9 @@ fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
     Ok(Surface {
         name,
         points,
-        material: if is_grey {
+        material: if net_flux.is_some() {
+            Material::Flux(value(net_flux)?, value(emissivity)?)
+        } else if is_grey {
             Material::Grey(value(emissivity)?, value(temperature)?)
         } else {
             Material::Light(value(reflectance)?, value(emission)?)
@@ -183,20 +188,19 @@ impl Room {
                 return Err(unknown_surface(file, &surface.name, &all.names));
             };
             let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
-            all.materials[i] = materials(&surface.material, own);
-            all.heat |= matches!(surface.material, Material::Grey(..));
+            set_material(&mut all, i, &surface.material, own);
         }
         Ok(all)
     }
 
     fn surfaces_of_file(&self) -> Surfaces {
         let mut all = Surfaces::default();
-        for surface in &self.surfaces {
+        for (i, surface) in self.surfaces.iter().enumerate() {
             let points = surface.points.iter().flat_map(|points| &points.value);
             all.names.push(surface.name.value.clone());
             all.points.push(points.map(|point| point.value).collect());
-            all.materials.push(materials(&surface.material, 0.0));
-            all.heat |= matches!(surface.material, Material::Grey(..));
+            all.materials.push(Vec::new());
+            set_material(&mut all, i, &surface.material, 0.0);
         }
         all
     }
@@ -221,7 +225,7 @@ impl Room {
             let missing = match &surface.material {
                 Material::Light(None, _) => Some("`reflectance`"),
                 Material::Grey(None, _) => Some("`emissivity`"),
-                Material::Grey(_, None) => Some("`temperature`"),
+                Material::Grey(_, None) => Some("`temperature` or `net_flux`"),
                 _ => None,
             };
             if let Some(missing) = missing {
@@ -238,22 +242,22 @@ impl Room {
             Material::Light(reflectance, emission) => {
                 each(
                     reflectance,
-                    &|rho| (0.0..1.0).contains(&rho),
-                    "a reflectance must be at least 0 and less than 1",
+                    &|rho| (0.0..=1.0).contains(&rho),
+                    "a reflectance must be at least 0 and at most 1",
                 )?;
                 each(emission, &f64::is_finite, "an emission must be finite")
             }
             Material::Grey(emissivity, temperature) => {
-                each(
-                    emissivity,
-                    &|e| e > 0.0 && e <= 1.0,
-                    "an emissivity must be more than 0 and at most 1",
-                )?;
+                each(emissivity, &is_emissivity, EMISSIVITY)?;
                 each(
                     temperature,
                     &|t| (0.0..=1e6).contains(&t),
                     "a temperature must be from 0 to a million kelvin",
                 )
+            }
+            Material::Flux(net_flux, emissivity) => {
+                each(emissivity, &is_emissivity, EMISSIVITY)?;
+                each(net_flux, &f64::is_finite, "a net flux must be finite")
             }
         }
     }
@@ -393,6 +397,7 @@ impl Kind for Room {
                     |x| (0.0..COLD).contains(&x) && x > 0.0,
                     "this temperature is in kelvin, and cold: write \"20 C\" for degrees Celsius",
                 ),
+                Material::Flux(..) => continue,
             };
             let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
             let doubtful = numbers.into_iter().find(|number| doubtful(number.value));
@@ -404,47 +409,6 @@ impl Kind for Room {
     fn has_walls(&self) -> bool {
         true
     }
-}
-
-/// A temperature in kelvin below which a room is hardly meant.
-const COLD: f64 = 60.0;
-/// 0 °C in kelvin.
-const FREEZING: f64 = 273.15;
-
-/// Reads temperatures in kelvin: numbers, or text with a unit, "19 C" or "292 K"; one, or an array of them.
-fn read_temperatures(field: &Field<'_, '_>) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
-    let one = |field: &Field<'_, '_>| match &field.value {
-        DeValue::String(text) => {
-            let value = kelvin(text).ok_or_else(|| {
-                field.error(
-                    "a temperature is a number of kelvin, or text such as \"19 C\" or \"292 K\"",
-                )
-            })?;
-            Ok(Placed::file(field.span.clone(), value))
-        }
-        _ => field.number(),
-    };
-    match &field.value {
-        DeValue::Array(array) => {
-            let items = array.iter().enumerate();
-            let values = items.map(|(index, item)| one(&field.element(index, item)));
-            let values = values.collect::<Result<_, _>>()?;
-            Ok(Placed::file(field.span.clone(), values))
-        }
-        DeValue::String(_) => Ok(Placed::file(field.span.clone(), vec![one(field)?])),
-        _ => field.numbers(),
-    }
-}
-
-/// The kelvin of "19 C", "19 °C" or "292 K".
-fn kelvin(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let (number, zero) = match text.strip_suffix('C') {
-        Some(rest) => (rest.trim_end().trim_end_matches('°'), FREEZING),
-        None => (text.strip_suffix('K')?, 0.0),
-    };
-    let number: f64 = number.trim_end().parse().ok()?;
-    number.is_finite().then_some(number + zero)
 }
 
 impl Deck {
@@ -466,38 +430,6 @@ impl Deck {
         }
         all
     }
-}
-
-/// The materials of a surface; `own` is its reflectance where nothing is said of it.
-fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
-    let list = |numbers: &Numbers, default: f64| -> Vec<f64> {
-        numbers.as_ref().map_or(vec![default], |numbers| {
-            numbers.value.iter().map(|number| number.value).collect()
-        })
-    };
-    let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
-        Material::Light(reflectance, emission) => (
-            list(reflectance, own),
-            list(emission, 0.0),
-            |reflectance, emission| RoomMaterial {
-                reflectance,
-                emission,
-            },
-        ),
-        Material::Grey(emissivity, temperature) => (
-            list(emissivity, 1.0 - own),
-            list(temperature, 0.0),
-            RoomMaterial::grey,
-        ),
-    };
-    // A list of another length than the other's stays one: the scene refuses it.
-    let at = |list: &[f64], i: usize| match list {
-        [one] => *one,
-        many => many.get(i).copied().unwrap_or(f64::NAN),
-    };
-    (0..first.len().max(second.len()))
-        .map(|i| make(at(&first, i), at(&second, i)))
-        .collect()
 }
 
 /// Refuses an empty list of surfaces, and one that names a surface twice.

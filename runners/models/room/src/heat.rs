@@ -30,11 +30,20 @@ const fn is_in_air(region: &Region) -> bool {
 }
 
 impl RoomModel {
-    /// The regions of the goals and, with temperatures, every surface, for its net flux unless they are left out.
+    /// The surfaces whose net fluxes are results: all, with temperatures, unless they are left out.
+    fn flux_surfaces(&self) -> impl Iterator<Item = usize> + '_ {
+        let all = self.surfaces.heat && !self.surfaces.without_fluxes;
+        let surfaces = 0..if all { self.surfaces.names.len() } else { 0 };
+        surfaces.filter(|&surface| self.has_walls(surface))
+    }
+
+    /// The regions of the goals, then every surface whose net flux takes walks.
     pub(super) fn regions(&self, goals: &[Goal], only_u: bool) -> Vec<Region> {
         let mut regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
-        if self.surfaces.heat && !self.surfaces.without_fluxes && !only_u {
-            regions.extend((0..self.surfaces.names.len()).map(Region::Part));
+        if !only_u {
+            let walked = |surface: &usize| !self.surfaces.is_flux_given(*surface);
+            let surfaces = self.flux_surfaces().filter(walked);
+            regions.extend(surfaces.map(Region::Part));
         }
         regions
     }
@@ -95,7 +104,7 @@ impl RoomModel {
         }
         let (radiosities, own) = statistics.split_at(regions.len());
         let mut own = own.iter();
-        let (mut heat, mut fluxes) = (Vec::new(), Vec::new());
+        let (mut heat, mut walked_fluxes) = (Vec::new(), Vec::new());
         for (i, (region, u)) in regions.iter().zip(radiosities).enumerate() {
             let through = self.through_radiosity(region);
             let walked = match through {
@@ -108,31 +117,97 @@ impl RoomModel {
                 Some(through) => estimate.map(|u| through.irradiance(u)),
                 None => estimate,
             };
-            match i.checked_sub(goals.len()) {
-                None => heat.push(Heat {
+            if i < goals.len() {
+                heat.push(Heat {
                     irradiance,
                     net_flux: self.net_flux(region, irradiance, 1.0),
+                    is_flux_given: self.surfaces.heat && self.is_reflecting(region),
+                    temperature: self.wall_temperature(region, u.preconditioned()),
                     radiant_temperature: is_in_air(region)
-                        .then(|| self.radiant_temperature(u.preconditioned()))
+                        .then(|| self.temperature(u.preconditioned()))
                         .flatten(),
-                }),
-                // Then come all surfaces, of which the flux is that of their length.
-                Some(surface) => fluxes.push(Flux {
-                    name: self.surfaces.names[surface].clone(),
-                    walks: walked.map_or(0, Statistics::walks),
-                    net_flux: self
-                        .scene
-                        .length(surface)
-                        .ok()
-                        .and_then(|length| self.net_flux(region, irradiance, length)),
-                }),
+                });
+            } else {
+                walked_fluxes.push((walked.map_or(0, Statistics::walks), irradiance));
             }
         }
+        let mut walked_fluxes = walked_fluxes.into_iter();
+        let fluxes = self.flux_surfaces().map(|surface| {
+            let is_given = self.surfaces.is_flux_given(surface);
+            let (walks, irradiance) = match is_given {
+                true => (0, None),
+                false => walked_fluxes.next().unwrap_or((0, None)),
+            };
+            Flux {
+                name: self.surfaces.names[surface].clone(),
+                walks,
+                net_flux: if is_given {
+                    self.given_flux(surface)
+                } else {
+                    // The flux of its length.
+                    let length = self.scene.length(surface).ok();
+                    length.and_then(|length| {
+                        self.net_flux(&Region::Part(surface), irradiance, length)
+                    })
+                },
+                is_given,
+            }
+        });
+        let fluxes = fluxes.collect();
         Derived { heat, fluxes }
     }
 
-    /// The mean radiant temperature in kelvin, if there are temperatures: σT⁴ is the mean radiosity in view.
-    fn radiant_temperature(&self, u: Estimate) -> Option<Estimate> {
+    /// The net flux out of a surface from which it is given, in W per metre of depth.
+    fn given_flux(&self, surface: usize) -> Option<Estimate> {
+        let walls = self.scene.walls_of(surface).ok()?;
+        let walls = self.scene.geometry().walls().get(walls)?.iter();
+        Some(Estimate {
+            estimate: walls.map(|wall| wall.length * wall.emission).sum(),
+            std_error: Some(0.0),
+            std_dev: Some(0.0),
+        })
+    }
+
+    /// Whether a region reflects all: whether its net flux is given.
+    fn is_reflecting(&self, region: &Region) -> bool {
+        let material = self.material(region);
+        material.is_some_and(|material| material.reflectance >= 1.0)
+    }
+
+    /// The temperature in kelvin of walls from which the net flux q is given: εσT⁴ = u − (1 − ε)H = εu + (1 − ε)q.
+    fn wall_temperature(&self, region: &Region, u: Estimate) -> Option<Estimate> {
+        let q = self.material(region)?.emission;
+        if !self.is_reflecting(region) {
+            return None;
+        }
+        let hidden = match q == 0.0 {
+            true => 0.0,
+            false => q * (1.0 / self.emissivity(region)? - 1.0),
+        };
+        self.temperature(Estimate {
+            estimate: u.estimate + hidden,
+            ..u
+        })
+    }
+
+    /// The one emissivity of a region from which the net flux is given, if it is known.
+    fn emissivity(&self, region: &Region) -> Option<f64> {
+        let of = |surface: usize| self.scene.walls_of(surface).ok();
+        let walls: Vec<usize> = match region {
+            Region::On(surface, t) => vec![self.scene.along(*surface, *t).ok()?.0],
+            Region::Part(surface) => of(*surface)?.collect(),
+            Region::Parts(surfaces) => surfaces.iter().copied().filter_map(of).flatten().collect(),
+            _ => return None,
+        };
+        let own = |wall: &usize| self.surfaces.emissivity(self.scene.place(*wall)?);
+        let first = own(walls.first()?)?;
+        let same = walls.iter().all(|wall| own(wall) == Some(first));
+        same.then_some(first)
+    }
+
+    /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant
+    /// temperature.
+    fn temperature(&self, u: Estimate) -> Option<Estimate> {
         let mean = Some(u.estimate).filter(|&mean| self.surfaces.heat && mean > 0.0)?;
         let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
         let scale = |x: Option<f64>| x.map(|x| 0.25 * temperature / mean * x);

@@ -36,11 +36,6 @@ pub(super) fn direction(direction: Point) -> String {
 }
 
 impl Surfaces {
-    /// What is likely to be wrong where light leaves a room from a point of a surface's segment.
-    pub(super) fn leak(&self, place: fredholm_room::Place, from: Point) -> Option<String> {
-        self.cover(place, from).or_else(|| self.gap())
-    }
-
     /// The larger side of the drawing.
     fn size(&self) -> f64 {
         let points = self.points.iter().flatten();
@@ -58,46 +53,8 @@ impl Surfaces {
         format!("{:?}", self.names.get(surface).map_or("?", String::as_str))
     }
 
-    /// The surface that stands next to the point on both sides of it, on its segment, which then lies under it.
-    fn cover(&self, place: fredholm_room::Place, from: Point) -> Option<String> {
-        let own = self.points.get(place.surface)?;
-        let segment = [*own.get(place.vertex)?, *own.get(place.vertex + 1)?];
-        let smallest = SAME * self.size();
-        let (here, _) = nearest(segment, from);
-        let mut narrowest: Option<(f64, [Point; 2], usize)> = None;
-        for (surface, points) in self.points.iter().enumerate() {
-            if surface == place.surface {
-                continue;
-            }
-            let feet = points.iter().map(|&p| (nearest(segment, p), p));
-            let mut feet: Vec<(f64, Point)> = feet
-                .filter(|((_, height), _)| *height <= smallest)
-                .map(|((t, _), p)| (t, p))
-                .collect();
-            feet.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for two in feet.windows(2) {
-                let [(low, left), (high, right)] = [two[0], two[1]];
-                let width = high - low;
-                // What goes from one end of the segment to the other is the rest of the room.
-                let is_cover = low <= here && here <= high && width < 1.0 - SAME;
-                if is_cover && narrowest.is_none_or(|(least, ..)| width < least) {
-                    narrowest = Some((width, [left, right], surface));
-                }
-            }
-        }
-        narrowest.map(|(_, [left, right], surface)| {
-            format!(
-                "this part of {}, from {} to {}, lies under surface {}: leave it out",
-                self.name(place.surface),
-                point(left),
-                point(right),
-                self.name(surface)
-            )
-        })
-    }
-
     /// The narrowest gap between a loose end and another, or a surface that it all but meets.
-    fn gap(&self) -> Option<String> {
+    pub(super) fn gap(&self) -> Option<String> {
         let size = self.size();
         let segments = || {
             let of = |(surface, points): (usize, &'_ Vec<Point>)| {

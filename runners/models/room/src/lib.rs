@@ -6,6 +6,7 @@ mod field;
 mod heat;
 mod leaks;
 mod means;
+mod notes;
 mod partition;
 mod surfaces;
 mod system;
@@ -136,6 +137,18 @@ impl RoomModel {
     /// Refuses a region that it does not have, but for points in the air.
     fn check_region(&self, region: &Region) -> Result<(), Error> {
         let is_part = |part: &usize| *part < self.surfaces.names.len();
+        let parts = match region {
+            Region::Part(part) | Region::On(part, _) => core::slice::from_ref(part),
+            Region::Parts(parts) => parts,
+            _ => &[],
+        };
+        if let Some(&part) = parts
+            .iter()
+            .find(|part| is_part(part) && !self.has_walls(**part))
+        {
+            let message = self.surfaces.without_walls(part);
+            return Err(Error::Region { message });
+        }
         let message = match region {
             Region::Whole => return Ok(()),
             Region::Part(part) if is_part(part) => return Ok(()),
@@ -148,6 +161,12 @@ impl RoomModel {
         Err(Error::Region {
             message: message.to_owned(),
         })
+    }
+
+    /// Whether a surface is there, and not all covered by others.
+    fn has_walls(&self, surface: usize) -> bool {
+        let walls = self.scene.walls_of(surface);
+        walls.is_ok_and(|walls| !walls.is_empty())
     }
 
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
@@ -218,6 +237,10 @@ impl Model for RoomModel {
         let [a, b] = self.scene.geometry().walls().get(wall)?.ends;
         let between = |k: usize| (1.0 - fraction) * a[k] + fraction * b[k];
         Some(vec![between(0), between(1)])
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.surfaces.notes(&self.scene)
     }
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {

@@ -1,5 +1,7 @@
 //! The surfaces of a room, with their names.
 
+use std::collections::BTreeMap;
+
 use fredholm_core::Real;
 use fredholm_room::{Enclosure, Material, Place, RoomError, Scene, Surface};
 
@@ -15,7 +17,10 @@ pub struct Surfaces {
     pub points: Vec<Vec<[f64; 2]>>,
     /// The materials of each: one, or one for every segment.
     pub materials: Vec<Vec<Material>>,
-    /// Whether temperatures are given: results are in W/m² then.
+    /// The emissivities of surfaces from which the net flux is given, by their numbers: one, or one for every segment. They
+    /// tell the temperatures of such surfaces, and nothing else.
+    pub emissivities: BTreeMap<usize, Vec<f64>>,
+    /// Whether temperatures or net fluxes are given: results are in W/m² then.
     pub heat: bool,
     /// Whether light that leaves is absorbed.
     pub open: bool,
@@ -96,7 +101,16 @@ impl Surfaces {
                     "coordinates must be finite, and the scene between 1e-100 and 1e100 wide"
                 },
             ),
-            RoomError::Reflectance(place) => at(place, "the reflectance must be in [0, 1)"),
+            RoomError::Reflectance(place) => at(place, "the reflectance must be in [0, 1]"),
+            RoomError::NothingAbsorbs(place) => at(
+                place,
+                if self.heat {
+                    "no wall of this part of the room has a temperature: if all net fluxes are given there is no steady \
+                     state, or more than one; give one surface at least a `temperature`"
+                } else {
+                    "no wall of this part of the room absorbs: at least one needs a reflectance below 1"
+                },
+            ),
             RoomError::Emission(place) => at(place, "the emission must be finite"),
             RoomError::ZeroLength(place) => {
                 at(place, "the segment to the next vertex has no length")
@@ -123,7 +137,7 @@ impl Surfaces {
                 from,
                 direction,
             } => {
-                let way_out = self.leak(place, from).unwrap_or_else(|| {
+                let way_out = self.gap().unwrap_or_else(|| {
                     "close the gap, or turn surfaces whose active side is not on the left"
                         .to_owned()
                 });
@@ -141,6 +155,18 @@ impl Surfaces {
             }
             other => (other.to_string(), None),
         }
+    }
+
+    /// The emissivity of a segment from which the net flux is given, if it is known.
+    pub(super) fn emissivity(&self, place: Place) -> Option<f64> {
+        let own = self.emissivities.get(&place.surface)?;
+        own.get(place.vertex).or(own.first()).copied()
+    }
+
+    /// Whether the net flux is given from all of a surface.
+    pub(super) fn is_flux_given(&self, surface: usize) -> bool {
+        let own = self.materials.get(surface);
+        own.is_some_and(|own| own.iter().all(|material| material.reflectance >= 1.0))
     }
 
     /// The one material of a surface, if it has one.

@@ -44,6 +44,9 @@ pub(super) struct Setup<'s, F> {
     pub(super) g: Vec<F>,
 }
 
+/// The density with which walks start.
+type StartDensity<'a> = dyn Fn(&Point<f64>) -> Density + Sync + 'a;
+
 /// What is done with a neighbour equation, and with the irradiance that v makes at a point.
 pub(super) type Use<'a, F> =
     dyn FnMut(&Boxed<'_, F>, &dyn Fn(&Point<F>) -> f64) -> Result<(), Error> + 'a;
@@ -172,15 +175,14 @@ impl RoomSystem<'_> {
         then: &mut WithStarts<'_, Point<f64>>,
     ) -> Result<(), Error> {
         let model = self.cut.model;
-        let mut densities = Vec::new();
+        let mut densities: Vec<Box<StartDensity<'_>>> = Vec::new();
         for goal in request.goals {
-            if matches!(goal.region, Region::Point(_)) {
-                let message = format!(
-                    "target {:?} is in the air: a prediction of variances, and `pairs = \"theory\"`, take targets on \
-                     walls alone",
-                    goal.name
-                );
-                return Err(Error::TooMuch { message });
+            if let Region::Point(x) = &goal.region {
+                let seen = seen(room, x);
+                let shares = seen.visible_shares();
+                let density = move |y: &Point<f64>| in_view(seen.density(y, &shares));
+                densities.push(Box::new(density));
+                continue;
             }
             let walls = model.walls(&goal.region)?;
             let own = model.scene.geometry();
@@ -188,13 +190,13 @@ impl RoomSystem<'_> {
                 .iter()
                 .flat_map(|walls| own.walls().get(walls.clone()));
             let length = own.flatten().map(|wall| wall.length).sum();
-            densities.push(move |x: &Point<f64>| {
+            densities.push(Box::new(move |x: &Point<f64>| {
                 if walls.iter().any(|walls| walls.contains(&x.wall())) {
                     Density::uniform(length)
                 } else {
                     Density::nothing()
                 }
-            });
+            }));
         }
         let mut starts: Vec<Begin<'_, Point<f64>>> = Vec::new();
         for (goal, density) in request.goals.iter().zip(&densities) {
@@ -203,7 +205,7 @@ impl RoomSystem<'_> {
                     let (wall, fraction) = model.scene.along(*surface, *t)?;
                     Begin::At(room.point(wall, fraction)?)
                 }
-                _ => Begin::Density(density),
+                _ => Begin::Density(&**density),
             });
         }
         then(&starts)
@@ -479,12 +481,27 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.point(wall, fraction)?))
             }
-            Region::Point(x) => Start::Air(Seen {
-                room,
-                position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
-            }),
+            Region::Point(x) => Start::Air(seen(room, x)),
             region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
         })
+    }
+}
+
+/// What a point in the air sees.
+fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r, 'a, F> {
+    Seen {
+        room,
+        position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
+    }
+}
+
+/// Walks that start with this density, φ = 1.
+const fn in_view(density: f64) -> Density {
+    Density {
+        functional: density,
+        square: density,
+        initial: density,
+        fluctuation: 0.0,
     }
 }
 

@@ -97,7 +97,7 @@ fn places(target: &GoalReport, columns: usize) -> Vec<String> {
 }
 
 /// The columns that all problems have, those of [`CsvRow`].
-const COLUMNS: [&str; 25] = [
+const COLUMNS: [&str; 27] = [
     "name",
     "at",
     "from",
@@ -123,6 +123,8 @@ const COLUMNS: [&str; 25] = [
     "z",
     "radiant_temperature",
     "radiant_temperature_std_error",
+    "temperature",
+    "temperature_std_error",
 ];
 
 /// A target in one line.
@@ -153,6 +155,8 @@ struct CsvRow<'a> {
     z: Option<f64>,
     radiant_temperature: Option<f64>,
     radiant_temperature_std_error: Option<f64>,
+    temperature: Option<f64>,
+    temperature_std_error: Option<f64>,
 }
 
 impl<'a> CsvRow<'a> {
@@ -187,6 +191,8 @@ impl<'a> CsvRow<'a> {
             z: target.z,
             radiant_temperature: target.radiant_temperature.and_then(|t| t.estimate),
             radiant_temperature_std_error: target.radiant_temperature.and_then(|t| t.std_error),
+            temperature: target.temperature.and_then(|t| t.estimate),
+            temperature_std_error: target.temperature.and_then(|t| t.std_error),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use fredholm_model::numbers::{aligned, short, with_error};
+use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -82,11 +82,13 @@ impl Report {
         let heats = [
             any(|t| t.irradiance.is_some()),
             any(|t| t.net_flux.is_some()),
+            any(|t| t.temperature.is_some()),
             any(|t| t.radiant_temperature.is_some()),
         ];
         let names = [
             own("irradiance"),
             own("net flux"),
+            "temperature, K".to_owned(),
             "mean radiant temperature, K".to_owned(),
         ];
         let names = names.into_iter().zip(heats);
@@ -176,9 +178,11 @@ impl GoalReport {
     }
 
     /// The row of the table, with the place, the error and what there is of heat if other rows have them.
-    fn row(&self, places: bool, errors: bool, heats: [bool; 3]) -> Vec<String> {
+    fn row(&self, places: bool, errors: bool, heats: [bool; 4]) -> Vec<String> {
         let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
-            (Some(plain), Some(preconditioned)) if preconditioned > 0.0 && plain > 0.0 => {
+            (Some(plain), Some(preconditioned))
+                if preconditioned > 0.0 && plain > 0.0 && !self.no_difference =>
+            {
                 short(plain / preconditioned)
             }
             _ => "-".to_owned(),
@@ -211,12 +215,18 @@ impl GoalReport {
             );
             row.push(self.z.map_or("-".to_owned(), |z| format!("{z:.1}")));
         }
-        let heat = [&self.irradiance, &self.net_flux, &self.radiant_temperature];
-        for (report, is_there) in heat.into_iter().zip(heats) {
+        let heat = [
+            (&self.irradiance, false),
+            (&self.net_flux, self.is_flux_given),
+            (&self.temperature, false),
+            (&self.radiant_temperature, false),
+        ];
+        for ((report, is_given), is_there) in heat.into_iter().zip(heats) {
             if is_there {
-                let text = report
-                    .as_ref()
-                    .map(|report| report.text(self.rounding_floor));
+                let text = report.as_ref().map(|report| match is_given {
+                    true => report.given(),
+                    false => report.text(self.rounding_floor),
+                });
                 row.push(text.unwrap_or_else(|| "-".to_owned()));
             }
         }
@@ -225,6 +235,14 @@ impl GoalReport {
 }
 
 impl EstimateReport {
+    /// A number that is given.
+    fn given(&self) -> String {
+        let number = self
+            .estimate
+            .map_or("-".to_owned(), |x| with_decimals(x, 9));
+        format!("{number} (given)")
+    }
+
     /// The estimate with its standard error, or with what rounding leaves if that is larger.
     fn text(&self, floor: f64) -> String {
         match (self.estimate, self.std_error) {
@@ -242,7 +260,8 @@ impl EstimateReport {
 impl EnergyReport {
     /// The table of net fluxes.
     fn text(&self) -> String {
-        let flux = |report: &Option<EstimateReport>| match report {
+        let flux = |surface: &super::SurfaceReport| match &surface.net_flux {
+            Some(report) if surface.is_given => report.given(),
             Some(report) => report.text(0.0),
             None => "its material changes".to_owned(),
         };
@@ -252,7 +271,7 @@ impl EnergyReport {
                 .to_vec(),
         ];
         for surface in &self.surfaces {
-            rows.push(vec![surface.name.clone(), flux(&surface.net_flux)]);
+            rows.push(vec![surface.name.clone(), flux(surface)]);
         }
         if let Some(balance) = &self.energy_balance {
             rows.push(vec!["all".to_owned(), balance.text(0.0)]);

@@ -1,0 +1,131 @@
+//! The materials of surfaces, as a problem file has them.
+
+use fredholm::room::Surfaces;
+use fredholm_room::Material as RoomMaterial;
+use toml::de::DeValue;
+
+use crate::place::{InputError, Placed};
+use crate::section::Field;
+
+/// The material of a surface, as the file has it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Material {
+    /// `reflectance` and `emission`.
+    Light(Numbers, Numbers),
+    /// `emissivity` and `temperature`.
+    Grey(Numbers, Numbers),
+    /// `net_flux` and, if it is known, `emissivity`.
+    Flux(Numbers, Numbers),
+}
+
+impl Material {
+    /// Whether u is in W/m².
+    const fn is_heat(&self) -> bool {
+        !matches!(self, Self::Light(..))
+    }
+}
+
+/// One number, or one for every segment; absent where the deck or a default gives it.
+pub type Numbers = Option<Placed<Vec<Placed<f64>>>>;
+
+/// A temperature in kelvin below which a room is hardly meant.
+pub(super) const COLD: f64 = 60.0;
+/// 0 °C in kelvin.
+const FREEZING: f64 = 273.15;
+
+/// Reads temperatures in kelvin: numbers, or text with a unit, "19 C" or "292 K"; one, or an array of them.
+pub(super) fn read_temperatures(
+    field: &Field<'_, '_>,
+) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
+    let one = |field: &Field<'_, '_>| match &field.value {
+        DeValue::String(text) => {
+            let value = kelvin(text).ok_or_else(|| {
+                field.error(
+                    "a temperature is a number of kelvin, or text such as \"19 C\" or \"292 K\"",
+                )
+            })?;
+            Ok(Placed::file(field.span.clone(), value))
+        }
+        _ => field.number(),
+    };
+    match &field.value {
+        DeValue::Array(array) => {
+            let items = array.iter().enumerate();
+            let values = items.map(|(index, item)| one(&field.element(index, item)));
+            let values = values.collect::<Result<_, _>>()?;
+            Ok(Placed::file(field.span.clone(), values))
+        }
+        DeValue::String(_) => Ok(Placed::file(field.span.clone(), vec![one(field)?])),
+        _ => field.numbers(),
+    }
+}
+
+/// The kelvin of "19 C", "19 °C" or "292 K".
+fn kelvin(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (number, zero) = match text.strip_suffix('C') {
+        Some(rest) => (rest.trim_end().trim_end_matches('°'), FREEZING),
+        None => (text.strip_suffix('K')?, 0.0),
+    };
+    let number: f64 = number.trim_end().parse().ok()?;
+    number.is_finite().then_some(number + zero)
+}
+
+/// What an emissivity is.
+pub(super) fn is_emissivity(emissivity: f64) -> bool {
+    emissivity > 0.0 && emissivity <= 1.0
+}
+
+/// What is said of one that is none.
+pub(super) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that \
+     gives and takes no heat has `net_flux = 0`)";
+
+/// The numbers of a key, or a default.
+fn list(numbers: &Numbers, default: f64) -> Vec<f64> {
+    numbers.as_ref().map_or(vec![default], |numbers| {
+        numbers.value.iter().map(|number| number.value).collect()
+    })
+}
+
+/// Makes a surface of this material; `own` is its reflectance where nothing is said of it.
+pub(super) fn set_material(all: &mut Surfaces, surface: usize, material: &Material, own: f64) {
+    all.materials[surface] = materials(material, own);
+    all.heat |= material.is_heat();
+    if let Material::Flux(_, emissivity @ Some(_)) = material {
+        all.emissivities.insert(surface, list(emissivity, 1.0));
+    }
+}
+
+/// The materials of a surface; `own` is its reflectance where nothing is said of it.
+fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
+    let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
+        Material::Light(reflectance, emission) => (
+            list(reflectance, own),
+            list(emission, 0.0),
+            |reflectance, emission| RoomMaterial {
+                reflectance,
+                emission,
+            },
+        ),
+        Material::Grey(emissivity, temperature) => (
+            list(emissivity, 1.0 - own),
+            list(temperature, 0.0),
+            RoomMaterial::grey,
+        ),
+        // The emissivity plays no role. Its list has one number, or one for every segment, too.
+        Material::Flux(net_flux, emissivity) => {
+            (list(net_flux, 0.0), list(emissivity, 1.0), |net_flux, _| {
+                RoomMaterial::flux(net_flux)
+            })
+        }
+    };
+    // A list of another length than the other's stays one: the scene refuses it.
+    let at = |list: &[f64], i: usize| match list {
+        [one] => *one,
+        many => many.get(i).copied().unwrap_or(f64::NAN),
+    };
+    (0..first.len().max(second.len()))
+        .map(|i| make(at(&first, i), at(&second, i)))
+        .collect()
+}
