@@ -14,7 +14,11 @@ mod clip;
 mod closed;
 #[cfg(feature = "alloc")]
 mod contour;
+#[cfg(feature = "alloc")]
+mod edges;
 mod error;
+#[cfg(feature = "alloc")]
+mod events;
 #[cfg(feature = "alloc")]
 mod factors;
 mod geometry;
@@ -35,6 +39,8 @@ mod rules;
 mod scene;
 #[cfg(feature = "alloc")]
 mod shaft;
+#[cfg(feature = "alloc")]
+mod silhouette;
 #[cfg(feature = "alloc")]
 pub mod shapes;
 #[cfg(feature = "alloc")]
