@@ -13,7 +13,7 @@ use fredholm_core::array::from_fn;
 
 use crate::clip::ring;
 use crate::silhouette::{Edge, INNER, View};
-use crate::vector::{Vector, along, cross, dot, norm, sub};
+use crate::vector::{Vector, along, cross, dot, norm, sub, unit};
 
 /// The number of P as a sheet; those after it are lines in P.
 const OUTER: usize = usize::MAX / 2;
@@ -39,7 +39,11 @@ impl Line {
             let y = edge.at(t);
             cross(sub(ends[0], y), sub(ends[1], y))
         });
-        Self { ends, sheet, normals }
+        Self {
+            ends,
+            sheet,
+            normals,
+        }
     }
 
     /// Whether the line through y in this direction, which is in the plane of both, meets the edge.
@@ -55,7 +59,10 @@ impl Line {
     fn heights(&self, other: &Self, edge: &Edge) -> [[f64; 2]; 2] {
         let (first, last) = (edge.at(0.0), edge.at(1.0));
         other.ends.map(|w| {
-            let (low, high) = (dot(self.normals[0], sub(w, first)), dot(self.normals[2], sub(w, last)));
+            let (low, high) = (
+                dot(self.normals[0], sub(w, first)),
+                dot(self.normals[2], sub(w, last)),
+            );
             [low, high]
         })
     }
@@ -74,8 +81,7 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
     for a in &lines {
         for b in lines.iter().filter(|b| b.sheet != a.sheet) {
             for (k, [low, high]) in a.heights(b, edge).into_iter().enumerate() {
-                // The end of an outline's edge is the beginning of the next.
-                if (k == 1 && b.sheet <= OUTER) || (low > 0.0) == (high > 0.0) {
+                if (low > 0.0) == (high > 0.0) {
                     continue;
                 }
                 let t = low / (low - high);
@@ -104,7 +110,11 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     all.extend(ring(&view.outer).map(|ends| Line::new(ends, OUTER, edge)));
     for (number, sheet) in view.sheets.iter().enumerate() {
         if !edge.touches(number) {
-            all.extend(ring(&sheet.points).map(|ends| Line::new(ends, number, edge)));
+            all.extend(
+                sheet
+                    .between()
+                    .map(|(ends, _)| Line::new(ends, number, edge)),
+            );
         } else if number != INNER {
             // The part of P in its plane.
             let heights = |p: Vector<f64>| sheet.height(p);
@@ -117,9 +127,27 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
             }
         }
     }
-    // Those on one line with the edge are no lines past it.
+    // Those on one line with the edge are no lines past it; and what lines meet meets P and Q, too.
     let length = norm(edge.span);
-    all.retain(|line| line.normals.iter().any(|&n| norm(n) > view.slack * length));
+    let [first, last] = [edge.at(0.0), edge.at(1.0)];
+    let crosses = |line: &Line, points: &[Vector<f64>]| {
+        let (mut above, mut below) = (false, false);
+        for (y, normal) in [(first, line.normals[0]), (last, line.normals[2])] {
+            let slack = MISS * norm(normal);
+            for &p in points {
+                let height = dot(normal, sub(p, y));
+                above |= height >= -slack;
+                below |= height <= slack;
+            }
+        }
+        above && below
+    };
+    let inner = view.sheets.first().filter(|_| !edge.touches(INNER));
+    all.retain(|line| {
+        line.normals.iter().any(|&n| norm(n) > view.slack * length)
+            && crosses(line, &view.outer)
+            && inner.is_none_or(|q| crosses(line, &q.points))
+    });
     all
 }
 
@@ -145,8 +173,7 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
                 let values: [f64; 3] = from_fn(|i| dot(directions[i], c.normals[i]));
                 for t in roots(values) {
                     let y = edge.at(t);
-                    let [m, n] = [a, b].map(|l| cross(sub(l.ends[0], y), sub(l.ends[1], y)));
-                    if is_seen(view, edge, y, cross(m, n), &[a, b, c]) {
+                    if is_seen(view, edge, y, common([a, b, c], y), &[a, b, c]) {
                         places.push(t);
                     }
                 }
@@ -155,19 +182,42 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
     }
 }
 
+/// The direction of the line that the planes through y and three lines have in common. Two of them may be one.
+fn common(lines: [&Line; 3], y: Vector<f64>) -> Vector<f64> {
+    let normals = lines.map(|line| unit(cross(sub(line.ends[0], y), sub(line.ends[1], y))));
+    let all: [Vector<f64>; 3] = from_fn(|k| cross(normals[k], normals[(k + 1) % 3]));
+    let mut best = all[0];
+    for direction in all {
+        if norm(direction) > norm(best) {
+            best = direction;
+        }
+    }
+    best
+}
+
 /// The zeros in (0, 1) of the quadratic function with these values at 0, ½ and 1.
 fn roots([first, middle, last]: [f64; 3]) -> impl Iterator<Item = f64> {
     // c + b t + a t².
     let (c, b) = (first, 4.0 * middle - 3.0 * first - last);
     let a = 2.0 * (first + last) - 4.0 * middle;
     let inner = b * b - 4.0 * a * c;
-    let root = if inner >= 0.0 { Real::sqrt(inner) } else { f64::NAN };
+    let root = if inner >= 0.0 {
+        Real::sqrt(inner)
+    } else {
+        f64::NAN
+    };
     let q = -0.5 * (b + if b < 0.0 { -root } else { root });
     [q / a, c / q].into_iter().filter(|t| *t > 0.0 && *t < 1.0)
 }
 
 /// Whether the line through y on the edge goes from P to Q past these lines, with nothing between.
-fn is_seen(view: &View, edge: &Edge, y: Vector<f64>, direction: Vector<f64>, lines: &[&Line]) -> bool {
+fn is_seen(
+    view: &View,
+    edge: &Edge,
+    y: Vector<f64>,
+    direction: Vector<f64>,
+    lines: &[&Line],
+) -> bool {
     if !lines.iter().all(|line| line.met(y, direction)) {
         return false;
     }
@@ -176,7 +226,11 @@ fn is_seen(view: &View, edge: &Edge, y: Vector<f64>, direction: Vector<f64>, lin
         return true;
     }
     // From P upwards.
-    let up = if direction[2] < 0.0 { direction.map(|x| -x) } else { direction };
+    let up = if direction[2] < 0.0 {
+        direction.map(|x| -x)
+    } else {
+        direction
+    };
     let t = y[2] / up[2];
     let foot = along(y, -t, up);
     let inside = ring(&view.outer).all(|[a, b]| {
@@ -201,7 +255,11 @@ fn is_seen(view: &View, edge: &Edge, y: Vector<f64>, direction: Vector<f64>, lin
         if number == INNER {
             return front >= -MISS;
         }
-        let behind = if view.fronts { f64::NEG_INFINITY } else { depth(&sheet.points, -1.0) };
+        let behind = if view.fronts {
+            f64::NEG_INFINITY
+        } else {
+            depth(&sheet.points, -1.0)
+        };
         front <= MISS && behind <= MISS
     })
 }

@@ -40,11 +40,11 @@ mod scene;
 #[cfg(feature = "alloc")]
 mod shaft;
 #[cfg(feature = "alloc")]
-mod silhouette;
-#[cfg(feature = "alloc")]
 pub mod shapes;
 #[cfg(feature = "alloc")]
 mod sights;
+#[cfg(feature = "alloc")]
+mod silhouette;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;

@@ -2,15 +2,17 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::Real;
-
 use crate::clear::{self, Sheet};
 use crate::clip::keep;
 use crate::edges;
 use crate::occluders::{Occluder, Occluders};
 use crate::rules::{Rules, area, radius};
+use crate::shaft::Shaft;
 use crate::silhouette::View;
 use crate::vector::{Vector, centroid, dot, norm, sub};
+
+/// The share of the error that may be of what would be if nothing were between.
+const CLEAR: f64 = 1e-3;
 
 /// An amount and what it may be wrong by.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,14 +27,14 @@ pub(crate) fn exchange(
     (occluders, found): (&Occluders, &[u32]),
     fronts: bool,
     error: f64,
-    slack: f64,
+    shaft: &Shaft,
     rules: &Rules,
 ) -> Amount {
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
     let swap = size(b) < size(a);
     let pair = if swap { (b, a) } else { (a, b) };
     let between = found.iter().filter_map(|&number| {
-        let mut screen = screen(occluders.all.get(number as usize)?, pair, slack)?;
+        let mut screen = screen(occluders.all.get(number as usize)?, pair, shaft.slack())?;
         // What is seen from the front is said of the first.
         if swap {
             screen.reverse();
@@ -40,22 +42,37 @@ pub(crate) fn exchange(
         Some(screen)
     });
     let screens: Vec<Vec<Vector<f64>>> = between.collect();
-    let all = clear::exchange(a, b, 0.0, rules);
+    let clear = CLEAR * error;
+    let all = clear::exchange(a, b, clear / area(pair.1.points), rules);
     let width = size(a) + size(b) + norm(sub(centroid(a.points), centroid(b.points)));
     let screens = screens.iter().map(Vec::as_slice);
-    let mut view = View::new(pair, screens, fronts, (slack, width));
+    let mut view = View::new(pair, screens, fronts, shaft, width);
     let mut amount = edges::difference(&mut view, error, rules);
-    amount.value = Real::max(all + amount.value, 0.0);
+    amount.error += clear;
+    amount.value += all;
+    // What may be nothing is nothing: most such pairs are hidden from each other by several polygons together.
+    if !(amount.value > amount.error) {
+        amount.value = 0.0;
+    }
     amount
 }
 
 /// The part of an occluder that is in front of both polygons.
-fn screen(occluder: &Occluder, pair: (Sheet<'_>, Sheet<'_>), slack: f64) -> Option<Vec<Vector<f64>>> {
+fn screen(
+    occluder: &Occluder,
+    pair: (Sheet<'_>, Sheet<'_>),
+    slack: f64,
+) -> Option<Vec<Vector<f64>>> {
     let (mut own, mut rest) = (Vec::new(), occluder.points.clone());
     for sheet in [pair.0, pair.1] {
         let first = sheet.points.first().copied().unwrap_or_default();
         core::mem::swap(&mut own, &mut rest);
-        keep(&own, &|p| dot(sheet.normal, sub(p, first)), slack, &mut rest);
+        keep(
+            &own,
+            &|p| dot(sheet.normal, sub(p, first)),
+            slack,
+            &mut rest,
+        );
     }
     let size = radius(&rest, rest.first().copied().unwrap_or_default());
     (rest.len() >= 3 && area(&rest) > slack * size).then_some(rest)

@@ -133,7 +133,7 @@ impl<'a> Sights<'a> {
                     (&self.occluders, found),
                     fronts,
                     self.error * smaller,
-                    slack,
+                    shaft,
                     &self.rules,
                 );
                 row.partial += 1;

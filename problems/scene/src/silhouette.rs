@@ -21,6 +21,7 @@ use fredholm_core::array::from_fn;
 use crate::clear::Sheet;
 use crate::clip::ring;
 use crate::rules::double_area;
+use crate::shaft::Shaft;
 use crate::vector::{Vector, along, centroid, cross, dot, norm, scale, sub, unit};
 
 /// A place in P's plane, as seen from y.
@@ -37,12 +38,15 @@ const UPRIGHT: f64 = 1e-15;
 pub(crate) struct Screen {
     pub(crate) points: Vec<Vector<f64>>,
     normal: Vector<f64>,
+    /// The part of each edge that is between P and Q, as fractions of the edge.
+    parts: Vec<Option<[f64; 2]>>,
 }
 
 impl Screen {
-    fn new(points: Vec<Vector<f64>>) -> Self {
-        let normal = unit(double_area(&points));
-        Self { points, normal }
+    /// The edges that are between P and Q at least in part.
+    pub(crate) fn between(&self) -> impl Iterator<Item = ([Vector<f64>; 2], [f64; 2])> {
+        let all = ring(&self.points).zip(&self.parts);
+        all.filter_map(|(ends, part)| Some((ends, (*part)?)))
     }
 
     pub(crate) fn height(&self, point: Vector<f64>) -> f64 {
@@ -128,11 +132,12 @@ impl Edge {
     }
 }
 
-/// Convex polygons in P's plane: their vertices, and where each ends.
+/// Convex polygons in P's plane.
 #[derive(Clone, Debug, Default)]
 struct Pieces {
     points: Vec<Point>,
-    ends: Vec<usize>,
+    /// Where each ends, and whether what touches the edge hides its left and its right.
+    ends: Vec<(usize, [bool; 2])>,
 }
 
 impl Pieces {
@@ -141,31 +146,30 @@ impl Pieces {
         self.ends.clear();
     }
 
-    fn push(&mut self, piece: &[Point]) {
+    fn push(&mut self, piece: &[Point], hidden: [bool; 2]) {
         if piece.len() >= 3 {
             self.points.extend_from_slice(piece);
-            self.ends.push(self.points.len());
+            self.ends.push((self.points.len(), hidden));
         }
     }
 
-    fn each(&self) -> impl Iterator<Item = &[Point]> {
-        let starts = core::iter::once(0).chain(self.ends.iter().copied());
-        starts
-            .zip(&self.ends)
-            .filter_map(|(from, &to)| self.points.get(from..to))
+    fn each(&self) -> impl Iterator<Item = (&[Point], [bool; 2])> {
+        let mut from = 0;
+        self.ends.iter().filter_map(move |&(to, hidden)| {
+            let piece = self.points.get(from..to)?;
+            from = to;
+            Some((piece, hidden))
+        })
     }
 }
 
 /// A half-plane of P's plane: where a·u + b·v + c is not negative.
 type Half = [f64; 3];
 
-/// A sector of what sees the edge: a polygon, and whether what touches the edge hides its left and its right.
-type Sector = (Vec<Point>, [bool; 2]);
-
 /// Buffers, kept from point to point.
 #[derive(Clone, Debug, Default)]
 struct Buffers {
-    sectors: [Vec<Sector>; 2],
+    sectors: [Pieces; 2],
     pieces: [Pieces; 2],
     halves: Vec<Half>,
     own: Vec<Point>,
@@ -195,7 +199,8 @@ impl View {
         (outer, inner): (Sheet<'a>, Sheet<'a>),
         screens: impl Iterator<Item = &'a [Vector<f64>]>,
         fronts: bool,
-        (slack, size): (f64, f64),
+        shaft: &Shaft,
+        size: f64,
     ) -> Self {
         let origin = centroid(outer.points);
         let z = outer.normal;
@@ -208,17 +213,26 @@ impl View {
             let p = sub(*p, origin);
             [dot(x, p) / size, dot(y, p) / size, dot(z, p) / size]
         };
-        let list = |points: &[Vector<f64>]| -> Vec<Vector<f64>> { points.iter().map(place).collect() };
+        let list =
+            |points: &[Vector<f64>]| -> Vec<Vector<f64>> { points.iter().map(place).collect() };
         let mut own = list(outer.points);
         for p in &mut own {
             p[2] = 0.0;
         }
         let sheets = core::iter::once(inner.points).chain(screens);
+        let screen = |points: &[Vector<f64>]| {
+            let own = list(points);
+            Screen {
+                normal: unit(double_area(&own)),
+                points: own,
+                parts: ring(points).map(|ends| shaft.part(ends)).collect(),
+            }
+        };
         Self {
             outer: own,
-            sheets: sheets.map(|points| Screen::new(list(points))).collect(),
+            sheets: sheets.map(screen).collect(),
             fronts,
-            slack: 4.0 * slack / size,
+            slack: 4.0 * shaft.slack() / size,
             unit: size,
             buffers: Buffers::default(),
         }
@@ -228,7 +242,7 @@ impl View {
     pub(crate) fn edges(&self) -> Vec<Edge> {
         let mut all = Vec::new();
         for (own, sheet) in self.sheets.iter().enumerate() {
-            for ends in ring(&sheet.points) {
+            for (ends, part) in sheet.between() {
                 let inner = own == INNER;
                 // Nobody in P sees Q beyond an edge in P's plane.
                 let low = ends[0][2] <= self.slack && ends[1][2] <= self.slack;
@@ -237,7 +251,8 @@ impl View {
                 if (low && !inner) || flat <= UPRIGHT * norm(span) {
                     continue;
                 }
-                self.cut_edge(own, ends, &mut all);
+                let part = if inner { [0.0, 1.0] } else { part };
+                self.cut_edge(own, part.map(|t| along(ends[0], t, span)), &mut all);
             }
         }
         all
@@ -290,7 +305,7 @@ impl View {
         self.divide(edge, y, &mut buffers);
         let sectors = core::mem::take(&mut buffers.sectors[0]);
         let mut sum = 0.0;
-        for (sector, hidden) in &sectors {
+        for (sector, hidden) in sectors.each() {
             if edge.inner {
                 let part = if hidden[0] {
                     around(sector, y[2], direction)
@@ -319,7 +334,13 @@ impl View {
 
     /// What of P has Q behind y, in sectors by the planes of what touches the edge.
     fn divide(&self, edge: &Edge, y: Vector<f64>, buffers: &mut Buffers) {
-        let Buffers { sectors: [from, to], inside, outside, own, .. } = buffers;
+        let Buffers {
+            sectors: [from, to],
+            inside,
+            outside,
+            own,
+            ..
+        } = buffers;
         from.clear();
         own.clear();
         own.extend(self.outer.iter().map(|p| [p[0] - y[0], p[1] - y[1]]));
@@ -334,22 +355,22 @@ impl View {
         if own.len() < 3 {
             return;
         }
-        from.push((own.clone(), [false; 2]));
+        from.push(own, [false; 2]);
         for touch in edge.touches.iter().filter(|touch| touch.sheet != INNER) {
-            let Some(sheet) = self.sheets.get(touch.sheet) else { continue };
+            let Some(sheet) = self.sheets.get(touch.sheet) else {
+                continue;
+            };
             let n = sheet.normal;
             to.clear();
-            for (piece, hidden) in from.drain(..) {
-                cut(&piece, [n[0], n[1], -n[2] * y[2]], inside, outside);
+            for (piece, hidden) in from.each() {
+                cut(piece, [n[0], n[1], -n[2] * y[2]], inside, outside);
                 let [left, right] = [touch.side != Side::Right, touch.side != Side::Left];
-                if inside.len() >= 3 {
-                    to.push((inside.clone(), [hidden[0] | left, hidden[1] | right]));
-                }
-                if outside.len() >= 3 {
-                    let behind = !self.fronts;
-                    let also = [hidden[0] | (behind & right), hidden[1] | (behind & left)];
-                    to.push((outside.clone(), also));
-                }
+                to.push(inside, [hidden[0] | left, hidden[1] | right]);
+                let behind = !self.fronts;
+                to.push(
+                    outside,
+                    [hidden[0] | (behind & right), hidden[1] | (behind & left)],
+                );
             }
             core::mem::swap(from, to);
         }
@@ -364,9 +385,16 @@ impl View {
         buffers: &mut Buffers,
         direction: Point,
     ) -> f64 {
-        let Buffers { pieces: [from, to], halves, own, inside, outside, .. } = buffers;
+        let Buffers {
+            pieces: [from, to],
+            halves,
+            own,
+            inside,
+            outside,
+            ..
+        } = buffers;
         from.clear();
-        from.push(sector);
+        from.push(sector, [false; 2]);
         let mut sum = 0.0;
         for (number, screen) in self.sheets.iter().enumerate().skip(1) {
             let height = screen.height(y);
@@ -375,18 +403,24 @@ impl View {
             }
             halves.clear();
             halves.extend(ring(&screen.points).map(|ends| self.half(screen, ends, y, height)));
-            for sign in [1.0, -1.0].into_iter().take(if self.fronts { 1 } else { 2 }) {
+            for sign in [1.0, -1.0]
+                .into_iter()
+                .take(if self.fronts { 1 } else { 2 })
+            {
                 to.clear();
-                for piece in from.each() {
-                    if halves.iter().any(|h| piece.iter().all(|&p| sign * at(*h, p) <= 0.0)) {
-                        to.push(piece);
+                for (piece, hidden) in from.each() {
+                    if halves
+                        .iter()
+                        .any(|h| piece.iter().all(|&p| sign * at(*h, p) <= 0.0))
+                    {
+                        to.push(piece, hidden);
                         continue;
                     }
                     own.clear();
                     own.extend_from_slice(piece);
                     for h in halves.iter() {
                         cut(own, h.map(|x| sign * x), inside, outside);
-                        to.push(outside);
+                        to.push(outside, hidden);
                         core::mem::swap(own, inside);
                     }
                     sum += around(own, y[2], direction);
@@ -427,7 +461,10 @@ fn cut(polygon: &[Point], half: Half, inside: &mut Vec<Point>, outside: &mut Vec
         let high = at(half, p);
         if (low < 0.0 && high > 0.0) || (low > 0.0 && high < 0.0) {
             let t = low / (low - high);
-            let both = [before[0] + t * (p[0] - before[0]), before[1] + t * (p[1] - before[1])];
+            let both = [
+                before[0] + t * (p[0] - before[0]),
+                before[1] + t * (p[1] - before[1]),
+            ];
             inside.push(both);
             outside.push(both);
         }
@@ -448,7 +485,9 @@ fn cut(polygon: &[Point], half: Half, inside: &mut Vec<Point>, outside: &mut Vec
 
 /// ∮ ln √(u² + v² + h²) times the cosine with a direction, along the outline of a polygon.
 fn around(polygon: &[Point], h: f64, direction: Point) -> f64 {
-    let Some(&last) = polygon.last() else { return 0.0 };
+    let Some(&last) = polygon.last() else {
+        return 0.0;
+    };
     let distance = |p: Point| p[0] * p[0] + p[1] * p[1] + h * h;
     // z² ln z is 0 at 0.
     let logarithm = |d: f64| if d > 0.0 { 0.5 * Real::ln(d) } else { 0.0 };
