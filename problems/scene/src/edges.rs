@@ -55,9 +55,9 @@ struct Work<'a> {
 impl Work<'_> {
     /// The integral over a part of an edge by a Gauss rule, and what it is off by.
     ///
-    /// The coefficients of Legendre's polynomials fall by a factor from each degree to the next where the function is
-    /// analytic, and what n points leave out is the one of degree 2n. It is extrapolated from the middle ones and the
-    /// last, taking two of each because one may be small by chance, and leaving three degrees for safety.
+    /// Where the function is analytic the coefficients of Legendre's polynomials fall by a factor from each degree to the
+    /// next, and n points leave out those from degree 2n on. The last are extrapolated by half of n only: next to a
+    /// singularity they fall ever slower. Two of each are taken, because one may be small by chance.
     fn rule(&mut self, edge: &Edge, [from, to]: [f64; 2], points: usize) -> Amount {
         let length = (to - from) * norm(edge.span);
         let mut sums = [0.0; MOST];
@@ -82,7 +82,7 @@ impl Work<'_> {
         let fall = if last < middle { last / middle } else { 1.0 };
         Amount {
             value: sums[0],
-            error: last * fall * fall,
+            error: last * fall,
         }
     }
 
