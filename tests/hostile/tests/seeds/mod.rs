@@ -27,7 +27,7 @@ pub(crate) const SCENES: [&[u8]; 8] = [
       \0\0\0\0\x03\0\x01\x02",
     b"\0v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\n\
       f 3 7 8 4\nf 4 8 5 1\n",
-    b"\x04[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"a\"\npolygon = [[0,0,0],[1,0,0],[0,1,0]]\n\
+    b"\x04[problem]\nkind = \"scene\"\nopen = true\nsymmetry = { x = 0 }\n[[problem.surface]]\nname = \"a\"\npolygon = [[0,0,0],[1,0,0],[0,1,0]]\n\
       rotate = [10, 0, 0]\n[[problem.surface]]\nname = \"b\"\nbox = [[0,0,1],[1,1,2]]\n",
 ];
 pub(crate) const TABLES: [&[u8]; 3] = [
