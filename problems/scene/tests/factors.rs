@@ -428,6 +428,28 @@ fn voxels(rng: &mut ChaCha8Rng, n: usize, solid: f64) -> Surfaces {
     faces
 }
 
+/// A room that is a million times as long as it is wide: closed forms for edges of one length would lose all digits.
+#[test]
+fn a_long_corridor() {
+    for length in [1e3, 1e6] {
+        let corridor = closed(&shapes::room([0.0; 3], [length, 1.0, 1.0]).surfaces);
+        let f = factors(&corridor, 1e-9).unwrap();
+        for (i, sum) in f.row_sums().iter().enumerate() {
+            // An edge's length times the rounding of the other's, per area 1 of an end.
+            assert!(
+                (sum - 1.0).abs() < 16.0 * length * f64::EPSILON,
+                "{i} {sum}"
+            );
+        }
+        // From an end to a side: nearly a quarter.
+        assert!(
+            (f.factor(4, 0) - 0.25).abs() < 1.0 / length,
+            "{}",
+            f.factor(4, 0)
+        );
+    }
+}
+
 /// Edges on edges, faces in one plane, bodies that touch along an edge only, and rooms that are no longer convex: what
 /// leaves every face arrives, whichever way the scene is turned and cut. 40 scenes with FREDHOLM_LONG, else 4.
 #[test]

@@ -5,6 +5,8 @@ use fredholm_hostile::{deck, formula, problem_file, scene, table, table_with_che
 mod seeds;
 use seeds::{DECKS, FILES, PIECES, SCENES, TABLES};
 
+type Reader = fn(&[u8]);
+
 /// Random numbers (SplitMix64: Steele, Lea and Flood 2014).
 struct Random(u64);
 
@@ -74,14 +76,14 @@ fn millions_of_inputs_are_read_or_refused() {
         b"\0-x + atan2(y, 1) * !x == 0 && y > 1 || min(x, y)",
     ];
     // Of each input, what is kept: the byte of a format or of variables.
-    let mut readers: Vec<(&[u8], usize, fn(&[u8]))> = Vec::new();
+    let mut readers: Vec<(&[u8], usize, Reader)> = Vec::new();
     // Meshes and descriptions are what is read most.
     for _ in 0..2 {
-        readers.extend(SCENES.iter().map(|s| (*s, 1, scene as fn(&[u8]))));
+        readers.extend(SCENES.iter().map(|s| (*s, 1, scene as Reader)));
     }
-    readers.extend(FILES.iter().map(|f| (*f, 0, problem_file as fn(&[u8]))));
-    readers.extend(DECKS.iter().map(|d| (*d, 0, deck as fn(&[u8]))));
-    readers.extend(formulas.map(|f| (f, 1, formula as fn(&[u8]))));
+    readers.extend(FILES.iter().map(|f| (*f, 0, problem_file as Reader)));
+    readers.extend(DECKS.iter().map(|d| (*d, 0, deck as Reader)));
+    readers.extend(formulas.map(|f| (f, 1, formula as Reader)));
     // The smallest.
     readers.push((TABLES[0], 0, table));
     readers.push((TABLES[0], 0, table_with_checksum));

@@ -57,6 +57,22 @@ fn factors_of_a_deck_in_every_form() {
         "{csv}"
     );
     assert_eq!(csv.lines().count(), 5);
+    let arrays = folder.at("factors.npz");
+    ended(0, &["factors", &deck, "--out", &arrays]);
+    let arrays = std::fs::read(arrays).unwrap();
+    let at = |words: &[u8]| arrays.windows(words.len()).position(|w| w == words);
+    // The second number of the first array, behind its head of 128 bytes.
+    let first = at(b"\x93NUMPY").unwrap() + 128 + 8;
+    let number = f64::from_le_bytes(arrays[first..first + 8].try_into().unwrap());
+    assert!((number - QUARTER_LESS).abs() < 1e-9, "{number}");
+    for name in [
+        "factors.npy",
+        "surfaces.npy",
+        "areas.npy",
+        "emissivities.npy",
+    ] {
+        assert!(at(name.as_bytes()).is_some(), "{name}");
+    }
     let text = folder.at("factors.txt");
     ended(0, &["factors", &deck, "--out", &text]);
     let text = std::fs::read_to_string(text).unwrap();
