@@ -11,6 +11,8 @@ mod clear;
 #[cfg(feature = "alloc")]
 mod clip;
 #[cfg(feature = "alloc")]
+mod close;
+#[cfg(feature = "alloc")]
 mod closed;
 #[cfg(feature = "alloc")]
 mod contour;

@@ -362,6 +362,30 @@ fn scenes_that_are_turned_mirrored_scaled_and_cut_otherwise_have_the_same_factor
     );
 }
 
+/// Rows close to rounding, what is exact hardly moves, and reciprocity stays.
+#[test]
+fn rows_close() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let scene = closed(&voxels(&mut rng, 3, 0.35));
+    let best = factors(&scene, 1e-11).unwrap();
+    let mut rough = factors(&scene, 1e-2).unwrap();
+    let before = rough.row_sums();
+    let off = before.iter().map(|s| (s - 1.0).abs()).fold(0.0, f64::max);
+    assert_eq!(rough.close(), Ok(off));
+    assert!(off > 1e-6, "{off:e}: nothing to close");
+    for (i, sum) in rough.row_sums().iter().enumerate() {
+        // Sums of sixty numbers.
+        assert!((sum - 1.0).abs() < 60.0 * f64::EPSILON, "{i} {sum}");
+        for j in 0..i {
+            let change = (rough.factor(i, j) - best.factor(i, j)).abs();
+            assert!(change < 2e-2, "{i} {j} {change:e}");
+        }
+    }
+    let plate = vec![vec![square(0.0, 1.0, true)], vec![square(1.0, 1.0, false)]];
+    let refused = factors(&open(&plate), 1e-9).unwrap().close();
+    assert_eq!(refused, Err(SceneError::Leaves));
+}
+
 #[test]
 fn an_error_that_is_none_is_refused() {
     let cube = closed(&shapes::room([0.0; 3], [1.0; 3]).surfaces);

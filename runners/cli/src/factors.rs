@@ -110,6 +110,7 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
         ("--open", args.open),
         ("--faces", args.faces),
         ("--grey", args.grey),
+        ("--close", args.close),
         ("--threads", args.threads.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {

@@ -92,6 +92,21 @@ fn the_template_has_factors_and_a_picture() {
         "{}",
         printed.stderr
     );
+    let rough = ["factors", &file, "--error", "1e-2", "--close", "--json"];
+    let closed = ended(0, &rough);
+    assert!(closed.stderr.contains("rows closed"), "{}", closed.stderr);
+    for row in closed.json()["factors"].as_array().unwrap() {
+        let row = row.as_array().unwrap();
+        let sum: f64 = row.iter().filter_map(|f| f.as_f64()).sum();
+        assert!((sum - 1.0).abs() < 1e-14, "{sum}");
+    }
+    let open = ["factors", &file, "--open", "--close"];
+    let refused = ended(2, &open);
+    assert!(
+        refused.stderr.contains("`--close`: the scene is open"),
+        "{}",
+        refused.stderr
+    );
     // Black surfaces exchange what they send.
     let grey = ended(0, &["factors", &file, "--grey", "--error", "1e-6"]);
     assert!(grey.stdout.contains("0.700000"), "{}", grey.stdout);
