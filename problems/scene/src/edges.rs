@@ -15,6 +15,9 @@ const HALVINGS: u32 = 44;
 const FEW: usize = 5;
 const MOST: usize = 10;
 
+/// What rounding adds to the integrand, whose terms are about 1 in units of the pair's size: halving does not help against it.
+const ROUNDING: f64 = 1e-15;
+
 /// The most points of one pair.
 const POINTS: usize = 100_000;
 
@@ -27,7 +30,7 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
     let mut work = Work {
         view,
         rules,
-        density: error / (scale * length),
+        density: Real::max(error / (scale * length), ROUNDING),
         points: 0,
         sum: Amount::default(),
     };
@@ -39,7 +42,7 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
     }
     Amount {
         value: scale * work.sum.value,
-        error: scale * work.sum.error,
+        error: scale * (work.sum.error + ROUNDING * length),
     }
 }
 

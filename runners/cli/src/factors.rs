@@ -256,7 +256,7 @@ impl Factors {
         let asked = args.error.unwrap_or(scene::ERROR);
         if space.estimated_error > asked {
             say(format_args!(
-                "warning: {asked:e} was asked for: some polygons see others between several obstacles; smaller polygons help"
+                "warning: {asked:e} was asked for: some polygons are too small beside what hides them"
             ));
         }
     }
