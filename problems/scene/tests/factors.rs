@@ -494,6 +494,14 @@ fn rows_of_blocks_that_touch_each_other_close() {
             // No face is smaller than ¼, and both may be off.
             assert!((a - b).abs() < 2.0 * error, "{seed} {a} {b}");
         }
+        // Backs hide as fronts do, and nobody sees them.
+        let open = factors(&open(&base), error).unwrap();
+        for i in 0..open.areas().len() {
+            for j in 0..i {
+                let off = (plain.factor(i, j) - open.factor(i, j)).abs();
+                assert!(off < 2.0 * error, "{seed} {i} {j} {off:e}");
+            }
+        }
         for f in [plain, turned, triangles] {
             assert!(f.error() <= error, "{seed} {}", f.error());
             for (i, sum) in f.row_sums().iter().enumerate() {
