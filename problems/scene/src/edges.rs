@@ -15,6 +15,13 @@ const HALVINGS: u32 = 44;
 const FEW: usize = 5;
 const MOST: usize = 10;
 
+/// A piece whose middle is nearer to a logarithm than ¾ of its length has one next to it, of which its points may see nothing:
+/// the integral is off by this much of the square of its length, in units of the pair's size.
+const NEAR: f64 = 0.02;
+
+/// How many of such pieces share the error: the ends of some edges.
+const ENDS: f64 = 16.0;
+
 /// What rounding adds to the integrand, whose terms are about 1 in units of the pair's size: halving does not help against it.
 const ROUNDING: f64 = 1e-15;
 
@@ -31,6 +38,7 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
         view,
         rules,
         density: Real::max(error / (scale * length), ROUNDING),
+        near: Real::max(error / (scale * ENDS), ROUNDING),
         points: 0,
         sum: Amount::default(),
     };
@@ -51,6 +59,8 @@ struct Work<'a> {
     rules: &'a Rules,
     /// The error that is allowed, per length.
     density: f64,
+    /// The error that is allowed for a piece close to a logarithm.
+    near: f64,
     points: usize,
     sum: Amount,
 }
@@ -92,19 +102,26 @@ impl Work<'_> {
     /// Adds the integral over a part of an edge.
     fn add(&mut self, edge: &Edge, part: [f64; 2], halvings: u32) {
         let [from, to] = part;
-        let allowed = self.density * (to - from) * norm(edge.span);
+        let length = (to - from) * norm(edge.span);
+        let allowed = self.density * length;
+        let middle = 0.5 * (from + to);
+        let near = if self.view.distance(edge, edge.at(middle)) < 0.75 * length {
+            NEAR * length * length
+        } else {
+            0.0
+        };
         let mut own = self.rule(edge, part, FEW);
         // More points do not help if they gain too little.
         if own.error > allowed && own.error < 1e6 * allowed {
             own = self.rule(edge, part, MOST);
         }
-        if own.error > allowed && halvings > 0 && self.points < POINTS {
-            let middle = 0.5 * (from + to);
+        let is_coarse = own.error > allowed || near > self.near;
+        if is_coarse && halvings > 0 && self.points < POINTS {
             self.add(edge, [from, middle], halvings - 1);
             self.add(edge, [middle, to], halvings - 1);
         } else {
             self.sum.value += own.value;
-            self.sum.error += own.error;
+            self.sum.error += Real::max(own.error, near);
         }
     }
 }

@@ -238,6 +238,32 @@ impl View {
         }
     }
 
+    /// How far along its line y is from where the integral over one of P's own edges is singular, in the complex plane.
+    ///
+    /// That is at the ends of the edge, and where both lines are nearest to each other: h / sin α above or below the
+    /// real line, where h is their distance and α their angle. Parallel edges have the ends only.
+    pub(crate) fn distance(&self, edge: &Edge, y: Vector<f64>) -> f64 {
+        let mut least = f64::INFINITY;
+        let own = unit(edge.span);
+        for [a, b] in ring(&self.outer) {
+            let (span, aim) = (sub(b, a), sub(y, a));
+            let length = norm(span);
+            let other = scale(span, 1.0 / length);
+            least = least.min(norm(aim)).min(norm(sub(y, b)));
+            let normal = cross(own, other);
+            let square = dot(normal, normal);
+            let cosine = dot(own, other);
+            let (ahead, across) = (dot(own, aim), dot(other, aim));
+            let on_other = (across - cosine * ahead) / square;
+            if on_other > 0.0 && on_other < length {
+                let along = (cosine * across - ahead) / square;
+                let aside = dot(normal, aim) / square;
+                least = least.min(Real::sqrt(along * along + aside * aside));
+            }
+        }
+        least
+    }
+
     /// All edges of Q and of what hides it, each line once, cut where what touches it changes.
     pub(crate) fn edges(&self) -> Vec<Edge> {
         let mut all = Vec::new();

@@ -474,6 +474,44 @@ fn a_long_corridor() {
     }
 }
 
+/// A cube of which one vertex is far up: what faces see of each other next to the ends of edges that are twenty thousand
+/// times as long, behind others. Found by spoiling a file.
+#[test]
+fn a_tower() {
+    let corner = |k: usize| [(k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64];
+    let at = |k: usize| {
+        if k == 4 {
+            [0.0, 0.0, 19_991.0]
+        } else {
+            corner(k)
+        }
+    };
+    let quad = |k: [usize; 4]| vec![Polygon::Quad(k.map(at))];
+    // The sides through the vertex are two triangles each.
+    let halves = |[a, b, c, d]: [usize; 4]| {
+        let parts = [[a, b, d], [b, c, d]];
+        parts.map(|p| Polygon::Triangle(p.map(at))).to_vec()
+    };
+    let tower = vec![
+        quad([0, 1, 3, 2]),
+        halves([5, 4, 6, 7]),
+        halves([1, 0, 4, 5]),
+        quad([1, 5, 7, 3]),
+        quad([3, 7, 6, 2]),
+        halves([0, 2, 6, 4]),
+    ];
+    for error in [1e-3, 1e-6] {
+        for (i, sum) in factors(&closed(&tower), error)
+            .unwrap()
+            .row_sums()
+            .iter()
+            .enumerate()
+        {
+            assert!((sum - 1.0).abs() < 10.0 * error, "{error:e}: {i} {sum}");
+        }
+    }
+}
+
 /// Edges on edges, faces in one plane, bodies that touch along an edge only, and rooms that are no longer convex: what
 /// leaves every face arrives, whichever way the scene is turned and cut. 40 scenes with FREDHOLM_LONG, else 4.
 #[test]
