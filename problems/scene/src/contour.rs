@@ -22,6 +22,10 @@ const PARALLEL: f64 = 1e-11;
 /// A cosine below which edges contribute nothing.
 const PERPENDICULAR: f64 = 1e-17;
 
+/// Parallel edges have a closed form of squares of distances, which loses digits if one edge is shorter than the
+/// largest distance by more than this.
+const UNEVEN: f64 = 1e3;
+
 /// How many times an edge may be halved towards another.
 const HALVINGS: u32 = 48;
 
@@ -50,8 +54,16 @@ fn term(p: Edge, q: Edge, rules: &Rules) -> f64 {
     if cosine.abs() <= PERPENDICULAR {
         return 0.0;
     }
+    // The shorter one is integrated over by points.
+    let (short, length, long) = if lu <= lv { (p, lu, q) } else { (q, lv, p) };
     if norm(cross(u, v)) <= PARALLEL {
-        return parallel(p, u, lu, q);
+        let far = q.iter().flat_map(|&x| p.map(|y| norm(sub(x, y))));
+        let farthest = far.fold(0.0, |m: f64, x| Real::max(m, x));
+        return if length * UNEVEN > farthest {
+            parallel(p, u, lu, q)
+        } else {
+            cosine * by_points(short, length, long, &to_ends, rules, HALVINGS)
+        };
     }
     for (i, at) in p.iter().enumerate() {
         for (j, other) in q.iter().enumerate() {
@@ -60,13 +72,7 @@ fn term(p: Edge, q: Edge, rules: &Rules) -> f64 {
             }
         }
     }
-    // The shorter one is integrated over by points.
-    let value = if lu <= lv {
-        skew(p, lu, q, rules, HALVINGS)
-    } else {
-        skew(q, lv, p, rules, HALVINGS)
-    };
-    cosine * value
+    cosine * by_points(short, length, long, &distance, rules, HALVINGS)
 }
 
 /// Edges on parallel lines, with the sign of the cosine: second differences of K(z), whose second
@@ -118,8 +124,15 @@ fn along_edge(x: Vector<f64>, [from, to]: Edge) -> f64 {
     part(length - foot) + part(foot)
 }
 
-/// Other edges: Gauss points along the first, halved until the other is far away in comparison.
-fn skew(p: Edge, length: f64, q: Edge, rules: &Rules, halvings: u32) -> f64 {
+/// Other edges: Gauss points along the first, halved until what is singular is far away in comparison.
+fn by_points(
+    p: Edge,
+    length: f64,
+    q: Edge,
+    distance: &dyn Fn(Vector<f64>, Edge) -> f64,
+    rules: &Rules,
+    halvings: u32,
+) -> f64 {
     let middle = along(p[0], 0.5, sub(p[1], p[0]));
     let ratio = distance(middle, q) / (0.5 * length);
     // The error falls like the distance over the half length, and its hypotenuse, to the power −2n.
@@ -135,7 +148,7 @@ fn skew(p: Edge, length: f64, q: Edge, rules: &Rules, halvings: u32) -> f64 {
         let halves = [[p[0], middle], [middle, p[1]]];
         return halves
             .into_iter()
-            .map(|half| skew(half, 0.5 * length, q, rules, halvings - 1))
+            .map(|half| by_points(half, 0.5 * length, q, distance, rules, halvings - 1))
             .sum();
     };
     let sum: f64 = rules
@@ -144,6 +157,12 @@ fn skew(p: Edge, length: f64, q: Edge, rules: &Rules, halvings: u32) -> f64 {
         .map(|&(t, weight)| weight * along_edge(along(p[0], t, sub(p[1], p[0])), q))
         .sum();
     length * sum
+}
+
+/// The distance of a point from the ends of an edge: on a parallel line only these are singular.
+fn to_ends(point: Vector<f64>, ends: Edge) -> f64 {
+    let [a, b] = ends.map(|end| norm(sub(point, end)));
+    a.min(b)
 }
 
 /// The distance of a point from an edge.

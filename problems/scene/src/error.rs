@@ -117,6 +117,8 @@ pub enum SceneError {
     Tables,
     /// The error that is asked for is NaN or outside [1e-13, 0.1].
     Tolerance,
+    /// Rows of an open scene do not sum to 1.
+    Leaves,
     /// A slice has the wrong length.
     Length {
         /// The length that is needed.
@@ -244,6 +246,9 @@ impl fmt::Display for SceneError {
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
             Self::Face { face } => write!(f, "there is no face {face}"),
             Self::Tables => write!(f, "the tables of a scene do not belong together"),
+            Self::Leaves => f.write_str(
+                "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
+            ),
             Self::Tolerance => write!(
                 f,
                 "the error of form factors must lie between 1e-13 and 0.1"

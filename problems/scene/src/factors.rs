@@ -131,20 +131,39 @@ impl Factors {
     /// Σ_j F_ij for every i: 1 in a closed scene, in an open one the share that does not leave.
     #[must_use]
     pub fn row_sums(&self) -> Vec<f64> {
-        let mut sums = alloc::vec![0.0; self.areas.len()];
-        for i in 0..self.areas.len() {
-            for &(j, exchange) in self.row(i) {
-                for k in [i, j as usize] {
-                    if let Some(sum) = sums.get_mut(k) {
-                        *sum += exchange;
-                    }
-                }
-            }
-        }
+        let mut sums = self.times(&alloc::vec![1.0; self.areas.len()]);
         for (sum, area) in sums.iter_mut().zip(&self.areas) {
             *sum /= area;
         }
         sums
+    }
+
+    /// Σ_j A_i F_ij x_j for every i.
+    pub(crate) fn times(&self, x: &[f64]) -> Vec<f64> {
+        let of = |k: usize| x.get(k).copied().unwrap_or(0.0);
+        let mut sums = alloc::vec![0.0; self.areas.len()];
+        for i in 0..self.areas.len() {
+            for &(j, exchange) in self.row(i) {
+                let j = j as usize;
+                for (k, value) in [(i, of(j)), (j, of(i))] {
+                    if let Some(sum) = sums.get_mut(k) {
+                        *sum += exchange * value;
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    /// Multiplies A_i F_ij by 1 + λ_i + λ_j, or by 0 if that is negative.
+    pub(crate) fn scale(&mut self, lambda: &[f64]) {
+        let of = |k: usize| lambda.get(k).copied().unwrap_or(0.0);
+        for (i, ends) in self.first.windows(2).enumerate() {
+            let own = self.entries.get_mut(ends[0]..ends[1]).unwrap_or(&mut []);
+            for (j, exchange) in own {
+                *exchange *= Real::max(1.0 + of(i) + of(*j as usize), 0.0);
+            }
+        }
     }
 
     /// Whether light may leave.

@@ -4,7 +4,9 @@ use fredholm_core::Real;
 use num_traits::{one, zero};
 
 use crate::SceneError;
-use crate::vector::{Vector, dot, sub};
+use crate::vector::Vector;
+#[cfg(feature = "alloc")]
+use crate::vector::{dot, sub};
 
 /// A triangle or planar convex quadrilateral. Its active side is the one from which its vertices
 /// are seen counter-clockwise.

@@ -11,10 +11,16 @@ mod clear;
 #[cfg(feature = "alloc")]
 mod clip;
 #[cfg(feature = "alloc")]
+mod close;
+#[cfg(feature = "alloc")]
 mod closed;
 #[cfg(feature = "alloc")]
 mod contour;
+#[cfg(feature = "alloc")]
+mod edges;
 mod error;
+#[cfg(feature = "alloc")]
+mod events;
 #[cfg(feature = "alloc")]
 mod factors;
 mod geometry;
@@ -39,6 +45,8 @@ mod shaft;
 pub mod shapes;
 #[cfg(feature = "alloc")]
 mod sights;
+#[cfg(feature = "alloc")]
+mod silhouette;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;

@@ -7,7 +7,6 @@ use core::cell::Cell;
 use crate::Enclosure;
 use crate::geometry::Node;
 use crate::hierarchy::{self, Item};
-use crate::join::{root, unite};
 use crate::rules::{area, double_area};
 use crate::scene::{Scene, margin};
 use crate::vector::{Vector, cross, dot, hull, norm, sub};
@@ -23,8 +22,6 @@ pub(crate) struct Occluder {
     /// Their numbers.
     pub(crate) vertices: Vec<u32>,
     pub(crate) normal: Vector<f64>,
-    /// The number of the convex body of which it is a side; its own if it is none's.
-    pub(crate) body: u32,
 }
 
 impl Occluder {
@@ -64,7 +61,6 @@ impl Occluders {
                 seen.insert(vertices)
             });
         }
-        number_bodies(&mut all, scene.smallest);
         let mut items: Vec<Item> = (0..)
             .zip(&all)
             .map(|(number, occluder): (u32, &Occluder)| Item {
@@ -107,36 +103,6 @@ impl Occluders {
     }
 }
 
-/// The most sides of a body that is looked at: it takes time in proportion to their square.
-const SIDES: usize = 200;
-
-/// Finds what hangs together at vertices and is a convex body: no vertex is above a side.
-fn number_bodies(all: &mut [Occluder], slack: f64) {
-    let mut parent: Vec<u32> = (0..all.len() as u32).collect();
-    let mut first: BTreeMap<u32, u32> = BTreeMap::new();
-    for (o, occluder) in (0..).zip(all.iter()) {
-        for &v in &occluder.vertices {
-            let other = *first.entry(v).or_insert(o);
-            unite(&mut parent, o, other);
-        }
-    }
-    let mut sides: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for o in 0..all.len() as u32 {
-        sides.entry(root(&mut parent, o)).or_default().push(o);
-    }
-    for (&body, sides) in &sides {
-        let own = || sides.iter().filter_map(|&o| all.get(o as usize));
-        let below = |o: &Occluder, p: &Vector<f64>| o.height(*p) <= 4.0 * slack;
-        let convex = sides.len() <= SIDES
-            && own().all(|side| own().all(|other| other.points.iter().all(|p| below(side, p))));
-        for &o in sides {
-            if let Some(occluder) = all.get_mut(o as usize) {
-                occluder.body = if convex { body } else { o };
-            }
-        }
-    }
-}
-
 /// Adds the polygons that faces of one plane and one side make.
 fn merge(scene: &Scene, faces: &[u32], all: &mut Vec<Occluder>) {
     let Some(first) = faces.first().and_then(|&f| scene.faces.get(f as usize)) else {
@@ -161,7 +127,6 @@ fn merge(scene: &Scene, faces: &[u32], all: &mut Vec<Occluder>) {
             normal: double.map(|x| x / length),
             points,
             vertices,
-            body: 0,
         });
     }
 }

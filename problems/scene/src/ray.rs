@@ -4,7 +4,7 @@ use fredholm_core::Real;
 use num_traits::{one, zero};
 
 use crate::geometry::{DEPTH, Face, Geometry, Node, Triangle};
-use crate::vector::{Vector, along, dot, sub};
+use crate::vector::{Vector, along, dot, norm, sub};
 
 /// The face and the place that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -261,7 +261,8 @@ impl<F: Real> Geometry<'_, F> {
             .or_else(|| self.further_inside(emitter, origin, direction))
     }
 
-    /// Follows rays from points that are ever nearer to the middle of the face.
+    /// Follows rays from points that are ever nearer to the middle of the face, and further above it: from above every
+    /// face counts, as those in the emitter's plane may be a shallow bowl within rounding.
     #[cold]
     fn further_inside(
         &self,
@@ -278,8 +279,11 @@ impl<F: Real> Geometry<'_, F> {
         let direction = if rise > least { direction } else { up };
         while share < one() {
             let from = along(origin, share, to);
-            if let Some(hit) = self.nearest(Some(emitter), from, direction, Backs::Pass) {
-                return Some(hit);
+            let own = self.nearest(Some(emitter), from, direction, Backs::Pass);
+            let above = along(from, share * norm(to), emitter.normal);
+            let hit = own.or_else(|| self.nearest(None, above, direction, Backs::Pass));
+            if hit.is_some() {
+                return hit;
             }
             share *= F::from_f64(32.0);
         }

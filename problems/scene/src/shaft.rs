@@ -63,6 +63,11 @@ impl Shaft {
         }
     }
 
+    /// What is nearer than this to a plane is on it.
+    pub(crate) const fn slack(&self) -> f64 {
+        self.slack
+    }
+
     /// Whether a box is off the shaft.
     fn misses(&self, node: &Node<f64>) -> bool {
         let [low, high] = self.bounds;
@@ -88,6 +93,25 @@ impl Shaft {
             points.all(|&p| dot(normal, sub(p, point)) >= -self.slack)
         };
         self.planes.iter().any(|&(n, p)| outside(n, p))
+    }
+
+    /// The part of a segment that is in the shaft, as fractions of the segment.
+    pub(crate) fn part(&self, [from, to]: [Vector<f64>; 2]) -> Option<[f64; 2]> {
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for &(normal, point) in &self.planes {
+            let low = dot(normal, sub(from, point)) - self.slack;
+            let high = dot(normal, sub(to, point)) - self.slack;
+            if low > 0.0 && high > 0.0 {
+                return None;
+            }
+            let t = low / (low - high);
+            if low > 0.0 {
+                enter = Real::max(enter, t);
+            } else if high > 0.0 {
+                leave = leave.min(t);
+            }
+        }
+        (enter < leave).then_some([enter, leave])
     }
 
     /// Lists what may hide something of two polygons from each other, out of `candidates`, or out of

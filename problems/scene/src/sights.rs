@@ -82,6 +82,9 @@ impl<'a> Sights<'a> {
         let mut buffers = Buffers::default();
         for other in face + 1..self.scene.faces.len() {
             let amount = self.pair(face, other, &mut row, &mut buffers);
+            // Rounding must not make more of a face than all.
+            let most = |f: usize| self.scene.faces.get(f).map_or(0.0, |face| face.area);
+            let amount = amount.min(most(face)).min(most(other));
             if amount > 0.0 {
                 row.entries.push((other as u32, amount));
             }
@@ -133,7 +136,7 @@ impl<'a> Sights<'a> {
                     (&self.occluders, found),
                     fronts,
                     self.error * smaller,
-                    slack,
+                    shaft,
                     &self.rules,
                 );
                 row.partial += 1;

@@ -30,7 +30,6 @@ pub(crate) fn cross<F: Real>(a: Vector<F>, b: Vector<F>) -> Vector<F> {
     ]
 }
 
-#[cfg(feature = "alloc")]
 #[inline(always)]
 pub(crate) fn norm<F: Real>(a: Vector<F>) -> F {
     dot(a, a).sqrt()

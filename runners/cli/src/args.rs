@@ -268,10 +268,14 @@ pub(crate) struct FactorsArgs {
     /// Scenes: the exchange factors (script F) of the grey surfaces, all reflections included, and not form factors
     #[arg(long, conflicts_with = "faces")]
     pub(crate) grey: bool,
+    /// Closed scenes: change the factors by the least that makes every row sum to 1
+    #[arg(long)]
+    pub(crate) close: bool,
     /// Scenes: threads; results do not depend on it [default: all cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), or .txt (View3D's text format)
+    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), .npz (arrays for NumPy), or .txt
+    /// (View3D's text format)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else

@@ -11,6 +11,7 @@ use crate::args::FactorsArgs;
 use crate::deck::{self, Deck};
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
+use crate::npz::Archive;
 use crate::numbers::aligned;
 use crate::output::Output;
 use crate::{scene, solve};
@@ -55,9 +56,10 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     };
     let written = output.map_or(Ok(()), |(format, output)| {
         output.finish(match format {
-            Format::Json => factors.json()?,
-            Format::Csv => factors.csv()?,
-            Format::View3d => factors.view3d(),
+            Format::Json => factors.json()?.into_bytes(),
+            Format::Csv => factors.csv()?.into_bytes(),
+            Format::Npz => factors.npz()?,
+            Format::View3d => factors.view3d().into_bytes(),
         })
     });
     let text = if args.json {
@@ -77,6 +79,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
 enum Format {
     Json,
     Csv,
+    Npz,
     View3d,
 }
 
@@ -86,10 +89,11 @@ impl Format {
         let format = match path.extension().and_then(|e| e.to_str()) {
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,
+            Some("npz") => Self::Npz,
             Some("txt") => Self::View3d,
             _ => {
                 let message = format!(
-                    "`--out {}`: the name must end in .json, .csv or .txt",
+                    "`--out {}`: the name must end in .json, .csv, .npz or .txt",
                     path.display()
                 );
                 return Err(Failure::input(message));
@@ -106,6 +110,7 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
         ("--open", args.open),
         ("--faces", args.faces),
         ("--grey", args.grey),
+        ("--close", args.close),
         ("--threads", args.threads.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
@@ -202,6 +207,19 @@ impl Factors {
         String::from_utf8(bytes).map_err(Failure::run)
     }
 
+    /// Arrays for NumPy.
+    fn npz(&self) -> Result<Vec<u8>, Failure> {
+        let n = self.surfaces.len();
+        let mut archive = Archive::default();
+        archive.numbers("factors", &[n, n], self.factors.iter().flatten())?;
+        archive.texts("surfaces", &self.surfaces)?;
+        if let Some(space) = &self.space {
+            archive.numbers("areas", &[n], space.areas.iter())?;
+            archive.numbers("emissivities", &[n], space.emissivities.iter())?;
+        }
+        archive.finish()
+    }
+
     /// As View3D's format 0 has it: a line that says what follows, areas, rows of factors, emissivities.
     fn view3d(&self) -> String {
         let joined = |numbers: &[f64]| {
@@ -242,7 +260,7 @@ impl Factors {
         let asked = args.error.unwrap_or(scene::ERROR);
         if space.estimated_error > asked {
             say(format_args!(
-                "warning: {asked:e} was asked for: some polygons see others between several obstacles; smaller polygons help"
+                "warning: {asked:e} was asked for: some polygons are too small beside what hides them"
             ));
         }
     }

@@ -10,6 +10,7 @@ mod export;
 mod factors;
 mod failure;
 mod init;
+mod npz;
 mod output;
 mod paper;
 mod progress;

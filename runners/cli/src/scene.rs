@@ -52,7 +52,15 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
     refuse_beyond_memory(args, &file, &scene)?;
     let rows = with_threads(args.threads, || rows(&sights))?;
-    let all = AllFactors::new(&scene, rows).map_err(Failure::run)?;
+    let mut all = AllFactors::new(&scene, rows).map_err(Failure::run)?;
+    if args.close {
+        let off = all
+            .close()
+            .map_err(|error| Failure::input(format_args!("`--close`: {error}")))?;
+        say(format_args!(
+            "rows closed: they were off by at most {off:.1e}"
+        ));
+    }
     let seconds = start.elapsed().as_secs_f64();
     let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
     let own: Vec<f64> = file

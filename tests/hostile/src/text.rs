@@ -3,6 +3,7 @@
 use fredholm_core::Real;
 use fredholm_file::deck::{self, Deck};
 use fredholm_file::formula::{self, Formula, Variables};
+use fredholm_file::scene::SceneFile;
 use fredholm_file::{self as file, InputError, ProblemFile};
 
 use crate::memory::Bound;
@@ -78,7 +79,8 @@ pub fn deck(bytes: &[u8]) {
 /// Reads a scene: a mesh or a description, of the format that the first byte chooses.
 ///
 /// # Panics
-/// If that takes too much memory, or if a refusal does not name the file.
+/// If that takes too much memory, if a refusal does not name the file, or if form factors of a small scene that was
+/// accepted are no shares.
 pub fn scene(bytes: &[u8]) {
     const NAMES: [&str; 5] = ["a.obj", "a.stl", "a.ply", "a.vs3", "a.toml"];
     let Some((&first, rest)) = bytes.split_first() else {
@@ -108,6 +110,38 @@ pub fn scene(bytes: &[u8]) {
                     "{:?}",
                     surface.name
                 );
+            }
+            let polygons: usize = scene.surfaces.iter().map(|s| s.polygons.len()).sum();
+            if polygons <= 16 {
+                form_factors(&scene);
+            }
+        }
+    }
+}
+
+/// Form factors of what was read, if it makes a scene.
+fn form_factors(file: &SceneFile) {
+    const ERROR: f64 = 1e-3;
+    /// The area of the smallest face in squares of the scene's width, above which its sums must be right: what is as small
+    /// as the smallest distance that a scene tells, 2^-40 of its width, is not told from nothing.
+    const SMALLEST: f64 = 1e-12;
+    match file.scene::<f64>() {
+        Err(error) => assert_message(&error.to_string()),
+        Ok(scene) => {
+            let factors = fredholm_scene::factors(&scene, ERROR).expect("the error is one");
+            let points = || scene.faces().iter().flat_map(|f| f.polygon());
+            let width = (0..3).fold(0.0_f64, |width, k| {
+                let least = points().fold(f64::INFINITY, |m, p| m.min(p[k]));
+                points().fold(width, |m, p| m.max(p[k] - least))
+            });
+            let smallest = factors.areas().iter().fold(f64::INFINITY, |m, a| m.min(*a));
+            let is_even = smallest > SMALLEST * width * width;
+            // Each of up to 16 pairs may be off.
+            let most = 1.0 + 16.0 * ERROR;
+            for sum in factors.row_sums() {
+                assert!(sum >= 0.0 && sum.is_finite(), "{sum}");
+                assert!(!is_even || sum < most, "{sum}");
+                assert!(!is_even || file.open || sum > 2.0 - most, "{sum}");
             }
         }
     }

@@ -57,6 +57,22 @@ fn factors_of_a_deck_in_every_form() {
         "{csv}"
     );
     assert_eq!(csv.lines().count(), 5);
+    let arrays = folder.at("factors.npz");
+    ended(0, &["factors", &deck, "--out", &arrays]);
+    let arrays = std::fs::read(arrays).unwrap();
+    let at = |words: &[u8]| arrays.windows(words.len()).position(|w| w == words);
+    // The second number of the first array, behind its head of 128 bytes.
+    let first = at(b"\x93NUMPY").unwrap() + 128 + 8;
+    let number = f64::from_le_bytes(arrays[first..first + 8].try_into().unwrap());
+    assert!((number - QUARTER_LESS).abs() < 1e-9, "{number}");
+    for name in [
+        "factors.npy",
+        "surfaces.npy",
+        "areas.npy",
+        "emissivities.npy",
+    ] {
+        assert!(at(name.as_bytes()).is_some(), "{name}");
+    }
     let text = folder.at("factors.txt");
     ended(0, &["factors", &deck, "--out", &text]);
     let text = std::fs::read_to_string(text).unwrap();
@@ -75,6 +91,21 @@ fn the_template_has_factors_and_a_picture() {
         printed.stderr.contains("row sums: at most"),
         "{}",
         printed.stderr
+    );
+    let rough = ["factors", &file, "--error", "1e-2", "--close", "--json"];
+    let closed = ended(0, &rough);
+    assert!(closed.stderr.contains("rows closed"), "{}", closed.stderr);
+    for row in closed.json()["factors"].as_array().unwrap() {
+        let row = row.as_array().unwrap();
+        let sum: f64 = row.iter().filter_map(|f| f.as_f64()).sum();
+        assert!((sum - 1.0).abs() < 1e-14, "{sum}");
+    }
+    let open = ["factors", &file, "--open", "--close"];
+    let refused = ended(2, &open);
+    assert!(
+        refused.stderr.contains("`--close`: the scene is open"),
+        "{}",
+        refused.stderr
     );
     // Black surfaces exchange what they send.
     let grey = ended(0, &["factors", &file, "--grey", "--error", "1e-6"]);

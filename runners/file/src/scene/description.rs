@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fredholm_scene::{Material, Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
-use super::{MAX_POLYGONS, SceneFile, SceneSurface};
+use super::{MAX_POLYGONS, SceneFile, SceneSurface, symmetry};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -48,6 +48,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let open = problem.optional("open").map(|f| f.boolean()).transpose()?;
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
+    let planes = symmetry::read(&mut problem)?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -75,6 +76,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
         let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
         return Err(source.error(problem.span.clone(), message));
     }
+    symmetry::complete(&mut reader.scene, &planes)?;
     Ok(reader.scene)
 }
 

@@ -8,6 +8,7 @@ mod obj;
 mod outline;
 mod ply;
 mod stl;
+mod symmetry;
 mod vs3;
 
 use core::fmt::Display;

@@ -395,6 +395,54 @@ fn descriptions() {
     wrong("kind = \"scene\"", "kind = \"room\"", 2, "no scene");
 }
 
+/// The template's room is symmetrical in x and in y: a quarter of it has the whole's form factors.
+#[test]
+fn symmetry_planes() {
+    let whole = parse_description("a.toml", TEMPLATE).unwrap();
+    let quarter = "[problem]\nkind = \"scene\"\nsymmetry = { x = 2, y = 1.5 }\n\
+                   [[problem.surface]]\nname = \"floor\"\npolygon = [[0, 0, 0], [2, 0, 0], [2, 1.5, 0], [0, 1.5, 0]]\n\
+                   [[problem.surface]]\nname = \"ceiling\"\npolygon = [[0, 0, 2.5], [0, 1.5, 2.5], [2, 1.5, 2.5], [2, 0, 2.5]]\n\
+                   [[problem.surface]]\nname = \"walls\"\npolygons = [[[0, 0, 0], [0, 0, 2.5], [2, 0, 2.5], [2, 0, 0]], \
+                   [[0, 1.5, 0], [0, 1.5, 2.5], [0, 0, 2.5], [0, 0, 0]]]\n\
+                   [[problem.surface]]\nname = \"table\"\npolygons = [[[1.5, 1, 0.7], [1.5, 1.5, 0.7], [2, 1.5, 0.7], [2, 1, 0.7]], \
+                   [[1.5, 1, 0.75], [2, 1, 0.75], [2, 1.5, 0.75], [1.5, 1.5, 0.75]], \
+                   [[1.5, 1, 0.7], [2, 1, 0.7], [2, 1, 0.75], [1.5, 1, 0.75]], \
+                   [[1.5, 1.5, 0.7], [1.5, 1, 0.7], [1.5, 1, 0.75], [1.5, 1.5, 0.75]]]\n";
+    let completed = parse_description("a.toml", quarter).unwrap();
+    assert_eq!(
+        names(&completed),
+        [("floor", 4), ("ceiling", 4), ("walls", 8), ("table", 16)]
+    );
+    let table = |file: &SceneFile| {
+        let scene = file.scene::<f64>().unwrap();
+        let all = fredholm_scene::factors(&scene, 1e-9).unwrap();
+        all.of_surfaces(&scene).unwrap()
+    };
+    let (whole, completed) = (table(&whole), table(&completed));
+    for i in 0..4 {
+        assert!((whole.areas()[i] - completed.areas()[i]).abs() < 1e-12);
+        for j in 0..4 {
+            // A surface's quarters may be off by the error to each of four.
+            let off = (whole.factor(i, j) - completed.factor(i, j)).abs();
+            assert!(off < 5e-9, "{i} {j} {off:e}");
+        }
+    }
+    let wrong = |from: &str, to: &str, place: &str, words: &str| {
+        let error = parse_description("a.toml", &quarter.replacen(from, to, 1)).expect_err(words);
+        let error = error.to_string();
+        assert!(error.starts_with(place) && error.contains(words), "{error}");
+    };
+    wrong(
+        "x = 2",
+        "x = 1",
+        "a.toml:3:18:",
+        "on one side of the plane x = 1, and reaches from 0 to 2",
+    );
+    wrong("x = 2", "u = 2", "a.toml:3:14:", "unknown key `u`");
+    wrong("x = 2", "x = \"a\"", "a.toml:3:18:", "number");
+    wrong("{ x = 2, y = 1.5 }", "\"x\"", "a.toml:3:12:", "a table");
+}
+
 /// What is wrong with a scene is said with the line of its file.
 #[test]
 fn a_wrong_scene_is_placed() {
