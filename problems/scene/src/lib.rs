@@ -1,6 +1,9 @@
 // Its examples need what owns its buffers.
 #![cfg_attr(feature = "alloc", doc = include_str!("../README.md"))]
-#![cfg_attr(not(feature = "alloc"), doc = "See the README of the crate, or its documentation with the feature `alloc`.")]
+#![cfg_attr(
+    not(feature = "alloc"),
+    doc = "See the README of the crate, or its documentation with the feature `alloc`."
+)]
 #![no_std]
 
 #[cfg(feature = "alloc")]
