@@ -41,7 +41,7 @@ impl Setting {
         Self { cells, ..self }
     }
 
-    /// The same neighbour equation with these walks.
+    /// Gives these walks to the same neighbour equation.
     pub(super) const fn with_walks(self, (absorption, estimator): (f64, Estimator)) -> Self {
         Self {
             absorption,
