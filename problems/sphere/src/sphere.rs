@@ -51,6 +51,10 @@ pub struct Sphere<F> {
     sector: F,
     /// The mean of cos over a sector that lies symmetrically to 0.
     sector_mean: F,
+    #[cfg_attr(
+        not(feature = "alloc"),
+        expect(dead_code, reason = "set-ups ask for it")
+    )]
     albedo: F,
     asymmetry: F,
     /// 4πK times the power of the distance.
