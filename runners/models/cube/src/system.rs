@@ -506,15 +506,16 @@ where
     E: StateSpace<Scalar = F, Point = [F; D]>,
     F: Real,
 {
-    #[inline]
+    // Always: a call here would keep the walk's generator in memory, whose steps then wait for it.
+    #[inline(always)]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
+        if let Self::Point(At(x)) = self {
+            return (*x, F::one());
+        }
+        let (x, phi) = Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms);
         match self {
-            Self::Point(At(x)) => (*x, F::one()),
-            Self::Mean => Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms),
-            Self::Weighted(weighted) => {
-                let (x, _) = Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms);
-                (x, weighted.weight.value(&x))
-            }
+            Self::Weighted(weighted) => (x, weighted.weight.value(&x)),
+            _ => (x, phi),
         }
     }
 
