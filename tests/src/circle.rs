@@ -11,8 +11,10 @@ use fredholm_core::galerkin::{
 use fredholm_core::{Located, Real};
 
 use crate::description::Description;
-use crate::examine::{Offers, Report, examine_both, examine_masses};
+use crate::examine::{examine_both, examine_masses};
+use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split};
+use crate::report::Report;
 
 /// Reflectances of five arcs, one of them black.
 pub const RHO: [f64; 5] = [0.3, 0.7, 0.0, 0.55, 0.74];
@@ -193,33 +195,6 @@ impl<'a, F: Real> Description for Described<'a, F> {
             .collect()
     }
 
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let (n, light) = (self.cells(), self.light());
-        offers.pairs("the paper's", PAPER);
-        offers.pairs("all in S", IN_S);
-        offers.pointwise_pairs("diagonal pointwise", DEFAULT);
-        if n < 50 {
-            offers.pointwise_pairs("all pointwise", AllPointwise);
-        }
-        offers.coefficients("closed form", &self.circle, 0.0);
-        for pairs in [PAPER, DEFAULT] {
-            let name = format!("own, diagonal {:?}", pairs.diagonal);
-            with_piecewise(self.reflectance, n, light, pairs, |_, neighbour, _| {
-                offers.neighbour::<OnCircle<'_, F, _, _>>(&name, neighbour);
-            });
-        }
-        with_residual::<F, _, _>(self.reflectance, n, light, |_, residual, _| {
-            offers.neighbour("residual", residual);
-        });
-        let tables = Tables::<f64>::new(self.reflectance, n).unwrap();
-        let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
-        let mut means = vec![0.0; n];
-        wide.source_means(&mut means).unwrap();
-        offers.source_means("closed form", &means, 0.0);
-        let solution = wide.solve(1e-15, 1000).unwrap();
-        offers.galerkin_solution("own", &solution.v, 1e-13);
-    }
-
     fn solution(&self, x: &Point<F>) -> Option<f64> {
         Some(self.light().solution(x.angle().to_f64()))
     }
@@ -251,6 +226,35 @@ impl<'a, F: Real> Description for Described<'a, F> {
             quarter.sin() * (middle - half).sin().abs()
         };
         Some((1.0 - F::from_f64(0.2).to_f64()) * form_factor)
+    }
+}
+
+impl<'a, F: Real> Neighbours for Described<'a, F> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let (n, light) = (self.cells(), self.light());
+        offers.pairs("the paper's", PAPER);
+        offers.pairs("all in S", IN_S);
+        offers.pointwise_pairs("diagonal pointwise", DEFAULT);
+        if n < 50 {
+            offers.pointwise_pairs("all pointwise", AllPointwise);
+        }
+        offers.coefficients("closed form", &self.circle, 0.0);
+        for pairs in [PAPER, DEFAULT] {
+            let name = format!("own, diagonal {:?}", pairs.diagonal);
+            with_piecewise(self.reflectance, n, light, pairs, |_, neighbour, _| {
+                offers.neighbour::<OnCircle<'_, F, _, _>>(&name, neighbour);
+            });
+        }
+        with_residual::<F, _, _>(self.reflectance, n, light, |_, residual, _| {
+            offers.neighbour("residual", residual);
+        });
+        let tables = Tables::<f64>::new(self.reflectance, n).unwrap();
+        let wide = Circle::new(tables.cells(), light, 0.2).unwrap();
+        let mut means = vec![0.0; n];
+        wide.source_means(&mut means).unwrap();
+        offers.source_means("closed form", &means, 0.0);
+        let solution = wide.solve(1e-15, 1000).unwrap();
+        offers.galerkin_solution("own", &solution.v, 1e-13);
     }
 }
 
@@ -345,7 +349,9 @@ impl<'x, 'a, F: Real, const B: usize> Description<B> for Curved<'x, 'a, F, B> {
     fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
         self.circle.mass(x, cell)
     }
+}
 
+impl<'x, 'a, F: Real, const B: usize> Neighbours<B> for Curved<'x, 'a, F, B> {
     fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let (n, light) = (self.circle.cells(), self.circle.light());
         offers.pairs("the paper's", PAPER);

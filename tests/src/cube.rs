@@ -11,8 +11,10 @@ use fredholm_cube::{
 };
 
 use crate::description::Description;
-use crate::examine::{Offers, Report, examine_both};
+use crate::examine::examine_both;
+use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split, tensor};
+use crate::report::Report;
 
 /// The absorption probability q0 of the tests.
 pub const ABSORPTION: f64 = 0.2;
@@ -369,6 +371,27 @@ where
         self.flat.nodes(x, cell)
     }
 
+    fn solution(&self, x: &[F; D]) -> Option<f64> {
+        self.flat.solution(x)
+    }
+
+    fn constant(&self) -> Option<f64> {
+        self.flat.constant()
+    }
+
+    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
+        Some(y[0].to_f64())
+    }
+
+    fn mass(&self, x: &Located<[F; D]>, cell: usize) -> Option<f64> {
+        self.flat.mass(x, cell)
+    }
+}
+
+impl<F: Real, const D: usize, S, const B: usize> Neighbours<B> for AtDegree<F, D, S, B>
+where
+    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
+{
     /// Pointwise pairs are offered for piecewise constants alone.
     fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let (model, cells) = (self.flat.model, self.cube.per_axis());
@@ -408,22 +431,6 @@ where
         offers.source_means("own", &means, self.relative);
         let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
         offers.galerkin_solution("own", &solution.v, self.relative);
-    }
-
-    fn solution(&self, x: &[F; D]) -> Option<f64> {
-        self.flat.solution(x)
-    }
-
-    fn constant(&self) -> Option<f64> {
-        self.flat.constant()
-    }
-
-    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
-        Some(y[0].to_f64())
-    }
-
-    fn mass(&self, x: &Located<[F; D]>, cell: usize) -> Option<f64> {
-        self.flat.mass(x, cell)
     }
 }
 
@@ -513,6 +520,33 @@ where
         nodes.map(|(y, w)| (y.map(F::from_f64), w)).collect()
     }
 
+    fn solution(&self, x: &[F; D]) -> Option<f64> {
+        let u = || -> f64 { ScalarField::value(&self.model.solution, &x.map(Real::to_f64)) };
+        Some(match self.solution {
+            Solution::Own => u(),
+            Solution::One => 1.0,
+            Solution::Raised => 1.0 + u(),
+        })
+    }
+
+    fn constant(&self) -> Option<f64> {
+        (self.solution == Solution::One).then_some(1.0)
+    }
+
+    /// Of the first coordinate.
+    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
+        Some(y[0].to_f64())
+    }
+
+    fn mass(&self, _: &Located<[F; D]>, _: usize) -> Option<f64> {
+        Some((1.0 - F::from_f64(ABSORPTION).to_f64()) / self.cube.cells() as f64)
+    }
+}
+
+impl<F: Real, const D: usize, S> Neighbours for Described<F, D, S>
+where
+    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
+{
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         let equation = (self.model.kernel, *self.cube.right_hand_side());
         let cells = self.cube.per_axis();
@@ -540,27 +574,5 @@ where
         offers.source_means("own", &means, relative);
         let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
         offers.galerkin_solution("own", &solution.v, relative);
-    }
-
-    fn solution(&self, x: &[F; D]) -> Option<f64> {
-        let u = || -> f64 { ScalarField::value(&self.model.solution, &x.map(Real::to_f64)) };
-        Some(match self.solution {
-            Solution::Own => u(),
-            Solution::One => 1.0,
-            Solution::Raised => 1.0 + u(),
-        })
-    }
-
-    fn constant(&self) -> Option<f64> {
-        (self.solution == Solution::One).then_some(1.0)
-    }
-
-    /// Of the first coordinate.
-    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
-        Some(y[0].to_f64())
-    }
-
-    fn mass(&self, _: &Located<[F; D]>, _: usize) -> Option<f64> {
-        Some((1.0 - F::from_f64(ABSORPTION).to_f64()) / self.cube.cells() as f64)
     }
 }

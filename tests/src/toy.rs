@@ -14,7 +14,7 @@ use fredholm_core::{
 };
 
 use crate::description::Description;
-use crate::examine::Offers;
+use crate::offers::{Neighbours, Offers};
 use crate::quadrature::gauss_legendre;
 
 /// The toy equation with n equal cells.
@@ -241,16 +241,6 @@ impl<F: Real, const B: usize> Description<B> for Toy<F> {
     fn nodes(&self, _: &F, j: usize) -> Vec<(F, f64)> {
         self.points(j).map(|(y, w)| (y, w.to_f64())).collect()
     }
-    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
-        offers.pairs("all in S", ALL);
-        offers.pointwise_pairs("diagonal pointwise", POINTWISE_DIAGONAL);
-        offers.pointwise_pairs("pairs of all kinds", MIXED);
-        offers.pointwise_pairs("all pointwise", ALL_POINTWISE);
-        let (matrix, right) = self.galerkin::<B>();
-        offers.coefficients("own", &self.coefficients::<B>(&matrix), 0.0);
-        let right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
-        offers.source_means("own", &right, 0.0);
-    }
     fn leaving(&self, _: &F) -> f64 {
         self.leaving.to_f64()
     }
@@ -268,6 +258,19 @@ impl<F: Real, const B: usize> Description<B> for Toy<F> {
         let (n, at) = (self.cells as f64, x.point.to_f64());
         let staying = (1.0 - self.leaving.to_f64()) * (0.8 - 0.1 * at);
         Some(staying * (1.0 + at * ((j as f64 + 0.5) / n - 0.5)) / n)
+    }
+}
+
+impl<F: Real, const B: usize> Neighbours<B> for Toy<F> {
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
+        offers.pairs("all in S", ALL);
+        offers.pointwise_pairs("diagonal pointwise", POINTWISE_DIAGONAL);
+        offers.pointwise_pairs("pairs of all kinds", MIXED);
+        offers.pointwise_pairs("all pointwise", ALL_POINTWISE);
+        let (matrix, right) = self.galerkin::<B>();
+        offers.coefficients("own", &self.coefficients::<B>(&matrix), 0.0);
+        let right: Vec<f64> = right.into_iter().map(Real::to_f64).collect();
+        offers.source_means("own", &right, 0.0);
     }
 }
 

@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use fredholm_conformance::quadrature::{gauss_legendre, tensor};
-use fredholm_conformance::{Description, Offers, examine_both, examine_masses};
+use fredholm_conformance::{Description, Neighbours, Offers, examine_both, examine_masses};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Rounded};
 use fredholm_core::{Located, Real};
 use fredholm_sphere::{MeanTable, Parameters, Point, Sphere};
@@ -104,34 +104,6 @@ impl<F: Real> Description for Described<F> {
         .collect()
     }
 
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let all = DiagonalRule {
-            diagonal: PairKind::Galerkin,
-        };
-        offers.pairs("all in S", all);
-        offers.pairs(
-            "diagonal outside",
-            DiagonalRule {
-                diagonal: PairKind::Dropped,
-            },
-        );
-
-        // As a user makes it: all in f64, with v and G rounded to the scalar of the walks.
-        let wide = Described::<f64>::new(self.bands as u32, self.sectors as u32, self.parameters);
-        let coefficients = MeanTable::new(&wide.sphere).expect("memory");
-        let solution = wide.sphere.solve(&coefficients, 1e-14, 1000);
-        let vectors = solution.and_then(|solution| solution.for_walks::<F, _>(&coefficients, all));
-        let vectors = vectors.expect("a contraction");
-        offers.piecewise(
-            "two points an axis",
-            &Rounded::<_, F>::new(&coefficients),
-            all,
-            vectors.v(),
-            vectors.source(),
-        );
-        offers.coefficients("two points an axis", &coefficients, 0.02);
-    }
-
     fn solution(&self, x: &Point<F>) -> Option<f64> {
         let a = held::<F>(self.parameters.albedo);
         let g = held::<F>(self.parameters.asymmetry);
@@ -169,6 +141,36 @@ impl<F: Real> Description for Described<F> {
         let cells = (self.bands * self.sectors) as f64;
         let survival = 1.0 - held::<F>(self.parameters.absorption);
         Some(survival / cells * (1.0 + b * sum / weights))
+    }
+}
+
+impl<F: Real> Neighbours for Described<F> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let all = DiagonalRule {
+            diagonal: PairKind::Galerkin,
+        };
+        offers.pairs("all in S", all);
+        offers.pairs(
+            "diagonal outside",
+            DiagonalRule {
+                diagonal: PairKind::Dropped,
+            },
+        );
+
+        // As a user makes it: all in f64, with v and G rounded to the scalar of the walks.
+        let wide = Described::<f64>::new(self.bands as u32, self.sectors as u32, self.parameters);
+        let coefficients = MeanTable::new(&wide.sphere).expect("memory");
+        let solution = wide.sphere.solve(&coefficients, 1e-14, 1000);
+        let vectors = solution.and_then(|solution| solution.for_walks::<F, _>(&coefficients, all));
+        let vectors = vectors.expect("a contraction");
+        offers.piecewise(
+            "two points an axis",
+            &Rounded::<_, F>::new(&coefficients),
+            all,
+            vectors.v(),
+            vectors.source(),
+        );
+        offers.coefficients("two points an axis", &coefficients, 0.02);
     }
 }
 

@@ -5,8 +5,6 @@ use core::fmt;
 use fredholm_core::galerkin::TransitionMoments;
 use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
 
-use crate::examine::Offers;
-
 /// The points of the space of a described problem.
 pub type PointOf<D, const B: usize> = <<D as Description<B>>::Equation as StateSpace>::Point;
 /// The scalar of a described problem.
@@ -46,10 +44,6 @@ pub trait Description<const B: usize = 1>: Sized {
     /// whatever smoothness p(x, ·) and K(x, ·) have: where they have a kink at `x` the rule is
     /// split there. [`quadrature`](crate::quadrature) has rules.
     fn nodes(&self, x: &PointOf<Self, B>, cell: usize) -> Vec<(PointOf<Self, B>, f64)>;
-
-    /// Hands in every neighbour equation of the problem: each choice of pairs, its own coefficients
-    /// and solution.
-    fn offers(&self, offers: &mut Offers<'_, Self, B>);
 
     /// The probability that a step from `x` leaves the space.
     fn leaving(&self, _: &PointOf<Self, B>) -> f64 {
@@ -97,4 +91,14 @@ pub trait Description<const B: usize = 1>: Sized {
 /// ε of a described problem's scalar.
 pub(crate) fn epsilon<D: Description<B>, const B: usize>() -> f64 {
     ScalarOf::<D, B>::EPSILON.to_f64()
+}
+
+/// The name of a described problem's scalar.
+pub(crate) fn scalar_name<D: Description<B>, const B: usize>() -> &'static str {
+    // The two scalars that there are.
+    if ScalarOf::<D, B>::EPSILON.to_f64() > 1e-10 {
+        "f32"
+    } else {
+        "f64"
+    }
 }

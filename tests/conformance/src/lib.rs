@@ -4,10 +4,14 @@ pub mod check;
 pub mod description;
 pub mod examine;
 pub mod galerkin;
+pub mod offers;
 pub mod outcome;
 pub mod quadrature;
+pub mod report;
 pub mod runners;
 pub mod template;
 
 pub use description::Description;
-pub use examine::{Offers, Report, examine, examine_both, examine_masses};
+pub use examine::{examine, examine_both, examine_masses};
+pub use offers::{Neighbours, Offers};
+pub use report::Report;

@@ -6,7 +6,9 @@ use fredholm_room::{Choice, Grading, Point, PolynomialRoom, Room, RoomPairs};
 use super::described::{Described, described_by};
 use super::{ABSORPTION, Drawing, OfDegree, Setup};
 use crate::description::Description;
-use crate::examine::{Offers, Report, examine_both};
+use crate::examine::examine_both;
+use crate::offers::{Neighbours, Offers};
+use crate::report::Report;
 
 /// A room with polynomials as the kit sees it.
 struct Curved<'x, 'a, F, const B: usize> {
@@ -91,7 +93,9 @@ impl<'x, F: Real, const B: usize> Description<B> for Curved<'x, '_, F, B> {
     fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
         self.flat.mass(x, cell)
     }
+}
 
+impl<'x, F: Real, const B: usize> Neighbours<B> for Curved<'x, '_, F, B> {
     fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let views = self.setup.matrix.views();
         let pairs = |choice| RoomPairs { views, choice };

@@ -6,8 +6,10 @@ use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall};
 use super::vector::{Vector, cross, dist, dot, sub, wide};
 use super::{ABSORPTION, Drawing, RoomNeighbour, Setup};
 use crate::description::Description;
-use crate::examine::{Offers, Report, examine_both};
+use crate::examine::examine_both;
+use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split};
+use crate::report::Report;
 
 /// A room as the kit sees it.
 #[derive(Clone, Debug)]
@@ -248,27 +250,6 @@ impl<'a, F: Real> Description for Described<'a, F> {
         self.size * (sum + shadows.sum::<f64>())
     }
 
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let views = self.room.views();
-        let pairs = |choice| RoomPairs { views, choice };
-        offers.pairs("the paper's", pairs(Choice::Paper));
-        offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
-        offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));
-        let claim = self.claim;
-        offers.coefficients("strings", &self.setup.matrix.coefficients(), claim);
-        // In f64 whatever F is: with nodes in f32 there is nothing to compare it with.
-        if F::EPSILON.to_f64() < 1e-10 {
-            let v = &self.setup.solution;
-            offers.galerkin_solution("own", &v.v, claim / (1.0 - v.radius_bound));
-        }
-        // With all pairs pointwise there is no coefficient to be the room's own.
-        for choice in [Choice::Paper, Choice::Default] {
-            self.setup.with::<F, _>(choice, |_, neighbour, _, _| {
-                offers.neighbour::<RoomNeighbour<'_, F>>(&format!("own, {choice:?}"), neighbour);
-            });
-        }
-    }
-
     /// What is left of the sky, where nothing is in the way.
     fn leaving(&self, x: &Point<F>) -> f64 {
         if !self.drawing.open {
@@ -312,5 +293,28 @@ impl<'a, F: Real> Description for Described<'a, F> {
             return Some(0.0);
         }
         Some(survival * self.form_factor(&x.point, ends))
+    }
+}
+
+impl<'a, F: Real> Neighbours for Described<'a, F> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let views = self.room.views();
+        let pairs = |choice| RoomPairs { views, choice };
+        offers.pairs("the paper's", pairs(Choice::Paper));
+        offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
+        offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));
+        let claim = self.claim;
+        offers.coefficients("strings", &self.setup.matrix.coefficients(), claim);
+        // In f64 whatever F is: with nodes in f32 there is nothing to compare it with.
+        if F::EPSILON.to_f64() < 1e-10 {
+            let v = &self.setup.solution;
+            offers.galerkin_solution("own", &v.v, claim / (1.0 - v.radius_bound));
+        }
+        // With all pairs pointwise there is no coefficient to be the room's own.
+        for choice in [Choice::Paper, Choice::Default] {
+            self.setup.with::<F, _>(choice, |_, neighbour, _, _| {
+                offers.neighbour::<RoomNeighbour<'_, F>>(&format!("own, {choice:?}"), neighbour);
+            });
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! My equation passes the kit.
 
 use fredholm_conformance::quadrature::gauss_legendre;
-use fredholm_conformance::{Description, Offers, examine_both};
+use fredholm_conformance::{Description, Neighbours, Offers, examine_both};
 use fredholm_core::galerkin::{CellMap, DiagonalRule, PairKind, Partition};
 use fredholm_core::{Located, Real};
 use fredholm_my_equation::MyEquation;
@@ -46,14 +46,6 @@ impl<F: Real> Description for Described<F> {
             .collect()
     }
 
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        // Yours: every choice of pairs that a user of your crate may make.
-        let diagonal = |diagonal| DiagonalRule { diagonal };
-        offers.pairs("all in S", diagonal(PairKind::Galerkin));
-        offers.pairs("diagonal outside", diagonal(PairKind::Dropped));
-        offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
-    }
-
     // ---- What follows may be left out; each makes one more check possible.
 
     fn measure(&self, cell: usize) -> Option<f64> {
@@ -70,6 +62,16 @@ impl<F: Real> Description for Described<F> {
 
     fn mass(&self, _: &Located<F>, _: usize) -> Option<f64> {
         Some((1.0 - F::from_f64(0.2).to_f64()) * self.width())
+    }
+}
+
+impl<F: Real> Neighbours for Described<F> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        // Yours: every choice of pairs that a user of your crate may make.
+        let diagonal = |diagonal| DiagonalRule { diagonal };
+        offers.pairs("all in S", diagonal(PairKind::Galerkin));
+        offers.pairs("diagonal outside", diagonal(PairKind::Dropped));
+        offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
     }
 }
 

@@ -12,15 +12,14 @@ use fredholm_core::{
     DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
     StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
 };
-use fredholm_tests::check::SEEDS;
-use fredholm_tests::check::{self, Among};
+use fredholm_tests::check::{self, Among, SEEDS, seeds};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
-use fredholm_tests::examine::{CHECKS, SCALARS};
 use fredholm_tests::galerkin::Tables;
 use fredholm_tests::quadrature::{gauss_legendre, split};
+use fredholm_tests::report::{CHECKS, SCALARS};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{
-    Description, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
+    Description, Neighbours, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
 };
 
 /// What is broken, the check that must catch it, and what the kit finds with a seed.
@@ -263,7 +262,9 @@ impl<F: Real> Description for Broken<F> {
     fn mass(&self, x: &Located<F>, j: usize) -> Option<f64> {
         Description::<1>::mass(&self.toy, x, j)
     }
+}
 
+impl<F: Real> Neighbours for Broken<F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         if self.fault == Fault::List {
             offers.pointwise_pairs("a list too short", TooShort);
@@ -430,6 +431,9 @@ impl Description for Corner {
         rule.map(|(t, w)| (left + t / CELLS as f64, w / CELLS as f64))
             .collect()
     }
+}
+
+impl Neighbours for Corner {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         offers.pairs("all in S", ALL);
     }
@@ -502,6 +506,7 @@ fn what_is_not_broken_passes() {
     right.assert_passed("the walks under the broken ones");
 }
 
+/// With one seed by day, and with three if there is `FREDHOLM_LONG`.
 #[test]
 fn every_broken_problem_is_caught_by_its_check() {
     let columns: Vec<&str> = CHECKS.into_iter().chain([SCALARS]).collect();
@@ -511,7 +516,7 @@ fn every_broken_problem_is_caught_by_its_check() {
     }
     let reports: Vec<Vec<Report>> = on_all_cores(BROKEN.len(), &|number| {
         let (_, _, examine) = &BROKEN[number];
-        SEEDS.map(examine).to_vec()
+        seeds().iter().map(|&seed| examine(seed)).collect()
     });
     println!("X: caught by the check it is broken for; x: by another; .: passed; blank: not run");
     for (number, check) in columns.iter().enumerate() {
@@ -532,7 +537,7 @@ fn every_broken_problem_is_caught_by_its_check() {
     }
     println!();
     for ((name, by, _), reports) in BROKEN.iter().zip(&reports) {
-        for (report, seed) in reports.iter().zip(SEEDS) {
+        for (report, &seed) in reports.iter().zip(seeds()) {
             let row = report
                 .worst(by)
                 .unwrap_or_else(|| panic!("{name}: '{by}' has not run"));

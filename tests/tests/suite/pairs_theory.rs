@@ -12,7 +12,7 @@ use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};
 use fredholm_tests::cube::{ALL, with_pointwise, with_smooth};
 use fredholm_tests::description::PointOf;
 use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, square};
-use fredholm_tests::{Description, Offers, examine};
+use fredholm_tests::{Description, Neighbours, Offers, examine};
 use fredholm_variance::{
     AllowedKinds, Analysis, Density, FigureOfMerit, PairCosts, PairSelection, Pass, Row, Start,
     VarianceError, VarianceModel, VarianceSetup, serially,
@@ -457,6 +457,9 @@ impl<D: Description<Equation: PairIntegral>> Description for WithTable<'_, D> {
     fn sensitivity(&self, x: &PointOf<D, 1>, cell: usize) -> f64 {
         self.of.sensitivity(x, cell)
     }
+}
+
+impl<D: Description<Equation: PairIntegral>> Neighbours for WithTable<'_, D> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         let pairs = PairTable::new(self.table, self.equation().cells()).unwrap();
         offers.pointwise_pairs("of a table", pairs);
