@@ -36,6 +36,31 @@ pub enum Scalar {
     F64,
 }
 
+/// The value of an expression for the floating-point type that a [`Scalar`] stands for.
+///
+/// ```
+/// use fredholm_core::Real;
+/// use fredholm_model::{Scalar, in_scalar};
+///
+/// let scalar = Scalar::F32;
+/// assert_eq!(in_scalar!(scalar, F => F::EPSILON.to_f64()), f64::from(f32::EPSILON));
+/// ```
+#[macro_export]
+macro_rules! in_scalar {
+    ($scalar:expr, $name:ident => $then:expr) => {
+        match $scalar {
+            $crate::Scalar::F32 => {
+                type $name = f32;
+                $then
+            }
+            $crate::Scalar::F64 => {
+                type $name = f64;
+                $then
+            }
+        }
+    };
+}
+
 /// One value of an option with a few values.
 ///
 /// ```

@@ -16,6 +16,7 @@ use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
+    in_scalar,
 };
 use light::{DARK, Light};
 use system::{CircleSystem, with_job};
@@ -322,10 +323,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
 
     fn memory(&self, goals: &[Goal], pairs: Pairs) -> usize {
         // Neither light nor anything else of the scene counts.
-        let tables = match self.scalar {
-            Scalar::F32 => self.table_bytes::<f32>(),
-            Scalar::F64 => self.table_bytes::<f64>(),
-        };
+        let tables = in_scalar!(self.scalar, F => self.table_bytes::<F>());
         tables
             .saturating_add(goals.len().saturating_mul(1024))
             .saturating_add(fredholm_model::pairs::memory(
@@ -407,9 +405,6 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.scalar {
-            Scalar::F32 => self.plain_in::<f32>(request, then),
-            Scalar::F64 => self.plain_in::<f64>(request, then),
-        }
+        in_scalar!(self.scalar, F => self.plain_in::<F>(request, then))
     }
 }

@@ -19,7 +19,7 @@ use super::{CirclePartition, diagonal, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, Scalar, System};
+use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, System, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WithStarts};
 
 /// The tables of the coefficients, and the Galerkin solution.
@@ -315,10 +315,7 @@ impl System for CircleSystem<'_> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.job_in::<f32>(request, then),
-            Scalar::F64 => self.job_in::<f64>(request, then),
-        }
+        in_scalar!(self.cut.scalar, F => self.job_in::<F>(request, then))
     }
 
     fn examine(
@@ -365,10 +362,7 @@ impl System for CircleSystem<'_> {
     }
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
-            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
-        }
+        in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
     }
 }
 

@@ -59,18 +59,6 @@ where
         D
     }
 
-    fn is_product(&self) -> bool {
-        false
-    }
-
-    fn has_integral(&self) -> bool {
-        false
-    }
-
-    fn has_solution(&self) -> bool {
-        false
-    }
-
     fn seconds(&self) -> [f64; 3] {
         [VALUE, 0.0, VALUE]
     }
@@ -93,24 +81,8 @@ where
         self.kernel_in(x, y)
     }
 
-    fn factor(&self, _: usize, _: F, _: F) -> F {
-        F::NAN
-    }
-
-    fn integral(&self, _: usize, _: F, _: F) -> F {
-        F::NAN
-    }
-
     fn source(&self, x: &[F]) -> F {
         self.source_in(x)
-    }
-
-    fn solution(&self, _: &[F]) -> F {
-        F::NAN
-    }
-
-    fn weight(&self, _: usize, _: &[F]) -> F {
-        F::NAN
     }
 }
 
@@ -134,14 +106,6 @@ where
 
     fn is_product(&self) -> bool {
         true
-    }
-
-    fn has_integral(&self) -> bool {
-        false
-    }
-
-    fn has_solution(&self) -> bool {
-        false
     }
 
     fn seconds(&self) -> [f64; 3] {
@@ -172,19 +136,7 @@ where
         F::from_f64((self.factor)(axis, x.to_f64(), y.to_f64()))
     }
 
-    fn integral(&self, _: usize, _: F, _: F) -> F {
-        F::NAN
-    }
-
     fn source(&self, x: &[F]) -> F {
         exact::<F, D>(x).map_or(F::NAN, |x| F::from_f64((self.source)(&x)))
-    }
-
-    fn solution(&self, _: &[F]) -> F {
-        F::NAN
-    }
-
-    fn weight(&self, _: usize, _: &[F]) -> F {
-        F::NAN
     }
 }

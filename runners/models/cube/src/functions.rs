@@ -26,13 +26,19 @@ pub trait CubeFunctions: Send + Sync {
     }
 
     /// Whether the kernel is a product of one factor for each axis.
-    fn is_product(&self) -> bool;
+    fn is_product(&self) -> bool {
+        false
+    }
 
     /// Whether the integral of the kernel, or of its factors, is known.
-    fn has_integral(&self) -> bool;
+    fn has_integral(&self) -> bool {
+        false
+    }
 
     /// Whether the solution is known.
-    fn has_solution(&self) -> bool;
+    fn has_solution(&self) -> bool {
+        false
+    }
 
     /// The number of weights.
     fn weights(&self) -> usize {
@@ -56,24 +62,36 @@ pub trait CubeFunctions: Send + Sync {
 }
 
 /// The values of a cube's functions in one scalar; x and y have d coordinates.
-pub trait CubeValues<F>: Sync {
+pub trait CubeValues<F: Real>: Sync {
     /// K(x, y), if it is no product.
     fn kernel(&self, x: &[F], y: &[F]) -> F;
-
-    /// The factor of the kernel on an axis.
-    fn factor(&self, axis: usize, x: F, y: F) -> F;
-
-    /// ∫ K(x, t) dt up to y, of the kernel or of its factor on an axis, from wherever it begins.
-    fn integral(&self, axis: usize, x: F, y: F) -> F;
 
     /// F(x).
     fn source(&self, x: &[F]) -> F;
 
-    /// u(x), if it is known.
-    fn solution(&self, x: &[F]) -> F;
+    /// The factor of the kernel on an axis; NaN if it is no product.
+    fn factor(&self, axis: usize, x: F, y: F) -> F {
+        let _ = (axis, x, y);
+        F::NAN
+    }
 
-    /// The weight of this number in x.
-    fn weight(&self, number: usize, x: &[F]) -> F;
+    /// ∫ K(x, t) dt up to y, of the kernel or of its factor on an axis, from wherever it begins; NaN if it is not known.
+    fn integral(&self, axis: usize, x: F, y: F) -> F {
+        let _ = (axis, x, y);
+        F::NAN
+    }
+
+    /// u(x); NaN if it is not known.
+    fn solution(&self, x: &[F]) -> F {
+        let _ = x;
+        F::NAN
+    }
+
+    /// The weight of this number in x; NaN if there is none.
+    fn weight(&self, number: usize, x: &[F]) -> F {
+        let _ = (number, x);
+        F::NAN
+    }
 }
 
 /// A scalar of walks on a cube.

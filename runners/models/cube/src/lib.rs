@@ -37,6 +37,7 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
+    in_scalar,
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
@@ -569,9 +570,6 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let d = self.model.dimension;
-        match self.scalar {
-            Scalar::F32 => in_dimension!(d, D => self.plain_in::<f32, D>(request, then)),
-            Scalar::F64 => in_dimension!(d, D => self.plain_in::<f64, D>(request, then)),
-        }
+        in_scalar!(self.scalar, F => in_dimension!(d, D => self.plain_in::<F, D>(request, then)))
     }
 }

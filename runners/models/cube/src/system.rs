@@ -16,7 +16,7 @@ use super::table::Table;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use fredholm_model::{Error, Pairs, Partitioned, Region, Scalar, System};
+use fredholm_model::{Error, Pairs, Partitioned, Region, System, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
@@ -409,10 +409,7 @@ impl<const D: usize> System for CubeSystem<'_, D> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.job_in::<f32>(request, then),
-            Scalar::F64 => self.job_in::<f64>(request, then),
-        }
+        in_scalar!(self.cut.scalar, F => self.job_in::<F>(request, then))
     }
 
     fn examine(
@@ -425,10 +422,7 @@ impl<const D: usize> System for CubeSystem<'_, D> {
     }
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
-            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
-        }
+        in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
     }
 }
 

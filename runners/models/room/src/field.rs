@@ -12,7 +12,7 @@ use fredholm_room::{Enclosure, Point, Room, Seen};
 use super::RoomModel;
 use super::system::RoomSystem;
 use fredholm_model::Request;
-use fredholm_model::{Discretisation, Error, Goal, Scalar, WalkOptions};
+use fredholm_model::{Discretisation, Error, Goal, WalkOptions, in_scalar};
 
 /// A value and its standard error.
 #[derive(Clone, Copy, Debug)]
@@ -92,10 +92,7 @@ impl RoomModel {
     ) -> Result<(Field, Option<Field>), Error> {
         let start = Instant::now();
         let system = self.cut(discretisation)?.system()?;
-        match discretisation.scalar {
-            Scalar::F32 => system.field::<f32>(request, (watch, walking), start),
-            Scalar::F64 => system.field::<f64>(request, (watch, walking), start),
-        }
+        in_scalar!(discretisation.scalar, F => system.field::<F>(request, (watch, walking), start))
     }
 }
 

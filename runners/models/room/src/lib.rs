@@ -20,7 +20,9 @@ pub use surfaces::Surfaces;
 
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{About, Derived};
-use fredholm_model::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar};
+use fredholm_model::{
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
+};
 use partition::{choice, memory};
 
 /// About so many cells where nothing is said of them.
@@ -74,10 +76,7 @@ impl RoomModel {
     /// # Errors
     /// [`Error::Scene`].
     pub fn new(surfaces: Surfaces, scalar: Scalar) -> Result<Self, Error> {
-        let scene = match scalar {
-            Scalar::F32 => surfaces.scene::<f32>()?,
-            Scalar::F64 => surfaces.scene::<f64>()?,
-        };
+        let scene = in_scalar!(scalar, F => surfaces.scene::<F>()?);
         Ok(Self { surfaces, scene })
     }
 
@@ -171,10 +170,7 @@ impl RoomModel {
 
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         let grading = grading(cut);
-        Ok(match cut.scalar {
-            Scalar::F32 => Mesh::new::<f32>(&self.scene, cells, grading)?,
-            Scalar::F64 => Mesh::new::<f64>(&self.scene, cells, grading)?,
-        })
+        Ok(in_scalar!(cut.scalar, F => Mesh::new::<F>(&self.scene, cells, grading)?))
     }
 
     /// ∫ F².

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fredholm_core::{NoNeighbour, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
-    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, Scalar, System, Then,
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, System, Then, in_scalar,
 };
 use fredholm_room::{
     Cells, Choice, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables, Visibility,
@@ -280,10 +280,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.plain_in::<f32>(request, then),
-            Scalar::F64 => self.plain_in::<f64>(request, then),
-        }
+        in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then))
     }
 }
 

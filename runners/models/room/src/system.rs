@@ -16,7 +16,7 @@ use super::{RoomModel, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, Scalar, System};
+use fredholm_model::{Error, Pairs, Region, System, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
 
 /// The coefficients of a room, and the Galerkin solution.
@@ -344,10 +344,7 @@ impl System for RoomSystem<'_> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.cut.cut.scalar {
-            Scalar::F32 => self.job_in::<f32>(request, then),
-            Scalar::F64 => self.job_in::<f64>(request, then),
-        }
+        in_scalar!(self.cut.cut.scalar, F => self.job_in::<F>(request, then))
     }
 
     fn examine(
@@ -400,10 +397,7 @@ impl System for RoomSystem<'_> {
     }
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
-        match self.cut.cut.scalar {
-            Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
-            Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
-        }
+        in_scalar!(self.cut.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
     }
 }
 

@@ -16,6 +16,7 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
+    in_scalar,
 };
 
 pub use fredholm_sphere::Parameters;
@@ -271,10 +272,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
     }
 
     fn memory(&self, goals: &[Goal], _: Pairs) -> usize {
-        let scalar = match self.scalar {
-            Scalar::F32 => size_of::<f32>(),
-            Scalar::F64 => size_of::<f64>(),
-        };
+        let scalar = in_scalar!(self.scalar, F => size_of::<F>());
         // A number for two bands and the difference of two sectors; F', v and G, and their copies for walks.
         let table = self.cells().saturating_mul(8 * self.bands as usize);
         let vectors = self.cells().saturating_mul(5 * 8 + 2 * scalar);
@@ -322,10 +320,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.scalar {
-            Scalar::F32 => self.plain_in::<f32>(request, then),
-            Scalar::F64 => self.plain_in::<f64>(request, then),
-        }
+        in_scalar!(self.scalar, F => self.plain_in::<F>(request, then))
     }
 }
 
@@ -373,10 +368,7 @@ impl System for SphereSystem {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.cut.scalar {
-            Scalar::F32 => self.job_in::<f32>(request, then),
-            Scalar::F64 => self.job_in::<f64>(request, then),
-        }
+        in_scalar!(self.cut.scalar, F => self.job_in::<F>(request, then))
     }
 
     fn examine(
