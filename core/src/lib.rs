@@ -15,6 +15,7 @@ mod neighbour;
 mod real;
 mod schedule;
 mod statistics;
+mod tail;
 mod uniforms;
 mod walk;
 
@@ -30,6 +31,7 @@ pub use schedule::{
     next_stage,
 };
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
+pub use tail::{MANY_BATCHES, Tail};
 pub use uniforms::{DEFAULT_GENERATOR, DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 pub use walk::{Estimator, Termination, Walk, walk};
 

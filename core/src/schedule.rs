@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::{Estimate, Statistics};
+use crate::{Statistics, Tail};
 
 /// The standard error at which a goal is reached.
 ///
@@ -40,21 +40,24 @@ impl Tolerance {
         }
     }
 
+    /// The standard error that is asked for, in the units of the estimate.
+    #[must_use]
+    pub fn error(&self, statistics: &Statistics) -> f64 {
+        match *self {
+            Self::Absolute(bound) => bound,
+            Self::Relative(bound) => bound * statistics.preconditioned().estimate.abs(),
+        }
+    }
+
     /// Whether `statistics` of `batches` batches reach this error, and may be believed.
     #[must_use]
     pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
-        let Estimate {
-            estimate,
-            std_error,
-            ..
-        } = statistics.preconditioned();
-        let bound = match *self {
-            Self::Absolute(bound) => bound,
-            Self::Relative(bound) => bound * estimate.abs(),
-        };
         batches >= MIN_BATCHES
             && statistics.scored() >= MIN_SCORED_WALKS
-            && std_error.is_some_and(|error| error <= bound)
+            && statistics
+                .preconditioned()
+                .std_error
+                .is_some_and(|error| error <= self.error(statistics))
     }
 }
 
@@ -278,6 +281,20 @@ impl Schedule {
             Some(_) => Some(StopReason::ToleranceNotReached),
             None => Some(StopReason::Done),
         }
+    }
+
+    /// Why a goal stops, as [`stop`](Self::stop) says, but for one that reached its tolerance with an error bar that is not
+    /// believed: that goes on while there are walks ([`Tail::is_enough`]). The tail is that of the goal's batches so far.
+    #[must_use]
+    pub fn stop_if_believed(
+        &self,
+        merged: &Statistics,
+        tail: &Tail,
+        floor: f64,
+    ) -> Option<StopReason> {
+        let has_more = self.end < self.options.batches();
+        let goes_on = || has_more && !tail.is_enough(merged, self.options.tolerance, floor);
+        self.stop(merged).filter(|_| !goes_on())
     }
 
     /// Begins the stage after this one, for the goals that go on. After the last walks it is empty.

@@ -3,7 +3,7 @@
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
     Batch, Equation, Estimate, Functional, NeighbourOf, NotFinite, RunOptions, RunOptionsError,
-    Schedule, Statistics, StopReason, Task,
+    Schedule, Statistics, StopReason, Tail, Task,
 };
 
 /// The progress of a run.
@@ -77,11 +77,7 @@ where
     pub fn poll(&mut self, walks: u64) -> Result<Progress, NotFinite> {
         let mut left = walks;
         while left > 0 && !self.has_ended() {
-            let batch = &mut self.position.batch;
-            let before = batch.statistics().walks();
-            batch.run(&self.task, left)?;
-            left = left.saturating_sub(batch.statistics().walks() - before);
-            if batch.is_done() {
+            if self.run_batch(&mut left)? {
                 self.end_batch();
                 self.begin_stage();
             }
@@ -91,6 +87,51 @@ where
             stop,
             ..self.progress()
         })
+    }
+
+    /// Runs walks as [`poll`](Self::poll) does, but a goal that reached its tolerance goes on while its error bar is not
+    /// believed ([`Schedule::stop_if_believed`]), as in the library `fredholm`. `tail` belongs to the run from its first
+    /// walk to its last: it is kept beside a saved state. `floor` is what rounding alone leaves of the standard deviation
+    /// of a score ([`rounding_floor`](fredholm_core::rounding_floor)).
+    ///
+    /// # Errors
+    /// As [`poll`](Self::poll).
+    pub fn poll_with_tail(
+        &mut self,
+        walks: u64,
+        tail: &mut Tail,
+        floor: f64,
+    ) -> Result<Progress, NotFinite> {
+        let mut left = walks;
+        while left > 0 && !self.has_ended() {
+            if self.run_batch(&mut left)? {
+                tail.add(self.position.batch.statistics());
+                self.end_batch();
+                let Position {
+                    merged, schedule, ..
+                } = &mut self.position;
+                if schedule.stage().is_empty()
+                    && schedule.stop_if_believed(merged, tail, floor).is_none()
+                {
+                    schedule.begin_stage();
+                }
+            }
+        }
+        let stop = self.stop();
+        Ok(Progress {
+            stop,
+            ..self.progress()
+        })
+    }
+
+    /// Runs the batch as far as there are walks left for it. Returns whether it is done.
+    #[inline(always)]
+    fn run_batch(&mut self, left: &mut u64) -> Result<bool, NotFinite> {
+        let batch = &mut self.position.batch;
+        let before = batch.statistics().walks();
+        batch.run(&self.task, *left)?;
+        *left = left.saturating_sub(batch.statistics().walks() - before);
+        Ok(batch.is_done())
     }
 
     /// The statistics of the walks so far: both estimates, variances, endings.

@@ -2,8 +2,8 @@
 
 mod rows;
 mod run;
-mod tail;
 
 pub use rows::fill_rows;
 pub use run::{Observer, Outcome, RunError, run};
-pub use tail::Tail;
+
+pub use fredholm_core::Tail;

@@ -6,9 +6,8 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::time::Instant;
 
-use crate::tail::Tail;
 use fredholm_core::{
-    Batch, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
+    Batch, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason, Tail,
 };
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
@@ -48,10 +47,12 @@ pub trait Observer: Sync {
         let _ = tails;
         self.merged(statistics);
     }
-    /// Whether a goal that has reached the tolerance needs no further stage. What it says must follow from the walks alone.
-    fn is_enough(&self, statistics: &Statistics, tail: &Tail) -> bool {
-        let _ = (statistics, tail);
-        true
+    /// What rounding alone leaves of the standard deviation of a goal's scores, if a goal shall go on whose error bar is not
+    /// believed ([`Schedule::stop_if_believed`]); `None`: every goal stops at its tolerance. It must follow from the
+    /// statistics alone.
+    fn rounding_floor(&self, statistics: &Statistics) -> Option<f64> {
+        let _ = statistics;
+        None
     }
     /// Whether to stop now, with what has been done so far; called from any thread, often.
     fn cancelled(&self) -> bool {
@@ -120,7 +121,7 @@ const SLICE: u64 = 1 << 17;
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
 /// number of threads. With a tolerance, a goal stops after the first stage in which its standard
-/// error is small enough, as the [`Schedule`] of every runner says, and the observer has enough. A time limit or a cancellation
+/// error is small enough, as the [`Schedule`] of every runner says. A time limit or a cancellation
 /// keeps what is complete from the front: of every goal the walks 0, 1, 2, … up to some number,
 /// which is in its statistics.
 ///
@@ -158,14 +159,14 @@ pub fn run(
             break;
         }
         schedule.end_stage();
-        let has_more = schedule.stage().end < options.batches();
-        active.retain(|&goal| match schedule.stop(&statistics[goal]) {
-            None => true,
-            Some(_) if has_more && !observer.is_enough(&statistics[goal], &tails[goal]) => true,
-            Some(reason) => {
-                stop = stop.max(reason);
-                false
-            }
+        active.retain(|&goal| {
+            let merged = &statistics[goal];
+            let reason = match observer.rounding_floor(merged) {
+                Some(floor) => schedule.stop_if_believed(merged, &tails[goal], floor),
+                None => schedule.stop(merged),
+            };
+            stop = stop.max(reason.unwrap_or(StopReason::Done));
+            reason.is_none()
         });
         schedule.begin_stage();
     }
@@ -202,12 +203,6 @@ impl Clock<'_> {
             StopReason::Cancelled
         }
     }
-}
-
-/// The sum of squared deviations of ζ.
-fn squares(statistics: &Statistics) -> f64 {
-    let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
-    deviation * deviation * (statistics.walks().max(1) - 1) as f64
 }
 
 /// The next batches of every active goal.
@@ -282,7 +277,7 @@ impl Stage<'_> {
             // Behind a batch that was cut short the walks have a gap.
             if open[goal] {
                 statistics[goal].merge(batch.statistics());
-                tails[goal].add(squares(batch.statistics()));
+                tails[goal].add(batch.statistics());
             }
             open[goal] &= batch.is_done();
             complete += u64::from(batch.is_done());

@@ -8,18 +8,11 @@ use fredholm_core::{RunOptions, Statistics, StopReason, rounding_floor};
 use fredholm_rayon::{Observer, Outcome, Tail, run};
 
 use crate::chosen::ChoiceReport;
-use crate::{Error, Model, Partitioned, Scalar, Settings, System, Tolerance, WalkOptions};
+use crate::{Error, Model, Partitioned, Scalar, Settings, System, WalkOptions};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
 use fredholm_model::pairs::PairCounts;
-use fredholm_model::{Derived, Prepared, Request, Then};
-
-/// The number of batches from which on one of them with most of the variance is no chance: walks whose error bar is
-/// doubtful go on until then.
-pub(crate) const MANY_BATCHES: u64 = 64;
-
-/// The part of the tolerance that a doubtful error bar must reach: if it is half of the true one, the tolerance is kept.
-const SAFE: f64 = 0.5;
+use fredholm_model::{Derived, Prepared, Request, Then, in_scalar};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
 ///
@@ -312,22 +305,18 @@ impl Walks<'_> {
                 radius_bound => radius_bound,
             };
             let largest = prepared.largest;
-            match self.scalar {
-                Scalar::F32 => rounding_floor::<f32>(largest, u, radius_bound),
-                Scalar::F64 => rounding_floor::<f64>(largest, u, radius_bound),
-            }
+            in_scalar!(self.scalar, F => rounding_floor::<F>(largest, u, radius_bound))
         };
         let watched = Watched {
             watch,
             floor: &floor,
-            tolerance: walk.tolerance,
         };
         let mut outcome = run(prepared.job, &options(walk), walk.time_limit, &watched)?;
         let walk_seconds = start.elapsed().as_secs_f64();
         let derived = self.model.derive(request.goals, &outcome.statistics);
         let others = outcome.statistics.split_off(request.goals.len());
         let is_rounded = |statistics: &Statistics| {
-            let bound = walk.tolerance.map(|tolerance| bound(tolerance, statistics));
+            let bound = walk.tolerance.map(|tolerance| tolerance.error(statistics));
             bound.is_some_and(|bound| bound < floor(statistics) && bound > 0.0)
         };
         let is_done = walk.tolerance.is_some() && outcome.stop == StopReason::Done;
@@ -358,19 +347,10 @@ impl Walks<'_> {
     }
 }
 
-/// The standard error that a tolerance asks for.
-pub(crate) fn bound(tolerance: Tolerance, statistics: &Statistics) -> f64 {
-    match tolerance {
-        Tolerance::Absolute(bound) => bound,
-        Tolerance::Relative(bound) => bound * statistics.preconditioned().estimate.abs(),
-    }
-}
-
 /// The observer of a watch that is told of rounding, too.
 struct Watched<'a> {
     watch: &'a dyn SolveObserver,
     floor: &'a (dyn Fn(&Statistics) -> f64 + Sync),
-    tolerance: Option<Tolerance>,
 }
 
 impl Observer for Watched<'_> {
@@ -391,16 +371,8 @@ impl Observer for Watched<'_> {
         });
     }
 
-    fn is_enough(&self, statistics: &Statistics, tail: &Tail) -> bool {
-        if !tail.is_doubtful() || !deviates(statistics, self.floor) {
-            return true;
-        }
-        let error = statistics.preconditioned().std_error.unwrap_or(0.0);
-        let bound = self
-            .tolerance
-            .map_or(0.0, |tolerance| bound(tolerance, statistics));
-        let is_settled = error < SAFE * bound || tail.seems_infinite();
-        tail.batches() >= MANY_BATCHES && (is_settled || tail.batches() >= MANY_BATCHES.pow(2))
+    fn rounding_floor(&self, statistics: &Statistics) -> Option<f64> {
+        Some((self.floor)(statistics))
     }
 
     fn cancelled(&self) -> bool {

@@ -23,6 +23,7 @@ mod room_scene;
 mod room_seen;
 mod room_tables;
 mod setup;
+mod tails;
 mod template;
 mod toy;
 mod variance;

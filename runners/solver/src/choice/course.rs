@@ -2,14 +2,14 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
+use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
 use super::family::Prediction;
 use super::search::Search;
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
-use crate::answer::{Gave, MANY_BATCHES, SolveObserver, Staged, bound};
+use crate::answer::{Gave, SolveObserver, Staged};
 
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
@@ -92,7 +92,7 @@ impl<'a, 'm> Course<'a, 'm> {
             return 0.0;
         }
         let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
-        (deviation / bound(self.tolerance, statistics)).powi(2)
+        (deviation / self.tolerance.error(statistics)).powi(2)
     }
 
     /// Whether the error that is asked for is no matter of chance, as a part of what may be 0 is.

@@ -3,7 +3,6 @@
 use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance};
 
 use super::setting::Setting;
-use crate::answer::bound;
 use crate::{Error, Goal, Model};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::{Ask, Target, goals};
@@ -141,7 +140,7 @@ impl Pilot {
             let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
             Observed {
                 weight,
-                needed: variance / bound(tolerance, statistics).powi(2),
+                needed: variance / tolerance.error(statistics).powi(2),
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }

@@ -1,4 +1,6 @@
-//! The tail of the scores, as the batches of a run show it.
+//! The tail of the scores, as the batches of a run show it, and the error bars that are not believed for it.
+
+use crate::{Real, Statistics, Tolerance};
 
 /// The most batches that are kept.
 const KEPT: usize = 33;
@@ -12,29 +14,82 @@ const MOST_SHARE: f64 = 0.5;
 /// The tail index of scores from which on their variance is infinite.
 const INFINITE: f64 = 2.0;
 
+/// The number of batches from which on one of them with most of the variance is no chance: walks whose error bar is
+/// doubtful go on until then.
+pub const MANY_BATCHES: u64 = 64;
+/// The part of the tolerance that a doubtful error bar must reach: if it is half of the true one, the tolerance is kept.
+const SAFE: f64 = 0.5;
+
 /// The batches of a goal with the largest sums of squared deviations of ζ. If these have a tail like t^(−α/2), the
 /// scores have one like t^−α, whose variance is finite if α is above 2.
-#[derive(Clone, Debug, Default, PartialEq)]
+///
+/// ```
+/// use fredholm_core::{Statistics, Tail};
+///
+/// let mut tail = Tail::default();
+/// // What a runner does after every batch.
+/// tail.add(&Statistics::default());
+/// assert_eq!(tail.batches(), 1);
+/// assert!(!tail.is_doubtful());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tail {
-    /// The largest sums first.
-    largest: Vec<f64>,
+    /// The largest sums first, and then places that are free.
+    largest: [f64; KEPT],
     batches: u64,
     sum: f64,
     /// The sum of the squares of all sums.
     squares: f64,
 }
 
+/// Below every sum of squares.
+const FREE: f64 = -1.0;
+
+impl Default for Tail {
+    /// No batch.
+    fn default() -> Self {
+        Self {
+            largest: [FREE; KEPT],
+            batches: 0,
+            sum: 0.0,
+            squares: 0.0,
+        }
+    }
+}
+
 impl Tail {
+    /// Adds a batch.
+    pub fn add(&mut self, batch: &Statistics) {
+        let deviation = batch.preconditioned().std_dev.unwrap_or(0.0);
+        self.add_squares(deviation * deviation * (batch.walks().max(1) - 1) as f64);
+    }
+
     /// Adds a batch with this sum of squared deviations.
-    pub fn add(&mut self, squares: f64) {
+    fn add_squares(&mut self, squares: f64) {
         self.batches += 1;
         self.sum += squares;
         self.squares += squares * squares;
-        let at = self.largest.partition_point(|&larger| larger > squares);
-        if at < KEPT {
-            self.largest.insert(at, squares);
-            self.largest.truncate(KEPT);
+        let mut carried = squares;
+        for place in &mut self.largest {
+            if carried > *place {
+                core::mem::swap(place, &mut carried);
+            }
         }
+    }
+
+    /// Whether a goal that has reached its tolerance needs no further walks: the error bar may be believed, or so many
+    /// batches have not mended it. `floor` is what rounding alone leaves of the standard deviation of ζ
+    /// ([`rounding_floor`](crate::rounding_floor)): scores that differ by no more have any tail, and it means nothing.
+    #[must_use]
+    pub fn is_enough(&self, merged: &Statistics, tolerance: Option<Tolerance>, floor: f64) -> bool {
+        let estimate = merged.preconditioned();
+        if !self.is_doubtful() || !(estimate.std_dev > Some(floor)) {
+            return true;
+        }
+        let error = estimate.std_error.unwrap_or(0.0);
+        let bound = tolerance.map_or(0.0, |tolerance| tolerance.error(merged));
+        let is_settled = error < SAFE * bound || self.seems_infinite();
+        self.batches >= MANY_BATCHES && (is_settled || self.batches >= MANY_BATCHES.pow(2))
     }
 
     /// The number of batches.
@@ -56,7 +111,7 @@ impl Tail {
     fn hill(&self, count: usize) -> Option<f64> {
         let (few, rest) = self.largest.split_at_checked(count)?;
         let least = rest.first().filter(|&&least| least > 0.0)?;
-        let logarithms: f64 = few.iter().map(|squares| (squares / least).ln()).sum();
+        let logarithms: f64 = few.iter().map(|squares| Real::ln(squares / least)).sum();
         Some(2.0 * count as f64 / logarithms)
     }
 
@@ -79,7 +134,7 @@ impl Tail {
     pub fn seems_infinite(&self) -> bool {
         let is_heavy = |count: usize| {
             let index = self.hill(count);
-            index.is_some_and(|index| index * (1.0 + 1.0 / (count as f64).sqrt()) < INFINITE)
+            index.is_some_and(|index| index * (1.0 + 1.0 / Real::sqrt(count as f64)) < INFINITE)
         };
         self.batches >= MIN_BATCHES && (FEWEST..=self.told()).all(is_heavy)
     }
@@ -89,9 +144,9 @@ impl Tail {
     #[must_use]
     pub fn uncertainty(&self) -> Option<f64> {
         let (batches, mean) = (self.batches as f64, self.sum / self.batches as f64);
-        let spread = (self.squares / batches - mean * mean).max(0.0) / (mean * mean);
+        let spread = Real::max(self.squares / batches - mean * mean, 0.0) / (mean * mean);
         let is_told = self.batches >= MIN_BATCHES && mean > 0.0;
-        is_told.then(|| 0.5 * (spread / (batches - 1.0)).sqrt())
+        is_told.then(|| 0.5 * Real::sqrt(spread / (batches - 1.0)))
     }
 
     /// Whether the error bar may mean little: one of many batches makes most of the variance, or that seems to be infinite.
@@ -112,7 +167,7 @@ mod tests {
         for i in 0..count {
             // 389 is prime to the counts: every residue comes once.
             let u = ((i * 389 % count) as f64 + 0.5) / count as f64;
-            tail.add(u.powf(-1.0 / a));
+            tail.add_squares(u.powf(-1.0 / a));
         }
         tail
     }
@@ -138,9 +193,9 @@ mod tests {
         assert!(!pareto(1.5, 1024).is_doubtful());
         let mut one = Tail::default();
         for _ in 0..15 {
-            one.add(0.0);
+            one.add_squares(0.0);
         }
-        one.add(1.0);
+        one.add_squares(1.0);
         assert!(one.is_doubtful() && one.index().is_none());
     }
 
@@ -154,7 +209,7 @@ mod tests {
             } else {
                 0.0
             };
-            tail.add(1e-3 + rare);
+            tail.add_squares(1e-3 + rare);
         }
         assert!(tail.index() < Some(1.0) && !tail.seems_infinite() && !tail.is_doubtful());
     }
@@ -166,12 +221,12 @@ mod tests {
         for i in 0..400_u32 {
             assert!(i >= 16 || tail.uncertainty().is_none());
             let u = (f64::from(i * 37 % 400) + 0.5) / 400.0;
-            tail.add(-u.ln());
+            tail.add_squares(-u.ln());
         }
         let uncertainty = tail.uncertainty().unwrap();
         assert!((uncertainty / 0.025 - 1.0).abs() < 0.02, "{uncertainty}");
         let mut equal = Tail::default();
-        (0..100).for_each(|_| equal.add(2.0));
+        (0..100).for_each(|_| equal.add_squares(2.0));
         assert!(equal.uncertainty().unwrap() < 1e-9);
     }
 
@@ -179,10 +234,10 @@ mod tests {
     fn equal_batches_and_few_batches_are_not_doubtful() {
         let mut equal = Tail::default();
         for _ in 0..15 {
-            equal.add(1.0);
+            equal.add_squares(1.0);
             assert!(!equal.is_doubtful() && equal.index().is_none());
         }
-        equal.add(1.0);
+        equal.add_squares(1.0);
         assert!(!equal.is_doubtful());
         assert_eq!(equal.share(), 1.0 / 16.0);
     }

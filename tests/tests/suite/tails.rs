@@ -1,0 +1,125 @@
+//! Error bars that are not believed, as large scores are rare: both runners go on, and stop after the same walk.
+
+use fredholm_core::{
+    DefaultGenerator, Estimator, Functional, Goal, Goals, Kernel, MANY_BATCHES, NoNeighbour, Real,
+    RunOptions, STEP_LIMIT, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task,
+    Tolerance, Uniforms, WalkOptions, WalkSeeds,
+};
+use fredholm_embedded::Driver;
+use fredholm_rayon::{Observer, run};
+
+/// u = F on [0, 1], with F(x) = x^−a: F² has an integral if a < ½.
+struct Power(f64);
+
+impl StateSpace for Power {
+    type Scalar = f64;
+    type Point = f64;
+}
+impl Sampler for Power {
+    fn absorption(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+        Some(uniforms.uniform())
+    }
+}
+impl Kernel for Power {
+    fn kernel(&self, _: &f64, _: &f64) -> f64 {
+        0.0
+    }
+}
+impl Source for Power {
+    fn source(&self, x: &f64) -> f64 {
+        Real::pow(*x, -self.0)
+    }
+}
+
+/// The mean of u.
+struct Mean;
+
+impl Functional<Power> for Mean {
+    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> (f64, f64) {
+        let x: f64 = uniforms.uniform();
+        // Half a unit of the generator: 0 is not drawn.
+        (x + 2.0_f64.powi(-54), 1.0)
+    }
+}
+
+/// Wants error bars that can be believed; scores are far above what rounding leaves.
+struct Doubting;
+
+impl Observer for Doubting {
+    fn rounding_floor(&self, _: &Statistics) -> Option<f64> {
+        Some(0.0)
+    }
+}
+
+fn options() -> RunOptions {
+    RunOptions {
+        batch: 64,
+        tolerance: Some(Tolerance::Relative(0.1)),
+        ..RunOptions::new(1_000_000)
+    }
+}
+
+/// The statistics and the end by rayon, and by the embedded runner in pieces of so many walks.
+fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReason); 2] {
+    let none = NoNeighbour::<Power>::new();
+    let goals = [Goal {
+        functional: Mean,
+        control_mean: Some(0.0),
+    }];
+    let job = Goals::new(equation, &none, &goals, WalkOptions::default());
+    let observer: &dyn Observer = if doubting { &Doubting } else { &() };
+    let outcome = run(&job, &options(), None, observer).unwrap();
+    let task = Task {
+        equation,
+        neighbour: &none,
+        functional: &Mean,
+        control_mean: Some(0.0),
+        estimator: Estimator::Absorption,
+        seeds: WalkSeeds::<DefaultGenerator>::new(WalkOptions::default().seed, 0),
+        step_limit: STEP_LIMIT,
+    };
+    let mut driver = Driver::new(task, options()).unwrap();
+    let mut tail = Tail::default();
+    let stop = loop {
+        let progress = if doubting {
+            driver.poll_with_tail(piece, &mut tail, 0.0)
+        } else {
+            driver.poll(piece)
+        };
+        if let Some(stop) = progress.unwrap().stop {
+            break stop;
+        }
+    };
+    [
+        (outcome.statistics[0], outcome.stop),
+        (driver.statistics(), stop),
+    ]
+}
+
+#[test]
+fn both_runners_go_on_until_an_error_bar_is_believed() {
+    // Scores of infinite variance.
+    let heavy = Power(0.7);
+    let [rayon, embedded] = both(&heavy, false, 77);
+    assert_eq!(rayon, embedded);
+    let early = rayon.0.walks();
+    assert!(early < 64 * MANY_BATCHES, "{early}");
+    for piece in [1, 77, 10_000] {
+        let [rayon, embedded] = both(&heavy, true, piece);
+        assert_eq!(rayon, embedded, "{piece}");
+        let late = rayon.0.walks();
+        assert!(late >= 64 * MANY_BATCHES, "{late}");
+    }
+}
+
+#[test]
+fn an_error_bar_that_is_believed_takes_no_walk_more() {
+    let light = Power(0.1);
+    let [once, _] = both(&light, false, 77);
+    for runner in both(&light, true, 77) {
+        assert_eq!(runner, once);
+    }
+}
