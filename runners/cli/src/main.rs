@@ -29,6 +29,7 @@ use clap::{CommandFactory, Parser};
 use failure::{Ended, Failure};
 use fredholm::numbers;
 use fredholm_file::{self as file, deck};
+use progress::Signals;
 
 fn main() -> ExitCode {
     let status = match Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command)) {
@@ -50,16 +51,16 @@ fn not_parsed(error: clap::Error) -> Result<Ended, Failure> {
 }
 
 fn run(command: &Command) -> Result<Ended, Failure> {
-    progress::catch_interrupts(stop_at_once)?;
+    let signals = &Signals::catch(stop_at_once)?;
     match command {
-        Command::Paper(args) => paper::paper(args),
-        Command::Solve(args) => solve::solve(args),
+        Command::Paper(args) => paper::paper(args, signals),
+        Command::Solve(args) => solve::solve(args, signals),
         Command::Factors(args) => factors::factors(args),
-        Command::Rates(args) => rates::rates(args),
+        Command::Rates(args) => rates::rates(args, signals),
         Command::Diagnose(args) => diagnose::diagnose(args),
-        Command::Render(args) => render::render(args),
-        Command::Verify(args) => verify::verify(args),
-        Command::Check { file, out } => solve::check(file, out.as_deref()),
+        Command::Render(args) => render::render(args, signals),
+        Command::Verify(args) => verify::verify(args, signals),
+        Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
         Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(kind),
         Command::Completions { shell } => {

@@ -17,7 +17,7 @@ use crate::args::PaperArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::numbers::{aligned, short, slope};
 use crate::output::{Output, open_all};
-use crate::progress::{Progress, interrupted};
+use crate::progress::{Progress, Signals};
 use crate::threads::with_threads;
 
 /// C = 5, D = 1, ℓ = 5.
@@ -123,13 +123,13 @@ fn choices(seed: u64) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Runs `paper`.
-pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
+pub(crate) fn paper(args: &PaperArgs, signals: &Signals) -> Result<Ended, Failure> {
     let names = ["table.csv", "table.json", "error.svg", "deviation.svg"];
     let outputs = match &args.out {
         Some(folder) => Some(open_all(folder, names)?),
         None => None,
     };
-    let table = with_threads(args.common.threads, || compute(args))??;
+    let table = with_threads(args.common.threads, || compute(args, signals))??;
     let json = {
         let mut text = serde_json::to_string_pretty(&table).map_err(Failure::run)?;
         text.push('\n');
@@ -137,14 +137,14 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Ended, Failure> {
     };
     // An interrupted table may have no rows to draw: then there are no files either.
     let written = match outputs {
-        Some(outputs) if !interrupted() => table.write(outputs, &json),
+        Some(outputs) if !signals.interrupted() => table.write(outputs, &json),
         _ => Ok(()),
     };
     let text = if args.common.json { json } else { table.text() };
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
-    if interrupted() {
+    if signals.interrupted() {
         say("warning: interrupted; the rows that were finished are printed");
         return Ok(Ended::Interrupted);
     }
@@ -163,7 +163,7 @@ fn rows(most: u64) -> Vec<(usize, u64)> {
 }
 
 /// The table, or as much of it as was finished before an interruption.
-pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
+pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Failure> {
     let start = Instant::now();
     let (reflectance, points) = choices(args.seed);
     let goal = |&s: &f64| Goal {
@@ -193,7 +193,7 @@ pub(crate) fn compute(args: &PaperArgs) -> Result<Table, Failure> {
     let walks = wanted.iter().fold(0_u64, |sum, &(_, walks)| {
         sum.saturating_add(walks.saturating_mul(POINTS as u64))
     });
-    let progress = Progress::new(walks);
+    let progress = Progress::new(walks, signals);
     let mut rows = Vec::new();
     'all: for n in [10, 100, 1000] {
         let cells = model.partition(&cut.on(n)).map_err(Failure::run)?;

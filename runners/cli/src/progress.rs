@@ -3,6 +3,7 @@
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
+use std::sync::Arc;
 
 use fredholm::Settings;
 use fredholm::answer::SolveObserver;
@@ -14,44 +15,54 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 
 use crate::failure::{Failure, say};
 
-/// Set by the first Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// Whether walks are under way, which look at [`INTERRUPTED`] and have something to print.
-static WALKING: AtomicBool = AtomicBool::new(false);
-
-/// From now on Ctrl-C, and a request to terminate, ends the walks, whose results so far are then printed. During the set-up there
-/// are none, and a second Ctrl-C does not want to wait for them: then `stop_at_once` is called.
-pub(crate) fn catch_interrupts(stop_at_once: fn()) -> Result<(), Failure> {
-    let handler = move || {
-        let again = INTERRUPTED.swap(true, Ordering::Relaxed);
-        if again || !WALKING.load(Ordering::Relaxed) {
-            stop_at_once();
-        }
-    };
-    ctrlc::set_handler(handler)
-        .map_err(|error| Failure::run(format_args!("cannot catch interrupts: {error}")))
+/// What the handler of Ctrl-C and a command know of each other.
+#[derive(Debug, Default)]
+pub(crate) struct Signals {
+    /// Set by the first Ctrl-C.
+    interrupted: AtomicBool,
+    /// Whether walks are under way, which look for an interruption and have something to print.
+    walking: AtomicBool,
 }
 
-/// Whether Ctrl-C was pressed.
-pub(crate) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+impl Signals {
+    /// From now on Ctrl-C, and a request to terminate, ends the walks, whose results so far are then printed. During the set-up there
+    /// are none, and a second Ctrl-C does not want to wait for them: then `stop_at_once` is called.
+    pub(crate) fn catch(stop_at_once: fn()) -> Result<Arc<Self>, Failure> {
+        let signals = Arc::new(Self::default());
+        let seen = Arc::clone(&signals);
+        let handler = move || {
+            let again = seen.interrupted.swap(true, Ordering::Relaxed);
+            if again || !seen.walking.load(Ordering::Relaxed) {
+                stop_at_once();
+            }
+        };
+        ctrlc::set_handler(handler)
+            .map_err(|error| Failure::run(format_args!("cannot catch interrupts: {error}")))?;
+        Ok(signals)
+    }
+
+    /// Whether Ctrl-C was pressed.
+    pub(crate) fn interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
 }
 
 /// Shows the walks done and the largest error bar so far; silent where stderr is no terminal.
 #[derive(Debug)]
-pub(crate) struct Progress {
+pub(crate) struct Progress<'a> {
     bar: ProgressBar,
+    signals: &'a Signals,
     /// Walks not yet shown: every thread adds to it, and the bar is told now and then.
     pending: AtomicU64,
     /// The most walks there may be.
     most: u64,
 }
 
-impl Progress {
+impl<'a> Progress<'a> {
     /// A bar for so many walks.
-    pub(crate) fn new(walks: u64) -> Self {
+    pub(crate) fn new(walks: u64, signals: &'a Signals) -> Self {
         if !std::io::stderr().is_terminal() {
-            return Self::hidden();
+            return Self::hidden(signals);
         }
         let bar =
             ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
@@ -70,15 +81,17 @@ impl Progress {
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
             bar,
+            signals,
             pending: AtomicU64::new(0),
             most: walks,
         }
     }
 
     /// One that nobody sees, and that has no thread to move it.
-    pub(crate) fn hidden() -> Self {
+    fn hidden(signals: &'a Signals) -> Self {
         Self {
             bar: ProgressBar::hidden(),
+            signals,
             pending: AtomicU64::new(0),
             most: 0,
         }
@@ -114,7 +127,7 @@ pub(crate) fn counting(things: &str) -> ProgressBar {
     bar
 }
 
-impl Observer for Progress {
+impl Observer for Progress<'_> {
     fn walked(&self, walks: u64) {
         const SHOW: u64 = 1 << 16;
         if self.pending.fetch_add(walks, Ordering::Relaxed) + walks >= SHOW {
@@ -131,14 +144,14 @@ impl Observer for Progress {
     }
 
     fn cancelled(&self) -> bool {
-        interrupted()
+        self.signals.interrupted()
     }
 }
 
-impl SolveObserver for Progress {
+impl SolveObserver for Progress<'_> {
     fn walking(&self) {
         self.say(String::new());
-        WALKING.store(true, Ordering::Relaxed);
+        self.signals.walking.store(true, Ordering::Relaxed);
     }
 
     fn choosing(&self, seconds: f64) {

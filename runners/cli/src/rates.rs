@@ -15,7 +15,7 @@ use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{Placed, ProblemFile};
 use crate::output::{Output, open_all};
-use crate::progress::Progress;
+use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
 use crate::threads::with_threads;
 use by_degree::ByDegree;
@@ -30,7 +30,7 @@ const REFERENCE_WALKS: u64 = 1 << 22;
 const PLAIN_WALKS: u64 = 1 << 18;
 
 /// Runs `rates`.
-pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
+pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failure> {
     let files = files(args)?;
     let several = files.len() > 1;
     let mut problems = Vec::new();
@@ -53,7 +53,7 @@ pub(crate) fn rates(args: &RatesArgs) -> Result<Ended, Failure> {
         Some(folder) => Some(open_all(folder, FILES)?),
         None => None,
     };
-    let (all, ended) = with_threads(args.common.threads, || run(&sweeps))??;
+    let (all, ended) = with_threads(args.common.threads, || run(&sweeps, signals))??;
     let report = match <[Rates; 1]>::try_from(all) {
         Ok([one]) if sweeps.len() == 1 => Report::One(one),
         Ok([first]) => Report::Several(ByDegree::new(vec![first])),
@@ -161,10 +161,10 @@ impl Report {
 }
 
 /// All sweeps, or those before an interruption and as much as was finished of the one it met.
-fn run(sweeps: &[Sweeping<'_>]) -> Result<(Vec<Rates>, Ended), Failure> {
+fn run(sweeps: &[Sweeping<'_>], signals: &Signals) -> Result<(Vec<Rates>, Ended), Failure> {
     let mut all = Vec::new();
     for sweep in sweeps {
-        let (rates, ended) = sweep.run()?;
+        let (rates, ended) = sweep.run(signals)?;
         all.push(rates);
         if ended != Ended::Done {
             return Ok((all, ended));
@@ -200,10 +200,11 @@ pub(crate) fn exponents(
     file: &ProblemFile,
     cells: &[usize],
     walks: u64,
+    signals: &Signals,
 ) -> Result<Option<[f64; 2]>, Failure> {
     let problem = Problem::new(file.clone(), None)?;
     let sweeping = Sweeping::new(&problem, cells.to_vec(), Some(walks), false);
-    let (rates, ended) = sweeping.run()?;
+    let (rates, ended) = sweeping.run(signals)?;
     let fits = (rates.fits.std_dev, rates.fits.error_in_evaluations);
     match (ended, fits) {
         (Ended::Done, (Some(std_dev), Some(error))) => Ok(Some([std_dev, error])),
@@ -267,13 +268,13 @@ impl<'a> Sweeping<'a> {
     }
 
     /// All levels, or those before an interruption.
-    fn run(&self) -> Result<(Rates, Ended), Failure> {
+    fn run(&self, signals: &Signals) -> Result<(Rates, Ended), Failure> {
         let fail = Failure::of(&self.problem.file);
         let mut total = 0_u64;
         for &cells in &self.levels {
             total = total.saturating_add(self.walks(cells)?);
         }
-        let progress = Progress::new(total);
+        let progress = Progress::new(total, signals);
         let (mut rows, mut estimates) = (Vec::new(), Vec::new());
         let (mut exact, mut ended) = (None, Ended::Done);
         for &cells in &self.levels {

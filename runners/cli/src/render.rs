@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
 use crate::threads::with_threads;
 
@@ -91,7 +91,7 @@ impl Noise {
 }
 
 /// Runs `render`.
-pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
+pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Failure> {
     let format = Format::of(&args.out)?;
     if format == Format::Csv && (args.side_by_side || args.log || args.range.is_some()) {
         return Err(Failure::input(
@@ -123,6 +123,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Ended, Failure> {
         args,
         problem: &problem,
         room,
+        signals,
     };
     let work = || picturing.content(&*cells, format);
     let (content, text) = match with_threads(args.common.threads, work)? {
@@ -160,6 +161,7 @@ struct Picturing<'a> {
     args: &'a RenderArgs,
     problem: &'a Problem,
     room: &'a RoomModel,
+    signals: &'a Signals,
 }
 
 impl Picturing<'_> {
@@ -170,7 +172,7 @@ impl Picturing<'_> {
     fn field(
         &self,
         request: &FieldRequest<'_>,
-        progress: &Progress,
+        progress: &Progress<'_>,
     ) -> Result<(Field, Option<Field>), Cut> {
         let cut = self.problem.resolved.settings.discretisation();
         self.room
@@ -225,7 +227,10 @@ fn picture(
     let walks = args.walks.unwrap_or(PIXEL_WALKS);
     let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
     let pixels = canvas.width() * canvas.height();
-    let progress = Progress::new(walks.saturating_mul(pixels as u64 + weights));
+    let progress = Progress::new(
+        walks.saturating_mul(pixels as u64 + weights),
+        picturing.signals,
+    );
     let positions: Vec<[f64; 2]> = (0..pixels).map(|number| canvas.middle(number)).collect();
     let stretches: Vec<Stretch> = pieces.iter().map(stretch).collect();
     let walk = WalkOptions {

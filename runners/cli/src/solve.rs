@@ -18,7 +18,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::{Progress, Signals};
 use crate::table;
 use crate::threads::with_threads;
 
@@ -161,7 +161,7 @@ impl Problem {
 }
 
 /// Runs `solve`.
-pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
+pub(crate) fn solve(args: &SolveArgs, signals: &Signals) -> Result<Ended, Failure> {
     let given = read(&args.file, |file| replace(file, args))?;
     let time_limit = args.time_limit.map(time_limit).transpose()?;
     let problem = Problem::new(given, time_limit)?;
@@ -169,7 +169,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Ended, Failure> {
         Some(path) => Some(open_output(path, &problem.file)?),
         None => None,
     };
-    let answered = with_threads(args.common.threads, || answer(&problem))?;
+    let answered = with_threads(args.common.threads, || answer(&problem, signals))?;
     let Some((report, ended)) = answered? else {
         say("warning: interrupted before the walks");
         return Ok(Ended::Interrupted);
@@ -223,7 +223,7 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 }
 
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
-fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
+fn answer(problem: &Problem, signals: &Signals) -> Result<Option<(Report, Ended)>, Failure> {
     let fail = Failure::of(&problem.file);
     let Resolved {
         targets, settings, ..
@@ -232,7 +232,7 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
     let (model, goals) = (problem.model(), &problem.goals);
     // A room walks for net fluxes and irradiances, too.
     let starts = (goals.len() + model.besides(goals)) as u64;
-    let progress = Progress::new(most.walks.saturating_mul(starts));
+    let progress = Progress::new(most.walks.saturating_mul(starts), signals);
     progress.say("setting up".to_owned());
     let solver = Solver::with(model, settings.clone(), targets.clone()).observer(&progress);
     let solved = solver.solve();
@@ -248,7 +248,7 @@ fn answer(problem: &Problem) -> Result<Option<(Report, Ended)>, Failure> {
 }
 
 /// The walks of a problem in which nothing is to be chosen.
-pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Failure> {
+pub(crate) fn walk(problem: &Problem, progress: &Progress<'_>) -> Result<Answer, Failure> {
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
@@ -261,7 +261,7 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress) -> Result<Answer, Fai
 }
 
 /// Runs `check`.
-pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
+pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Result<Ended, Failure> {
     if let Some(scene) = crate::scene::read(path)? {
         return crate::scene::check(&scene, out);
     }
@@ -275,7 +275,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>) -> Result<Ended, Failure> {
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let progress = Progress::new(0);
+    let progress = Progress::new(0, signals);
     progress.say("choosing".to_owned());
     let chosen = match choose(problem.model(), targets, settings, &progress) {
         Err(Error::Cancelled) => {

@@ -17,7 +17,7 @@ use crate::args::{Common, PaperArgs};
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
 use crate::numbers::{aligned, short, with_error};
-use crate::progress::{Progress, interrupted};
+use crate::progress::{Progress, Signals};
 use crate::threads::with_threads;
 use crate::{deck, factors, paper, rates, solve};
 
@@ -118,15 +118,15 @@ struct Report {
 }
 
 /// Runs `verify`.
-pub(crate) fn verify(args: &Common) -> Result<Ended, Failure> {
+pub(crate) fn verify(args: &Common, signals: &Signals) -> Result<Ended, Failure> {
     let start = Instant::now();
-    let found = match with_threads(args.threads, || run(args))? {
+    let found = match with_threads(args.threads, || run(args, signals))? {
         // Nobody has seen all numbers agree.
         Err(Failure::ClosedPipe) => return Ok(Ended::Disagrees),
         found => found,
     };
     let (rows, disagree) = found?;
-    let complete = !interrupted();
+    let complete = !signals.interrupted();
     let mut stdout = std::io::stdout().lock();
     if args.json {
         let report = Report {
@@ -154,13 +154,13 @@ pub(crate) fn verify(args: &Common) -> Result<Ended, Failure> {
 
 /// All rows, or those before an interruption, and how many disagree. For people, a source's numbers
 /// are printed as soon as they are there.
-fn run(args: &Common) -> Result<(Vec<Row>, usize), Failure> {
+fn run(args: &Common, signals: &Signals) -> Result<(Vec<Row>, usize), Failure> {
     let mut rows: Vec<Row> = Vec::new();
     for chapter in published::chapters() {
         let begin = rows.len();
         for check in &chapter.checks {
-            rows.extend(check.rows(chapter.source, args)?);
-            if interrupted() {
+            rows.extend(check.rows(chapter.source, args, signals)?);
+            if signals.interrupted() {
                 break;
             }
         }
@@ -170,7 +170,7 @@ fn run(args: &Common) -> Result<(Vec<Row>, usize), Failure> {
             writeln!(stdout, "{}\n\n{}", chapter.source, table(new))?;
             stdout.flush()?;
         }
-        if interrupted() {
+        if signals.interrupted() {
             break;
         }
     }
@@ -188,12 +188,17 @@ fn table(rows: &[Row]) -> String {
 
 impl Check {
     /// Its rows; fewer where it was interrupted.
-    fn rows(&self, source: &'static str, args: &Common) -> Result<Vec<Row>, Failure> {
+    fn rows(
+        &self,
+        source: &'static str,
+        args: &Common,
+        signals: &Signals,
+    ) -> Result<Vec<Row>, Failure> {
         match self {
-            Self::Walks(walks) => walks.rows(source),
+            Self::Walks(walks) => walks.rows(source, signals),
             Self::Factors(factors) => factors.rows(source),
-            Self::Experiment(sizes) => experiment(sizes, source, args),
-            Self::Exponents(dimension) => exponents(*dimension, source),
+            Self::Experiment(sizes) => experiment(sizes, source, args, signals),
+            Self::Exponents(dimension) => exponents(*dimension, source, signals),
         }
     }
 }
@@ -206,14 +211,14 @@ fn built_in(name: &str, text: &str) -> Result<ProblemFile, Failure> {
 }
 
 impl Walks {
-    fn rows(&self, source: &'static str) -> Result<Vec<Row>, Failure> {
+    fn rows(&self, source: &'static str, signals: &Signals) -> Result<Vec<Row>, Failure> {
         let targets = self.targets.iter();
         let targets = targets.map(|t| format!("[[target]]\nname = '{}'\n{}\n", t.name, t.place));
         let text = self.file.clone() + &targets.collect::<String>();
         let file = built_in(&self.name, &text)?;
         let problem = solve::Problem::new(file, None)?;
         let walks = problem.resolved.settings.walk_options().walks;
-        let progress = Progress::new(walks.saturating_mul(self.targets.len() as u64));
+        let progress = Progress::new(walks.saturating_mul(self.targets.len() as u64), signals);
         progress.say(self.name.clone());
         let answer = solve::walk(&problem, &progress)?;
         progress.done();
@@ -265,7 +270,12 @@ const SIZE_LATITUDE: f64 = 3.0;
 /// = 0.047, and this is four of them.
 const ERROR_LATITUDE: f64 = 0.19;
 
-fn experiment(sizes: &[Size], source: &'static str, args: &Common) -> Result<Vec<Row>, Failure> {
+fn experiment(
+    sizes: &[Size],
+    source: &'static str,
+    args: &Common,
+    signals: &Signals,
+) -> Result<Vec<Row>, Failure> {
     let experiment = PaperArgs {
         max_walks: 100_000,
         degree: 0,
@@ -273,8 +283,8 @@ fn experiment(sizes: &[Size], source: &'static str, args: &Common) -> Result<Vec
         common: args.clone(),
         out: None,
     };
-    let table = paper::compute(&experiment)?;
-    if interrupted() {
+    let table = paper::compute(&experiment, signals)?;
+    if signals.interrupted() {
         return Ok(Vec::new());
     }
     let most = experiment.max_walks;
@@ -314,7 +324,11 @@ fn experiment(sizes: &[Size], source: &'static str, args: &Common) -> Result<Vec
 const RATE_LATITUDE: f64 = 0.05;
 
 /// K = Π |x_a − y_a|/λ, of smoothness 1: u = Π x_a.
-fn exponents(dimension: usize, source: &'static str) -> Result<Vec<Row>, Failure> {
+fn exponents(
+    dimension: usize,
+    source: &'static str,
+    signals: &Signals,
+) -> Result<Vec<Row>, Failure> {
     let (lambda, cells): (f64, &[usize]) = match dimension {
         1 => (0.75, &[8, 16, 32, 64, 128, 256, 512]),
         2 => (0.4, &[2, 4, 8, 16, 32]),
@@ -334,7 +348,7 @@ fn exponents(dimension: usize, source: &'static str) -> Result<Vec<Row>, Failure
          [[target]]\nname = 'mean'\nover = 'all'\n"
     );
     let file = built_in(&name, &text)?;
-    let Some([std_dev, error]) = rates::exponents(&file, cells, RATE_WALKS)? else {
+    let Some([std_dev, error]) = rates::exponents(&file, cells, RATE_WALKS, signals)? else {
         return Ok(Vec::new());
     };
     let theory = -1.0 / dimension as f64;

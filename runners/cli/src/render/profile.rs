@@ -35,7 +35,7 @@ pub(crate) fn content(
     let lengths = walls.iter().map(|wall| wall.length).enumerate();
     let pieces: Vec<Piece> = lengths.flat_map(of).collect();
     let walks = args.walks.unwrap_or(PROFILE_WALKS);
-    let progress = Progress::new(walks.saturating_mul(pieces.len() as u64));
+    let progress = Progress::new(walks.saturating_mul(pieces.len() as u64), picturing.signals);
     let mut walk = picturing.walk();
     walk.walks = walks;
     let stretches: Vec<Stretch> = pieces.iter().map(super::stretch).collect();
