@@ -8,8 +8,8 @@ pub mod line;
 use cases::{Case, Runner, Start, drive};
 use fredholm_core::rand_core::Rng;
 use fredholm_core::{
-    DefaultGenerator, Equation, Goal, Goals, Job, NeighbourOf, RunOptions, Statistics, Task,
-    WalkOptions, WalkSeeds,
+    DefaultGenerator, Equation, Goal, Goals, Job, Neighbour, NeighbourOf, RunOptions, StateSpace,
+    Statistics, Task, WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
 
@@ -38,6 +38,12 @@ pub fn lines(with: With) -> String {
     workstation.lines
 }
 
+/// A case of an equation with any neighbour equation.
+type OfEquation<'a, E, T> = Case<'a, E, AnyNeighbour<'a, E>, T>;
+/// A neighbour equation of an equation.
+type AnyNeighbour<'a, E> =
+    dyn Neighbour<Scalar = <E as StateSpace>::Scalar, Point = <E as StateSpace>::Point> + Sync + 'a;
+
 struct Workstation {
     with: With,
     lines: String,
@@ -52,6 +58,16 @@ impl Runner for Workstation {
         run_options: RunOptions,
     ) {
         let estimator = case.estimator;
+        // By its address: the compiler makes one walk of an equation, whatever its neighbours.
+        let case: OfEquation<'_, E, T> = Task {
+            neighbour: case.neighbour,
+            equation: case.equation,
+            functional: case.functional,
+            control_mean: case.control_mean,
+            estimator,
+            seeds: case.seeds,
+            step_limit: case.step_limit,
+        };
         let statistics = match self.with {
             With::Embedded(walks) => drive(case, run_options, walks, || ()).expect("a run ends"),
             With::Resets(seed) => with_resets(seed, case, run_options),
@@ -63,9 +79,9 @@ impl Runner for Workstation {
 }
 
 /// At each reset the bytes of the state survive, and nothing else.
-fn with_resets<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
+fn with_resets<E: Equation + Sync, T: Start<E>>(
     seed: u64,
-    case: Case<'_, E, N, T>,
+    case: OfEquation<'_, E, T>,
     run_options: RunOptions,
 ) -> Statistics {
     let again = || Task { ..case };
@@ -85,9 +101,9 @@ fn with_resets<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
     driver.statistics()
 }
 
-fn on_threads<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
+fn on_threads<E: Equation + Sync, T: Start<E>>(
     threads: usize,
-    case: &Case<'_, E, N, T>,
+    case: &OfEquation<'_, E, T>,
     goal: u64,
     run_options: RunOptions,
 ) -> Statistics {

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{Folder, fredholm, is_long, list, number};
+use common::{Folder, diagnose, fredholm, is_long, list, number};
 use serde_json::Value;
 
 fn example(name: &str) -> String {
@@ -89,17 +89,6 @@ name = 'all'
 over = 'all'
 ";
 
-/// In a third of the default's nodes by day: a ninth of its work, which accuracy within some per cent does not need. In all
-/// of them with `FREDHOLM_LONG=1`.
-fn diagnose() -> &'static [&'static str] {
-    let is_long = is_long();
-    if is_long {
-        &["diagnose"]
-    } else {
-        &["diagnose", "--nodes", "800"]
-    }
-}
-
 /// √Var of both estimates, predicted and measured, within 10 %: 100,000 walks know them to some per cent, where
 /// kurtoses are large. The accuracy itself is measured by `fredholm-tests`, test `variance`.
 fn agrees(text: &str, options: &[&str]) {
@@ -154,7 +143,7 @@ fn predictions_are_what_solve_measures() {
 fn advice_is_worth_following() {
     let file = example("doorway.toml");
     let options = ["--cells", "400", "--json"];
-    let diagnosis = fredholm(&[&["diagnose", file.as_str()], &options[..]].concat())
+    let diagnosis = fredholm(&[diagnose(), &[file.as_str()], &options[..]].concat())
         .quietly(0)
         .json();
     let target = &list(&diagnosis, "targets")[0];
@@ -241,10 +230,8 @@ fn text_and_pictures() {
 #[test]
 fn advice_names_what_hides() {
     let doorway = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/doorway.toml");
-    let args = [
-        "diagnose", doorway, "--cells", "100", "--pairs", "paper", "--json",
-    ];
-    let json = fredholm(&args).quietly(0).json();
+    let args = [doorway, "--cells", "100", "--pairs", "paper", "--json"];
+    let json = fredholm(&[diagnose(), &args].concat()).quietly(0).json();
     let target = &list(&json, "targets")[1];
     let hidden_by = target["hidden_by"].as_str().unwrap();
     assert!(

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, csv_rows, fredholm, list, number};
+use common::{Folder, csv_rows, diagnose, fredholm, list, number};
 
 /// A surface of a grey room.
 fn grey(name: &str, points: &str, temperature: &str) -> String {
@@ -436,7 +436,7 @@ fn variances_in_the_air_are_predicted() {
         let text = problem.replace("cells = 40", &format!("cells = 40\npairs = '{pairs}'"));
         let path = folder.file("air.toml", &text);
         let solved = folder.solve(&text, &["--json"]).quietly(0).json();
-        let ran = fredholm(&["diagnose", &path, "--json"]);
+        let ran = fredholm(&[diagnose(), &[&path, "--json"]].concat());
         assert_eq!(ran.status, Some(0), "{ran:?}");
         let predicted = ran.json();
         for (target, diagnosed) in list(&solved, "targets")
@@ -454,6 +454,6 @@ fn variances_in_the_air_are_predicted() {
             }
         }
     }
-    let ran = fredholm(&["diagnose", &path]);
+    let ran = fredholm(&[diagnose(), &[&path]].concat());
     assert_eq!(ran.status, Some(0), "{ran:?}");
 }

@@ -14,7 +14,7 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Moment, Residual};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, NeighbourOf, Real, RunOptions, STEP_LIMIT, Statistics, Task, WalkSeeds,
+    At, Equation, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Statistics, Task, WalkSeeds,
 };
 use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
@@ -139,26 +139,26 @@ fn cube<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statis
         diagonal: PairKind::Galerkin,
     };
     if table.has("factors") {
-        let cube = Cube::new(Fractions, Fraction, per_axis, absorption).unwrap();
-        let cube = cube.with_functions::<B>();
+        let flat = Cube::new(Fractions, Fraction, per_axis, absorption).unwrap();
+        let cube = flat.with_functions::<B>();
         assert_eq!(table.one::<u32>("degree"), Ok(cube.degree() as u32));
         let factors = table.slice("factors").unwrap();
         let factors = FactorTables::<f64, 2, B>::of_functions(per_axis, factors).unwrap();
         let rounded = Rounded::new(&factors);
         return walk(
-            &cube,
+            &flat,
             &Piecewise::new(&cube, &rounded, pairs, v, g).unwrap(),
             start,
         );
     }
-    let cube = Cube::new(Fraction, Fraction, per_axis, absorption).unwrap();
-    let cube = cube.with_functions::<B>();
+    let flat = Cube::new(Fraction, Fraction, per_axis, absorption).unwrap();
+    let cube = flat.with_functions::<B>();
     assert_eq!(table.one::<u32>("degree"), Ok(cube.degree() as u32));
     if B == 1 {
         // In the walk's own scalar.
         let dense = Dense::new(table.slice::<F>("coeffs").unwrap(), v.len(), 1).unwrap();
         return walk(
-            &cube,
+            &flat,
             &Piecewise::new(&cube, &dense, pairs, v, g).unwrap(),
             start,
         );
@@ -167,7 +167,7 @@ fn cube<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statis
     let dense = Dense::new(entries, v.len() / B, B).unwrap();
     let rounded = Rounded::new(&dense);
     walk(
-        &cube,
+        &flat,
         &Piecewise::new(&cube, &rounded, pairs, v, g).unwrap(),
         start,
     )
@@ -200,11 +200,12 @@ fn room_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8])
     walk(&room, &neighbour, start)
 }
 
-fn walk<E, N>(equation: &E, neighbour: &N, start: E::Point) -> Statistics
-where
-    E: Equation,
-    N: NeighbourOf<E>,
-{
+/// The neighbour equation by its address: the compiler makes one walk of an equation, whatever its degree.
+fn walk<E: Equation>(
+    equation: &E,
+    neighbour: &dyn Neighbour<Scalar = E::Scalar, Point = E::Point>,
+    start: E::Point,
+) -> Statistics {
     let task = Task {
         equation,
         neighbour,

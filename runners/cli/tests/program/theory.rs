@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{CIRCLE, Folder, fredholm, is_long, list, number};
+use common::{CIRCLE, Folder, diagnose, fredholm, is_long, list, number};
 use serde_json::Value;
 
 fn example(name: &str) -> String {
@@ -99,7 +99,7 @@ fn a_room_is_worth_it() {
         ("80", "20000")
     };
     let options = ["--cells", cells, "--json"];
-    let diagnosis = fredholm(&[&["diagnose", file.as_str()], &options[..]].concat())
+    let diagnosis = fredholm(&[diagnose(), &[file.as_str()], &options[..]].concat())
         .quietly(0)
         .json();
     let others = list(&diagnosis, "other_pairs");

@@ -88,7 +88,7 @@ pub trait Runner {
 
 /// Runs a case to its end by [`Driver`], so many walks at a time, and calls `after` after each poll.
 /// `None`: the options were refused, or a walk was not finite.
-pub fn drive<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
+pub fn drive<E: Equation + Sync, N: NeighbourOf<E> + Sync + ?Sized, T: Start<E>>(
     case: Case<'_, E, N, T>,
     options: RunOptions,
     walks: u64,
