@@ -9,7 +9,7 @@ use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
     Cube, CubeError, Mean, Product, ProductTables, Rule, ScalarField, Weighted, functions, table,
 };
-use fredholm_tests::check::means;
+use fredholm_tests::check::{means, seeds};
 use fredholm_tests::cube::{ABSORPTION, Gauss, Ramp, with_degree};
 use fredholm_tests::{fit, run};
 
@@ -163,7 +163,7 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize) {
             // Fewer points than the degree asks for: the means are only near.
             wide.means(&w, Rule::new(1).unwrap(), &mut near).unwrap();
             let near = fredholm_core::galerkin::rounded::<F>(&near).unwrap();
-            for seed in 1..=2 {
+            for &seed in seeds() {
                 let seeds = |target| WalkSeeds::new(seed, target);
                 let point = run(&task(cube, neighbour, &At(x0), Some(at), seeds(0)), 5000);
                 check(point, exact_at.to_f64(), "point");

@@ -142,17 +142,10 @@ fn every_degree_is_that_of_the_cube() {
                 .degree(degree)
                 .walks(50_000)
         };
-        let [cube, custom] = [asked(&cube), asked(&custom)].map(|solver| {
-            let (report, predicted) = (solver.solve().unwrap(), solver.diagnose().unwrap());
-            (report, predicted)
-        });
-        for ((cube, custom), predicted) in cube
-            .0
-            .goals
-            .iter()
-            .zip(&custom.0.goals)
-            .zip(&custom.1.targets)
-        {
+        let predicted = asked(&custom).diagnose().unwrap();
+        let [cube, custom] =
+            [asked(&cube), asked(&custom)].map(|solver| solver.solve().unwrap().goals);
+        for ((cube, custom), predicted) in cube.iter().zip(&custom).zip(&predicted.targets) {
             // The same Galerkin system, and walks of the same kind.
             assert!((cube.galerkin - custom.galerkin).abs() < 1e-13);
             let [a, b] = [cube, custom].map(|goal| goal.preconditioned);
