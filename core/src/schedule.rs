@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::{Statistics, Tail};
+use crate::{Estimate, Statistics, Tail};
 
 /// The standard error at which a goal is reached.
 ///
@@ -43,21 +43,29 @@ impl Tolerance {
     /// The standard error that is asked for, in the units of the estimate.
     #[must_use]
     pub fn error(&self, statistics: &Statistics) -> f64 {
+        self.error_of(statistics.preconditioned().estimate)
+    }
+
+    #[inline]
+    fn error_of(&self, estimate: f64) -> f64 {
         match *self {
             Self::Absolute(bound) => bound,
-            Self::Relative(bound) => bound * statistics.preconditioned().estimate.abs(),
+            Self::Relative(bound) => bound * estimate.abs(),
         }
     }
 
     /// Whether `statistics` of `batches` batches reach this error, and may be believed.
     #[must_use]
     pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
+        let Estimate {
+            estimate,
+            std_error,
+            ..
+        } = statistics.preconditioned();
+        let bound = self.error_of(estimate);
         batches >= MIN_BATCHES
             && statistics.scored() >= MIN_SCORED_WALKS
-            && statistics
-                .preconditioned()
-                .std_error
-                .is_some_and(|error| error <= self.error(statistics))
+            && std_error.is_some_and(|error| error <= bound)
     }
 }
 

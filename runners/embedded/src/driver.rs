@@ -77,7 +77,11 @@ where
     pub fn poll(&mut self, walks: u64) -> Result<Progress, NotFinite> {
         let mut left = walks;
         while left > 0 && !self.has_ended() {
-            if self.run_batch(&mut left)? {
+            let batch = &mut self.position.batch;
+            let before = batch.statistics().walks();
+            batch.run(&self.task, left)?;
+            left = left.saturating_sub(batch.statistics().walks() - before);
+            if batch.is_done() {
                 self.end_batch();
                 self.begin_stage();
             }
@@ -103,9 +107,14 @@ where
         floor: f64,
     ) -> Result<Progress, NotFinite> {
         let mut left = walks;
+        // Apart from `poll`, whose stack is counted in bytes.
         while left > 0 && !self.has_ended() {
-            if self.run_batch(&mut left)? {
-                tail.add(self.position.batch.statistics());
+            let batch = &mut self.position.batch;
+            let before = batch.statistics().walks();
+            batch.run(&self.task, left)?;
+            left = left.saturating_sub(batch.statistics().walks() - before);
+            if batch.is_done() {
+                tail.add(batch.statistics());
                 self.end_batch();
                 let Position {
                     merged, schedule, ..
@@ -122,16 +131,6 @@ where
             stop,
             ..self.progress()
         })
-    }
-
-    /// Runs the batch as far as there are walks left for it. Returns whether it is done.
-    #[inline(always)]
-    fn run_batch(&mut self, left: &mut u64) -> Result<bool, NotFinite> {
-        let batch = &mut self.position.batch;
-        let before = batch.statistics().walks();
-        batch.run(&self.task, *left)?;
-        *left = left.saturating_sub(batch.statistics().walks() - before);
-        Ok(batch.is_done())
     }
 
     /// The statistics of the walks so far: both estimates, variances, endings.
