@@ -1,13 +1,11 @@
 //! The tail of the scores, as the batches of a run show it, and the error bars that are not believed for it.
 
-use crate::{Real, Statistics, Tolerance};
+use crate::{MIN_BATCHES, Real, Statistics, Tolerance};
 
 /// The most batches that are kept.
 const KEPT: usize = 33;
 /// The least number of the largest batches that tell a tail index.
 const FEWEST: usize = 3;
-/// The fewest batches that tell anything.
-const MIN_BATCHES: u64 = 16;
 /// The share of one batch in the variance from which on an error bar may mean nothing: eight times an equal share of 16
 /// batches. Of scores whose squares have no mean, the largest has a share that does not fall with their number.
 const MOST_SHARE: f64 = 0.5;
