@@ -5,8 +5,8 @@ use core::fmt;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Equation, Estimator, Functional, NeighbourOf, Real, RngUniforms, Statistics, Termination, Walk,
-    WalkSeeds, walk,
+    Equation, Estimator, Form, Functional, NeighbourOf, Real, RngUniforms, Statistics, Termination,
+    Walk, WalkSeeds, walk,
 };
 
 /// The equations, goal, estimator and seeds of one goal: everything that a walk of it depends on. A
@@ -24,6 +24,8 @@ pub struct Task<'a, E, N: ?Sized, T, G> {
     pub control_mean: Option<f64>,
     /// The estimator: what a walk scores.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// The seeds of the walks' generators.
     pub seeds: WalkSeeds<G>,
     /// Most states of a walk; a walk that is cut off there is counted.
@@ -82,7 +84,7 @@ where
             self.equation,
             self.neighbour,
             start,
-            estimator,
+            (estimator, self.form),
             limit,
             &mut draws,
         );

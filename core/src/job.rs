@@ -5,8 +5,8 @@ use core::marker::PhantomData;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Batch, DefaultGenerator, Equation, Estimator, Functional, NeighbourOf, NotFinite, STEP_LIMIT,
-    Task, WalkSeeds,
+    Batch, DefaultGenerator, Equation, Estimator, Form, Functional, NeighbourOf, NotFinite,
+    STEP_LIMIT, Task, WalkSeeds,
 };
 
 /// A run's walks, without any type of the problem: equation, neighbour equation, goals, estimator, seed,
@@ -50,16 +50,19 @@ pub struct WalkOptions {
     pub seed: u64,
     /// The estimator: what a walk scores.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// Most states of a walk; a walk that is cut off there is counted.
     pub step_limit: u32,
 }
 
 impl Default for WalkOptions {
-    /// Seed 1, the absorption estimator, [`STEP_LIMIT`].
+    /// Seed 1, the absorption estimator, the product form, [`STEP_LIMIT`].
     fn default() -> Self {
         Self {
             seed: 1,
             estimator: Estimator::Absorption,
+            form: Form::Product,
             step_limit: STEP_LIMIT,
         }
     }
@@ -135,6 +138,7 @@ impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
             functional,
             control_mean: *control_mean,
             estimator: self.options.estimator,
+            form: self.options.form,
             seeds: WalkSeeds::new(self.options.seed, goal as u64),
             step_limit: self.options.step_limit,
         })

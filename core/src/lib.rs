@@ -33,7 +33,7 @@ pub use schedule::{
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
 pub use tail::{MANY_BATCHES, Tail};
 pub use uniforms::{DEFAULT_GENERATOR, DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
-pub use walk::{Estimator, Termination, Walk, walk};
+pub use walk::{Estimator, Form, Termination, Walk, walk};
 
 /// The generator traits that [`WalkSeeds`] and [`Task`] ask for.
 pub use rand_core;

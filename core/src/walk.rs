@@ -23,6 +23,34 @@ pub enum Estimator {
     Collision,
 }
 
+/// The form of the control variate: how walks of the original equation score the neighbour equation.
+///
+/// A walk x0 … xm has the weights W_l = φ(x0) k(x0,x1) … k(x_{l−1},x_l) of the original equation, and
+/// H_l = φ(x0) h(x0,x1) … h(x_{l−1},x_l) of its neighbour. Both forms have the mean (v, Φ).
+///
+/// ```
+/// use fredholm_core::{Form, WalkOptions};
+///
+/// assert_eq!(WalkOptions::default().form, Form::Product);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Form {
+    /// η(h, g), (9) of Heinrich 1995: a score of G has the weight H_l. Where h ≠ k the difference multiplies what the
+    /// walk scores at its end, and with it the noise of that.
+    #[default]
+    Product,
+    /// A score of G has the weight W_l, and a step from x_l to x_{l+1} scores W_l (h − k)(x_l, x_{l+1}) v(x_{l+1}), since
+    ///
+    /// ```text
+    /// v = T_kp v + G + T_hp v − T_kp v
+    /// ```
+    ///
+    /// and a step is made with density p. Where h ≠ k the difference multiplies v(x_{l+1}), the mean of what the walk
+    /// scores from there on, without the noise. A variance that is finite for plain walks is finite here, whatever h.
+    Residual,
+}
+
 /// How a walk ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Termination {
@@ -58,7 +86,7 @@ pub fn walk<E, N, U>(
     equation: &E,
     neighbour: &N,
     (x0, phi): (Located<E::Point>, E::Scalar),
-    estimator: Estimator,
+    (estimator, form): (Estimator, Form),
     step_limit: u32,
     uniforms: &mut U,
 ) -> Walk<E::Scalar>
@@ -74,8 +102,9 @@ where
         states: 0,
         termination: Termination::StepLimit,
     };
-    // φ k…k and φ h…h of the states so far.
+    // φ k…k of the states so far, and what scores of the neighbour equation are multiplied by: φ h…h, or the same.
     let (mut weight_k, mut weight_h) = (phi, phi);
+    let is_residual = form == Form::Residual;
     while walk.states < step_limit {
         walk.states += 1;
         if estimator == Estimator::Collision {
@@ -87,7 +116,7 @@ where
             if estimator == Estimator::Absorption {
                 let per_absorption = one::<E::Scalar>() / q;
                 walk.plain = weight_k * equation.source(&x.point) * per_absorption;
-                walk.control = weight_h * neighbour.source(&x) * per_absorption;
+                walk.control += weight_h * neighbour.source(&x) * per_absorption;
             }
             walk.termination = Termination::Absorbed;
             break;
@@ -98,7 +127,13 @@ where
         };
         let y = neighbour.locate(next);
         let k = equation.kernel(&x.point, &y.point);
-        weight_h *= neighbour.kernel(&x, &y, k);
+        let h = neighbour.kernel(&x, &y, k);
+        if is_residual {
+            walk.control += weight_h * (h - k) * neighbour.value(&y);
+            weight_h *= k;
+        } else {
+            weight_h *= h;
+        }
         weight_k *= k;
         x = y;
     }

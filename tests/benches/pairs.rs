@@ -8,7 +8,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use fredholm_circle::{Harmonic, MeanOver};
 use fredholm_core::galerkin::PairIntegral;
 use fredholm_core::{
-    Batch, Equation, Estimator, Functional, Located, Neighbour, NeighbourOf, STEP_LIMIT, Task,
+    Batch, Equation, Estimator, Form, Functional, Located, Neighbour, NeighbourOf, STEP_LIMIT, Task,
 };
 use fredholm_cube::{Mean, model};
 use fredholm_room::{Choice, Grading, Visibility};
@@ -30,6 +30,7 @@ where
         functional,
         control_mean: Some(value),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: <fredholm_core::WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

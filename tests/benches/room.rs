@@ -4,7 +4,8 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, RngUniforms, STEP_LIMIT, Sampler, Task, Uniforms, WalkSeeds,
+    Batch, DefaultGenerator, Estimator, Form, RngUniforms, STEP_LIMIT, Sampler, Task, Uniforms,
+    WalkSeeds,
 };
 use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, VisibilityTable};
 use fredholm_tests::room::{Drawing, Setup, crowd, furnished, polygon};
@@ -125,6 +126,7 @@ fn degrees(c: &mut Criterion) {
                     functional: &mean,
                     control_mean: Some(mean.of(v)),
                     estimator: Estimator::Absorption,
+                    form: Form::Product,
                     seeds: <WalkSeeds>::new(1, 0),
                     step_limit: STEP_LIMIT,
                 };

@@ -7,7 +7,7 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
-use fredholm_core::{At, Batch, Estimator, STEP_LIMIT, Task, WalkSeeds};
+use fredholm_core::{At, Batch, Estimator, Form, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_tests::circle::{DEFAULT, LIGHT, with_polynomials};
 use loops::{Setup, Specialised};
 
@@ -60,6 +60,7 @@ fn degrees(c: &mut Criterion) {
                     functional: &At(circle.point(0.3)),
                     control_mean: Some(0.0),
                     estimator: Estimator::Absorption,
+                    form: Form::Product,
                     seeds: <WalkSeeds>::new(1, 0),
                     step_limit: STEP_LIMIT,
                 };

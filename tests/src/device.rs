@@ -116,6 +116,7 @@ fn on_threads<E: Equation + Sync, T: Start<E>>(
     let options = WalkOptions {
         seed: cases::SEED,
         estimator: case.estimator,
+        form: case.form,
         step_limit: case.step_limit,
     };
     let job = Goals::new(case.equation, case.neighbour, &goals, options);

@@ -84,6 +84,7 @@ where
         functional: &AnyStart(&On(task.functional, core::marker::PhantomData::<E>)),
         control_mean: task.control_mean,
         estimator: task.estimator,
+        form: task.form,
         seeds: task.seeds,
         step_limit: task.step_limit,
     })

@@ -4,12 +4,12 @@ use alloc::vec::Vec;
 use core::fmt;
 use fredholm_core::array::Each;
 
-use fredholm_core::Estimator;
 use fredholm_core::galerkin::{buffer, reserve};
+use fredholm_core::{Estimator, Form};
 
 use crate::matrix::{Matrix, Nodal, against, check, collect};
 use crate::passes::Passes;
-use crate::sources::{plain_source, second_sources, total_sources};
+use crate::sources::{plain_source, residual_seconds, second_sources, total_sources};
 use crate::{Moments, Node, Power, Site, VarianceError, VarianceModel};
 
 /// The solved equations of the variance, on the sites of a model.
@@ -17,11 +17,13 @@ use crate::{Moments, Node, Power, Site, VarianceError, VarianceModel};
 pub struct Analysis<'a> {
     /// The estimator whose variance is predicted.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// The sites.
     pub sites: Vec<Site>,
     /// ‖T_k²p^m‖ < 1 for this m, or none: plain walks have no variance then.
     pub kernel_power: Option<Power>,
-    /// ‖T_h²p^m‖ < 1 for this m, or none: preconditioned walks have no variance then.
+    /// ‖T_h²p^m‖ < 1 for this m, or none: preconditioned walks have no variance then, in the product form.
     pub neighbour_power: Option<Power>,
     pub(crate) model: &'a dyn VarianceModel,
     pub(crate) means: Means,
@@ -31,6 +33,7 @@ impl fmt::Debug for Analysis<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Analysis")
             .field("estimator", &self.estimator)
+            .field("form", &self.form)
             .field("sites", &self.sites)
             .field("kernel_power", &self.kernel_power)
             .field("neighbour_power", &self.neighbour_power)
@@ -64,7 +67,7 @@ pub fn serially<T>(all: &mut [T], pass: &Pass<'_, T>) {
 }
 
 impl<'a> Analysis<'a> {
-    /// Takes all integrals and solves the equations, for one estimator.
+    /// Takes all integrals and solves the equations, for one estimator and form.
     ///
     /// O(n²) evaluations of k five times and of h three times for n nodes, and 56 bytes for each pair of sites.
     ///
@@ -73,9 +76,14 @@ impl<'a> Analysis<'a> {
     pub fn new(
         model: &'a dyn VarianceModel,
         estimator: Estimator,
+        form: Form,
         run: &Run<'_, Site>,
     ) -> Result<Self, VarianceError> {
-        let passes = Passes { model, estimator };
+        let passes = Passes {
+            model,
+            estimator,
+            form,
+        };
         let sites = integrate(passes, run)?;
         let matrix = Matrix::new(&sites, |m: &Moments| m.kk);
         let kernel_power = matrix.contracting_power()?;
@@ -83,6 +91,7 @@ impl<'a> Analysis<'a> {
         let neighbour_power = matrix.contracting_power()?;
         let mut analysis = Self {
             estimator,
+            form,
             sites,
             kernel_power,
             neighbour_power,
@@ -92,7 +101,7 @@ impl<'a> Analysis<'a> {
         analysis.means.error = analysis.errors()?;
         analysis.refine_errors(run)?;
         if kernel_power.is_some() {
-            if neighbour_power.is_some() {
+            if analysis.is_finite() {
                 analysis.square_sources(run)?;
             }
             analysis.resolve_totals(run)?;
@@ -104,6 +113,7 @@ impl<'a> Analysis<'a> {
         Passes {
             model: self.model,
             estimator: self.estimator,
+            form: self.form,
         }
     }
 
@@ -208,7 +218,8 @@ impl<'a> Analysis<'a> {
 
     /// Whether preconditioned walks have a variance.
     pub(crate) fn is_finite(&self) -> bool {
-        self.kernel_power.is_some() && self.neighbour_power.is_some()
+        let is_neighbour = self.form == Form::Residual || self.neighbour_power.is_some();
+        self.kernel_power.is_some() && is_neighbour
     }
 
     /// E η(k,f)² and w in the mean over sites, from what they are in the nodes.
@@ -241,6 +252,12 @@ impl<'a> Analysis<'a> {
 
     /// s and c in the mean over sites.
     fn seconds(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
+        if self.form == Form::Residual {
+            let mut seconds = reserve(self.sites.len())?;
+            let of = |site: &Site| [0, 1].each(|k| site.mean(|x| residual_seconds(x)[k]));
+            seconds.extend(self.sites.iter().map(of));
+            return Ok(seconds);
+        }
         let of = |which: usize| {
             collect(&self.sites, |site| {
                 site.mean(|x| second_sources(self.estimator, x)[which])

@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::Estimator;
 use fredholm_core::galerkin::{buffer, reserve};
+use fredholm_core::{Estimator, Form};
 
 use crate::matrix::Matrix;
 use crate::row::Place;
@@ -112,14 +112,17 @@ impl Analysis<'_> {
         run: &Run<'_, Row>,
     ) -> Result<Vec<Vec<Place>>, VarianceError> {
         let sites = &self.sites;
+        // In the residual form no later h multiplies a score, and b is 0.
+        let is_product = self.form == Form::Product;
         // What b has by sites.
         let mut source: Vec<f64> = buffer(sites.len())?;
-        for (site, occupation) in sites.iter().zip(&flow.occupation) {
+        let visited = flow.occupation.iter().filter(|_| is_product);
+        for (site, occupation) in sites.iter().zip(visited) {
             for (source, m) in source.iter_mut().zip(&site.row) {
                 *source += occupation * 2.0 * (m.kk - m.kh);
             }
         }
-        for (_, _, weight, row) in &flow.starts {
+        for (_, _, weight, row) in flow.starts.iter().filter(|_| is_product) {
             for (source, m) in source.iter_mut().zip(row) {
                 *source += weight * 2.0 * (m.kk - m.kh);
             }
@@ -141,9 +144,11 @@ impl Analysis<'_> {
         for (row, site) in rows.iter_mut().zip(sites) {
             row.mixed = buffer(site.nodes.len())?;
         }
-        run(&mut rows, &|j, row| {
-            self.gather(j, &from, &mut row.mixed);
-        });
+        if is_product {
+            run(&mut rows, &|j, row| {
+                self.gather(j, &from, &mut row.mixed);
+            });
+        }
         let mut places: Vec<Vec<Place>> = buffer(cells)?;
         let mut put = |place: Place| {
             if let Some(of_cell) = places.get_mut(place.cell) {

@@ -1,16 +1,17 @@
 //! What is done in every point: integrals over the steps from it.
 
-use fredholm_core::{Estimator, Real};
+use fredholm_core::{Estimator, Form, Real};
 
 use crate::matrix::{Nodal, Seconds};
-use crate::sources::{second_sources, square_source, total_sources};
+use crate::sources::{residual_seconds, second_sources, square_source, total_sources};
 use crate::{Moments, Node, Site, VarianceModel, Wanted};
 
-/// A model and an estimator: what every pass over the sites needs.
+/// A model, an estimator and a form: what every pass over the sites needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Passes<'a> {
     pub(crate) model: &'a dyn VarianceModel,
     pub(crate) estimator: Estimator,
+    pub(crate) form: Form,
 }
 
 impl Passes<'_> {
@@ -81,6 +82,10 @@ impl Passes<'_> {
 
     /// s and c of a node.
     pub(crate) fn second(self, seconds: &[[f64; 2]], node: &mut Node) {
+        if self.form == Form::Residual {
+            [node.second, node.mixed] = residual_seconds(node);
+            return;
+        }
         let [mut second, mut mixed] = second_sources(self.estimator, node);
         for (j, &[s, c]) in seconds.iter().enumerate() {
             self.model

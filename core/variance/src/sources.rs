@@ -36,6 +36,12 @@ pub(crate) fn second_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
     }
 }
 
+/// What stands for s and c in the residual form: there a difference of kernels multiplies v(y), which no walk makes noisy, and
+/// so E (v Δ) = v e.
+pub(crate) fn residual_seconds(x: &Node) -> [f64; 2] {
+    [x.value * x.value, x.value * x.error]
+}
+
 /// The source of w that is the sources' difference.
 pub(crate) fn square_source(estimator: Estimator, x: &Node) -> f64 {
     let difference = x.difference();

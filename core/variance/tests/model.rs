@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use fredholm_core::galerkin::{DiagonalRule, PairKind};
-use fredholm_core::{Estimator, Kernel, NoNeighbour, Sampler, Source, StateSpace, Uniforms};
+use fredholm_core::{Estimator, Form, Kernel, NoNeighbour, Sampler, Source, StateSpace, Uniforms};
 use fredholm_variance::{
     Analysis, Density, MeanCoefficients, Origin, Position, Quadrature, Start, Step, Transition,
     Values, VarianceError, VarianceModel, VarianceSetup, Wanted, pair_quantities, serially,
@@ -108,7 +108,8 @@ fn a_model_without_points_has_the_variances_of_its_chain() {
     let kk = solve(|i, j| K[i][j] * K[i][j], [0, 1].map(|i| Q * f[i] * f[i]));
     let kh = solve(|i, j| K[i][j] * H[i][j], [0, 1].map(|i| Q * f[i] * g[i]));
     let hh = solve(|i, j| H[i][j] * H[i][j], [0, 1].map(|i| Q * g[i] * g[i]));
-    let analysis = Analysis::new(&TwoStates, Estimator::Absorption, &serially).unwrap();
+    let analysis =
+        Analysis::new(&TwoStates, Estimator::Absorption, Form::Product, &serially).unwrap();
     let close = |found: f64, expected: f64| {
         assert!((found - expected).abs() < 1e-9, "{found} {expected}");
     };

@@ -14,7 +14,7 @@ use crate::{Circle, Emission, Point};
 ///
 /// ```
 /// use fredholm_circle::{Circle, CircleQuadrature, Harmonic, Tables};
-/// use fredholm_core::Estimator;
+/// use fredholm_core::{Estimator, Form};
 /// use fredholm_core::galerkin::{DiagonalRule, PairKind};
 /// use fredholm_variance::{Analysis, Start, VarianceSetup, serially};
 ///
@@ -32,7 +32,7 @@ use crate::{Circle, Emission, Point};
 /// let setup =
 ///     VarianceSetup { equation: &circle, neighbour: &neighbour, pairs, quadrature: &quadrature, galerkin: None };
 /// let model = setup.with_starts(&starts)?;
-/// let predicted = Analysis::new(&model, Estimator::Absorption, &serially)?.predict(0)?;
+/// let predicted = Analysis::new(&model, Estimator::Absorption, Form::Product, &serially)?.predict(0)?;
 /// let [plain, best] = [predicted.plain, predicted.preconditioned].map(|v| v.unwrap().sqrt());
 /// assert!(30.0 * best < plain && plain < 60.0 * best);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -95,7 +95,7 @@ impl<'c, 'a, E: Emission<f64>> CircleQuadrature<'c, 'a, E> {
     ///
     /// ```
     /// # use fredholm_circle::{Circle, CircleQuadrature, Harmonic, Tables};
-    /// # use fredholm_core::Estimator;
+    /// # use fredholm_core::{Estimator, Form};
     /// # use fredholm_core::galerkin::{DiagonalRule, PairKind, PairTable};
     /// # use fredholm_variance::{Analysis, PairCosts, Start, VarianceSetup, serially};
     /// # let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
@@ -116,7 +116,7 @@ impl<'c, 'a, E: Emission<f64>> CircleQuadrature<'c, 'a, E> {
     ///     galerkin: Some(&neighbour),
     /// };
     /// let model = setup.with_starts(&starts)?;
-    /// let analysis = Analysis::new(&model, Estimator::Absorption, &serially)?;
+    /// let analysis = Analysis::new(&model, Estimator::Absorption, Form::Product, &serially)?;
     /// let predictions = [analysis.predict(0)?];
     ///
     /// // Better pairs, for variance × work.
@@ -132,7 +132,7 @@ impl<'c, 'a, E: Emission<f64>> CircleQuadrature<'c, 'a, E> {
     /// let better = vectors.with_pointwise(&circle, &circle)?;
     /// # let setup = VarianceSetup { equation: &circle, neighbour: &better, pairs, quadrature: &quadrature, galerkin: None };
     /// # let model = setup.with_starts(&starts)?;
-    /// # let analysis = Analysis::new(&model, Estimator::Absorption, &serially)?;
+    /// # let analysis = Analysis::new(&model, Estimator::Absorption, Form::Product, &serially)?;
     /// # let predictions = [analysis.predict(0)?];
     /// # assert!(analysis.figure_of_merit(&predictions, &terms)?.relative_to(&before) < 0.8);
     /// # Ok::<(), Box<dyn core::error::Error>>(())

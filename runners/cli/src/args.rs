@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use fredholm::{Choices, Estimator, Pairs, Scalar};
+use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
 use fredholm_file::KINDS;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
@@ -199,6 +199,9 @@ pub(crate) struct DiagnoseArgs {
     /// What a walk scores
     #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
+    /// The form of the control variate
+    #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
+    pub(crate) form: Option<Form>,
     /// Nodes of the integrals; more are more accurate, and work grows with their square
     #[arg(long, value_name = "N", default_value_t = 2400, value_parser = clap::value_parser!(u16).range(10..=20_000))]
     pub(crate) nodes: u16,
@@ -321,6 +324,9 @@ pub(crate) struct SolveArgs {
     /// What a walk scores
     #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
+    /// The form of the control variate
+    #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
+    pub(crate) form: Option<Form>,
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,

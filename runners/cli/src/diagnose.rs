@@ -34,6 +34,9 @@ fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
     if let Some(estimator) = args.estimator {
         file.walk.estimator = Placed::flag("--estimator", estimator);
     }
+    if let Some(form) = args.form {
+        file.walk.form = Placed::flag("--form", form);
+    }
     // What is infinite is said, and not refused.
     file.walk.allow_infinite_variance = true;
 }
@@ -76,6 +79,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         degree: settings.discretisation().degree,
         pairs: walk.pairs.word(),
         estimator: walk.estimator.word(),
+        form: walk.form.word(),
         diagnosis: &diagnosis,
     };
     if let Some([json, map]) = output {

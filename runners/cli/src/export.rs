@@ -24,9 +24,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let settings = &problem.resolved.settings;
     let (model, walk) = (problem.model(), settings.walk_options());
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
-    cells
-        .check_variance(walk.pairs, walk.absorption)
-        .map_err(&fail)?;
+    cells.check_variance(&walk).map_err(&fail)?;
     let source = match args.out.extension().and_then(|e| e.to_str()) {
         Some("rs") => true,
         Some("bin") => false,

@@ -7,7 +7,7 @@ use std::time::Instant;
 use fredholm::answer::{Solved, Walks};
 use fredholm::circle::{CircleModel, Emission};
 use fredholm::model::Request;
-use fredholm::{Discretisation, Goal, Model, Pairs, Region, Settings};
+use fredholm::{Discretisation, Form, Goal, Model, Pairs, Region, Settings};
 use fredholm_circle::Harmonic;
 use fredholm_core::{RngUniforms, StopReason, Uniforms, WalkSeeds};
 use fredholm_plot::{Curve, LogLogPlot, Style};
@@ -173,6 +173,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
     let goals: Vec<Goal> = points.iter().map(goal).collect();
     let model = CircleModel::new(reflectance.clone(), Emission::Harmonic(LIGHT));
     let settings = Settings {
+        form: Some(Form::Product),
         degree: Some(args.degree),
         // At degree > 0 the kink of p on the diagonal would hold the deviation at 1/n.
         pairs: Some(if args.degree == 0 {

@@ -247,8 +247,7 @@ impl<'a> Sweeping<'a> {
     fn check_variance(&self) -> Result<(), Failure> {
         let sweep = &self.sweep;
         let cells = sweep.model.partition(&sweep.discretisation);
-        let checked =
-            cells.and_then(|cells| cells.check_variance(sweep.walk.pairs, sweep.walk.absorption));
+        let checked = cells.and_then(|cells| cells.check_variance(&sweep.walk));
         checked.map_err(Failure::of(&self.problem.file))
     }
 

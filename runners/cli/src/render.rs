@@ -116,7 +116,7 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     let cells = solve::cut(&problem.file, problem.model(), settings, &problem.goals)?;
     let walk = settings.walk_options();
     cells
-        .check_variance(walk.pairs, walk.absorption)
+        .check_variance(&walk)
         .map_err(Failure::of(&problem.file))?;
     let output = Output::open(&args.out)?;
     let picturing = Picturing {

@@ -64,6 +64,7 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.galerkin.pairs, "--pairs", args.pairs);
     set(&mut file.walk.walks, "--walks", args.walks);
     set(&mut file.walk.estimator, "--estimator", args.estimator);
+    set(&mut file.walk.form, "--form", args.form);
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
     set(
@@ -295,9 +296,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
         None => {
             let cells = cut(&problem.file, model, settings, goals)?;
-            cells
-                .check_variance(walk.pairs, walk.absorption)
-                .map_err(&fail)?;
+            cells.check_variance(&walk).map_err(&fail)?;
             cells
         }
     };
@@ -318,6 +317,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     }
     rows.push(("absorption", walk.absorption.to_string()));
     rows.push(("estimator", walk.estimator.word().to_owned()));
+    rows.push(("form", walk.form.word().to_owned()));
     rows.push(("scalar", settings.scalar.word().to_owned()));
     rows.push(("targets", goals.len().to_string()));
     let (walks, states, seconds, most) = match &chosen {

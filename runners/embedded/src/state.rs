@@ -4,7 +4,7 @@ use core::fmt;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Equation, Estimator, Functional, NeighbourOf, Real, RunOptions, RunOptionsError,
+    Batch, Equation, Estimator, Form, Functional, NeighbourOf, Real, RunOptions, RunOptionsError,
     Schedule, Statistics, Task, Termination, Tolerance,
 };
 
@@ -19,7 +19,7 @@ const WITNESSES: u64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
-    /// Walks, batch size, tolerance, estimator and step limit, hashed.
+    /// Walks, batch size, tolerance, estimator, form and step limit, hashed.
     options: u32,
     /// The first draws: seed, goal number and generator.
     draws: u32,
@@ -48,7 +48,7 @@ pub enum StateError {
     },
     /// The checksum is wrong: a byte was lost or changed.
     Checksum,
-    /// The state was saved with other walks, batch size, tolerance, estimator or step limit.
+    /// The state was saved with other walks, batch size, tolerance, estimator, form or step limit.
     OtherOptions,
     /// The state was saved with another seed, goal number or generator.
     OtherDraws,
@@ -74,7 +74,7 @@ impl fmt::Display for StateError {
             }
             Self::Checksum => f.write_str("the saved state is damaged: its checksum is wrong"),
             Self::OtherOptions => f.write_str(
-                "the state was saved with other walks, batch size, tolerance, estimator or step \
+                "the state was saved with other walks, batch size, tolerance, estimator, form or step \
                  limit: restore it with those, or begin anew",
             ),
             Self::OtherDraws => f.write_str(
@@ -256,16 +256,18 @@ fn options_sum<E, N: ?Sized, T, G>(options: &RunOptions, task: &Task<'_, E, N, T
         Some(Tolerance::Absolute(bound)) => (1, bound),
         Some(Tolerance::Relative(bound)) => (2, bound),
     };
-    let estimator = match task.estimator {
-        Estimator::Absorption => 0,
-        Estimator::Collision => 1,
+    let scores = match (task.estimator, task.form) {
+        (Estimator::Absorption, Form::Product) => 0,
+        (Estimator::Collision, Form::Product) => 1,
+        (Estimator::Absorption, Form::Residual) => 2,
+        (Estimator::Collision, Form::Residual) => 3,
     };
     Checksum::new()
         .word(options.walks)
         .word(options.batch)
         .word(kind)
         .word(bound.to_bits())
-        .word(estimator)
+        .word(scores)
         .word(u64::from(task.step_limit))
         .finish()
 }

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-pub use fredholm::{Choices, Estimator, Pairs, Scalar};
+pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
 
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
@@ -77,6 +77,8 @@ pub struct Walk {
     pub absorption: Placed<f64>,
     /// The estimator: what a walk scores.
     pub estimator: Placed<Estimator>,
+    /// The form of the control variate.
+    pub form: Placed<Form>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
@@ -220,6 +222,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let walks = section.optional("walks");
     let absorption = section.optional("absorption");
     let estimator = section.optional("estimator");
+    let form = section.optional("form");
     let scalar = section.optional("scalar");
     let seed = section.optional("seed");
     let batch = section.optional("batch");
@@ -230,6 +233,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         walks: or_default(walks, Field::integer, 100_000)?,
         absorption: or_default(absorption, Field::number, 0.2)?,
         estimator: or_default(estimator, Field::word, Estimator::Absorption)?,
+        form: or_default(form, Field::word, fredholm::Settings::FORM)?,
         scalar: or_default(scalar, Field::word, Scalar::F64)?,
         seed: or_default(seed, Field::integer, 1)?,
         batch: or_default(batch, Field::integer, 4096)?,

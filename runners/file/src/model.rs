@@ -81,6 +81,7 @@ impl ProblemFile {
             walks: given(&walk.walks),
             absorption: given(&walk.absorption),
             estimator: given(&walk.estimator),
+            form: given(&walk.form),
             scalar: walk.scalar.value,
             seed: walk.seed.value,
             batch: walk.batch.value,

@@ -59,7 +59,7 @@ fn read_file(text: &str) -> Result<(), Refusal> {
     let (model, settings) = (resolved.model.model(), &resolved.settings);
     let walk = settings.walk_options();
     let cells = model.partition(&settings.discretisation());
-    let checked = cells.and_then(|cells| cells.check_variance(walk.pairs, walk.absorption));
+    let checked = cells.and_then(|cells| cells.check_variance(&walk));
     checked.map_err(|error| {
         if error.is_of_input() {
             file.explain(&error).into()

@@ -267,7 +267,7 @@ pub trait Partitioned<'m>: Send + Sync {
     ///
     /// # Errors
     /// [`Error::InfiniteVariance`].
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error>;
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error>;
 
     /// Refuses an examination ([`System::examine`]) that takes too long, before anything is solved.
     ///
@@ -293,12 +293,12 @@ pub trait Partitioned<'m>: Send + Sync {
 /// A solved Galerkin system. It serves all pairs, absorptions and estimators.
 ///
 /// ```
-/// use fredholm::{CubeModel, Model, Pairs, Partitioned, Settings, System};
+/// use fredholm::{CubeModel, Model, Partitioned, Settings, System};
 ///
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
 /// let settings = Settings { cells: Some(10), ..Settings::default() };
 /// let system = u.partition(&settings.discretisation())?.solve(0.2)?;
-/// assert!(system.check_variance(Pairs::Default, 0.2).is_ok());
+/// assert!(system.check_variance(&settings.walk_options()).is_ok());
 /// # Ok::<(), fredholm::Error>(())
 /// ```
 pub trait System: Send + Sync {
@@ -306,7 +306,7 @@ pub trait System: Send + Sync {
     ///
     /// # Errors
     /// [`Error::InfiniteVariance`].
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error>;
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error>;
 
     /// (1 − q0) ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ F²: the same for every absorption.
     ///

@@ -1,6 +1,6 @@
 //! What is said of a solution: cells, pairs of cells, walks.
 
-use fredholm_core::Estimator;
+use fredholm_core::{Estimator, Form};
 
 /// How the neighbour equation treats pairs of cells.
 ///
@@ -159,6 +159,22 @@ impl Choices for Estimator {
             value: Self::Collision,
             word: "collision",
             help: "A walk scores in every state",
+        },
+    ];
+}
+
+impl Choices for Form {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Product,
+            word: "product",
+            help: "As in the paper: a difference of the kernels multiplies what the walk scores from there on",
+        },
+        Choice {
+            value: Self::Residual,
+            word: "residual",
+            help: "A difference of the kernels multiplies the mean of that, which is v: the standard error is seldom \
+                   larger, and up to several times smaller where light sources are small",
         },
     ];
 }

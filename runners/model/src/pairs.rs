@@ -1,8 +1,8 @@
 //! Pairs of cells as models make them, and their choice by the theory (`Pairs::Theory`): every pair in S, pointwise or left
 //! out, for the least predicted variance × time.
 
-use fredholm_core::Estimator;
 use fredholm_core::galerkin::{DiagonalRule, PairKind, PairTable, Pairs as PairsTrait};
+use fredholm_core::{Estimator, Form};
 use fredholm_room::RoomPairs;
 use fredholm_variance::{Analysis, FigureOfMerit, PairCosts, PairSelection, VarianceModel};
 use serde::Serialize;
@@ -87,12 +87,12 @@ pub struct Evaluated {
 /// [`Error::Variance`].
 pub fn evaluate(
     model: &dyn VarianceModel,
-    estimator: Estimator,
+    (estimator, form): (Estimator, Form),
     goals: usize,
     terms: &PairCosts<'_>,
     last: bool,
 ) -> Result<Evaluated, Error> {
-    let analysis = Analysis::new(model, estimator, &in_parallel)?;
+    let analysis = Analysis::new(model, estimator, form, &in_parallel)?;
     let predictions = (0..goals).map(|goal| analysis.predict(goal));
     let predictions = predictions.collect::<Result<Vec<_>, _>>()?;
     let choose = || analysis.choose(&predictions, terms, &in_parallel);

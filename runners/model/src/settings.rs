@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use fredholm_core::{Estimator, Tolerance};
+use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::{Error, Pairs, Scalar, Subject};
 
@@ -37,6 +37,8 @@ pub struct Settings {
     pub absorption: Option<f64>,
     /// The estimator: what a walk scores.
     pub estimator: Option<Estimator>,
+    /// The form of the control variate.
+    pub form: Option<Form>,
     /// The floating-point type of walks.
     pub scalar: Scalar,
     /// The seed of all draws.
@@ -63,6 +65,7 @@ impl Default for Settings {
             walks: None,
             absorption: None,
             estimator: None,
+            form: None,
             scalar: Scalar::F64,
             seed: 1,
             batch: 4096,
@@ -78,6 +81,8 @@ impl Settings {
     pub const WALKS: u64 = 100_000;
     /// q0 where nothing is said of it.
     pub const ABSORPTION: f64 = 0.2;
+    /// The form of the control variate where nothing is said of it.
+    pub const FORM: Form = Form::Residual;
 
     /// Refuses numbers that cannot be, whatever the equation.
     ///
@@ -121,6 +126,7 @@ impl Settings {
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),
             estimator: self.estimator.unwrap_or(Estimator::Absorption),
+            form: self.form.unwrap_or(Self::FORM),
             seed: self.seed,
             batch: self.batch,
             tolerance: self.tolerance,
@@ -184,6 +190,8 @@ pub struct WalkOptions {
     pub absorption: f64,
     /// The estimator: what a walk scores.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// The seed of all draws.
     pub seed: u64,
     /// Walks of a batch.
@@ -202,6 +210,7 @@ impl WalkOptions {
         fredholm_core::WalkOptions {
             seed: self.seed,
             estimator: self.estimator,
+            form: self.form,
             ..fredholm_core::WalkOptions::default()
         }
     }

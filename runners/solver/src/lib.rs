@@ -27,7 +27,7 @@ pub use answer::SolveObserver;
 pub use circle::CircleModel;
 pub use cube::CubeModel;
 pub use custom::{CustomEquation, CustomModel};
-pub use fredholm_core::{Estimator, Tolerance};
+pub use fredholm_core::{Estimator, Form, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,
     Region, Scalar, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,

@@ -53,6 +53,8 @@ pub struct Report {
     pub absorption: f64,
     /// The name of the estimator.
     pub estimator: &'static str,
+    /// The name of the form of the control variate.
+    pub form: &'static str,
     /// The name of the walks' floating-point type.
     pub scalar: &'static str,
     /// The name of the random number generator.
@@ -326,6 +328,7 @@ impl Report {
             pair_counts: answer.pair_counts,
             absorption: walk.absorption,
             estimator: walk.estimator.word(),
+            form: walk.form.word(),
             scalar: settings.scalar.word(),
             generator: DEFAULT_GENERATOR,
             batch: walk.batch,

@@ -3,7 +3,7 @@
 use core::fmt::{self, Display};
 use core::time::Duration;
 
-use fredholm_core::{Estimator, StopReason, Tolerance};
+use fredholm_core::{Estimator, Form, StopReason, Tolerance};
 
 use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::choice::{self, ChoiceReport, Chosen};
@@ -286,6 +286,12 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets the form of the control variate.
+    pub fn form(mut self, form: Form) -> Self {
+        self.settings.form = Some(form);
+        self
+    }
+
     /// Sets the number of walks of each functional; with an error, the most.
     pub fn walks(mut self, walks: u64) -> Self {
         self.settings.walks = Some(walks);
@@ -458,7 +464,7 @@ impl<'m> Solver<'m> {
         let what = || format!("{} unknowns", cells.unknowns());
         refuse_beyond_memory(what, needed, self.model.about().less_memory)?;
         if !walk.allow_infinite_variance {
-            cells.check_variance(walk.pairs, walk.absorption)?;
+            cells.check_variance(&walk)?;
         }
         Ok(cells)
     }

@@ -18,7 +18,7 @@ use fredholm_core::galerkin::{
     gauss_seidel, max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
+    At, Batch, Estimator, Form, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
     StateSpace, Statistics, Task, Uniforms, WalkSeeds,
 };
 
@@ -86,6 +86,7 @@ where
         functional: &At(circle.point(0.3)),
         control_mean: None,
         estimator,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };
@@ -95,6 +96,7 @@ where
         neighbour,
         control_mean: None,
         estimator,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 1),
         step_limit: STEP_LIMIT,
     };
@@ -186,6 +188,7 @@ fn linear(seed: u64) -> Option<Statistics> {
         functional: &At(0.7),
         control_mean: None,
         estimator: Estimator::Collision,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };

@@ -1,7 +1,7 @@
 //! A square room from tables that a device would keep.
 
 use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
-use fredholm_core::{At, Batch, Estimator, Real, STEP_LIMIT, Statistics, Task, WalkSeeds};
+use fredholm_core::{At, Batch, Estimator, Form, Real, STEP_LIMIT, Statistics, Task, WalkSeeds};
 use fredholm_room::{
     Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment,
     VisibilityTable, Wall,
@@ -89,6 +89,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         functional: &At(room.point(0, 0.3).ok()?),
         control_mean: None,
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
         step_limit: STEP_LIMIT,
     };
@@ -107,6 +108,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         neighbour: &neighbour,
         control_mean: Some(mean.of(&v)),
         estimator: Estimator::Collision,
+        form: Form::Product,
         seeds: of_mean,
         step_limit: STEP_LIMIT,
     };
@@ -117,6 +119,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         neighbour: &neighbour,
         control_mean: None,
         estimator: Estimator::Collision,
+        form: Form::Product,
         seeds: of_irradiance,
         step_limit: STEP_LIMIT,
     };

@@ -9,7 +9,7 @@ use core::f64::consts::{PI, TAU};
 use fredholm_circle::{Circle, Harmonic, Tables};
 use fredholm_core::galerkin::{DiagonalRule, GalerkinMatrix, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimator, Real, RngUniforms, STEP_LIMIT, Statistics, Task,
+    At, Batch, DefaultGenerator, Estimator, Form, Real, RngUniforms, STEP_LIMIT, Statistics, Task,
     Uniforms, WalkSeeds,
 };
 
@@ -58,6 +58,7 @@ impl Setup {
             functional: &start,
             control_mean: Some(self.v[self.cell(START)]),
             estimator: Estimator::Absorption,
+            form: Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
             step_limit: STEP_LIMIT,
         };

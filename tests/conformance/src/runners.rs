@@ -5,7 +5,7 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Equation, Estimator, Functional, Goal, Goals, Job, Kernel, NeighbourOf,
+    DefaultGenerator, Equation, Estimator, Form, Functional, Goal, Goals, Job, Kernel, NeighbourOf,
     RunOptions, Sampler, Source, StateSpace, Statistics, Task, Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
@@ -151,6 +151,7 @@ impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
             functional: self.functional,
             control_mean: Some(self.control_mean),
             estimator: self.estimator,
+            form: Form::Product,
             seeds: WalkSeeds::new(seed, 0),
             step_limit: self.step_limit,
         }
@@ -224,6 +225,7 @@ where
     let options = WalkOptions {
         seed,
         estimator: case.estimator,
+        form: Form::Product,
         step_limit: case.step_limit,
     };
     run_on(

@@ -2,8 +2,8 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Kernel, NoNeighbour, RunOptions, STEP_LIMIT, Sampler, Source,
-    StateSpace, Task, Tolerance, Uniforms, WalkSeeds,
+    At, DefaultGenerator, Estimator, Form, Kernel, NoNeighbour, RunOptions, STEP_LIMIT, Sampler,
+    Source, StateSpace, Task, Tolerance, Uniforms, WalkSeeds,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, State, StateError, Table, TableBuilder, TableError};
@@ -271,6 +271,7 @@ pub fn state_with_checksum(bytes: &[u8]) {
             functional: &start,
             control_mean: None,
             estimator: Estimator::Collision,
+            form: Form::Product,
             seeds: WalkSeeds::new(1, 0),
             step_limit: STEP_LIMIT,
         }

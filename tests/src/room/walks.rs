@@ -1,6 +1,6 @@
 //! Walks in a room, and what is asserted of them.
 
-use fredholm_core::{DefaultGenerator, Estimator, Real, STEP_LIMIT, Task, WalkSeeds};
+use fredholm_core::{DefaultGenerator, Estimator, Form, Real, STEP_LIMIT, Task, WalkSeeds};
 use fredholm_room::Room;
 
 use super::{Drawing, RoomNeighbour};
@@ -30,6 +30,7 @@ pub fn task<'a, F: Real, T>(
         functional,
         control_mean,
         estimator,
+        form: Form::Product,
         seeds,
         step_limit: STEP_LIMIT,
     }

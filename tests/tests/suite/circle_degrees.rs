@@ -6,8 +6,8 @@ use fredholm_circle::{
     Circle, MeanOver, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics, Task, Uniforms,
-    WalkSeeds, rounding_floor,
+    At, Batch, Estimator, Form, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics, Task,
+    Uniforms, WalkSeeds, rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
 use fredholm_tests::{fit, on_all_cores};
@@ -35,6 +35,7 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
                 functional: &At(x),
                 control_mean: Some(neighbour.value(&neighbour.locate(x))),
                 estimator: Estimator::Absorption,
+                form: Form::Product,
                 seeds: <WalkSeeds>::new(1, number as u64),
                 step_limit: STEP_LIMIT,
             };

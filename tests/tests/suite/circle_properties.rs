@@ -4,7 +4,7 @@
 use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables, residual_moments};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, Estimator, Neighbour, Real, STEP_LIMIT, Statistics, Task, WalkSeeds,
+    At, Batch, Estimator, Form, Neighbour, Real, STEP_LIMIT, Statistics, Task, WalkSeeds,
 };
 use proptest::prelude::*;
 
@@ -89,6 +89,7 @@ where
         functional: &At(circle.point(angle)),
         control_mean: None,
         estimator,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

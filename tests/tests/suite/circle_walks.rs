@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, Circle, CircleError, Emission, Harmonic, MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Estimator, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics, Task,
-    Termination, WalkSeeds, rounding_floor,
+    At, Batch, Estimator, Form, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics,
+    Task, Termination, WalkSeeds, rounding_floor,
 };
 use fredholm_tests::check::{long, means};
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
@@ -27,6 +27,7 @@ fn task<'a, F: Real, E: Emission<F>, N, T: Functional<Circle<'a, F, E>>>(
         functional,
         control_mean: Some(control_mean),
         estimator,
+        form: Form::Product,
         seeds,
         step_limit: STEP_LIMIT,
     }

@@ -5,7 +5,7 @@ use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Equation, Estimate, Estimator, Functional, Neighbour, NeighbourOf, STEP_LIMIT,
+    At, Batch, Equation, Estimate, Estimator, Form, Functional, Neighbour, NeighbourOf, STEP_LIMIT,
     Statistics, Task, WalkSeeds,
 };
 use fredholm_cube::{Mean, ScalarField, model};
@@ -209,6 +209,7 @@ where
             functional: &self.functional,
             control_mean: Some(self.value),
             estimator,
+            form: Form::Product,
             seeds: <WalkSeeds>::new(seed, 0),
             step_limit: STEP_LIMIT,
         };

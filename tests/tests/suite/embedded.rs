@@ -5,7 +5,7 @@ use core::cell::Cell;
 use fredholm_circle::{Cells, Circle, CircleError, Harmonic};
 use fredholm_core::galerkin::DiagonalRule;
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Goal, Goals, Neighbour, NoNeighbour, Real, RunOptions,
+    At, DefaultGenerator, Estimator, Form, Goal, Goals, Neighbour, NoNeighbour, Real, RunOptions,
     RunOptionsError, STEP_LIMIT, Sampler, Statistics, StopReason, Task, Tolerance, WalkOptions,
     WalkSeeds,
 };
@@ -65,6 +65,7 @@ fn another_generator_has_the_same_bits_from_either_runner() {
                 functional: start,
                 control_mean: default.control_mean,
                 estimator: default.estimator,
+                form: Form::Product,
                 seeds: WalkSeeds::<ChaCha8Rng>::new(5, 0),
                 step_limit: default.step_limit,
             },
@@ -90,6 +91,7 @@ fn task<'a, F: Real>(
         functional: start,
         control_mean: Some(v0),
         estimator,
+        form: Form::Product,
         seeds: WalkSeeds::new(5, 2),
         step_limit: STEP_LIMIT,
     }
@@ -333,6 +335,7 @@ fn a_state_of_something_else_is_refused() {
             functional: same.functional,
             control_mean: same.control_mean,
             estimator: same.estimator,
+            form: Form::Product,
             seeds: same.seeds,
             step_limit: same.step_limit,
         };
@@ -419,6 +422,7 @@ fn a_score_that_is_not_finite_names_its_walk() {
         functional: &At(0.5),
         control_mean: Some(0.0),
         estimator: Estimator::Collision,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

@@ -9,8 +9,8 @@ use fredholm_core::galerkin::{
     TransitionMoments, gauss_seidel,
 };
 use fredholm_core::{
-    DefaultGenerator, Estimator, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
-    StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
+    DefaultGenerator, Estimator, Form, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler,
+    Source, StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
 };
 use fredholm_tests::check::{self, Among, SEEDS, seeds};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
@@ -490,6 +490,7 @@ fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
         functional: &Among(vec![0.3]),
         control_mean: Some(0.0),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: WalkSeeds::new(seed, 0),
         step_limit: STEP_LIMIT,
     })

@@ -4,8 +4,8 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::CircleQuadrature;
-use fredholm_core::Estimator;
 use fredholm_core::galerkin::{PairIntegral, PairKind, PairTable, Pairs, Partition, Piecewise};
+use fredholm_core::{Estimator, Form};
 use fredholm_cube::{CubeQuadrature, model};
 use fredholm_room::{Choice, Grading, Room, RoomPairs, RoomQuadrature, Tables};
 use fredholm_tests::circle::{IN_S, LIGHT, described, with_polynomials};
@@ -45,7 +45,7 @@ fn only(row: usize, pairs: PairTable<'_>, [i, j]: [usize; 2], of: AllowedKinds) 
 
 /// From the first start of a model.
 fn look(model: &dyn VarianceModel, estimator: Estimator, terms: &PairCosts<'_>) -> Evaluated {
-    let analysis = Analysis::new(model, estimator, &serially).unwrap();
+    let analysis = Analysis::new(model, estimator, Form::Product, &serially).unwrap();
     let predictions = [analysis.predict(0).unwrap()];
     Evaluated {
         merit: analysis.figure_of_merit(&predictions, terms).unwrap(),
@@ -519,7 +519,8 @@ fn threads_do_not_matter() {
             };
             let starts = [Start::At(circle.point(1.0))];
             let model = setting.with_starts(&starts).unwrap();
-            let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
+            let analysis =
+                Analysis::new(&model, Estimator::Absorption, Form::Product, &serially).unwrap();
             let predictions = [analysis.predict(0).unwrap()];
             let one = analysis.choose(&predictions, &terms, &serially).unwrap();
             let other = analysis.choose(&predictions, &terms, &order).unwrap();
@@ -550,7 +551,7 @@ fn threads_do_not_matter() {
 
 /// Why there is no choice.
 fn refusal(model: &dyn VarianceModel, terms: &PairCosts<'_>) -> VarianceError {
-    let analysis = Analysis::new(model, Estimator::Absorption, &serially).unwrap();
+    let analysis = Analysis::new(model, Estimator::Absorption, Form::Product, &serially).unwrap();
     let predictions = [analysis.predict(0).unwrap()];
     analysis.choose(&predictions, terms, &serially).unwrap_err()
 }

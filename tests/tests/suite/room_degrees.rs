@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{PairIntegral, TransitionMoments};
 use fredholm_core::{
-    At, Estimate, Estimator, Functional, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics,
-    Task, WalkSeeds,
+    At, Estimate, Estimator, Form, Functional, Located, Neighbour, RngUniforms, STEP_LIMIT,
+    Statistics, Task, WalkSeeds,
 };
 use fredholm_room::{
     Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, Visibility, min_mass_ratio,
@@ -39,6 +39,7 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
             functional: &mean,
             control_mean: Some(mean.of(v)),
             estimator: Estimator::Absorption,
+            form: Form::Product,
             seeds: seeds(0),
             step_limit: STEP_LIMIT,
         };
@@ -53,6 +54,7 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
                 functional: &At(x),
                 control_mean: Some(neighbour.value(&neighbour.locate(x))),
                 estimator: Estimator::Absorption,
+                form: Form::Product,
                 seeds: seeds(number as u64 + 1),
                 step_limit: STEP_LIMIT,
             };
@@ -168,6 +170,7 @@ fn degree_0_has_the_bits_of_the_room() {
                 functional: &mean,
                 control_mean: Some(value),
                 estimator: Estimator::Absorption,
+                form: Form::Product,
                 seeds: <WalkSeeds>::new(1, 0),
                 step_limit: STEP_LIMIT,
             };
@@ -186,6 +189,7 @@ fn degree_0_has_the_bits_of_the_room() {
                 functional: &mean,
                 control_mean: Some(value),
                 estimator: Estimator::Absorption,
+                form: Form::Product,
                 seeds: <WalkSeeds>::new(1, 0),
                 step_limit: STEP_LIMIT,
             };

@@ -2,7 +2,8 @@
 
 use fredholm_core::galerkin::{Dense, GalerkinError, Piecewise, PointwiseSource, max_row_sum};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Functional, NoNeighbour, Real, STEP_LIMIT, Task, WalkSeeds,
+    At, DefaultGenerator, Estimator, Form, Functional, NoNeighbour, Real, STEP_LIMIT, Task,
+    WalkSeeds,
 };
 use fredholm_tests::check::means;
 use fredholm_tests::galerkin::Tables;
@@ -95,6 +96,7 @@ fn task<'a, F: Real, N, T: Functional<Toy<F>>>(
         functional,
         control_mean: None,
         estimator,
+        form: Form::Product,
         seeds,
         step_limit: STEP_LIMIT,
     }

@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use fredholm_circle::{CircleQuadrature, MeanOver};
 use fredholm_core::galerkin::Pairs;
 use fredholm_core::{
-    At, Equation, Estimator, Functional, Goal, Goals, Neighbour, NeighbourOf, RunOptions,
+    At, Equation, Estimator, Form, Functional, Goal, Goals, Neighbour, NeighbourOf, RunOptions,
     WalkOptions,
 };
 use fredholm_cube::{CubeQuadrature, Mean, model};
@@ -19,7 +19,13 @@ use fredholm_variance::{
     Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, VarianceSetup,
 };
 
-const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+/// What walks score; the last in the long form alone.
+const SCORES: [(Estimator, Form); 4] = [
+    (Estimator::Absorption, Form::Product),
+    (Estimator::Collision, Form::Product),
+    (Estimator::Absorption, Form::Residual),
+    (Estimator::Collision, Form::Residual),
+];
 /// Groups of walks, whose variances tell how uncertain their mean is.
 const GROUPS: u64 = 64;
 
@@ -53,7 +59,7 @@ fn measured<E, N, T>(
     neighbour: &N,
     functional: T,
     value: f64,
-    estimator: Estimator,
+    (estimator, form): (Estimator, Form),
     rare: bool,
 ) -> [[f64; 3]; 2]
 where
@@ -71,6 +77,7 @@ where
         let options = WalkOptions {
             seed,
             estimator,
+            form,
             ..WalkOptions::default()
         };
         let job = Goals::new(equation, neighbour, &goals, options);
@@ -119,15 +126,16 @@ fn compare<E, N, S, L, T>(
 {
     let (equation, neighbour, starts) = (setting.equation, setting.neighbour, [start]);
     let model = setting.with_starts(&starts).unwrap();
-    for estimator in ESTIMATORS {
-        let analysis = Analysis::new(&model, estimator, &in_parallel).unwrap();
+    for scores in SCORES.into_iter().take(if long() { 4 } else { 3 }) {
+        let (estimator, form) = scores;
+        let analysis = Analysis::new(&model, estimator, form, &in_parallel).unwrap();
         let prediction = analysis.predict(0).unwrap();
         let found = measured(
             equation,
             neighbour,
             functional,
             value,
-            estimator,
+            scores,
             what.starts_with("circle 1000"),
         );
         let predicted = [prediction.plain, prediction.preconditioned];
@@ -138,18 +146,18 @@ fn compare<E, N, S, L, T>(
             let predicted = predicted.unwrap().sqrt();
             let off = predicted / sd - 1.0;
             println!(
-                "| {what} | {estimator:?} | {kind} | {predicted:.4e} | {sd:.4e} ± {:.1} % | {kurtosis:.0} | {:+.2} % |",
+                "| {what} | {estimator:?}, {form:?} | {kind} | {predicted:.4e} | {sd:.4e} ± {:.1} % | {kurtosis:.0} | {:+.2} % |",
                 100.0 * error / sd,
                 100.0 * off
             );
             let allowed = 3.0 * error / sd * (kurtosis / 30.0).max(1.0).sqrt();
             assert!(
                 off.abs() < allowed.max(0.02),
-                "{what} {estimator:?} {kind}: {off}"
+                "{what} {scores:?} {kind}: {off}"
             );
         }
         attributed(&analysis, &prediction);
-        if estimator == Estimator::Absorption {
+        if scores == SCORES[0] {
             bounded(what, &analysis, &prediction, found[1][0]);
         }
     }

@@ -2,7 +2,8 @@
 
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
 use fredholm_core::{
-    Estimator, Functional, Goal, Goals, Located, Neighbour, RunOptions, StateSpace, WalkOptions,
+    Estimator, Form, Functional, Goal, Goals, Located, Neighbour, RunOptions, StateSpace,
+    WalkOptions,
 };
 use fredholm_cube::{Cube, CubeQuadrature, Rule, Weighted, model};
 use fredholm_rayon::run;
@@ -42,7 +43,7 @@ fn quantities_are_those_of_their_definitions() {
     let density = |_: &_| Density::uniform(1.0);
     let starts = [Start::Density(&density)];
     let model = setting.with_starts(&starts).unwrap();
-    let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
+    let analysis = Analysis::new(&model, Estimator::Absorption, Form::Product, &serially).unwrap();
     let quantities = analysis.quantities().unwrap();
 
     let p = 1.0 - q;
@@ -239,7 +240,8 @@ fn infinite_variances_are_none() {
         };
         let starts = [Start::At([0.5])];
         let model = setting.with_starts(&starts).unwrap();
-        let analysis = Analysis::new(&model, Estimator::Absorption, &serially).unwrap();
+        let analysis =
+            Analysis::new(&model, Estimator::Absorption, Form::Product, &serially).unwrap();
         assert_eq!(analysis.kernel_power, None);
         let prediction = analysis.predict(0).unwrap();
         assert_eq!((prediction.plain, prediction.preconditioned), (None, None));
@@ -297,7 +299,7 @@ fn weights_have_a_variance_of_their_own() {
         let starts = [Start::Density(&density)];
         let model = setting.with_starts(&starts).unwrap();
         for estimator in ESTIMATORS {
-            let analysis = Analysis::new(&model, estimator, &serially).unwrap();
+            let analysis = Analysis::new(&model, estimator, Form::Product, &serially).unwrap();
             let prediction = analysis.predict(0).unwrap();
             let goals = [Goal {
                 functional: weighted,

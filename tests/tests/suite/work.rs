@@ -12,8 +12,8 @@ use fredholm_core::galerkin::{
     AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, TransitionMoments,
 };
 use fredholm_core::{
-    Batch, Equation, Estimator, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT, Task,
-    Uniforms, WalkSeeds,
+    Batch, Equation, Estimator, Form, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT,
+    Task, Uniforms, WalkSeeds,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
 use fredholm_room::{Grading, Room, RoomPairs};
@@ -58,6 +58,7 @@ fn lines<E, N>(
             functional: &Among(points.to_vec()),
             control_mean: Some(value),
             estimator,
+            form: Form::Product,
             seeds: <WalkSeeds>::new(1, 0),
             step_limit: STEP_LIMIT,
         };

@@ -15,6 +15,7 @@ pub(super) struct Report<'a> {
     pub(super) degree: usize,
     pub(super) pairs: &'static str,
     pub(super) estimator: &'static str,
+    pub(super) form: &'static str,
     #[serde(flatten)]
     pub(super) diagnosis: &'a Diagnosis,
 }
@@ -37,8 +38,8 @@ impl Report<'_> {
             ..
         } = self.diagnosis;
         let mut text = format!(
-            "{}, {} cells, degree {}, {} pairs, {} estimator; {sites} sites with {nodes} nodes\n\n",
-            self.problem, cells, self.degree, self.pairs, self.estimator
+            "{}, {} cells, degree {}, {} pairs, {} estimator, {} form; {sites} sites with {nodes} nodes\n\n",
+            self.problem, cells, self.degree, self.pairs, self.estimator, self.form
         );
         let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);
         let header = [

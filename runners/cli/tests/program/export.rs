@@ -14,7 +14,8 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Moment, Residual};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Statistics, Task, WalkSeeds,
+    At, Equation, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Statistics, Task,
+    WalkSeeds,
 };
 use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
@@ -212,6 +213,7 @@ fn walk<E: Equation>(
         functional: &At(start),
         control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

@@ -10,7 +10,7 @@ use fredholm_core::galerkin::{
     max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Equation, Estimator, Functional, Neighbour, NeighbourOf, Real,
+    At, DefaultGenerator, Equation, Estimator, Form, Functional, Neighbour, NeighbourOf, Real,
     RunOptions, STEP_LIMIT, StateSpace, Statistics, Task, Tolerance, WalkSeeds,
 };
 use fredholm_cube::{
@@ -150,6 +150,7 @@ fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
             functional,
             control_mean,
             estimator,
+            form: Form::Product,
             seeds: seeds(goal),
             step_limit: STEP_LIMIT,
         };

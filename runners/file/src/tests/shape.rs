@@ -1,6 +1,6 @@
 //! The shape of a file: keys, types, words, defaults.
 
-use fredholm::Choices;
+use fredholm::{Choices, Settings};
 
 use super::*;
 
@@ -69,6 +69,7 @@ fn defaults() {
             walks: Placed::default(100_000),
             absorption: Placed::default(0.2),
             estimator: Placed::default(Estimator::Absorption),
+            form: Placed::default(Settings::FORM),
             scalar: Placed::default(Scalar::F64),
             seed: Placed::default(1),
             batch: Placed::default(4096),

@@ -8,7 +8,7 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, Circle, Tables, neighbour_second_moment_radius, second_moment_radius};
 use fredholm_core::galerkin::{DiagonalRule, PairKind};
-use fredholm_core::{NoNeighbour, Real};
+use fredholm_core::{Form, NoNeighbour, Real};
 
 pub use fredholm_circle::Harmonic;
 
@@ -16,7 +16,7 @@ use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    in_scalar,
+    WalkOptions, in_scalar,
 };
 use light::{DARK, Light};
 use system::{CircleSystem, with_job};
@@ -373,12 +373,16 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
         Ok(second_moment_radius(&circle))
     }
 
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        let (pairs, absorption) = (walk.pairs, walk.absorption);
         fredholm_model::finite::check_plain(
             "reflectance²/(1 − absorption)",
             absorption,
             || self.plain_radius(absorption),
         )?;
+        if walk.form == Form::Residual {
+            return Ok(());
+        }
         // At degree 0 h is a mean of k over cells.
         fredholm_model::finite::check_neighbour(
             self.degree,

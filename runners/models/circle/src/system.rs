@@ -20,7 +20,7 @@ use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, System, in_scalar};
-use fredholm_model::{Prepared, Request, Then, WithStarts};
+use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
 
 /// The tables of the coefficients, and the Galerkin solution.
 #[derive(Debug)]
@@ -160,14 +160,9 @@ impl<'m> CircleSystem<'m> {
                             galerkin: Some(galerkin),
                         };
                         let model = setting.with_starts(starts)?;
-                        let estimator = request.walk.estimator;
-                        evaluated = Some(pairs::evaluate(
-                            &model,
-                            estimator,
-                            starts.len(),
-                            &terms,
-                            last,
-                        )?);
+                        let scores = (request.walk.estimator, request.walk.form);
+                        evaluated =
+                            Some(pairs::evaluate(&model, scores, starts.len(), &terms, last)?);
                         Ok(())
                     })?;
                     evaluated.ok_or(Error::Internal("no pairs were looked at"))
@@ -310,8 +305,8 @@ impl<F: Real> Setup<'_, F> {
 }
 
 impl System for CircleSystem<'_> {
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.cut.check_variance(pairs, absorption)
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.cut.check_variance(walk)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

@@ -37,7 +37,7 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    in_scalar,
+    WalkOptions, in_scalar,
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
@@ -535,7 +535,8 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     }
 
     /// T_h²p is looked at where the system is solved.
-    fn check_variance(&self, _: Pairs, absorption: f64) -> Result<(), Error> {
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        let absorption = walk.absorption;
         let of = match self.model.exponent() {
             a if a >= 0.5 => {
                 format!("K²/(1 − absorption), where K is like |x - y|^-{a:.2} at x = y,")

@@ -1,7 +1,7 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
-use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_core::{At, Form, Functional, Goals, Located, Neighbour, Real, StateSpace, Uniforms};
 use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{
@@ -17,7 +17,7 @@ use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
 use fredholm_model::{Error, Pairs, Partitioned, Region, System, in_scalar};
-use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
+use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
 pub(super) struct CubeSystem<'m, const D: usize> {
@@ -174,9 +174,10 @@ impl<const D: usize> CubeSystem<'_, D> {
                                     galerkin: Some(galerkin),
                                 };
                                 let model = setting.with_starts(starts)?;
-                                let (estimator, goals) = (request.walk.estimator, starts.len());
+                                let scores = (request.walk.estimator, request.walk.form);
+                                let goals = starts.len();
                                 evaluated =
-                                    Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                                    Some(pairs::evaluate(&model, scores, goals, &terms, last)?);
                                 Ok(())
                             })?;
                             evaluated.ok_or(Error::Internal("no pairs were looked at"))
@@ -225,7 +226,8 @@ impl<const D: usize> CubeSystem<'_, D> {
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
         let (walk, solution) = (request.walk, &self.solved.solution);
-        let neighbour_second_moment_radius = if walk.allow_infinite_variance {
+        let is_residual = walk.form == Form::Residual;
+        let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
             None
         } else {
             self.check_neighbour(walk.pairs, walk.absorption)?
@@ -404,8 +406,8 @@ fn quarter(x: f64, dimension: usize) -> [f64; 2] {
 }
 
 impl<const D: usize> System for CubeSystem<'_, D> {
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.cut.check_variance(pairs, absorption)
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.cut.check_variance(walk)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

@@ -250,6 +250,7 @@ where
             functional,
             control_mean: Some(value),
             estimator: self.request.walk.estimator,
+            form: fredholm_core::Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
             step_limit: STEP_LIMIT,
         };

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use fredholm_core::{NoNeighbour, Real};
+use fredholm_core::{Form, NoNeighbour, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
-    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, System, Then, in_scalar,
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, System, Then, WalkOptions,
+    in_scalar,
 };
 use fredholm_room::{
     Cells, Choice, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables, Visibility,
@@ -134,10 +135,10 @@ impl<'m> RoomPartition<'m> {
     /// Refuses walks whose error bars would mean nothing, with the solved system if there is one.
     pub(crate) fn refuse_infinite(
         &self,
-        pairs: Pairs,
-        absorption: f64,
+        walk: &WalkOptions,
         solved: Option<&RoomSystem<'_>>,
     ) -> Result<(), Error> {
+        let (pairs, absorption) = (walk.pairs, walk.absorption);
         let materials = self.model.surfaces.materials.iter().flatten();
         let largest = materials.fold(0.0, |m: f64, material| m.max(material.reflectance));
         if !(largest * largest / (1.0 - absorption) < 1.0) {
@@ -146,6 +147,9 @@ impl<'m> RoomPartition<'m> {
                 absorption,
                 || self.plain_radius(absorption),
             )?;
+        }
+        if walk.form == Form::Residual {
+            return Ok(());
         }
         fredholm_model::finite::check_neighbour(self.cut.degree, self.cells, absorption, || {
             self.neighbour_second_moment_radius(pairs, absorption, solved)
@@ -271,8 +275,8 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         Ok(second_moment_radius(scene, &coarse, &matrix, absorption)?)
     }
 
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.refuse_infinite(pairs, absorption, None)
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.refuse_infinite(walk, None)
     }
 
     fn solve(&self, _: f64) -> Result<Box<dyn System + 'm>, Error> {

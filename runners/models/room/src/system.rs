@@ -17,7 +17,7 @@ use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{Error, Pairs, Region, System, in_scalar};
-use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
+use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// The coefficients of a room, and the Galerkin solution.
 #[derive(Debug)]
@@ -121,8 +121,9 @@ impl RoomSystem<'_> {
                             galerkin: Some(galerkin),
                         };
                         let model = setting.with_starts(starts)?;
-                        let (estimator, goals) = (request.walk.estimator, starts.len());
-                        evaluated = Some(pairs::evaluate(&model, estimator, goals, &terms, last)?);
+                        let scores = (request.walk.estimator, request.walk.form);
+                        let goals = starts.len();
+                        evaluated = Some(pairs::evaluate(&model, scores, goals, &terms, last)?);
                         Ok(())
                     })?;
                     evaluated.ok_or(Error::Internal("no pairs were looked at"))
@@ -335,8 +336,8 @@ impl<F: Real> Setup<'_, F> {
 }
 
 impl System for RoomSystem<'_> {
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.cut.refuse_infinite(pairs, absorption, Some(self))
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.cut.refuse_infinite(walk, Some(self))
     }
 
     fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {

@@ -16,7 +16,7 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    in_scalar,
+    WalkOptions, in_scalar,
 };
 
 pub use fredholm_sphere::Parameters;
@@ -299,7 +299,8 @@ impl<'m> Partitioned<'m> for SpherePartition {
         Ok(self.sphere::<f64>(absorption)?.second_moment_radius()?)
     }
 
-    fn check_variance(&self, _: Pairs, absorption: f64) -> Result<(), Error> {
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        let absorption = walk.absorption;
         // h is a mean of k over cells, or 0.
         fredholm_model::finite::check_plain(
             "(4πK)²/((1 − absorption)(1 + forward x·y))",
@@ -363,8 +364,8 @@ impl SphereSystem {
 }
 
 impl System for SphereSystem {
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.cut.check_variance(pairs, absorption)
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.cut.check_variance(walk)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

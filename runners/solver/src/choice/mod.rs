@@ -223,9 +223,7 @@ fn accepted<'m>(
     chosen.walks = chosen.walks.or(Some(ENDLESS));
     let solved = search.solved(setting)?;
     if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
-        solved
-            .system
-            .check_variance(setting.pairs, setting.absorption)?;
+        solved.system.check_variance(&chosen.walk_options())?;
     }
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);

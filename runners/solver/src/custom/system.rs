@@ -13,9 +13,10 @@ use super::quadrature::Sites;
 use super::walk::{How, Solved, Walks, place};
 use super::{CustomEquation, CustomModel};
 use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
+use fredholm_core::Form;
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{Request, Then};
+use fredholm_model::{Request, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -198,7 +199,8 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         self.model.plain_radius(absorption)
     }
 
-    fn check_variance(&self, _: Pairs, absorption: f64) -> Result<(), Error> {
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        let absorption = walk.absorption;
         fredholm_model::finite::check_plain("k², the square of K/p,", absorption, || {
             self.plain_radius(absorption)
         })
@@ -301,13 +303,14 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
 }
 
 impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
-    fn check_variance(&self, pairs: Pairs, absorption: f64) -> Result<(), Error> {
-        self.cut.check_variance(pairs, absorption)
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        self.cut.check_variance(walk)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let (walk, kinds) = (request.walk, self.cut.kinds(request.walk.pairs));
-        let neighbour_second_moment_radius = if walk.allow_infinite_variance {
+        let is_residual = walk.form == Form::Residual;
+        let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
             None
         } else {
             self.check_neighbour(kinds, walk.absorption)?

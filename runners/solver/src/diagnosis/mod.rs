@@ -6,7 +6,7 @@ mod target;
 
 use std::time::Instant;
 
-use fredholm_core::Estimator;
+use fredholm_core::{Estimator, Form};
 use fredholm_variance::{
     Analysis, Contribution, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
 };
@@ -86,6 +86,7 @@ pub fn diagnose(
     let look = |pairs: Pairs, is_brief: bool| {
         let inquiry = Inquiry {
             estimator: walk.estimator,
+            form: walk.form,
             is_brief,
             watch,
         };
@@ -109,7 +110,8 @@ pub fn diagnose(
             continue;
         }
         // There is nothing to choose by where variances are infinite.
-        let finite = diagnosis.kernel_power.is_some() && diagnosis.neighbour_power.is_some();
+        let is_neighbour = walk.form == Form::Residual || diagnosis.neighbour_power.is_some();
+        let finite = diagnosis.kernel_power.is_some() && is_neighbour;
         if pairs == Pairs::Theory && (!finite || cells.unknowns() > COMPARED) {
             continue;
         }
@@ -154,6 +156,8 @@ impl Diagnosis {
 struct Inquiry<'a> {
     /// What walks score.
     estimator: Estimator,
+    /// The form of the control variate.
+    form: Form,
     /// Whether deviations are all that is wanted.
     is_brief: bool,
     watch: &'a dyn SolveObserver,
@@ -172,9 +176,12 @@ impl Inquiry<'_> {
                 self.watch.finish_site();
             });
         };
-        let analysis = Analysis::new(subject.model, self.estimator, &run)?;
-        let quantities = match self.estimator {
-            Estimator::Absorption if !self.is_brief => Some(analysis.quantities()?),
+        let analysis = Analysis::new(subject.model, self.estimator, self.form, &run)?;
+        // The paper's bounds are of the product form.
+        let quantities = match (self.estimator, self.form) {
+            (Estimator::Absorption, Form::Product) if !self.is_brief => {
+                Some(analysis.quantities()?)
+            }
             _ => None,
         };
         let mut pairs = None;

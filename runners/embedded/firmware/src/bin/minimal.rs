@@ -10,7 +10,7 @@ use cortex_m_semihosting::{debug, hprintln};
 use fredholm_circle::{Cells, Circle, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 
@@ -65,6 +65,7 @@ fn solve() -> Option<()> {
         functional: &At(start),
         control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

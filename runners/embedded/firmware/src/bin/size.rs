@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::entry;
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 
@@ -77,6 +77,7 @@ fn solve() -> Option<()> {
         functional: &start,
         control_mean: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

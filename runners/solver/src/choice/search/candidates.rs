@@ -47,7 +47,11 @@ impl Search<'_> {
         self.absorptions
             .retain(|&absorption| radius(absorption) < 1.0);
         if self.absorptions.is_empty() {
-            cells.check_variance(Pairs::Default, least.unwrap_or(base.absorption))?;
+            let base = Setting {
+                absorption: least.unwrap_or(base.absorption),
+                ..base
+            };
+            cells.check_variance(&base.applied(self.settings).walk_options())?;
         }
         let is_safe = |&&absorption: &&f64| radius(absorption).powi(2) < 1.0 - absorption;
         let safe: Vec<f64> = self.absorptions.iter().filter(is_safe).copied().collect();
