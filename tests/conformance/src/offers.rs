@@ -4,8 +4,8 @@ use fredholm_core::galerkin::{
     Coefficients, GalerkinMatrix, PairIntegral, Pairs, Partition, Piecewise,
 };
 use fredholm_core::{
-    DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Kernel, Neighbour, NoNeighbour, Real,
-    STEP_LIMIT, Statistics, Task, TransitionDensity, rounding_floor,
+    DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Form, Kernel, Neighbour, NoNeighbour,
+    Real, STEP_LIMIT, Statistics, Task, TransitionDensity, rounding_floor,
 };
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 
@@ -231,6 +231,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
                 functional: &points,
                 control_mean: 0.0,
                 estimator,
+                form: Form::Product,
                 step_limit: STEP_LIMIT / 10,
             };
             let name = &format!("plain, {estimator:?}");
@@ -288,6 +289,23 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         true
     }
 
+    /// The means of walks in the residual form, and the bits of all runners. These scores ask for v on the way, too.
+    fn residual(&mut self, name: &str, case: Walking<'_, D, B>, floor: f64) {
+        let name = &format!("{name}, residual form");
+        let case = Case {
+            form: Form::Residual,
+            ..case
+        };
+        let walks = check::walks(false);
+        let means = match check::walk_all(&case.task::<DefaultGenerator>(self.seed), walks) {
+            Ok(all) => check::means(&all, self.exact, floor),
+            Err(outcome) => outcome,
+        };
+        self.push("means", name, means);
+        let (outcome, _) = runners::<_, _, _, DefaultGenerator>(case, self.seed);
+        self.push("runners", name, outcome);
+    }
+
     fn walks(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>, estimator: Estimator) {
         const REPLAYED: u64 = 2000;
         const COVERAGE: u64 = 400;
@@ -308,6 +326,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
             functional: &points,
             control_mean: value,
             estimator,
+            form: Form::Product,
             step_limit: STEP_LIMIT / 10,
         };
         let task = |seed| case.task::<DefaultGenerator>(seed);
@@ -317,6 +336,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         }
         self.generator::<Xoshiro256PlusPlus>(name, case, floor);
         self.generator::<ChaCha8Rng>(name, case, floor);
+        self.residual(name, case, floor);
         let trace = check::trace(name.clone(), &task(self.seed), REPLAYED, floor);
         // In batches of a third, so that there is something to merge.
         let in_thirds = |task: &Task<'_, _, _, _, _>, walks: u64| {

@@ -130,6 +130,8 @@ pub struct Case<'a, E, N: ?Sized, T> {
     pub control_mean: f64,
     /// What a walk scores.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// Most states of a walk.
     pub step_limit: u32,
 }
@@ -151,7 +153,7 @@ impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
             functional: self.functional,
             control_mean: Some(self.control_mean),
             estimator: self.estimator,
-            form: Form::Product,
+            form: self.form,
             seeds: WalkSeeds::new(seed, 0),
             step_limit: self.step_limit,
         }
@@ -225,7 +227,7 @@ where
     let options = WalkOptions {
         seed,
         estimator: case.estimator,
-        form: Form::Product,
+        form: case.form,
         step_limit: case.step_limit,
     };
     run_on(
