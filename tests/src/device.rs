@@ -65,6 +65,7 @@ impl Runner for Workstation {
             functional: case.functional,
             control_mean: case.control_mean,
             estimator,
+            form: case.form,
             seeds: case.seeds,
             step_limit: case.step_limit,
         };
