@@ -1,9 +1,9 @@
 //! Error bars that are not believed, as large scores are rare: both runners go on, and stop after the same walk.
 
 use fredholm_core::{
-    DefaultGenerator, Estimator, Functional, Goal, Goals, Kernel, NoNeighbour, Real, RunOptions,
-    STEP_LIMIT, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task, Tolerance,
-    Uniforms, WalkOptions, WalkSeeds,
+    DefaultGenerator, Estimator, Form, Functional, Goal, Goals, Kernel, NoNeighbour, Real,
+    RunOptions, STEP_LIMIT, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task,
+    Tolerance, Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, run};
@@ -78,6 +78,7 @@ fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReaso
         functional: &Mean,
         control_mean: Some(0.0),
         estimator: Estimator::Absorption,
+        form: Form::Product,
         seeds: WalkSeeds::<DefaultGenerator>::new(WalkOptions::default().seed, 0),
         step_limit: STEP_LIMIT,
     };
