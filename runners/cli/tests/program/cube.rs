@@ -400,7 +400,8 @@ fn coefficients_larger_than_the_kernel_are_refused() {
     ] {
         let on = |cells: u32, kernel: &str, flags: &[&str]| {
             let rest = format!("[galerkin]\ncells = {cells}\n{}", targets(1));
-            folder.solve(&file(1, kernel, "1", &rest), flags)
+            let flags = [&["--form", "product"], flags].concat();
+            folder.solve(&file(1, kernel, "1", &rest), &flags)
         };
         let words = ["1.13", "more cells or points", "--allow-infinite-variance"];
         refused(&on(1, kernel, &[]), &words);

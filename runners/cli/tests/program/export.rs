@@ -213,7 +213,7 @@ fn walk<E: Equation>(
         functional: &At(start),
         control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
         estimator: Estimator::Absorption,
-        form: Form::Product,
+        form: Form::Residual,
         seeds: <WalkSeeds>::new(1, 0),
         step_limit: STEP_LIMIT,
     };

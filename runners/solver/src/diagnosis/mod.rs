@@ -177,11 +177,9 @@ impl Inquiry<'_> {
             });
         };
         let analysis = Analysis::new(subject.model, self.estimator, self.form, &run)?;
-        // The paper's bounds are of the product form.
-        let quantities = match (self.estimator, self.form) {
-            (Estimator::Absorption, Form::Product) if !self.is_brief => {
-                Some(analysis.quantities()?)
-            }
+        // These, and the bounds that they give, are of the product form in any case.
+        let quantities = match self.estimator {
+            Estimator::Absorption if !self.is_brief => Some(analysis.quantities()?),
             _ => None,
         };
         let mut pairs = None;
