@@ -2,7 +2,9 @@
 
 use alloc::vec::Vec;
 
-use crate::clear::{self, Sheet};
+use fredholm_core::Real;
+
+use crate::clear::{self, Amount, Sheet};
 use crate::clip::keep;
 use crate::edges;
 use crate::occluders::{Occluder, Occluders};
@@ -14,14 +16,7 @@ use crate::vector::{Vector, centroid, dot, norm, sub};
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
 
-/// An amount and what it may be wrong by.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Amount {
-    pub(crate) value: f64,
-    pub(crate) error: f64,
-}
-
-/// A_1 F_12 of two polygons with these occluders between them, to `error`.
+/// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
     (a, b): (Sheet<'_>, Sheet<'_>),
     (occluders, found): (&Occluders, &[u32]),
@@ -31,7 +26,7 @@ pub(crate) fn exchange(
     rules: &Rules,
 ) -> Amount {
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
-    let swap = size(b) < size(a);
+    let swap = !b.far && size(b) < size(a);
     let pair = if swap { (b, a) } else { (a, b) };
     let between = found.iter().filter_map(|&number| {
         let mut screen = screen(occluders.all.get(number as usize)?, pair, shaft.slack())?;
@@ -44,12 +39,18 @@ pub(crate) fn exchange(
     let screens: Vec<Vec<Vector<f64>>> = between.collect();
     let clear = CLEAR * error;
     let all = clear::exchange(a, b, clear / area(pair.1.points), rules);
-    let width = size(a) + size(b) + norm(sub(centroid(a.points), centroid(b.points)));
+    let middle = centroid(a.points);
+    let width = if b.far {
+        let far = screens.iter().map(|screen| radius(screen, middle));
+        far.fold(size(a), Real::max)
+    } else {
+        size(a) + size(b) + norm(sub(middle, centroid(b.points)))
+    };
     let screens = screens.iter().map(Vec::as_slice);
     let mut view = View::new(pair, screens, fronts, shaft, width);
     let mut amount = edges::difference(&mut view, error, rules);
-    amount.error += clear;
-    amount.value += all;
+    amount.error += clear + all.error;
+    amount.value += all.value;
     // What may be nothing is nothing: most such pairs are hidden from each other by several polygons together.
     if !(amount.value > amount.error) {
         amount.value = 0.0;
@@ -64,7 +65,7 @@ fn screen(
     slack: f64,
 ) -> Option<Vec<Vector<f64>>> {
     let (mut own, mut rest) = (Vec::new(), occluder.points.clone());
-    for sheet in [pair.0, pair.1] {
+    for sheet in [pair.0, pair.1].into_iter().filter(|sheet| !sheet.far) {
         let first = sheet.points.first().copied().unwrap_or_default();
         core::mem::swap(&mut own, &mut rest);
         keep(
