@@ -17,6 +17,7 @@ mod schedule;
 mod statistics;
 mod uniforms;
 mod walk;
+pub mod whole;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
 pub use equation::{
