@@ -10,7 +10,7 @@ use crate::examined::Examined;
 use crate::pairs::PairCounts;
 
 use crate::cost::{Cost, PointwisePairs};
-use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions};
+use crate::{Discretisation, Error, Goal, Pairs, Region, Subject, WalkOptions, WholeSystem};
 
 /// The properties of a kind of model.
 #[derive(Clone, Copy, Debug)]
@@ -342,6 +342,22 @@ pub trait System: Send + Sync {
     /// # Errors
     /// [`Error`].
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error>;
+
+    /// The system as one that has its whole function from one set of walks. A kind whose chain preserves no density that
+    /// is known, or whose T_K nobody has written, has none.
+    ///
+    /// # Errors
+    /// [`Error::Option`].
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Err(Error::Option {
+            subject: Subject::Problem,
+            message: "the whole function from one set of walks is offered for circles and cubes only: ask for targets"
+                .to_owned(),
+        })
+    }
 }
 
 /// The goals and options of walks.

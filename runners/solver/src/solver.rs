@@ -10,6 +10,7 @@ use crate::choice::{self, ChoiceReport, Chosen};
 use crate::diagnosis::{Diagnosis, diagnose};
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
+use crate::whole::{Whole, WholeFunction};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
@@ -148,7 +149,7 @@ impl From<Error> for SolveError {
 /// assert_ne!(Point::from([0.3, 0.5]), Point::from(0.3));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point(Vec<f64>);
+pub struct Point(pub(crate) Vec<f64>);
 
 impl From<f64> for Point {
     fn from(x: f64) -> Self {
@@ -292,6 +293,13 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
+    /// by two otherwise.
+    pub fn score_degree(mut self, degree: usize) -> Self {
+        self.settings.score_degree = Some(degree);
+        self
+    }
+
     /// Sets the seed of all draws; it is 1 otherwise.
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
@@ -378,6 +386,40 @@ impl<'m> Solver<'m> {
             StopReason::TimeLimit if asks_error => Err(SolveError::NotReached(Box::new(report))),
             StopReason::TimeLimit | StopReason::Done => Ok(report),
         }
+    }
+
+    /// The whole function u with its error band, from one set of walks, for circles and cubes. What is asked for otherwise
+    /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
+    /// equally many of each of [`REPLICATES`](crate::REPLICATES) replicates; a tolerance is for every point.
+    ///
+    /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
+    /// walks so far, and its summary says so.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Model, Solver};
+    ///
+    /// // u = 6x/5.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let whole = Solver::new(&u).cells(10).walks(20_000).whole()?;
+    /// for (x, value) in [(0.1, 0.12), (0.35, 0.42), (0.9, 1.08)] {
+    ///     let u = whole.at(x)?;
+    ///     assert!((u.estimate - value).abs() <= u.band.unwrap() && u.band.unwrap() < 1e-3);
+    /// }
+    /// let mean = whole.functional(&u.whole())?;
+    /// assert!((mean.estimate - 0.6).abs() < 5.0 * mean.std_error.unwrap());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
+        self.check()?;
+        Whole {
+            model: self.model,
+            settings: &self.settings,
+            watch: self.watch,
+        }
+        .function()
     }
 
     /// The statistics of the walks of every functional, with a default for what is open in place of a choice.

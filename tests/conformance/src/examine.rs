@@ -17,8 +17,10 @@ use crate::galerkin::System;
 use crate::outcome::{Outcome, Worst};
 use crate::runners::{Any, Case, Generator, Walkable, runners};
 
+mod chains;
+
 /// Every check, in the order of the table: what to mend first stands first.
-pub const CHECKS: [&str; 23] = [
+pub const CHECKS: [&str; 25] = [
     "cells",
     "steps' cells",
     "measures",
@@ -29,6 +31,8 @@ pub const CHECKS: [&str; 23] = [
     "masses",
     "chi-squared",
     "distribution",
+    "preserved density",
+    "suffix starts",
     "solution",
     "constant",
     "coefficients",

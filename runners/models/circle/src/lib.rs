@@ -3,6 +3,7 @@
 mod export;
 mod light;
 mod system;
+mod whole;
 
 use core::f64::consts::TAU;
 

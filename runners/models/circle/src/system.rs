@@ -19,7 +19,8 @@ use super::{CirclePartition, diagonal, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, Scalar, System};
+use super::whole::CircleWhole;
+use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, Scalar, System, WholeSystem};
 use fredholm_model::{Prepared, Request, Then, WithStarts};
 
 /// The tables of the coefficients, and the Galerkin solution.
@@ -262,7 +263,7 @@ impl<F: Real> Setup<'_, F> {
     }
 
     /// Calls `then` with the neighbour equation as one type for all degrees and pairs.
-    fn boxed(&self, circle: &Circle<'_, F, Light<'_>>, then: &mut Use<'_, F>) -> Result<(), Error> {
+    pub(super) fn boxed(&self, circle: &Circle<'_, F, Light<'_>>, then: &mut Use<'_, F>) -> Result<(), Error> {
         let cells = self.system.cut.cells;
         let v = &self.v;
         if self.system.cut.degree > 0 {
@@ -369,6 +370,13 @@ impl System for CircleSystem<'_> {
             Scalar::F32 => self.tables_in::<f32>(pairs, absorption),
             Scalar::F64 => self.tables_in::<f64>(pairs, absorption),
         }
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(CircleWhole::new(*self)))
     }
 }
 

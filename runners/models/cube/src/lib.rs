@@ -15,6 +15,7 @@ mod shapes;
 mod singular;
 mod system;
 mod table;
+mod whole;
 
 use core::any::Any;
 use std::sync::{Arc, OnceLock};
