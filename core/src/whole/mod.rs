@@ -62,6 +62,6 @@ mod tests;
 
 pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Stationary;
-pub use replicate::{Coefficients, Replicate, ReplicateCounts};
+pub use replicate::{Normalisation, Replicate, ReplicateCounts};
 pub use scores::{BasisScores, Scores};
 pub use task::{KEPT_STATES, WHOLE, WholeJob, WholeTask};

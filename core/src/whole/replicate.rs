@@ -76,14 +76,14 @@ impl<'s> Replicate<'s> {
 
 /// From sums to coefficients ê_jb.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coefficients {
+pub struct Normalisation {
     /// Functions on a cell.
     pub functions: usize,
     /// S_N, the expected number of states of a walk that are scored.
     pub states_scored: f64,
 }
 
-impl Coefficients {
+impl Normalisation {
     /// Fills `out` with ê_jb, from the sums of so many walks and the measures μ(X_j) of cells. Without walks they are 0.
     pub fn fill(
         &self,

@@ -3,7 +3,7 @@
 use rand_core::{Rng, SeedableRng};
 
 use super::suffixes::Trail;
-use super::{Coefficients, Replicate, Scores, Stationary};
+use super::{Normalisation, Replicate, Scores, Stationary};
 use crate::{
     DefaultGenerator, Equation, Estimator, NeighbourOf, NotFinite, Real, RngUniforms,
     Termination, WalkOptions, WalkSeeds,
@@ -23,7 +23,7 @@ pub trait WholeJob: Sync {
     fn unknowns(&self) -> usize;
 
     /// What makes coefficients of sums.
-    fn coefficients(&self) -> Coefficients;
+    fn normalisation(&self) -> Normalisation;
 
     /// Runs at most `at_most` further walks of a replicate.
     ///
@@ -99,7 +99,7 @@ pub trait WholeJob: Sync {
 ///     let mut sums = [0.0];
 ///     let mut replicate = Replicate::new(r as u64, 16, ReplicateCounts::default(), &mut sums);
 ///     task.run(&mut replicate, 1000)?;
-///     task.coefficients().fill(&sums, 1000, |_| 1.0, core::slice::from_mut(mean));
+///     task.normalisation().fill(&sums, 1000, |_| 1.0, core::slice::from_mut(mean));
 /// }
 /// let u = over_replicates(&means);
 /// assert!((u.mean - 1.5).abs() < 4.0 * u.std_error && u.std_error < 0.03);
@@ -212,8 +212,8 @@ where
         self.scores.unknowns()
     }
 
-    fn coefficients(&self) -> Coefficients {
-        Coefficients {
+    fn normalisation(&self) -> Normalisation {
+        Normalisation {
             functions: self.scores.functions(),
             states_scored: self.states_scored(),
         }

@@ -126,7 +126,7 @@ fn coefficients<const KEPT: usize>(task: &ToyTask<'_, KEPT>, walks: u64) -> Vec<
         let (mut sums, mut out) = ([0.0; 6], [0.0; 6]);
         let mut replicate = Replicate::new(r, 32, ReplicateCounts::default(), &mut sums);
         task.run(&mut replicate, walks).unwrap();
-        task.coefficients().fill(&sums, walks, |_| 0.5, &mut out);
+        task.normalisation().fill(&sums, walks, |_| 0.5, &mut out);
         out
     };
     (0..32).map(replicate).collect()
@@ -222,7 +222,7 @@ fn pieces_of_work_and_buffers_of_others_change_no_bit() {
         counts = *replicate.counts();
     }
     assert_eq!(counts.walks, 1000);
-    task.coefficients().fill(&sums, 1000, |_| 0.5, &mut out);
+    task.normalisation().fill(&sums, 1000, |_| 0.5, &mut out);
     assert_eq!(out.map(f64::to_bits), whole[7].map(f64::to_bits));
 }
 
@@ -244,7 +244,7 @@ fn walks_that_go_wrong_are_told() {
     });
     let mut task = self::task::<2>(&endless, Estimator::Absorption);
     task.step_limit = 0;
-    assert_eq!(task.coefficients().states_scored, 0.0);
+    assert_eq!(task.normalisation().states_scored, 0.0);
     let nan = Constant(Toy {
         absorption: f64::NAN,
         uneven: false,

@@ -21,6 +21,7 @@ mod solve;
 mod table;
 mod threads;
 mod verify;
+mod whole;
 
 use std::process::ExitCode;
 

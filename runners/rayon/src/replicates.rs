@@ -16,7 +16,7 @@ const SLICE: u64 = 1 << 12;
 ///
 /// ```
 /// use fredholm_core::NotFinite;
-/// use fredholm_core::whole::{Coefficients, Replicate, WholeJob};
+/// use fredholm_core::whole::{Normalisation, Replicate, WholeJob};
 /// use fredholm_rayon::Replicates;
 ///
 /// /// No walks at all.
@@ -25,8 +25,8 @@ const SLICE: u64 = 1 << 12;
 ///     fn unknowns(&self) -> usize {
 ///         3
 ///     }
-///     fn coefficients(&self) -> Coefficients {
-///         Coefficients { functions: 1, states_scored: 1.0 }
+///     fn normalisation(&self) -> Normalisation {
+///         Normalisation { functions: 1, states_scored: 1.0 }
 ///     }
 ///     fn run(&self, _: &mut Replicate<'_>, _: u64) -> Result<(), NotFinite> {
 ///         Ok(())
@@ -117,7 +117,7 @@ impl Replicates {
         all.par_chunks_mut(width)
             .zip(sums)
             .for_each(|(out, (sums, counts))| {
-                job.coefficients().fill(sums, counts.walks, measure, out);
+                job.normalisation().fill(sums, counts.walks, measure, out);
             });
         all
     }

@@ -232,6 +232,10 @@ impl WholeFunction<'_> {
         &self.summary
     }
 
+    pub(crate) fn model(&self) -> &dyn Model {
+        self.model
+    }
+
     /// u at a point: see [`Point`]. To ask for many points, [`values`](Self::values) is faster.
     ///
     /// # Errors
@@ -325,6 +329,15 @@ impl<'m> Whole<'_, 'm> {
     /// Sets up, walks, and makes the function.
     pub(crate) fn function(&self) -> Result<WholeFunction<'m>, SolveError> {
         let start = Instant::now();
+        if !self.model.has_whole() {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "the whole function from one set of walks is offered for circles, and for cubes whose kernel has \
+                          no singularity at x = y: ask for targets without it"
+                    .to_owned(),
+            }
+            .into());
+        }
         let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
         let cells = self.model.partition(&cut)?;
         let needed = cells.memory(&[], walk.pairs);

@@ -178,6 +178,10 @@ impl Model for CircleModel {
         Region::Arc(0.0, TAU)
     }
 
+    fn has_whole(&self) -> bool {
+        true
+    }
+
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
         Ok(match (&self.emission, region) {
             (Emission::Harmonic(light), Region::Angle(s)) => Some(light.solution(*s)),

@@ -153,6 +153,11 @@ impl Model for CubeModel {
         all.into_iter().map(Region::Point).collect()
     }
 
+    /// T_K by quadrature needs a kernel that is not singular.
+    fn has_whole(&self) -> bool {
+        self.exponent() <= 0.0
+    }
+
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
         if !self.functions.has_solution() {
             return Ok(None);

@@ -436,7 +436,7 @@ impl<const D: usize> System for CubeSystem<'_, D> {
     where
         Self: 's,
     {
-        Ok(Box::new(CubeWhole::new(*self)?))
+        Ok(Box::new(CubeWhole::new(*self)))
     }
 }
 

@@ -13,6 +13,7 @@ use fredholm_model::numbers::largest;
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
 
+use super::compiled::Parts;
 use super::degree::Of;
 use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
 use super::system::CubeSystem;
@@ -30,25 +31,16 @@ const PARTS: usize = 64;
 /// A solved cube whose walks score in every state.
 pub(super) struct CubeWhole<'m, const D: usize> {
     system: Arc<CubeSystem<'m, D>>,
-    /// The functions of degree 0, for what is the same for all.
+    /// n.
     cells: usize,
 }
 
 impl<'m, const D: usize> CubeWhole<'m, D> {
-    pub(super) fn new(system: CubeSystem<'m, D>) -> Result<Self, Error> {
-        if system.cut.model.exponent() > 0.0 {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "the whole function from one set of walks needs T_K by quadrature, which a kernel that is \
-                          singular at x = y does not have: ask for targets"
-                    .to_owned(),
-            });
-        }
-        let cells = system.cut.all_cells();
-        Ok(Self {
+    pub(super) fn new(system: CubeSystem<'m, D>) -> Self {
+        Self {
+            cells: system.cut.all_cells(),
             system: Arc::new(system),
-            cells,
-        })
+        }
     }
 
     fn walks_in<F: CubeScalar>(
@@ -84,8 +76,17 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
             let cube = values.cube::<D>(system.cut.per_axis, walk.absorption)?;
             let scores = CubeScores::new(&cube, request.degree).ok_or(DEGREE)?;
             let degree = F::degree(system.degree);
+            let parts = Parts {
+                values,
+                per_axis: system.cut.per_axis,
+                absorption: walk.absorption,
+                options: walk.for_core(),
+            };
             degree.with_neighbour(&of, &kinds, &mut |neighbour| {
-                then(&WholeTask::new(&cube, neighbour, &scores, walk.for_core()))
+                if let Some(compiled) = F::compiled::<D>(system.cut.model) {
+                    return compiled.with_whole(&parts, neighbour, &scores, then);
+                }
+                then(&WholeTask::new(&cube, neighbour, &scores, parts.options))
             })
         })
     }
