@@ -40,12 +40,7 @@ pub struct Replicate<'s> {
 impl<'s> Replicate<'s> {
     /// Replicate `number` of `of`, after the walks in `counts` whose scores are in `sums`: at first none, and zeros.
     #[must_use]
-    pub const fn new(
-        number: u64,
-        of: u64,
-        counts: ReplicateCounts,
-        sums: &'s mut [f64],
-    ) -> Self {
+    pub const fn new(number: u64, of: u64, counts: ReplicateCounts, sums: &'s mut [f64]) -> Self {
         Self {
             number,
             of,
@@ -85,13 +80,7 @@ pub struct Normalisation {
 
 impl Normalisation {
     /// Fills `out` with ê_jb, from the sums of so many walks and the measures μ(X_j) of cells. Without walks they are 0.
-    pub fn fill(
-        &self,
-        sums: &[f64],
-        walks: u64,
-        measure: impl Fn(usize) -> f64,
-        out: &mut [f64],
-    ) {
+    pub fn fill(&self, sums: &[f64], walks: u64, measure: impl Fn(usize) -> f64, out: &mut [f64]) {
         let functions = self.functions.max(1);
         let of_walks = walks.max(1) as f64 * self.states_scored;
         let cells = out.chunks_mut(functions).zip(sums.chunks(functions));

@@ -2,9 +2,7 @@
 
 use num_traits::{one, zero};
 
-use crate::{
-    Equation, Estimator, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk,
-};
+use crate::{Equation, Estimator, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk};
 
 /// A state that is kept, and what its suffix scores.
 #[derive(Clone, Copy, Debug)]

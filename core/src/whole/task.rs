@@ -5,8 +5,8 @@ use rand_core::{Rng, SeedableRng};
 use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Stationary};
 use crate::{
-    DefaultGenerator, Equation, Estimator, NeighbourOf, NotFinite, Real, RngUniforms,
-    Termination, WalkOptions, WalkSeeds,
+    DefaultGenerator, Equation, Estimator, NeighbourOf, NotFinite, Real, RngUniforms, Termination,
+    WalkOptions, WalkSeeds,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -106,8 +106,14 @@ pub trait WholeJob: Sync {
 /// # Ok::<(), NotFinite>(())
 /// ```
 #[derive(Debug)]
-pub struct WholeTask<'a, E, M: ?Sized, S: ?Sized, G = DefaultGenerator, const KEPT: usize = KEPT_STATES>
-{
+pub struct WholeTask<
+    'a,
+    E,
+    M: ?Sized,
+    S: ?Sized,
+    G = DefaultGenerator,
+    const KEPT: usize = KEPT_STATES,
+> {
     /// The equation and its chain.
     pub equation: &'a E,
     /// The neighbour equation.

@@ -259,7 +259,10 @@ fn walks_that_go_wrong_are_told() {
 
 /// Normal numbers: the sum of twelve uniform ones is near enough.
 fn normal(draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
-    (0..12).map(|_| Uniforms::<f64>::uniform(draws)).sum::<f64>() - 6.0
+    (0..12)
+        .map(|_| Uniforms::<f64>::uniform(draws))
+        .sum::<f64>()
+        - 6.0
 }
 
 /// Bands over 32 replicates hold at all of 40 points in 95 % of 1,000 cases: of the binomial distribution's mass all but
@@ -281,11 +284,17 @@ fn bands_hold_everywhere_at_once() {
                 point[r] = 1e3 + (1e-6 + x * x) * wave;
             }
         }
-        let errors: Vec<Replicated> =
-            values.chunks_exact(REPLICATES).map(over_replicates).collect();
+        let errors: Vec<Replicated> = values
+            .chunks_exact(REPLICATES)
+            .map(over_replicates)
+            .collect();
         let c = band_factor(&mut values, REPLICATES, 0.95, case, &mut [0.0; 500]);
         assert!(c > 2.0 && c < 4.5, "{c}");
-        held += u32::from(errors.iter().all(|u| (u.mean - 1e3).abs() <= c * u.std_error));
+        held += u32::from(
+            errors
+                .iter()
+                .all(|u| (u.mean - 1e3).abs() <= c * u.std_error),
+        );
     }
     assert!((921..=974).contains(&held), "{held}");
 }

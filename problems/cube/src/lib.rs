@@ -16,9 +16,9 @@ mod factors;
 mod functions;
 mod mean;
 mod mesh;
+pub mod model;
 #[cfg(feature = "alloc")]
 mod moments;
-pub mod model;
 mod product;
 #[cfg(feature = "alloc")]
 mod product_tables;

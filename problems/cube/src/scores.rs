@@ -95,12 +95,7 @@ pub fn degrees(axes: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Adds `factor` times the products of polynomials of total degree ≤ `most` along these axes.
-pub(crate) fn add_products(
-    axes: &[Axis],
-    most: usize,
-    factor: f64,
-    sums: &mut IterMut<'_, f64>,
-) {
+pub(crate) fn add_products(axes: &[Axis], most: usize, factor: f64, sums: &mut IterMut<'_, f64>) {
     let Some((axis, rest)) = axes.split_first() else {
         return;
     };

@@ -23,4 +23,4 @@ pub use model::{
 };
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use settings::{Discretisation, Settings, WalkOptions};
-pub use whole::{WholeField, WholeRequest, WholeSystem, WithWholeJob};
+pub use whole::{IMAGE_HEAD, WholeField, WholeRequest, WholeSystem, WithWholeJob, refined_mean};

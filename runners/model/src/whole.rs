@@ -60,7 +60,8 @@ pub trait WholeField: Send + Sync {
     /// The number of piecewise polynomials.
     fn rows(&self) -> usize;
 
-    /// For every region (F + T_K v, Φ), and then (T_K r, Φ) for every piecewise polynomial r.
+    /// For every region (F + T_K v, Φ); by how much a finer rule in x moved that, 0 at a point; and then (T_K r, Φ) for
+    /// every piecewise polynomial r.
     ///
     /// # Errors
     /// [`Error`].
@@ -75,4 +76,39 @@ pub trait WholeField: Send + Sync {
         let _ = (points, error);
         Ok(0.0)
     }
+}
+
+/// The places before those of the piecewise polynomials in [`WholeField::images`].
+pub const IMAGE_HEAD: usize = 2;
+
+/// The share of a mean by which a finer rule may move it.
+const MEAN_SHARE: f64 = 1e-13;
+
+/// A mean over x by rules that become finer until they agree, or no finer one is taken. `rule` puts F, then T_K v, then
+/// (T_K r, Φ) into a slice of zeros by the rule of this number, or says that there is none of it; the image goes to `out`.
+///
+/// # Errors
+/// What `rule` says.
+pub fn refined_mean(
+    out: &mut [f64],
+    rule: &mut dyn FnMut(usize, &mut [f64]) -> Result<bool, Error>,
+) -> Result<(), Error> {
+    let mut before = f64::NAN;
+    for number in 0.. {
+        let mut sums = vec![0.0; out.len()];
+        if !rule(number, &mut sums)? {
+            break;
+        }
+        let [source, image] = [sums[0], sums[1]];
+        let now = source + image;
+        let moved = (now - before).abs();
+        out.copy_from_slice(&sums);
+        (out[0], out[1]) = (now, moved);
+        // Both may cancel: their sizes are what rounding knows.
+        if moved <= MEAN_SHARE * (source.abs() + image.abs()).max(f64::MIN_POSITIVE) {
+            break;
+        }
+        before = now;
+    }
+    Ok(())
 }

@@ -20,7 +20,10 @@ fn seconds() -> f64 {
     // Behind the name, which is in parentheses, these are the 12th and the 13th.
     let fields = text.rsplit(')').next().unwrap_or_default();
     let ticks = fields.split_whitespace().skip(11).take(2);
-    ticks.filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+    ticks
+        .filter_map(|ticks| ticks.parse::<f64>().ok())
+        .sum::<f64>()
+        / 100.0
 }
 
 /// The time of work that is short, by as often as makes it long.
@@ -74,10 +77,14 @@ fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
 
     let off = |of: fn(&fredholm::WholeValue) -> f64| {
         let all = many.iter().zip(&values);
-        let off = all.filter_map(|(region, value)| Some((of(value) - model.exact(region).ok()??).abs()));
+        let off =
+            all.filter_map(|(region, value)| Some((of(value) - model.exact(region).ok()??).abs()));
         off.fold(0.0, f64::max)
     };
-    let band = values.iter().filter_map(|value| value.band).fold(0.0, f64::max);
+    let band = values
+        .iter()
+        .filter_map(|value| value.band)
+        .fold(0.0, f64::max);
     println!(
         "{name:<28} {:>8.1e} {error:>8.1e} {:>6.2} {:>6.2} {:>6.2} | {:>7.1} {:>7.0} {:>7.0} {:>7.0} | {:>8.1e} {band:>8.1e} {:>8.1e}",
         deviation / (WALKS as f64).sqrt(),
@@ -99,9 +106,11 @@ fn gauss<const D: usize>() -> CubeModel {
     let moment = |x: f64, power: i32| {
         let rule = fredholm_variance::gauss(20).expect("a rule");
         let at = |y: f64| y.powi(power) * (-(x - y).powi(2)).exp();
-        rule.iter().map(|(t, w)| 0.5 * w * at(0.5 * (1.0 + t))).sum::<f64>()
+        rule.iter()
+            .map(|(t, w)| 0.5 * w * at(0.5 * (1.0 + t)))
+            .sum::<f64>()
     };
-    let solution = |x: &[f64; D]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
+    let solution = |x: &[f64]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
     CubeModel::from_fn::<D>(
         |x, y| {
             let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
@@ -118,15 +127,37 @@ fn gauss<const D: usize>() -> CubeModel {
 }
 
 fn main() {
-    println!("{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);");
-    println!("seconds of the set-up, of walks and band, of 1000 values; gain in time over separate walks at equal error for");
-    println!("1, 10, 100, 1000 points, the set-up left out of both; largest error of 1000 points, widest band, error of F + T_K v");
+    println!(
+        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);"
+    );
+    println!(
+        "seconds of the set-up, of walks and band, of 1000 values; gain in time over separate walks at equal error for"
+    );
+    println!(
+        "1, 10, 100, 1000 points, the set-up left out of both; largest error of 1000 points, widest band, error of F + T_K v"
+    );
     println!();
     println!(
         "{:<28} {:>8} {:>8} {:>6} {:>6} {:>6} | {:>7} {:>7} {:>7} {:>7} | {:>8} {:>8} {:>8}",
-        "equation", "point", "whole", "set-up", "once", "values", "1", "10", "100", "1000", "error", "band", "F+T_K v"
+        "equation",
+        "point",
+        "whole",
+        "set-up",
+        "once",
+        "values",
+        "1",
+        "10",
+        "100",
+        "1000",
+        "error",
+        "band",
+        "F+T_K v"
     );
-    let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
     let circle = CircleModel::new(vec![0.3, 0.7, 0.0, 0.55, 0.74], Emission::Harmonic(light));
     row("circle, 100 cells, p = 0", &circle, 100, 0);
     row("circle, 1000 cells, p = 0", &circle, 1000, 0);

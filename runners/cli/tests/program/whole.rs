@@ -33,7 +33,10 @@ fn all_targets_come_from_one_set_of_walks() {
             }
             // Not one of 17 in 1,000 choices of seeds is beyond 4.4 standard errors.
             if let Some(exact) = target["exact"].as_f64() {
-                assert!((number(target, "estimate") - exact).abs() < 4.4 * error, "{target}");
+                assert!(
+                    (number(target, "estimate") - exact).abs() < 4.4 * error,
+                    "{target}"
+                );
             }
         }
     }
@@ -43,10 +46,17 @@ fn all_targets_come_from_one_set_of_walks() {
 fn files_have_the_numbers_of_the_document() {
     let folder = Folder::new();
     let [json, csv, svg] = ["a.json", "a.csv", "a.svg"].map(|name| folder.at(name));
-    let printed = folder.solve(CIRCLE, &["--whole", "--out", &json]).quietly(0);
-    assert!(printed.stdout.contains("F + T_K v") && printed.stdout.contains("at all points together"));
-    let document: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
-    folder.solve(CIRCLE, &["--whole", "--out", &csv, "--threads", "1"]).quietly(0);
+    let printed = folder
+        .solve(CIRCLE, &["--whole", "--out", &json])
+        .quietly(0);
+    assert!(
+        printed.stdout.contains("F + T_K v") && printed.stdout.contains("at all points together")
+    );
+    let document: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    folder
+        .solve(CIRCLE, &["--whole", "--out", &csv, "--threads", "1"])
+        .quietly(0);
     let text = std::fs::read_to_string(&csv).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let head = rows.next().unwrap();
@@ -62,7 +72,13 @@ fn files_have_the_numbers_of_the_document() {
     let picture = std::fs::read_to_string(&svg).unwrap();
     assert!(picture.contains("band of all points together"));
     let keys = keys(&document);
-    for key in ["truncation", "quadrature_error", "rounding_floor", "score_degree", "replicates"] {
+    for key in [
+        "truncation",
+        "quadrature_error",
+        "rounding_floor",
+        "score_degree",
+        "replicates",
+    ] {
         assert!(keys.contains(&key), "{key}");
     }
 }
@@ -70,14 +86,25 @@ fn files_have_the_numbers_of_the_document() {
 #[test]
 fn an_error_that_is_asked_for_holds_at_every_point() {
     let folder = Folder::new();
-    let options = ["--whole", "--json", "--target-error", "2e-3", "--walks", "10000000"];
+    let options = [
+        "--whole",
+        "--json",
+        "--target-error",
+        "2e-3",
+        "--walks",
+        "10000000",
+    ];
     let report = folder.solve(CIRCLE, &options).quietly(0).json();
     assert!(number(&report, "largest_std_error") <= 2e-3);
     assert!(number(&report, "walks") < 1e6);
     let never = ["--whole", "--target-error", "1e-12", "--walks", "2000"];
     let ran = folder.solve(CIRCLE, &never);
     assert_eq!(ran.status, Some(3));
-    assert!(ran.stderr.contains("not reached at every point within 2048 walks"), "{ran:?}");
+    assert!(
+        ran.stderr
+            .contains("not reached at every point within 2048 walks"),
+        "{ran:?}"
+    );
 }
 
 #[test]
@@ -91,6 +118,14 @@ fn what_has_no_whole_function_says_so() {
     };
     refused(&room, &["--whole"], "offered for circles, and for cubes");
     refused(CIRCLE, &["--score-degree", "2"], "--whole");
-    refused(CIRCLE, &["--whole", "--score-degree", "0"], "of a higher degree than v");
-    refused(CIRCLE, &["--whole", "--pairs", "theory"], "chooses pairs for targets");
+    refused(
+        CIRCLE,
+        &["--whole", "--score-degree", "0"],
+        "of a higher degree than v",
+    );
+    refused(
+        CIRCLE,
+        &["--whole", "--pairs", "theory"],
+        "chooses pairs for targets",
+    );
 }

@@ -15,11 +15,11 @@ use fredholm_variance::{
 };
 
 use super::light::Light;
+use super::whole::CircleWhole;
 use super::{CirclePartition, diagonal, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use super::whole::CircleWhole;
 use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, Scalar, System, WholeSystem};
 use fredholm_model::{Prepared, Request, Then, WithStarts};
 
@@ -263,7 +263,11 @@ impl<F: Real> Setup<'_, F> {
     }
 
     /// Calls `then` with the neighbour equation as one type for all degrees and pairs.
-    pub(super) fn boxed(&self, circle: &Circle<'_, F, Light<'_>>, then: &mut Use<'_, F>) -> Result<(), Error> {
+    pub(super) fn boxed(
+        &self,
+        circle: &Circle<'_, F, Light<'_>>,
+        then: &mut Use<'_, F>,
+    ) -> Result<(), Error> {
         let cells = self.system.cut.cells;
         let v = &self.v;
         if self.system.cut.degree > 0 {

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use fredholm_circle::{Circle, ClosedForm, Moment, Point, Residual, moments};
 use fredholm_core::whole::{BasisScores, Scores, WholeTask};
 use fredholm_core::{Located, Real, Source};
-use fredholm_model::{
-    Error, Pairs, Region, Scalar, Subject, WholeField, WholeRequest, WholeSystem, WithWholeJob,
-};
 use fredholm_model::numbers::largest;
+use fredholm_model::{
+    Error, IMAGE_HEAD, Pairs, Region, Scalar, Subject, WholeField, WholeRequest, WholeSystem,
+    WithWholeJob, refined_mean,
+};
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
 
@@ -19,9 +20,8 @@ use super::system::CircleSystem;
 /// The largest degree of scores.
 const MOST_DEGREE: usize = 6;
 
-/// Gauss points on a cell for means over arcs: F and T_K v are waves on it, of which the shortest that cells resolve at
-/// all has twice a cell's length.
-const POINTS: usize = 8;
+/// Gauss points on a cell for means over arcs, more and more.
+const POINTS: [usize; 4] = [6, 10, 16, 32];
 
 /// An expression in which the number of functions of a degree from 1 to [`MOST_DEGREE`] is a constant of this name.
 macro_rules! of_score_degree {
@@ -185,30 +185,42 @@ impl CircleField<'_> {
         all.collect()
     }
 
-    /// The points of a region with weights.
-    fn nodes(&self, region: &Region) -> Result<Vec<(f64, f64)>, Error> {
-        let whole = Region::Arc(0.0, TAU);
-        let region = if *region == Region::Whole { &whole } else { region };
-        match *region {
-            Region::Angle(angle) => Ok(vec![(angle, 1.0)]),
-            Region::Arc(from, to) => {
-                let (cells, rule) = (self.system.cut.cells, gauss(POINTS)?);
-                let width = TAU / cells as f64;
-                let mut nodes = Vec::new();
-                for cell in 0..cells {
-                    let start = (cell as f64 * width).max(from);
-                    let end = ((cell + 1) as f64 * width).min(to);
-                    if start < end {
-                        let half = 0.5 * (end - start);
-                        nodes.extend(rule.iter().map(|(t, weight)| {
-                            (start + half * (1.0 + t), half * weight / (to - from))
-                        }));
-                    }
-                }
-                Ok(nodes)
+    /// Gauss points on the cells of an arc, with weights.
+    fn nodes(&self, [from, to]: [f64; 2], points: usize) -> Result<Vec<(f64, f64)>, Error> {
+        let (cells, rule) = (self.system.cut.cells, gauss(points)?);
+        let width = TAU / cells as f64;
+        let mut nodes = Vec::new();
+        for cell in 0..cells {
+            let start = (cell as f64 * width).max(from);
+            let end = ((cell + 1) as f64 * width).min(to);
+            if start < end {
+                let half = 0.5 * (end - start);
+                nodes
+                    .extend(rule.iter().map(|(t, weight)| {
+                        (start + half * (1.0 + t), half * weight / (to - from))
+                    }));
             }
-            _ => Err(Error::Internal("a circle has angles and arcs")),
         }
+        Ok(nodes)
+    }
+}
+
+/// Adds `weight` times F, T_K v and all other images at an angle.
+fn add<P: ClosedForm<f64, B>, const B: usize>(
+    circle: &Circle<'_, f64, Light<'_>>,
+    residuals: &[Residual<'_, f64, P, B>],
+    (angle, weight): (f64, f64),
+    out: &mut [f64],
+) {
+    let point = circle.point(angle);
+    let cell = point.cell();
+    let x = Located { point, cell };
+    let Some((source, images)) = out.split_first_mut() else {
+        return;
+    };
+    *source += weight * circle.source(&point);
+    for (image, residual) in images.iter_mut().zip(residuals) {
+        *image += weight * residual.reflected(&x);
     }
 }
 
@@ -218,24 +230,32 @@ impl WholeField for CircleField<'_> {
     }
 
     fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error> {
-        let width = 1 + self.rows();
+        let width = IMAGE_HEAD + self.rows();
         let mut out = vec![0.0; regions.len() * width];
         of_score_degree!(self.degree, B => {
             let circle = self.circle()?;
             let polynomials = circle.with_functions::<B>();
             let residuals = self.residuals::<_, B>(&polynomials)?;
             fill_rows(&mut out, width, |region, out| {
-                for (angle, weight) in self.nodes(&regions[region])? {
-                    let point = circle.point(angle);
-                    let x = Located { point, cell: point.cell() };
-                    for (out, residual) in out.iter_mut().zip(&residuals) {
-                        *out += weight * residual.reflected(&x);
+                let arc = match regions[region] {
+                    Region::Angle(angle) => {
+                        add(&circle, &residuals, (angle, 1.0), out);
+                        (out[0], out[1]) = (out[0] + out[1], 0.0);
+                        return Ok(());
                     }
-                    if let Some(iterate) = out.first_mut() {
-                        *iterate += weight * circle.source(&point);
+                    Region::Arc(from, to) => [from, to],
+                    Region::Whole => [0.0, TAU],
+                    _ => return Err(Error::Internal("a circle has angles and arcs")),
+                };
+                refined_mean(out, &mut |rule, out| {
+                    let Some(&points) = POINTS.get(rule) else {
+                        return Ok(false);
+                    };
+                    for node in self.nodes(arc, points)? {
+                        add(&circle, &residuals, node, out);
                     }
-                }
-                Ok::<(), Error>(())
+                    Ok(true)
+                })
             })?;
             Ok(out)
         })

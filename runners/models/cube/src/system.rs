@@ -13,10 +13,10 @@ use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
 use super::table::Table;
+use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use super::whole::CubeWhole;
 use fredholm_model::{Error, Pairs, Partitioned, Region, Scalar, System, WholeSystem};
 use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
 
@@ -89,7 +89,11 @@ fn weights<'a>(request: &Request<'a>) -> impl Iterator<Item = WeightOf<'a>> {
 
 impl<const D: usize> CubeSystem<'_, D> {
     /// The spectral radius of T_h²p if it is looked at, which must be below 1.
-    pub(super) fn check_neighbour(&self, pairs: Pairs, absorption: f64) -> Result<Option<f64>, Error> {
+    pub(super) fn check_neighbour(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+    ) -> Result<Option<f64>, Error> {
         // With all pairs pointwise h is k, which has been looked at.
         if self.cut.diagonal_rule(pairs).is_none() {
             return Ok(None);

@@ -5,14 +5,15 @@ use std::sync::Arc;
 use fredholm_core::Source;
 use fredholm_core::whole::WholeTask;
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
+use fredholm_model::numbers::largest;
 use fredholm_model::{
     Error, Pairs, Region, Request, Scalar, Subject, WholeField, WholeRequest, WholeSystem,
-    WithWholeJob,
+    WithWholeJob, refined_mean,
 };
-use fredholm_model::numbers::largest;
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
 
+use super::CubePartition;
 use super::compiled::Parts;
 use super::degree::Of;
 use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
@@ -24,6 +25,9 @@ const ANY: f64 = 0.5;
 /// The most Gauss points of a cell and axis, and the most of all cells: more are not tried.
 const MOST_POINTS: usize = 12;
 const MOST_NODES: f64 = 4e6;
+
+/// Values of the kernel that a mean over x may take, once it has been compared.
+const MOST_WORK: f64 = 1e9;
 
 /// Parts in which the cells of a mean are gone through, by as many threads.
 const PARTS: usize = 64;
@@ -54,6 +58,15 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 subject: Subject::Pairs,
                 message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
                     .to_owned(),
+            });
+        }
+        let nodes = nodes(&system.cut, request.degree + 1);
+        if nodes > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "T_K by quadrature takes {nodes:.1e} values of the kernel for each point, and more than \
+                     {MOST_NODES:.0e} take too long: use fewer cells (`--cells`), or a product kernel"
+                ),
             });
         }
         if !walk.allow_infinite_variance {
@@ -89,6 +102,17 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 then(&WholeTask::new(&cube, neighbour, &scores, parts.options))
             })
         })
+    }
+}
+
+/// Values of the kernel, or of its factors, that T_K takes at one point with so many Gauss points of a cell and axis.
+fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
+    let axis = ((cut.per_axis + 1) * points) as f64;
+    let dimension = cut.model.dimension as i32;
+    if cut.functions().is_product() {
+        axis * f64::from(dimension)
+    } else {
+        axis.powi(dimension)
     }
 }
 
@@ -229,37 +253,75 @@ impl<const D: usize> Integrals<'_, D> {
 }
 
 impl<const D: usize> CubeField<'_, D> {
-    /// F and the integrals of a region: of a point, or of a mean with a weight.
-    fn integrals(
+    /// The image of a region: of a point, or of a mean with a weight.
+    fn image(
         &self,
         of: &Integrals<'_, D>,
         region: &Region,
+        rows: &[f64],
         out: &mut [f64],
     ) -> Result<(), Error> {
         let weight = match region {
             Region::Point(x) => {
                 let x = of.values.domain().unit(x);
-                let (source, out) = out.split_at_mut(1);
-                let mut scratch = vec![0.0; out.len()];
-                return of.add(&x, 1.0, [source, out, &mut scratch]);
+                let mut all = vec![0.0; 1 + self.unknowns];
+                let mut scratch = vec![0.0; self.unknowns];
+                let (source, integrals) = all.split_at_mut(1);
+                of.add(&x, 1.0, [source, integrals, &mut scratch])?;
+                self.contract(&all, rows, out);
+                (out[0], out[1]) = (out[0] + out[1], 0.0);
+                return Ok(());
             }
             region => WeightOf::region(region),
         };
         let weight = weight.map(|weight| of.values.function(Which::Weight(weight)));
         let at = |x: &[f64; D]| weight.map_or(1.0, |weight| weight.value(x));
-        // As many points for x as for y at first: what is left is as smooth as F and the weight.
-        let points = self.degree + 1;
-        let width = out.len();
+        let cells = (self.unknowns / fredholm_cube::functions(D, self.degree)) as f64;
+        let each = nodes(&self.system.cut, self.points);
+        refined_mean(out, &mut |rule, out| {
+            // As many points as for y at first, as what is left is as smooth as F and the weight.
+            let points = self.degree + 1 + 2 * rule;
+            let work = cells * (points as f64).powi(D as i32) * each;
+            if points > MOST_POINTS || work > MOST_WORK && rule > 1 {
+                return Ok(false);
+            }
+            let all = self.mean(of, &at, points)?;
+            self.contract(&all, rows, out);
+            Ok(true)
+        })
+    }
+
+    /// F and the integrals over y in the mean, by so many points of a cell and axis.
+    fn mean(
+        &self,
+        of: &Integrals<'_, D>,
+        weight: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+        points: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let width = 1 + self.unknowns;
         let mut parts = vec![0.0; PARTS * width];
         fill_rows(&mut parts, width, |part, out| {
-            of.add_cells(part, &at, points, out)
+            of.add_cells(part, weight, points, out)
         })?;
+        let mut all = vec![0.0; width];
         for part in parts.chunks_exact(width) {
-            for (out, part) in out.iter_mut().zip(part) {
-                *out += part;
+            for (all, part) in all.iter_mut().zip(part) {
+                *all += part;
             }
         }
-        Ok(())
+        Ok(all)
+    }
+
+    /// F, and the integrals times every row.
+    fn contract(&self, all: &[f64], rows: &[f64], out: &mut [f64]) {
+        let (source, integrals) = all.split_at(1);
+        let images = rows
+            .chunks_exact(self.unknowns)
+            .map(|row| dot(integrals, row));
+        let values = source.iter().copied().chain(images);
+        for (out, value) in out.iter_mut().zip(values) {
+            *out = value;
+        }
     }
 
     fn images_of(&self, regions: &[Region], rows: &[f64]) -> Result<Vec<f64>, Error> {
@@ -273,19 +335,10 @@ impl<const D: usize> CubeField<'_, D> {
                 moments: &moments,
                 product: system.cut.functions().is_product(),
             };
-            let width = rows.len() / self.unknowns;
+            let width = 1 + rows.len() / self.unknowns;
             let mut images = vec![0.0; regions.len() * width];
-            fill_rows(&mut images, width, |region, images| {
-                let mut all = vec![0.0; 1 + self.unknowns];
-                self.integrals(&of, &regions[region], &mut all)?;
-                let (source, integrals) = all.split_at(1);
-                for (image, row) in images.iter_mut().zip(rows.chunks_exact(self.unknowns)) {
-                    *image = dot(integrals, row);
-                }
-                if let (Some(iterate), Some(source)) = (images.first_mut(), source.first()) {
-                    *iterate += source;
-                }
-                Ok::<(), Error>(())
+            fill_rows(&mut images, width, |region, out| {
+                self.image(&of, &regions[region], rows, out)
             })?;
             values.check()?;
             Ok(images)
@@ -294,9 +347,7 @@ impl<const D: usize> CubeField<'_, D> {
 
     /// Whether so many points of a cell and axis are too many.
     fn is_much(&self, points: usize) -> bool {
-        let axis = ((self.system.cut.per_axis + 1) * points) as f64;
-        let product = self.system.cut.functions().is_product();
-        points > MOST_POINTS || !product && axis.powi(D as i32) > MOST_NODES
+        points > MOST_POINTS || nodes(&self.system.cut, points) > MOST_NODES
     }
 }
 
@@ -334,6 +385,7 @@ impl<const D: usize> WholeField for CubeField<'_, D> {
                 return Ok(f64::NAN);
             }
             let now = self.images_of(points, &v)?;
+            // Points have no finer rule in x: the others are zeros.
             let moved = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
             let moved = moved.fold(0.0, f64::max);
             if moved <= error {

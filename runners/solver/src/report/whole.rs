@@ -142,9 +142,16 @@ impl WholeReport {
     #[must_use]
     pub fn table(&self) -> String {
         let has_errors = self.targets.iter().any(|target| target.error.is_some());
-        let mut head: Vec<String> = ["target", "at", "exact", "F + T_K v", "whole function", "band ±"]
-            .map(str::to_owned)
-            .to_vec();
+        let mut head: Vec<String> = [
+            "target",
+            "at",
+            "exact",
+            "F + T_K v",
+            "whole function",
+            "band ±",
+        ]
+        .map(str::to_owned)
+        .to_vec();
         if has_errors {
             head.extend(["error", "z"].map(str::to_owned));
         }
@@ -190,7 +197,8 @@ impl WholeGoalReport {
         let mut row = vec![
             self.name.clone(),
             self.at.as_ref().map_or(String::new(), Coordinates::text),
-            self.exact.map_or(String::new(), |exact| format!("{exact:.7}")),
+            self.exact
+                .map_or(String::new(), |exact| format!("{exact:.7}")),
             format!("{:.7}", value.iterate),
             with_error(value.estimate, value.std_error),
             optional(value.band),

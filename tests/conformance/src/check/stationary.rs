@@ -38,9 +38,7 @@ where
             }
         }
         let unit = epsilon::<D, B>() * size;
-        worst.compare(1.0, mass.value(), unit, || {
-            "the integral of p0".to_owned()
-        });
+        worst.compare(1.0, mass.value(), unit, || "the integral of p0".to_owned());
         let expected = chain.survival() * chain.start_density(&y.point);
         worst.compare(expected, all.value(), unit * all.size(), || {
             format!("the integral of p0(x) p(x, .) at y = {:?}", y.point)
@@ -81,7 +79,9 @@ where
     let anywhere = description.point(0, &vec![0.5; D::DIMENSION]);
     let mass = |j| {
         let nodes = description.nodes(&anywhere, j).into_iter();
-        nodes.map(|(x, weight)| weight * chain.start_density(&x)).sum::<f64>()
+        nodes
+            .map(|(x, weight)| weight * chain.start_density(&x))
+            .sum::<f64>()
     };
     let masses: Vec<f64> = (0..cells).map(mass).collect();
     let mut worst = Worst::new("standard deviations", STANDARD_ERRORS);
