@@ -1,6 +1,6 @@
 //! A report as JSON and as a picture.
 
-use fredholm::report::{Coordinates, GoalReport, Report, WholeReport};
+use fredholm::report::{Coordinates, Report, WholeReport};
 use fredholm_plot::{Axis, BandPlot, Curve, Style};
 
 use crate::failure::Failure;

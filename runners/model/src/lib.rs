@@ -23,4 +23,6 @@ pub use model::{
 };
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use settings::{Discretisation, Settings, WalkOptions};
-pub use whole::{IMAGE_HEAD, WholeField, WholeRequest, WholeSystem, WithWholeJob, refined_mean};
+pub use whole::{
+    IMAGE_HEAD, WholeField, WholeRequest, WholeSystem, WithWholeJob, refined_mean, v_of_walks,
+};

@@ -1,8 +1,9 @@
 //! The whole function of a solved system: its walks, and its values.
 
+use fredholm_core::galerkin::Solution;
 use fredholm_core::whole::WholeJob;
 
-use crate::{Error, Region, WalkOptions};
+use crate::{Error, Region, Scalar, WalkOptions};
 
 /// The options of the walks of a whole function.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +77,17 @@ pub trait WholeField: Send + Sync {
         let _ = (points, error);
         Ok(0.0)
     }
+}
+
+/// v as walks in this scalar have it, in f64: what e is the difference from.
+///
+/// # Errors
+/// [`Error::Galerkin`]: memory.
+pub fn v_of_walks(solution: &Solution, scalar: Scalar) -> Result<Vec<f64>, Error> {
+    Ok(match scalar {
+        Scalar::F32 => solution.rounded_through::<f32>()?,
+        Scalar::F64 => solution.rounded_through::<f64>()?,
+    })
 }
 
 /// The places before those of the piecewise polynomials in [`WholeField::images`].

@@ -10,7 +10,6 @@ use crate::choice::{self, ChoiceReport, Chosen};
 use crate::diagnosis::{Diagnosis, diagnose};
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
-use crate::whole::{Whole, WholeFunction};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
@@ -41,10 +40,10 @@ const NODES: usize = 2000;
 #[derive(Clone)]
 #[must_use = "a solver does nothing until it is asked to solve, predict or diagnose"]
 pub struct Solver<'m> {
-    model: &'m dyn Model,
-    settings: Settings,
+    pub(crate) model: &'m dyn Model,
+    pub(crate) settings: Settings,
     asked: Vec<Asked>,
-    watch: &'m dyn SolveObserver,
+    pub(crate) watch: &'m dyn SolveObserver,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -293,13 +292,6 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
-    /// by two otherwise.
-    pub fn score_degree(mut self, degree: usize) -> Self {
-        self.settings.score_degree = Some(degree);
-        self
-    }
-
     /// Sets the seed of all draws; it is 1 otherwise.
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
@@ -386,40 +378,6 @@ impl<'m> Solver<'m> {
             StopReason::TimeLimit if asks_error => Err(SolveError::NotReached(Box::new(report))),
             StopReason::TimeLimit | StopReason::Done => Ok(report),
         }
-    }
-
-    /// The whole function u with its error band, from one set of walks, for circles and cubes. What is asked for otherwise
-    /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
-    /// equally many of each of [`REPLICATES`](crate::REPLICATES) replicates; a tolerance is for every point.
-    ///
-    /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
-    /// walks so far, and its summary says so.
-    ///
-    /// ```
-    /// use fredholm::{CubeModel, Model, Solver};
-    ///
-    /// // u = 6x/5.
-    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-    /// let whole = Solver::new(&u).cells(10).walks(20_000).whole()?;
-    /// for (x, value) in [(0.1, 0.12), (0.35, 0.42), (0.9, 1.08)] {
-    ///     let u = whole.at(x)?;
-    ///     assert!((u.estimate - value).abs() <= u.band.unwrap() && u.band.unwrap() < 1e-3);
-    /// }
-    /// let mean = whole.functional(&u.whole())?;
-    /// assert!((mean.estimate - 0.6).abs() < 5.0 * mean.std_error.unwrap());
-    /// # Ok::<(), fredholm::SolveError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`SolveError`].
-    pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
-        self.check()?;
-        Whole {
-            model: self.model,
-            settings: &self.settings,
-            watch: self.watch,
-        }
-        .function()
     }
 
     /// The statistics of the walks of every functional, with a default for what is open in place of a choice.
@@ -522,7 +480,7 @@ impl<'m> Solver<'m> {
     }
 
     /// Refuses settings that the equation does not take.
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         self.settings.check()?;
         let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
         self.model.check(&cut, walk.pairs)

@@ -13,9 +13,9 @@ use fredholm_rayon::Replicates;
 use serde::Serialize;
 
 use crate::answer::SolveObserver;
-use crate::solver::Point;
+use crate::solver::{Point, Solver};
 use crate::{
-    Choices, Error, Goal, Model, Region, Scalar, Settings, SolveError, Subject, Tolerance,
+    Choices, Error, Goal, Model, Pairs, Region, Scalar, Settings, SolveError, Subject, Tolerance,
 };
 pub use summary::WholeSummary;
 
@@ -192,11 +192,54 @@ fn split(image: &[f64], replicates: usize) -> ([f64; IMAGE_HEAD], &[f64]) {
     }
 }
 
+impl<'m> Solver<'m> {
+    /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
+    /// by two otherwise.
+    pub fn score_degree(mut self, degree: usize) -> Self {
+        self.settings.score_degree = Some(degree);
+        self
+    }
+
+    /// The whole function u with its error band, from one set of walks, for circles and cubes. What is asked for otherwise
+    /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
+    /// equally many of each of [`REPLICATES`](crate::REPLICATES) replicates; a tolerance is for every point.
+    ///
+    /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
+    /// walks so far, and its summary says so.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Model, Solver};
+    ///
+    /// // u = 6x/5.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let whole = Solver::new(&u).cells(10).walks(20_000).whole()?;
+    /// for (x, value) in [(0.1, 0.12), (0.35, 0.42), (0.9, 1.08)] {
+    ///     let u = whole.at(x)?;
+    ///     assert!((u.estimate - value).abs() <= u.band.unwrap() && u.band.unwrap() < 1e-3);
+    /// }
+    /// let mean = whole.functional(&u.whole())?;
+    /// assert!((mean.estimate - 0.6).abs() < 5.0 * mean.std_error.unwrap());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
+        self.check()?;
+        Whole {
+            model: self.model,
+            settings: &self.settings,
+            watch: self.watch,
+        }
+        .function()
+    }
+}
+
 /// What the walks of a whole function depend on.
-pub(crate) struct Whole<'a, 'm> {
-    pub(crate) model: &'m dyn Model,
-    pub(crate) settings: &'a Settings,
-    pub(crate) watch: &'a dyn SolveObserver,
+struct Whole<'a, 'm> {
+    model: &'m dyn Model,
+    settings: &'a Settings,
+    watch: &'a dyn SolveObserver,
 }
 
 /// The walks so far, and why they ended.
@@ -209,7 +252,7 @@ struct Walked {
 
 impl<'m> Whole<'_, 'm> {
     /// Sets up, walks, and makes the function.
-    pub(crate) fn function(&self) -> Result<WholeFunction<'m>, SolveError> {
+    fn function(&self) -> Result<WholeFunction<'m>, SolveError> {
         let start = Instant::now();
         if !self.model.has_whole() {
             return Err(Error::Option {
@@ -221,6 +264,14 @@ impl<'m> Whole<'_, 'm> {
             .into());
         }
         let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
+        if walk.pairs == Pairs::Theory {
+            return Err(Error::Option {
+                subject: Subject::Pairs,
+                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
+                    .to_owned(),
+            }
+            .into());
+        }
         let cells = self.model.partition(&cut)?;
         let needed = cells.memory(&[], walk.pairs);
         let what = || format!("{} unknowns", cells.unknowns());

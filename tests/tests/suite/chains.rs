@@ -2,7 +2,9 @@
 
 use fredholm_core::whole::Stationary;
 use fredholm_core::{Real, Sampler, StateSpace, Uniforms};
+use fredholm_cube::model;
 use fredholm_tests::circle::{LIGHT, RHO, described};
+use fredholm_tests::cube;
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Report, check};
 
@@ -77,4 +79,29 @@ pub(crate) fn crowded_starts(seed: u64) -> Report {
         };
         examined(circle, &chain, seed)
     })
+}
+
+/// What circle and cube say of themselves, in both scalars; the matrix has more of them.
+#[test]
+fn circle_and_cube_preserve_uniform_densities() {
+    fn circle<F: Real>(cells: usize, report: &mut Report) {
+        described::<F, _>(&RHO, cells, LIGHT, |circle| {
+            let chain = Description::<1>::equation(circle);
+            let preserved = check::preserved(circle, chain, 1);
+            report.push("preserved density", "circle", preserved);
+            report.push("suffix starts", "circle", check::states(circle, chain, 1));
+        });
+    }
+    let mut report = Report::default();
+    for cells in [5, 35] {
+        circle::<f32>(cells, &mut report);
+        circle::<f64>(cells, &mut report);
+    }
+    report.extend(cube::examined_furnace::<1>(model::quadratic(0.6), 5, 4, 1));
+    report.extend(cube::examined_furnace::<2>(model::quadratic(0.6), 2, 4, 1));
+    for check in ["preserved density", "suffix starts"] {
+        let rows = report.rows().iter().filter(|row| row.check == check);
+        assert_eq!(rows.count(), 8);
+    }
+    report.assert_passed("chains of circles and cubes");
 }

@@ -8,8 +8,8 @@ use fredholm_core::whole::{BasisScores, Scores, WholeTask};
 use fredholm_core::{Located, Real, Source};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, IMAGE_HEAD, Pairs, Region, Scalar, Subject, WholeField, WholeRequest, WholeSystem,
-    WithWholeJob, refined_mean,
+    Error, IMAGE_HEAD, Region, Scalar, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+    refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -57,13 +57,6 @@ impl<'m> CircleWhole<'m> {
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let walk = request.walk;
-        if walk.pairs == Pairs::Theory {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
-                    .to_owned(),
-            });
-        }
         let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
         let circle = self.system.cut.circle(&setup.tables, walk.absorption)?;
         setup.boxed(&circle, &mut |neighbour| {
@@ -114,10 +107,7 @@ impl<'m> WholeSystem<'m> for CircleWhole<'m> {
         request: &WholeRequest<'_>,
         rows: Vec<f64>,
     ) -> Result<Box<dyn WholeField + 'm>, Error> {
-        let v = match self.system.cut.scalar {
-            Scalar::F32 => self.system.solution.rounded_through::<f32>()?,
-            Scalar::F64 => self.system.solution.v.clone(),
-        };
+        let v = v_of_walks(&self.system.solution, self.system.cut.scalar)?;
         let (own, functions) = (self.degree() + 1, request.degree + 1);
         let mut all = Vec::with_capacity(self.cells() * functions + rows.len());
         for v in v.chunks_exact(own) {

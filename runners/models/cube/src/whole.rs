@@ -7,8 +7,8 @@ use fredholm_core::whole::WholeTask;
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, Pairs, Region, Request, Scalar, Subject, WholeField, WholeRequest, WholeSystem,
-    WithWholeJob, refined_mean,
+    Error, Region, Request, Scalar, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+    refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -53,13 +53,6 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let (system, walk) = (&*self.system, request.walk);
-        if walk.pairs == Pairs::Theory {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
-                    .to_owned(),
-            });
-        }
         let nodes = nodes(&system.cut, request.degree + 1);
         if nodes > MOST_NODES {
             return Err(Error::TooMuch {
@@ -156,10 +149,7 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
         request: &WholeRequest<'_>,
         rows: Vec<f64>,
     ) -> Result<Box<dyn WholeField + 'm>, Error> {
-        let v = match self.system.cut.scalar {
-            Scalar::F32 => self.system.solved.solution.rounded_through::<f32>()?,
-            Scalar::F64 => self.system.solved.solution.v.clone(),
-        };
+        let v = v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?;
         let unknowns = self.cells * fredholm_cube::functions(D, request.degree);
         let mut all = vec![0.0; unknowns];
         with_values::<f64, _>(self.system.cut.functions(), |values| {

@@ -198,7 +198,7 @@ impl WholeGoalReport {
             self.name.clone(),
             self.at.as_ref().map_or(String::new(), Coordinates::text),
             self.exact
-                .map_or(String::new(), |exact| format!("{exact:.7}")),
+                .map_or("-".to_owned(), |exact| format!("{exact:.7}")),
             format!("{:.7}", value.iterate),
             with_error(value.estimate, value.std_error),
             optional(value.band),
