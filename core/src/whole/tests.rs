@@ -222,6 +222,9 @@ fn pieces_of_work_and_buffers_of_others_change_no_bit() {
         counts = *replicate.counts();
     }
     assert_eq!(counts.walks, 1000);
+    // No walk belongs to two replicates, or to one twice.
+    let next = Replicate::new(7, 32, counts, &mut sums).next_walk();
+    assert_eq!(next, 32 * 1000 + 7);
     task.normalisation().fill(&sums, 1000, |_| 0.5, &mut out);
     assert_eq!(out.map(f64::to_bits), whole[7].map(f64::to_bits));
 }

@@ -96,15 +96,16 @@ pub const IMAGE_HEAD: usize = 2;
 /// The share of a mean by which a finer rule may move it.
 const MEAN_SHARE: f64 = 1e-13;
 
-/// A mean over x by rules that become finer until they agree, or no finer one is taken. `rule` puts F, then T_K v, then
-/// (T_K r, Φ) into a slice of zeros by the rule of this number, or says that there is none of it; the image goes to `out`.
+/// A rule for means over x: it adds F, then T_K v, then (T_K r, Φ) to a slice of zeros by the rule of this number, or says
+/// that there is none of it.
+pub type MeanRule<'a> = dyn FnMut(usize, &mut [f64]) -> Result<bool, Error> + 'a;
+
+/// A mean over x by rules that become finer until they agree, or no finer one is taken. The image goes to
+/// `out`.
 ///
 /// # Errors
 /// What `rule` says.
-pub fn refined_mean(
-    out: &mut [f64],
-    rule: &mut dyn FnMut(usize, &mut [f64]) -> Result<bool, Error>,
-) -> Result<(), Error> {
+pub fn refined_mean(out: &mut [f64], rule: &mut MeanRule<'_>) -> Result<(), Error> {
     let mut before = f64::NAN;
     for number in 0.. {
         let mut sums = vec![0.0; out.len()];
