@@ -18,6 +18,7 @@ mod statistics;
 mod tail;
 mod uniforms;
 mod walk;
+pub mod whole;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
 pub use equation::{

@@ -4,6 +4,7 @@ use fredholm_core::array::Each;
 use fredholm_core::galerkin::{
     Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
 };
+use fredholm_core::whole::Stationary;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -381,6 +382,23 @@ impl<F: Real, E: Emission<F>> Sampler for Circle<'_, F, E> {
 impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         F::from_f64(0.25) * self.constants.survival * x.direction().sine(&y.direction())
+    }
+}
+
+/// Uniform starts: p is symmetric and q constant.
+impl<F: Real, E: Emission<F>> Stationary for Circle<'_, F, E> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        let xi: F = uniforms.uniform();
+        self.point(core::f64::consts::TAU * xi.to_f64())
+    }
+
+    #[inline]
+    fn start_density(&self, _: &Point<F>) -> f64 {
+        0.5 * core::f64::consts::FRAC_1_PI
+    }
+
+    fn survival(&self) -> f64 {
+        self.constants.survival.to_f64()
     }
 }
 

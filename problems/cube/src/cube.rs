@@ -4,6 +4,7 @@ use core::fmt;
 use fredholm_core::array::{Each, from_fn};
 
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
+use fredholm_core::whole::Stationary;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -197,6 +198,23 @@ impl<F: Real, const D: usize, K, S, const B: usize> Sampler for Cube<F, D, K, S,
 impl<F: Real, const D: usize, K, S, const B: usize> TransitionDensity for Cube<F, D, K, S, B> {
     fn density(&self, _: &[F; D], _: &[F; D]) -> F {
         self.survival
+    }
+}
+
+/// Uniform starts, as every state is uniform.
+impl<F: Real, const D: usize, K, S, const B: usize> Stationary for Cube<F, D, K, S, B> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> [F; D] {
+        from_fn(|_| uniforms.uniform())
+    }
+
+    #[inline]
+    fn start_density(&self, _: &[F; D]) -> f64 {
+        1.0
+    }
+
+    fn survival(&self) -> f64 {
+        self.survival.to_f64()
     }
 }
 

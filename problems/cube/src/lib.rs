@@ -17,12 +17,15 @@ mod functions;
 mod mean;
 mod mesh;
 pub mod model;
+#[cfg(feature = "alloc")]
+mod moments;
 mod product;
 #[cfg(feature = "alloc")]
 mod product_tables;
 #[cfg(feature = "alloc")]
 mod quadrature;
 mod rule;
+mod scores;
 #[cfg(feature = "alloc")]
 mod solution;
 mod table;
@@ -33,12 +36,15 @@ pub use error::CubeError;
 pub use factors::FactorTables;
 pub use functions::functions;
 pub use mean::{Mean, Weighted};
+#[cfg(feature = "alloc")]
+pub use moments::KernelMoments;
 pub use product::{FactorIntegral, KernelFactors, Product};
 #[cfg(feature = "alloc")]
 pub use product_tables::ProductTables;
 #[cfg(feature = "alloc")]
 pub use quadrature::CubeQuadrature;
 pub use rule::Rule;
+pub use scores::{CubeScores, degrees};
 #[cfg(feature = "alloc")]
 pub use solution::{absolute_radius, empty_table, table};
 pub use table::table_bytes;

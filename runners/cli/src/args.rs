@@ -303,13 +303,20 @@ pub(crate) struct Common {
 pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
+    /// Circles and cubes: answer all targets from one set of walks, with a band that holds for all points together. Nothing
+    /// is chosen: what the file leaves out has its default
+    #[arg(long)]
+    pub(crate) whole: bool,
     /// Number of cells (per axis for cubes)
     #[arg(long, value_name = "n", value_parser = count::<usize>)]
     pub(crate) cells: Option<usize>,
     /// Degree of the piecewise polynomials
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
-    /// Walks for each target; with a target error the maximum number
+    /// With --whole: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
+    #[arg(long, value_name = "p", requires = "whole")]
+    pub(crate) score_degree: Option<usize>,
+    /// Walks for each target, with --whole for all; with a target error the maximum number
     #[arg(long, value_name = "N", value_parser = count::<u64>)]
     pub(crate) walks: Option<u64>,
     /// Stop a target once this standard error is reached

@@ -22,6 +22,7 @@ mod sparse;
 mod table;
 mod threads;
 mod verify;
+mod whole;
 
 use std::process::ExitCode;
 

@@ -21,6 +21,7 @@ use crate::output::Output;
 use crate::progress::{Progress, Signals};
 use crate::table;
 use crate::threads::with_threads;
+use crate::whole;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -95,7 +96,7 @@ pub(crate) fn cut<'m>(
 }
 
 /// The kinds of result files.
-enum Format {
+pub(crate) enum Format {
     Json,
     Csv,
     /// Of the grid target with this name.
@@ -165,11 +166,15 @@ impl Problem {
 pub(crate) fn solve(args: &SolveArgs, signals: &Signals) -> Result<Ended, Failure> {
     let given = read(&args.file, |file| replace(file, args))?;
     let time_limit = args.time_limit.map(time_limit).transpose()?;
-    let problem = Problem::new(given, time_limit)?;
+    let mut problem = Problem::new(given, time_limit)?;
     let output = match &args.out {
         Some(path) => Some(open_output(path, &problem.file)?),
         None => None,
     };
+    if args.whole {
+        problem.resolved.settings.score_degree = args.score_degree;
+        return whole::solve(&problem, &args.common, output, signals);
+    }
     let answered = with_threads(args.common.threads, || answer(&problem, signals))?;
     let Some((report, ended)) = answered? else {
         say("warning: interrupted before the walks");

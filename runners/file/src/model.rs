@@ -75,6 +75,7 @@ impl ProblemFile {
             cells: value(&galerkin.cells),
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
+            score_degree: None,
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
             shadow_cuts: galerkin.shadow_cuts.as_ref().map(|cuts| cuts.value),

@@ -12,6 +12,7 @@ pub mod numbers;
 mod options;
 pub mod pairs;
 mod settings;
+mod whole;
 
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
@@ -22,3 +23,7 @@ pub use model::{
 };
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use settings::{Discretisation, Settings, WalkOptions};
+pub use whole::{
+    IMAGE_HEAD, MeanRule, WholeField, WholeRequest, WholeSystem, WithWholeJob, refined_mean,
+    v_of_walks,
+};

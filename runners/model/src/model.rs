@@ -10,7 +10,7 @@ use crate::examined::Examined;
 use crate::pairs::PairCounts;
 
 use crate::cost::{Cost, PointwisePairs};
-use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions};
+use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions, WholeSystem};
 
 /// The properties of a kind of model.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +90,11 @@ pub trait Model: Send + Sync {
     /// The region of the mean over the whole space.
     fn whole(&self) -> Region {
         Region::Whole
+    }
+
+    /// Whether its solved systems have a [whole function](System::whole).
+    fn has_whole(&self) -> bool {
+        false
     }
 
     /// (u, Φ), if it is known.
@@ -342,7 +347,22 @@ pub trait System: Send + Sync {
     /// # Errors
     /// [`Error`].
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error>;
+
+    /// The system as one that has its whole function from one set of walks. A kind whose chain preserves no density that
+    /// is known, or whose T_K nobody has written, has none: [`Model::has_whole`].
+    ///
+    /// # Errors
+    /// [`Error::Internal`]: it has none.
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Err(NO_WHOLE)
+    }
 }
+
+/// A system that has no whole function, of a model that says so.
+const NO_WHOLE: Error = Error::Internal("a system without a whole function");
 
 /// The goals and options of walks.
 #[derive(Clone, Copy, Debug)]

@@ -25,6 +25,8 @@ pub struct Settings {
     pub degree: Option<usize>,
     /// How the neighbour equation treats pairs of cells.
     pub pairs: Option<Pairs>,
+    /// Degree of the polynomials on whose coefficients the walks of a whole function score.
+    pub score_degree: Option<usize>,
     /// Quadrature points of a cell and axis, where coefficients come from quadrature.
     pub points: Option<usize>,
     /// How cells shrink towards the corners of a room; 1 makes them equal.
@@ -59,6 +61,7 @@ impl Default for Settings {
             cells: None,
             degree: None,
             pairs: None,
+            score_degree: None,
             points: None,
             grading: None,
             shadow_cuts: None,

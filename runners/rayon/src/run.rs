@@ -91,6 +91,13 @@ pub enum RunError {
         /// The number of the walk, from 0.
         walk: u64,
     },
+    /// A walk of a whole function scored an infinity or NaN.
+    Replicate {
+        /// The number of the replicate, from 0.
+        replicate: usize,
+        /// The number of the walk, from 0.
+        walk: u64,
+    },
 }
 
 impl fmt::Display for RunError {
@@ -101,6 +108,10 @@ impl fmt::Display for RunError {
             Self::NotFinite { goal, batch, walk } => write!(
                 f,
                 "walk {walk} (batch {batch}) of goal {goal} scored a value that is not finite"
+            ),
+            Self::Replicate { replicate, walk } => write!(
+                f,
+                "walk {walk} (replicate {replicate}) of the whole function scored a value that is not finite"
             ),
         }
     }

@@ -8,12 +8,14 @@ pub mod diagnosis;
 pub mod report;
 mod solver;
 pub mod sweep;
+mod whole;
 
 /// What a model is made of.
 pub mod model {
     pub use fredholm_model::pairs::PairCounts;
     pub use fredholm_model::{
         About, Derived, Examined, Flux, Heat, Model, Partitioned, Prepared, Request, System, Then,
+        WholeField, WholeRequest, WholeSystem, WithWholeJob,
     };
 }
 
@@ -37,3 +39,4 @@ pub use report::Report;
 pub use room::RoomModel;
 pub use solver::{Point, SolveError, Solver};
 pub use sphere::SphereModel;
+pub use whole::{BAND_LEVEL, REPLICATES, WholeFunction, WholeSummary, WholeValue};

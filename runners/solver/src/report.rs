@@ -2,6 +2,9 @@
 
 mod csv;
 mod text;
+mod whole;
+
+pub use whole::{WholeGoalReport, WholeReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
 use fredholm_rayon::Tail;

@@ -40,10 +40,10 @@ const NODES: usize = 2000;
 #[derive(Clone)]
 #[must_use = "a solver does nothing until it is asked to solve, predict or diagnose"]
 pub struct Solver<'m> {
-    model: &'m dyn Model,
-    settings: Settings,
+    pub(crate) model: &'m dyn Model,
+    pub(crate) settings: Settings,
     asked: Vec<Asked>,
-    watch: &'m dyn SolveObserver,
+    pub(crate) watch: &'m dyn SolveObserver,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -148,7 +148,7 @@ impl From<Error> for SolveError {
 /// assert_ne!(Point::from([0.3, 0.5]), Point::from(0.3));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point(Vec<f64>);
+pub struct Point(pub(crate) Vec<f64>);
 
 impl From<f64> for Point {
     fn from(x: f64) -> Self {
@@ -486,7 +486,7 @@ impl<'m> Solver<'m> {
     }
 
     /// Refuses settings that the equation does not take.
-    fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         self.settings.check()?;
         let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
         self.model.check(&cut, walk.pairs)

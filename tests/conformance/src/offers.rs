@@ -1,5 +1,7 @@
 //! The neighbour equations of a problem, each checked as it is handed in.
 
+mod chains;
+
 use fredholm_core::galerkin::{
     Coefficients, GalerkinMatrix, PairIntegral, Pairs, Partition, Piecewise,
 };

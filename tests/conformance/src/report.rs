@@ -6,7 +6,7 @@ use crate::check::Trace;
 use crate::outcome::Outcome;
 
 /// Every check, in the order of the table: what to mend first stands first.
-pub const CHECKS: [&str; 23] = [
+pub const CHECKS: [&str; 25] = [
     "cells",
     "steps' cells",
     "measures",
@@ -17,6 +17,8 @@ pub const CHECKS: [&str; 23] = [
     "masses",
     "chi-squared",
     "distribution",
+    "preserved density",
+    "suffix starts",
     "solution",
     "constant",
     "coefficients",

@@ -4,6 +4,7 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
+use crate::chains;
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
@@ -39,6 +40,8 @@ const BROKEN: &[Entry] = &[
     ("a wrong branch once in 50 steps", "chi-squared", |seed| with(Fault::Branch, seed)),
     ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
     ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
+    ("a chain whose states crowd, told to preserve what is uniform", "preserved density", chains::crowding),
+    ("starts crowd at one end", "suffix starts", chains::crowded_starts),
     ("F 0.1 % too large", "solution", |seed| with(Fault::Source, seed)),
     ("k 0.1 % too large, u = 1", "constant", |seed| with(Fault::Kernel, seed)),
     ("one K'_ij 1 % too large", "coefficients", |seed| with(Fault::Coefficient, seed)),

@@ -24,3 +24,4 @@ mod split;
 mod terminal;
 mod theory;
 mod verify;
+mod whole;

@@ -3,6 +3,7 @@
 mod export;
 mod light;
 mod system;
+mod whole;
 
 use core::f64::consts::TAU;
 
@@ -176,6 +177,10 @@ impl Model for CircleModel {
 
     fn whole(&self) -> Region {
         Region::Arc(0.0, TAU)
+    }
+
+    fn has_whole(&self) -> bool {
+        true
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {

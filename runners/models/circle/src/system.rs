@@ -15,11 +15,12 @@ use fredholm_variance::{
 };
 
 use super::light::Light;
+use super::whole::CircleWhole;
 use super::{CirclePartition, diagonal, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, System, in_scalar};
+use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
 
 /// The tables of the coefficients, and the Galerkin solution.
@@ -257,7 +258,11 @@ impl<F: Real> Setup<'_, F> {
     }
 
     /// Calls `then` with the neighbour equation as one type for all degrees and pairs.
-    fn boxed(&self, circle: &Circle<'_, F, Light<'_>>, then: &mut Use<'_, F>) -> Result<(), Error> {
+    pub(super) fn boxed(
+        &self,
+        circle: &Circle<'_, F, Light<'_>>,
+        then: &mut Use<'_, F>,
+    ) -> Result<(), Error> {
         let cells = self.system.cut.cells;
         let v = &self.v;
         if self.system.cut.degree > 0 {
@@ -358,6 +363,13 @@ impl System for CircleSystem<'_> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(CircleWhole::new(*self)))
     }
 }
 

@@ -3,15 +3,16 @@
 //! All else, set-ups and predictions among it, is compiled once for all equations and calls closures by their address.
 
 use fredholm_core::galerkin::{Dense, DiagonalRule, NeighbourVectors, Piecewise};
+use fredholm_core::whole::{Replicate, ReplicateCounts, WholeJob, WholeTask};
 use fredholm_core::{Batch, Goals, Job, WalkOptions};
-use fredholm_cube::Cube;
+use fredholm_cube::{Cube, CubeScores};
 use fredholm_rayon::RunError;
 
 use super::closures::Closures;
 use super::functions::Watched;
 use super::system::{Boxed, GoalsOf, Start};
 use fredholm_model::Error;
-use fredholm_model::WithJob;
+use fredholm_model::{WithJob, WithWholeJob};
 
 /// What tells the goals of a neighbour equation.
 pub(super) type MakeGoals<'a, F, const D: usize> =
@@ -45,6 +46,15 @@ pub(super) trait CompiledWalks<F, const D: usize>: Send + Sync {
         goals: &MakeGoals<'_, F, D>,
         then: &mut WithJob<'_>,
     ) -> Result<(), Error>;
+
+    /// Hands on the walks of a whole function.
+    fn with_whole(
+        &self,
+        parts: &Parts<'_, F>,
+        neighbour: &Boxed<'_, F, D>,
+        scores: &CubeScores<F, D>,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error>;
 }
 
 impl<K, S, const D: usize> CompiledWalks<f64, D> for Closures<K, S, D>
@@ -76,6 +86,19 @@ where
             }
         }
     }
+
+    fn with_whole(
+        &self,
+        parts: &Parts<'_, f64>,
+        neighbour: &Boxed<'_, f64, D>,
+        scores: &CubeScores<f64, D>,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let (m, absorption) = (parts.per_axis, parts.absorption);
+        let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, m, absorption)?;
+        let job = WholeTask::new(&cube, neighbour, scores, parts.options);
+        then(&job).map_err(|error| parts.explain_whole(error, neighbour, scores))
+    }
 }
 
 impl Parts<'_, f64> {
@@ -94,6 +117,24 @@ impl Parts<'_, f64> {
             let mut batch = Batch::new(walk, 1, walk.saturating_add(1));
             // Whoever asked for the values tells of the first that is not finite.
             let _ = job.run(goal, &mut batch, 1);
+        }
+        error
+    }
+
+    /// Walks such a walk of a whole function again, in the same way.
+    fn explain_whole<const D: usize>(
+        &self,
+        error: Error,
+        neighbour: &Boxed<'_, f64, D>,
+        scores: &CubeScores<f64, D>,
+    ) -> Error {
+        if let Error::Run(RunError::Replicate { walk, .. }) = error
+            && let Ok(cube) = self.values.cube::<D>(self.per_axis, self.absorption)
+        {
+            let job = WholeTask::new(&cube, neighbour, scores, self.options);
+            let mut sums = vec![0.0; job.unknowns()];
+            let mut replicate = Replicate::new(walk, 1, ReplicateCounts::default(), &mut sums);
+            let _ = job.run(&mut replicate, 1);
         }
         error
     }

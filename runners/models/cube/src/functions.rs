@@ -304,7 +304,10 @@ impl<'a, F: Real> Watched<'a, F> {
         let caused = matches!(
             error,
             Error::Cube(CubeError::Kernel { .. } | CubeError::Source { .. })
-                | Error::Run(fredholm_rayon::RunError::NotFinite { .. })
+                | Error::Run(
+                    fredholm_rayon::RunError::NotFinite { .. }
+                        | fredholm_rayon::RunError::Replicate { .. }
+                )
                 | Error::Variance(_)
         );
         match self.watch.get() {

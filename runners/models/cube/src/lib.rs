@@ -15,6 +15,7 @@ mod shapes;
 mod singular;
 mod system;
 mod table;
+mod whole;
 
 use core::any::Any;
 use std::sync::{Arc, OnceLock};
@@ -151,6 +152,11 @@ impl Model for CubeModel {
             all = all.into_iter().flat_map(more).collect();
         }
         all.into_iter().map(Region::Point).collect()
+    }
+
+    /// T_K by quadrature needs a kernel that is not singular.
+    fn has_whole(&self) -> bool {
+        self.exponent() <= 0.0
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {

@@ -13,10 +13,11 @@ use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
 use super::table::Table;
+use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use fredholm_model::{Error, Pairs, Partitioned, Region, System, in_scalar};
+use fredholm_model::{Error, Pairs, Partitioned, Region, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
@@ -88,7 +89,11 @@ fn weights<'a>(request: &Request<'a>) -> impl Iterator<Item = WeightOf<'a>> {
 
 impl<const D: usize> CubeSystem<'_, D> {
     /// The spectral radius of T_h²p if it is looked at, which must be below 1.
-    fn check_neighbour(&self, pairs: Pairs, absorption: f64) -> Result<Option<f64>, Error> {
+    pub(super) fn check_neighbour(
+        &self,
+        pairs: Pairs,
+        absorption: f64,
+    ) -> Result<Option<f64>, Error> {
         // With all pairs pointwise h is k, which has been looked at.
         if self.cut.diagonal_rule(pairs).is_none() {
             return Ok(None);
@@ -111,7 +116,7 @@ impl<const D: usize> CubeSystem<'_, D> {
     }
 
     /// The kinds of pairs that are asked for.
-    fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
+    pub(super) fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
         Ok(match request.walk.pairs {
             Pairs::Theory => Kinds::Table(self.theory(request)?),
             pairs => match (self.cut.band(pairs), self.cut.diagonal_rule(pairs)) {
@@ -425,6 +430,13 @@ impl<const D: usize> System for CubeSystem<'_, D> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(CubeWhole::new(*self)))
     }
 }
 

@@ -16,10 +16,8 @@ impl Report {
     /// # Errors
     /// [`Error::Internal`].
     pub fn csv(&self) -> Result<String, Error> {
-        let mut writer = csv::WriterBuilder::new()
-            .has_headers(false)
-            .from_writer(Vec::new());
-        let coordinates = coordinates(self);
+        let mut writer = writer();
+        let coordinates = of_columns(self.problem, self.dimension);
         let columns = COLUMNS.iter().copied();
         let columns = columns.chain(coordinates.iter().map(String::as_str));
         let columns: Vec<&str> = match &self.energy {
@@ -28,7 +26,11 @@ impl Report {
         };
         writer.write_record(&columns).map_err(|_| FAILED)?;
         for target in &self.goals {
-            let places = places(target, coordinates.len());
+            let place = CsvPlace {
+                at: target.at.as_ref(),
+                position: target.position.as_deref().unwrap_or(&[]),
+            };
+            let places = places(place, coordinates.len());
             let none = self.energy.as_ref().map(|_| [None::<f64>; 2]);
             let none = none.iter().flatten().collect::<Vec<_>>();
             let row = (CsvRow::new(target), places, none);
@@ -45,9 +47,44 @@ impl Report {
             }
             writer.write_record(row).map_err(|_| FAILED)?;
         }
-        let bytes = writer.into_inner().map_err(|_| FAILED)?;
-        String::from_utf8(bytes).map_err(|_| FAILED)
+        finished(writer)
     }
+}
+
+/// What writes rows of any columns.
+fn writer() -> csv::Writer<Vec<u8>> {
+    let mut builder = csv::WriterBuilder::new();
+    builder.has_headers(false).from_writer(Vec::new())
+}
+
+/// What was written.
+fn finished(writer: csv::Writer<Vec<u8>>) -> Result<String, Error> {
+    let bytes = writer.into_inner().map_err(|_| FAILED)?;
+    String::from_utf8(bytes).map_err(|_| FAILED)
+}
+
+/// Rows of entries as CSV.
+///
+/// # Errors
+/// [`Error::Internal`].
+pub(super) fn record(rows: &[Vec<String>]) -> Result<String, Error> {
+    let mut writer = writer();
+    for row in rows {
+        writer.write_record(row).map_err(|_| FAILED)?;
+    }
+    finished(writer)
+}
+
+/// A text as an entry of its own.
+pub(super) fn text(text: &str) -> String {
+    harmless(text).into_owned()
+}
+
+/// Where a target is.
+#[derive(Clone, Copy)]
+pub(super) struct CsvPlace<'a> {
+    pub(super) at: Option<&'a Coordinates>,
+    pub(super) position: &'a [f64],
 }
 
 /// The columns of the net fluxes of whole surfaces, which have rows of their own.
@@ -66,8 +103,8 @@ fn fluxes(energy: &EnergyReport) -> impl Iterator<Item = (String, String, Estima
 }
 
 /// The columns of a problem's coordinates, one each.
-fn coordinates(report: &Report) -> Vec<String> {
-    let names: &[&str] = match (report.problem, report.dimension) {
+pub(super) fn of_columns(problem: &str, dimension: Option<usize>) -> Vec<String> {
+    let names: &[&str] = match (problem, dimension) {
         ("circle", _) => &["s"],
         ("sphere", _) => &["theta", "phi"],
         ("room", _) => &["surface", "t", "x", "y"],
@@ -78,9 +115,9 @@ fn coordinates(report: &Report) -> Vec<String> {
 }
 
 /// The coordinates of a target, or empty entries if it is no point.
-fn places(target: &GoalReport, columns: usize) -> Vec<String> {
+pub(super) fn places(place: CsvPlace<'_>, columns: usize) -> Vec<String> {
     let numbers = |x: &[f64]| x.iter().map(f64::to_string).collect::<Vec<_>>();
-    let mut places = match &target.at {
+    let mut places = match place.at {
         None => Vec::new(),
         Some(Coordinates::One(s)) => vec![s.to_string()],
         // Of a room: a point in the air is on no surface.
@@ -91,7 +128,7 @@ fn places(target: &GoalReport, columns: usize) -> Vec<String> {
         }
         Some(Coordinates::On { surface, t }) => vec![harmless(surface).into_owned(), t.to_string()],
     };
-    places.extend(numbers(target.position.as_deref().unwrap_or(&[])));
+    places.extend(numbers(place.position));
     places.resize(columns, String::new());
     places
 }
@@ -167,7 +204,7 @@ impl<'a> CsvRow<'a> {
         };
         Self {
             name: harmless(&target.name),
-            at: target.at.as_ref().map(point),
+            at: target.at.as_ref().map(Coordinates::entry),
             from: interval.map(|over| over[0]),
             to: interval.map(|over| over[1]),
             weight: target.weight.as_deref().map(harmless),
@@ -206,14 +243,16 @@ fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// A point as one entry of a table.
-fn point(at: &Coordinates) -> String {
-    match at {
-        Coordinates::One(s) => s.to_string(),
-        Coordinates::Many(x) => {
-            let texts: Vec<String> = x.iter().map(f64::to_string).collect();
-            texts.join(" ")
+impl Coordinates {
+    /// The point as one entry of a table.
+    pub(super) fn entry(&self) -> String {
+        match self {
+            Self::One(s) => s.to_string(),
+            Self::Many(x) => {
+                let texts: Vec<String> = x.iter().map(f64::to_string).collect();
+                texts.join(" ")
+            }
+            Self::On { surface, t } => format!("{} {t}", harmless(surface)),
         }
-        Coordinates::On { surface, t } => format!("{} {t}", harmless(surface)),
     }
 }

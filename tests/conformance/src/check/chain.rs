@@ -258,32 +258,12 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         let left = description.leaving(&x.point);
         let masses = (0..equation.cells()).map(|j| equation.moments(&x, j)[0][0].to_f64());
         let probabilities = masses.map(|mass| mass / survival).chain([left]);
-        let mut classes: Vec<(f64, f64)> = Vec::new();
-        let mut pool = (0.0, 0.0);
-        for (probability, count) in probabilities.zip(counts) {
-            pool = (
-                pool.0 + f64::from(STEPS) * probability,
-                pool.1 + count as f64,
-            );
-            if pool.0 >= 5.0 {
-                classes.push(pool);
-                pool = (0.0, 0.0);
-            }
-        }
-        match classes.last_mut() {
-            // What is left over belongs to the last class.
-            Some(last) => *last = (last.0 + pool.0, last.1 + pool.1),
-            None => classes.push(pool),
-        }
-        if classes.len() < 2 {
+        let expected = probabilities.map(|probability| f64::from(STEPS) * probability);
+        let Some([degrees, chi, normal]) = chi_squared(expected.zip(counts)) else {
             continue;
-        }
+        };
         compared = true;
-        let degrees = classes.len() as f64 - 1.0;
-        let chi: f64 = classes.iter().map(|(e, c)| (c - e) * (c - e) / e).sum();
-        let spread = 2.0 / (9.0 * degrees);
-        let normal = ((chi / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
-        worst.add(degrees, chi, normal.max(0.0), || {
+        worst.add(degrees, chi, normal, || {
             format!(
                 "chi^2 of {STEPS} steps from {:?}, {degrees} degrees of freedom",
                 x.point
@@ -291,6 +271,33 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         });
     }
     compared.then(|| worst.outcome())
+}
+
+/// χ² of what was counted against what is expected, as degrees of freedom, χ² and the nearest normal number, 0 where
+/// it is negative; what expects fewer than 5 is pooled with its neighbours. `None`: fewer than two classes are left.
+pub(super) fn chi_squared(pairs: impl Iterator<Item = (f64, u64)>) -> Option<[f64; 3]> {
+    let mut classes: Vec<(f64, f64)> = Vec::new();
+    let mut pool = (0.0, 0.0);
+    for (expected, count) in pairs {
+        pool = (pool.0 + expected, pool.1 + count as f64);
+        if pool.0 >= 5.0 {
+            classes.push(pool);
+            pool = (0.0, 0.0);
+        }
+    }
+    match classes.last_mut() {
+        // What is left over belongs to the last class.
+        Some(last) => *last = (last.0 + pool.0, last.1 + pool.1),
+        None => classes.push(pool),
+    }
+    if classes.len() < 2 {
+        return None;
+    }
+    let degrees = classes.len() as f64 - 1.0;
+    let chi: f64 = classes.iter().map(|(e, c)| (c - e) * (c - e) / e).sum();
+    let spread = 2.0 / (9.0 * degrees);
+    let normal = ((chi / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
+    Some([degrees, chi, normal.max(0.0)])
 }
 
 /// **The sampler follows p within cells, too**: Kolmogorov and Smirnov's √N sup|F_N − F| for

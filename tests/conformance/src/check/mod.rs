@@ -20,6 +20,7 @@
 mod chain;
 mod map;
 mod neighbour;
+mod stationary;
 mod walks;
 
 pub(crate) use neighbour::vectors_agree;
@@ -31,6 +32,7 @@ pub use map::{measures, uniform_points};
 pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
+pub use stationary::{preserved, states};
 pub use walks::{
     Among, COVERAGE_SEEDS, Trace, coverage, error_bar, means, run, run_in_batches, scalars,
     statistics, trace, walk_all,

@@ -1,0 +1,140 @@
+//! Error bars over replicates: of one number, and of all x at once.
+
+use crate::array::from_fn;
+use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
+
+/// The mean of replicates and its standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Replicated {
+    /// The mean over the replicates.
+    pub mean: f64,
+    /// The standard error of that mean, in its unit; NaN for fewer than two replicates. An interval of 95 % is
+    /// Student's t of R − 1 degrees of freedom times as wide on each side.
+    pub std_error: f64,
+}
+
+/// The mean and its standard error of a number that every replicate has, of replicates of equally many walks. Welford's
+/// update: a sum of squares would lose all digits where replicates differ in their last ones.
+///
+/// ```
+/// let u = fredholm_core::whole::over_replicates(&[1.0, 2.0, 3.0, 6.0]);
+/// assert_eq!(u.mean, 3.0);
+/// assert!((u.std_error * u.std_error - 14.0 / 3.0 / 4.0).abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn over_replicates(values: &[f64]) -> Replicated {
+    let (mut mean, mut squares) = (0.0, 0.0);
+    for (i, value) in values.iter().enumerate() {
+        let before = value - mean;
+        mean += before / (i + 1) as f64;
+        squares += before * (value - mean);
+    }
+    let count = values.len() as f64;
+    let variance = squares / (count - 1.0) / count;
+    Replicated {
+        mean,
+        std_error: if values.len() > 1 {
+            Real::sqrt(variance)
+        } else {
+            f64::NAN
+        },
+    }
+}
+
+/// The most replicates of a [`band_factor`].
+pub const MOST_REPLICATES: usize = 256;
+
+/// The number c such that ũ(x) ± c · (standard error in x) holds at all points together with probability `level`: the
+/// quantile of the largest studentised deviation max_x |ũ*(x) − ũ(x)|/s*(x) of replicates drawn from the replicates with
+/// replacement (the bootstrap-t of Efron 1979, of a maximum).
+///
+/// `values` has what all R replicates say of one point after those of another, and is overwritten. `largest` has room for
+/// one number of each resample: a thousand fix the level to 0.7 %. Points at which all replicates say the same are left
+/// out; without any other c is 0. It is the same for the same values and seed, on every machine.
+///
+/// There is no band without at least two resamples and 4 to 256 replicates: then it is NaN.
+///
+/// ```
+/// use fredholm_core::whole::band_factor;
+///
+/// // Two points, 16 replicates; the second point says nothing new.
+/// let one: Vec<f64> = (0..16).map(|r| f64::from(r * 7 % 16)).collect();
+/// let mut both = [one.clone(), one].concat();
+/// let c = band_factor(&mut both, 16, 0.95, 1, &mut [0.0; 1000]);
+/// assert!(1.8 < c && c < 2.6, "{c}");
+/// ```
+#[must_use]
+pub fn band_factor(
+    values: &mut [f64],
+    replicates: usize,
+    level: f64,
+    seed: u64,
+    largest: &mut [f64],
+) -> f64 {
+    if !(4..=MOST_REPLICATES).contains(&replicates) || largest.len() < 2 {
+        return f64::NAN;
+    }
+    for point in values.chunks_exact_mut(replicates) {
+        standardise(point);
+    }
+    let seeds = WalkSeeds::<DefaultGenerator>::new(seed, BAND);
+    for (sample, largest) in (0..).zip(largest.iter_mut()) {
+        let mut draws = RngUniforms(seeds.generator(sample));
+        let mut times: [f64; MOST_REPLICATES] = from_fn(|_| 0.0);
+        for _ in 0..replicates {
+            let uniform: f64 = draws.uniform();
+            if let Some(times) = times.get_mut((uniform * replicates as f64) as usize) {
+                *times += 1.0;
+            }
+        }
+        let points = values.chunks_exact(replicates);
+        let squares = points.map(|point| squared_deviation(point, &times));
+        *largest = Real::sqrt(squares.fold(0.0, larger));
+    }
+    largest.sort_unstable_by(f64::total_cmp);
+    let rank = level * (largest.len() + 1) as f64;
+    // The smallest that at least this share of the others does not exceed.
+    let index = (rank as usize).saturating_sub(usize::from(rank as usize as f64 == rank));
+    largest
+        .get(index.min(largest.len() - 1))
+        .copied()
+        .unwrap_or(f64::NAN)
+}
+
+/// The number in place of a goal's that draws of a band have.
+const BAND: u64 = u64::MAX - 1;
+
+/// The larger one; NaN stays.
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+/// Makes the mean 0 and Σ squares R − 1; all 0 where all are equal.
+fn standardise(values: &mut [f64]) {
+    let Replicated { mean, std_error } = over_replicates(values);
+    let deviation = std_error * Real::sqrt(values.len() as f64);
+    // As far as rounding goes they are equal.
+    let scale = if deviation > f64::EPSILON * mean.abs() {
+        1.0 / deviation
+    } else {
+        0.0
+    };
+    for value in values {
+        *value = (*value - mean) * scale;
+    }
+}
+
+/// (mean*/s*)² of standardised values of which each is drawn so many times; 0 where they are all 0.
+fn squared_deviation(values: &[f64], times: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (value, times) in values.iter().zip(times) {
+        sum += times * value;
+        squares += times * value * value;
+    }
+    if sum == 0.0 {
+        return 0.0;
+    }
+    let variance = (squares - sum * sum / count) / (count - 1.0);
+    sum * sum / count / variance
+}

@@ -1,0 +1,144 @@
+//! One walk, and what every suffix of it scores.
+
+use num_traits::{one, zero};
+
+use crate::{Equation, Estimator, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk};
+
+/// A state that is kept, and what its suffix scores.
+#[derive(Clone, Copy, Debug)]
+struct State<P, F> {
+    x: Located<P>,
+    /// k and h of the step to the next state; 0 where there is none.
+    step: [F; 2],
+    /// What both equations score in the state itself.
+    own: [F; 2],
+    /// D_l.
+    difference: F,
+}
+
+/// The first N states of a walk, and what their suffixes score.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trail<P, F, const N: usize> {
+    states: [State<P, F>; N],
+    kept: usize,
+    /// Whether either equation scored anything but 0 in a suffix.
+    scored: bool,
+}
+
+impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
+    /// Room for N states. `any` is any point: a place needs a value.
+    pub(super) fn new(any: Located<P>) -> Self {
+        let none = State {
+            x: any,
+            step: [zero(); 2],
+            own: [zero(); 2],
+            difference: zero(),
+        };
+        Self {
+            states: [none; N],
+            kept: 0,
+            scored: false,
+        }
+    }
+
+    /// Whether either equation scored anything but 0 in a suffix of the last walk.
+    pub(super) const fn has_scored(&self) -> bool {
+        self.scored
+    }
+
+    /// The kept states and D_l.
+    #[inline]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&Located<P>, F)> {
+        let kept = self.states.iter().take(self.kept);
+        kept.map(|state| (&state.x, state.difference))
+    }
+
+    /// Follows one walk from x0 and scores the suffixes of its first N states. Returns its states, its end, and the
+    /// scores of all of it.
+    #[inline(always)]
+    pub(super) fn follow<E, M, U>(
+        &mut self,
+        equation: &E,
+        neighbour: &M,
+        x0: Located<P>,
+        estimator: Estimator,
+        step_limit: u32,
+        uniforms: &mut U,
+    ) -> Walk<F>
+    where
+        E: Equation<Scalar = F, Point = P>,
+        M: NeighbourOf<E> + ?Sized,
+        U: Uniforms<F>,
+    {
+        let mut x = x0;
+        // What both score from the state on that comes behind the kept ones.
+        let mut after = [zero::<F>(); 2];
+        let mut states = 0;
+        let mut termination = Termination::StepLimit;
+        self.kept = 0;
+        while states < step_limit {
+            let Some(state) = self.states.get_mut(self.kept) else {
+                let rest = (x, one());
+                let limit = step_limit - states;
+                let rest = walk(equation, neighbour, rest, estimator, limit, uniforms);
+                after = [rest.plain, rest.control];
+                states += rest.states;
+                termination = rest.termination;
+                break;
+            };
+            self.kept += 1;
+            states += 1;
+            state.x = x;
+            state.step = [zero(); 2];
+            state.own = [zero(); 2];
+            if estimator == Estimator::Collision {
+                state.own = [equation.source(&x.point), neighbour.source(&x)];
+            }
+            let q = equation.absorption(&x.point);
+            if uniforms.uniform() < q {
+                if estimator == Estimator::Absorption {
+                    let per_absorption = one::<F>() / q;
+                    state.own = [
+                        equation.source(&x.point) * per_absorption,
+                        neighbour.source(&x) * per_absorption,
+                    ];
+                }
+                termination = Termination::Absorbed;
+                break;
+            }
+            let Some(next) = equation.step(&x.point, uniforms) else {
+                termination = Termination::Left;
+                break;
+            };
+            let y = neighbour.locate(next);
+            let k = equation.kernel(&x.point, &y.point);
+            state.step = [k, neighbour.kernel(&x, &y, k)];
+            x = y;
+        }
+        let [plain, control] = self.backwards(after);
+        if !(plain - control).is_finite() {
+            termination = Termination::NotFinite;
+        }
+        Walk {
+            plain,
+            control,
+            states,
+            termination,
+        }
+    }
+
+    /// a_l = own_l + k_l a_(l+1) for both equations, and their difference. Returns a_0.
+    ///
+    /// Where a suffix is not finite, neither is the whole walk: an infinity or NaN stays one, as 0 · ∞ is NaN.
+    #[inline(always)]
+    fn backwards(&mut self, mut after: [F; 2]) -> [F; 2] {
+        self.scored = false;
+        for state in self.states.iter_mut().take(self.kept).rev() {
+            let [[k, h], [plain, control]] = [state.step, state.own];
+            after = [plain + k * after[0], control + h * after[1]];
+            state.difference = after[0] - after[1];
+            self.scored |= after != [zero(); 2];
+        }
+        after
+    }
+}

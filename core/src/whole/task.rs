@@ -1,0 +1,234 @@
+//! The walks of a whole function.
+
+use rand_core::{Rng, SeedableRng};
+
+use super::suffixes::Trail;
+use super::{Normalisation, Replicate, Scores, Stationary};
+use crate::{
+    DefaultGenerator, Equation, Estimator, NeighbourOf, NotFinite, Real, RngUniforms, Termination,
+    WalkOptions, WalkSeeds,
+};
+
+/// The number in place of a goal's that draws of a whole function have: those of no goal.
+pub const WHOLE: u64 = u64::MAX;
+
+/// States of a walk that are kept and scored, unless told otherwise. With s = 0.8 walks have 5 states on average, of
+/// which the first 32 are all but 0.08 %; with s = 0.95 they have 20, of which they are 81 %.
+pub const KEPT_STATES: usize = 32;
+
+/// The walks of a whole function, without any type of the problem: the seam between runners and problems. It is object
+/// safe.
+pub trait WholeJob: Sync {
+    /// The number of sums of a replicate.
+    fn unknowns(&self) -> usize;
+
+    /// What makes coefficients of sums.
+    fn normalisation(&self) -> Normalisation;
+
+    /// Runs at most `at_most` further walks of a replicate.
+    ///
+    /// # Errors
+    /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the sums; the replicate stands before it.
+    fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite>;
+}
+
+/// Equation, neighbour equation, scored functions and seeds: everything that the walks of a whole function depend on.
+///
+/// N = `KEPT` states of a walk are kept: see the [module](super) for why they are the first ones.
+///
+/// ```
+/// use fredholm_core::galerkin::{Basis, Partition};
+/// use fredholm_core::whole::*;
+/// use fredholm_core::*;
+///
+/// /// u(x) = ½ ∫ u dy + ¾ on [0, 1), of which the solution is 3/2, in one cell.
+/// struct Half;
+/// impl StateSpace for Half {
+///     type Scalar = f64;
+///     type Point = f64;
+/// }
+/// impl Sampler for Half {
+///     fn absorption(&self, _: &f64) -> f64 {
+///         0.5
+///     }
+///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+///         Some(uniforms.uniform())
+///     }
+/// }
+/// impl Kernel for Half {
+///     fn kernel(&self, _: &f64, _: &f64) -> f64 {
+///         1.0
+///     }
+/// }
+/// impl Source for Half {
+///     fn source(&self, _: &f64) -> f64 {
+///         0.75
+///     }
+/// }
+/// impl Stationary for Half {
+///     fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
+///         uniforms.uniform()
+///     }
+///     fn start_density(&self, _: &f64) -> f64 {
+///         1.0
+///     }
+///     fn survival(&self) -> f64 {
+///         0.5
+///     }
+/// }
+/// impl Partition for Half {
+///     fn cells(&self) -> usize {
+///         1
+///     }
+///     fn locate(&self, _: &f64) -> usize {
+///         0
+///     }
+/// }
+/// impl Basis for Half {
+///     fn basis(&self, _: &Located<f64>) -> [f64; 1] {
+///         [1.0]
+///     }
+/// }
+///
+/// // Without a neighbour equation e is u.
+/// let (none, scores) = (NoNeighbour::<Half>::new(), BasisScores::<_, 1>(&Half));
+/// let options = WalkOptions { estimator: Estimator::Collision, ..WalkOptions::default() };
+/// let task = WholeTask::new(&Half, &none, &scores, options);
+/// let mut means = [0.0; 16];
+/// for (r, mean) in means.iter_mut().enumerate() {
+///     let mut sums = [0.0];
+///     let mut replicate = Replicate::new(r as u64, 16, ReplicateCounts::default(), &mut sums);
+///     task.run(&mut replicate, 1000)?;
+///     task.normalisation().fill(&sums, 1000, |_| 1.0, core::slice::from_mut(mean));
+/// }
+/// let u = over_replicates(&means);
+/// assert!((u.mean - 1.5).abs() < 4.0 * u.std_error && u.std_error < 0.03);
+/// # Ok::<(), NotFinite>(())
+/// ```
+#[derive(Debug)]
+pub struct WholeTask<
+    'a,
+    E,
+    M: ?Sized,
+    S: ?Sized,
+    G = DefaultGenerator,
+    const KEPT: usize = KEPT_STATES,
+> {
+    /// The equation and its chain.
+    pub equation: &'a E,
+    /// The neighbour equation.
+    pub neighbour: &'a M,
+    /// The functions whose coefficients are scored.
+    pub scores: &'a S,
+    /// The estimator: what a walk scores.
+    pub estimator: Estimator,
+    /// The seeds of the walks' generators.
+    pub seeds: WalkSeeds<G>,
+    /// Most states of a walk; a walk that is cut off there is counted.
+    pub step_limit: u32,
+}
+
+impl<'a, E, M: ?Sized, S: ?Sized> WholeTask<'a, E, M, S> {
+    /// The walks with these options, with draws of the [`DefaultGenerator`].
+    #[must_use]
+    pub const fn new(
+        equation: &'a E,
+        neighbour: &'a M,
+        scores: &'a S,
+        options: WalkOptions,
+    ) -> Self {
+        Self {
+            equation,
+            neighbour,
+            scores,
+            estimator: options.estimator,
+            seeds: WalkSeeds::new(options.seed, WHOLE),
+            step_limit: options.step_limit,
+        }
+    }
+}
+
+impl<E, M: ?Sized, S: ?Sized, G, const KEPT: usize> WholeTask<'_, E, M, S, G, KEPT>
+where
+    E: Stationary,
+{
+    /// S_N = 1 + s + … + s^(N−1), N the number of states that are kept.
+    fn states_scored(&self) -> f64 {
+        let kept = KEPT.min(usize::try_from(self.step_limit).unwrap_or(usize::MAX));
+        let s = self.equation.survival();
+        (0..kept).fold(0.0, |sum, _| 1.0 + s * sum)
+    }
+}
+
+impl<E, M, S, G, const KEPT: usize> WholeTask<'_, E, M, S, G, KEPT>
+where
+    E: Equation + Stationary,
+    M: NeighbourOf<E> + ?Sized,
+    S: Scores<E::Point> + ?Sized,
+    G: Rng + SeedableRng,
+{
+    /// Runs at most `at_most` further walks, with the estimator as a constant.
+    #[inline(always)]
+    fn run_walks(
+        &self,
+        estimator: Estimator,
+        replicate: &mut Replicate<'_>,
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        const { assert!(KEPT > 0, "a walk of which no state is kept scores nothing") }
+        let mut trail: Option<Trail<E::Point, E::Scalar, KEPT>> = None;
+        let end = replicate.counts.walks.saturating_add(at_most);
+        while replicate.counts.walks < end {
+            let number = replicate.next_walk();
+            let mut draws = RngUniforms(self.seeds.generator(number));
+            let x0 = self.neighbour.locate(self.equation.start(&mut draws));
+            let trail = trail.get_or_insert_with(|| Trail::new(x0));
+            let limit = self.step_limit;
+            let (e, m) = (self.equation, self.neighbour);
+            let walk = trail.follow(e, m, x0, estimator, limit, &mut draws);
+            if walk.termination == Termination::NotFinite {
+                return Err(NotFinite { walk: number });
+            }
+            for (x, difference) in trail.iter() {
+                let score = difference.to_f64() / self.equation.start_density(&x.point);
+                self.scores.add(x, score, replicate.sums);
+            }
+            let counts = &mut replicate.counts;
+            counts.walks += 1;
+            counts.states += u64::from(walk.states);
+            match walk.termination {
+                Termination::Absorbed | Termination::NotFinite => {}
+                Termination::Left => counts.left += 1,
+                Termination::StepLimit => counts.step_limit += 1,
+            }
+            counts.scored += u64::from(trail.has_scored());
+        }
+        Ok(())
+    }
+}
+
+impl<E, M, S, G, const KEPT: usize> WholeJob for WholeTask<'_, E, M, S, G, KEPT>
+where
+    E: Equation + Stationary + Sync,
+    M: NeighbourOf<E> + Sync + ?Sized,
+    S: Scores<E::Point> + Sync + ?Sized,
+    G: Rng + SeedableRng,
+{
+    fn unknowns(&self) -> usize {
+        self.scores.unknowns()
+    }
+
+    fn normalisation(&self) -> Normalisation {
+        Normalisation {
+            functions: self.scores.functions(),
+            states_scored: self.states_scored(),
+        }
+    }
+
+    fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {
+        match self.estimator {
+            Estimator::Absorption => self.run_walks(Estimator::Absorption, replicate, at_most),
+            Estimator::Collision => self.run_walks(Estimator::Collision, replicate, at_most),
+        }
+    }
+}

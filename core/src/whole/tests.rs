@@ -1,0 +1,312 @@
+//! What suffixes score, against walks that start there, and bands, against what they promise.
+
+use std::vec::Vec;
+
+use super::*;
+use crate::galerkin::{Basis, Partition, legendre};
+use crate::*;
+
+/// u(x) = ∫ K u dy + F on [0, 1) with K = ½ + ¼x y, in two cells, and as its neighbour equation another of the same kind
+/// in place of a Galerkin one: h = 0.4/0.7, G = 1, v = 1/(1 − 0.4).
+#[derive(Clone, Copy)]
+struct Toy {
+    absorption: f64,
+    /// Whether points below ½ are absorbed more often, which preserves no uniform density.
+    uneven: bool,
+}
+
+const TOY: Toy = Toy {
+    absorption: 0.3,
+    uneven: false,
+};
+
+impl StateSpace for Toy {
+    type Scalar = f64;
+    type Point = f64;
+}
+impl Sampler for Toy {
+    fn absorption(&self, x: &f64) -> f64 {
+        if self.uneven && *x < 0.5 {
+            2.0 * self.absorption
+        } else {
+            self.absorption
+        }
+    }
+    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+        Some(uniforms.uniform())
+    }
+}
+impl Kernel for Toy {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        (0.5 + 0.25 * x * y) / (1.0 - self.absorption(x))
+    }
+}
+impl Source for Toy {
+    fn source(&self, x: &f64) -> f64 {
+        1.0 + x
+    }
+}
+impl Stationary for Toy {
+    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
+        uniforms.uniform()
+    }
+    fn start_density(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn survival(&self) -> f64 {
+        1.0 - self.absorption
+    }
+}
+impl Partition for Toy {
+    fn cells(&self) -> usize {
+        2
+    }
+    fn locate(&self, x: &f64) -> usize {
+        usize::from(*x >= 0.5)
+    }
+}
+impl Basis<3> for Toy {
+    fn basis(&self, x: &Located<f64>) -> [f64; 3] {
+        legendre(4.0 * x.point - 2.0 * x.cell as f64 - 1.0)
+    }
+}
+
+/// v = 0.4 ∫ v + 1.
+struct Constant(Toy);
+impl StateSpace for Constant {
+    type Scalar = f64;
+    type Point = f64;
+}
+impl Neighbour for Constant {
+    fn locate(&self, x: f64) -> Located<f64> {
+        Located {
+            point: x,
+            cell: TOY.locate(&x),
+        }
+    }
+    fn kernel(&self, x: &Located<f64>, _: &Located<f64>, _: f64) -> f64 {
+        0.4 / (1.0 - self.0.absorption(&x.point))
+    }
+    fn source(&self, _: &Located<f64>) -> f64 {
+        1.0
+    }
+    fn value(&self, _: &Located<f64>) -> f64 {
+        1.0 / 0.6
+    }
+}
+
+/// u = 1 + x + ½ a + ¼ x b with a = ∫ u and b = ∫ x u: a = 3/2 + a/2 + b/8, b = 5/6 + a/4 + b/12.
+fn solution(x: f64) -> f64 {
+    let determinant = 0.5 * (11.0 / 12.0) - 0.125 * 0.25;
+    let a = (1.5 * 11.0 / 12.0 + 0.125 * 5.0 / 6.0) / determinant;
+    let b = (0.5 * 5.0 / 6.0 + 0.25 * 1.5) / determinant;
+    1.0 + x + 0.5 * a + 0.25 * x * b
+}
+
+type ToyTask<'a, const KEPT: usize> =
+    WholeTask<'a, Toy, Constant, BasisScores<'a, Toy, 3>, DefaultGenerator, KEPT>;
+
+const EVEN: Constant = Constant(TOY);
+const SCORES: BasisScores<'_, Toy, 3> = BasisScores(&TOY);
+
+fn task<const KEPT: usize>(neighbour: &Constant, estimator: Estimator) -> ToyTask<'_, KEPT> {
+    WholeTask {
+        equation: &neighbour.0,
+        neighbour,
+        scores: &SCORES,
+        estimator,
+        seeds: WalkSeeds::new(5, WHOLE),
+        step_limit: STEP_LIMIT,
+    }
+}
+
+/// The coefficients of R replicates of so many walks.
+fn coefficients<const KEPT: usize>(task: &ToyTask<'_, KEPT>, walks: u64) -> Vec<[f64; 6]> {
+    let replicate = |r| {
+        let (mut sums, mut out) = ([0.0; 6], [0.0; 6]);
+        let mut replicate = Replicate::new(r, 32, ReplicateCounts::default(), &mut sums);
+        task.run(&mut replicate, walks).unwrap();
+        task.normalisation().fill(&sums, walks, |_| 0.5, &mut out);
+        out
+    };
+    (0..32).map(replicate).collect()
+}
+
+/// Largest |z| of the coefficients against those of u − v, which is of degree 1.
+fn largest_z<const KEPT: usize>(toy: Toy, estimator: Estimator) -> f64 {
+    let all = coefficients::<KEPT>(&task(&Constant(toy), estimator), 4000);
+    let root = 3.0_f64.sqrt();
+    let mut largest = 0.0_f64;
+    for (jb, value) in (0..6).map(|jb| (jb, all.iter().map(|c| c[jb]).collect::<Vec<_>>())) {
+        let (from, middle) = [(0.0, 0.25), (0.5, 0.75)][jb / 3];
+        let slope = (solution(from + 0.5) - solution(from)) / 2.0;
+        let exact = [solution(middle) - 1.0 / 0.6, slope / root, 0.0][jb % 3];
+        let found = over_replicates(&value);
+        assert!(found.std_error > 0.0);
+        largest = largest.max((found.mean - exact).abs() / found.std_error);
+    }
+    largest
+}
+
+/// Of 36 values of t with 31 degrees of freedom none is beyond 4.4 but with probability 36 · 1.2·10⁻⁴ = 0.4 %.
+const T: f64 = 4.4;
+
+#[test]
+fn coefficients_are_those_of_the_error_however_many_states_are_kept() {
+    for estimator in [Estimator::Absorption, Estimator::Collision] {
+        for z in [
+            largest_z::<1>(TOY, estimator),
+            largest_z::<3>(TOY, estimator),
+            largest_z::<32>(TOY, estimator),
+        ] {
+            assert!(z < T, "{estimator:?} {z}");
+        }
+    }
+}
+
+/// The same walks with a chain whose states crowd: what the claim of a preserved density is for.
+#[test]
+fn a_chain_that_does_not_keep_the_density_is_biased() {
+    let uneven = Toy {
+        uneven: true,
+        ..TOY
+    };
+    assert!(largest_z::<1>(uneven, Estimator::Collision) < 4.0);
+    assert!(largest_z::<32>(uneven, Estimator::Collision) > 20.0);
+}
+
+/// Every suffix scores what a walk scores that starts there with the same numbers.
+#[test]
+fn suffixes_are_walks() {
+    /// Numbers that are drawn again from a place.
+    struct From<'a>(&'a [f64]);
+    impl Uniforms<f64> for From<'_> {
+        fn uniform(&mut self) -> f64 {
+            let (first, rest) = self.0.split_first().unwrap();
+            self.0 = rest;
+            *first
+        }
+    }
+    let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(3, 0).generator(0));
+    for estimator in [Estimator::Absorption, Estimator::Collision] {
+        for _ in 0..200 {
+            let numbers: Vec<f64> = (0..400).map(|_| draws.uniform()).collect();
+            let x0 = EVEN.locate(numbers[0]);
+            let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0);
+            let limit = STEP_LIMIT;
+            let mut uniforms = From(&numbers[1..]);
+            let all = trail.follow(&TOY, &EVEN, x0, estimator, limit, &mut uniforms);
+            assert!(trail.has_scored());
+            assert_eq!(trail.iter().count(), (all.states as usize).min(4));
+            for (l, (x, difference)) in trail.iter().enumerate() {
+                assert_eq!(x.point, numbers[2 * l]);
+                let mut rest = From(&numbers[2 * l + 1..]);
+                let alone = walk(&TOY, &EVEN, (*x, 1.0), estimator, limit, &mut rest);
+                let expected = alone.plain - alone.control;
+                assert!((difference - expected).abs() < 1e-13 * alone.plain.abs());
+                assert_eq!(alone.states, all.states - l as u32);
+            }
+        }
+    }
+}
+
+#[test]
+fn pieces_of_work_and_buffers_of_others_change_no_bit() {
+    let task = task::<32>(&EVEN, Estimator::Absorption);
+    let whole = coefficients(&task, 1000);
+    let (mut sums, mut out) = ([0.0; 6], [0.0; 6]);
+    let mut counts = ReplicateCounts::default();
+    for walks in [1, 0, 399, 600] {
+        let mut replicate = Replicate::new(7, 32, counts, &mut sums);
+        task.run(&mut replicate, walks).unwrap();
+        counts = *replicate.counts();
+    }
+    assert_eq!(counts.walks, 1000);
+    // No walk belongs to two replicates, or to one twice.
+    let next = Replicate::new(7, 32, counts, &mut sums).next_walk();
+    assert_eq!(next, 32 * 1000 + 7);
+    task.normalisation().fill(&sums, 1000, |_| 0.5, &mut out);
+    assert_eq!(out.map(f64::to_bits), whole[7].map(f64::to_bits));
+}
+
+/// A walk that is cut off is counted, and one that is not finite is named and not scored.
+#[test]
+fn walks_that_go_wrong_are_told() {
+    let mut task = task::<2>(&EVEN, Estimator::Collision);
+    task.step_limit = 3;
+    let mut sums = [0.0; 6];
+    let mut replicate = Replicate::new(0, 1, ReplicateCounts::default(), &mut sums);
+    task.run(&mut replicate, 1000).unwrap();
+    let cut = replicate.counts().step_limit;
+    // 0.7³ = 34 %.
+    assert!((300..400).contains(&cut), "{cut}");
+
+    let endless = Constant(Toy {
+        absorption: 0.0,
+        uneven: false,
+    });
+    let mut task = self::task::<2>(&endless, Estimator::Absorption);
+    task.step_limit = 0;
+    assert_eq!(task.normalisation().states_scored, 0.0);
+    let nan = Constant(Toy {
+        absorption: f64::NAN,
+        uneven: false,
+    });
+    let task = self::task::<2>(&nan, Estimator::Collision);
+    let before = [1.0; 6];
+    let mut sums = before;
+    let mut replicate = Replicate::new(3, 8, ReplicateCounts::default(), &mut sums);
+    assert_eq!(task.run(&mut replicate, 5), Err(NotFinite { walk: 3 }));
+    assert_eq!((replicate.counts().walks, sums), (0, before));
+}
+
+/// Normal numbers: the sum of twelve uniform ones is near enough.
+fn normal(draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
+    (0..12)
+        .map(|_| Uniforms::<f64>::uniform(draws))
+        .sum::<f64>()
+        - 6.0
+}
+
+/// Bands over 32 replicates hold at all of 40 points in 95 % of 1,000 cases: of the binomial distribution's mass all but
+/// 10⁻⁴ is between 92.1 % and 97.4 %.
+#[test]
+fn bands_hold_everywhere_at_once() {
+    const POINTS: usize = 40;
+    const REPLICATES: usize = 32;
+    let mut held = 0;
+    for case in 0..1000 {
+        let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(11, case).generator(0));
+        let mut values = [0.0; POINTS * REPLICATES];
+        // A function of three waves, of very different sizes from place to place.
+        for r in 0..REPLICATES {
+            let waves: [f64; 3] = core::array::from_fn(|_| normal(&mut draws));
+            for (i, point) in values.chunks_exact_mut(REPLICATES).enumerate() {
+                let x = i as f64 / POINTS as f64;
+                let wave = waves[0] + waves[1] * (6.0 * x).sin() + waves[2] * (6.0 * x).cos();
+                point[r] = 1e3 + (1e-6 + x * x) * wave;
+            }
+        }
+        let errors: Vec<Replicated> = values
+            .chunks_exact(REPLICATES)
+            .map(over_replicates)
+            .collect();
+        let c = band_factor(&mut values, REPLICATES, 0.95, case, &mut [0.0; 500]);
+        assert!(c > 2.0 && c < 4.5, "{c}");
+        held += u32::from(
+            errors
+                .iter()
+                .all(|u| (u.mean - 1e3).abs() <= c * u.std_error),
+        );
+    }
+    assert!((921..=974).contains(&held), "{held}");
+}
+
+#[test]
+fn a_band_of_nothing_is_nothing() {
+    let mut largest = [0.0; 10];
+    assert_eq!(band_factor(&mut [2.0; 32], 16, 0.95, 1, &mut largest), 0.0);
+    assert!(band_factor(&mut [2.0; 3], 3, 0.95, 1, &mut largest).is_nan());
+    assert!(band_factor(&mut [2.0; 16], 16, 0.95, 1, &mut []).is_nan());
+    assert!(over_replicates(&[1.0]).std_error.is_nan());
+}

@@ -1,0 +1,317 @@
+//! What T_K makes of piecewise polynomials, by quadrature.
+
+use alloc::vec::Vec;
+
+use fredholm_core::array::from_fn;
+use fredholm_core::galerkin::{GalerkinError, legendre, reserve};
+use fredholm_variance::gauss;
+
+use crate::mesh::Mesh;
+use crate::scores::{Axis, PER_AXIS, add_products};
+use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn, functions};
+
+/// The integrals ∫_Xj K(x,y) ψ_jb(y) dy over all cells for a point x, with functions of any total degree ≤ p that is
+/// known at run time, by Gauss rules of g points an axis on every cell.
+///
+/// Along every axis a cell is cut at y_a = x_a, where kernels have their kinks: |x_a − y_a| and what is smooth on both
+/// sides of it loses no order. A rule of g points is exact for polynomials of degree 2g − 1 an axis.
+///
+/// ```
+/// use fredholm_cube::{Cube, KernelMoments};
+///
+/// let kernel = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs();
+/// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 2, 0.2)?;
+/// let moments = KernelMoments::new(&cube, 1, 2)?;
+/// let mut out = [0.0; 4];
+/// moments.fill(&kernel, &[0.25], &mut out)?;
+/// // ∫|¼ − y| dy from 0 to ½, and from ½ to 1.
+/// assert!((out[0] - 0.0625).abs() < 1e-15 && (out[2] - 0.25).abs() < 1e-15);
+/// # Ok::<(), fredholm_cube::CubeError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct KernelMoments<const D: usize> {
+    mesh: Mesh<D>,
+    degree: usize,
+    functions: usize,
+    /// Nodes in [−1, 1] and weights that sum to 2.
+    rule: Vec<(f64, f64)>,
+}
+
+/// A node of an axis: where it lies, its weight, and the polynomials of its cell there.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    place: u32,
+    y: f64,
+    weight: f64,
+    psi: Axis,
+}
+
+impl<const D: usize> KernelMoments<D> {
+    /// The moments on the cells of a cube, of functions of this total degree or less, by g = `points` points.
+    ///
+    /// # Errors
+    /// [`CubeError::Points`]: there is no point, or the degree is above [`CubeScores::MOST_DEGREE`];
+    /// [`GalerkinError::Memory`] as [`CubeError::Galerkin`].
+    pub fn new<K, S, const B: usize>(
+        cube: &Cube<f64, D, K, S, B>,
+        degree: usize,
+        points: usize,
+    ) -> Result<Self, CubeError> {
+        if points == 0 || degree > CubeScores::<f64, D>::MOST_DEGREE {
+            return Err(CubeError::Points);
+        }
+        Ok(Self {
+            mesh: cube.mesh(),
+            degree,
+            functions: functions(D, degree),
+            rule: gauss(points)?,
+        })
+    }
+
+    /// n·B.
+    #[must_use]
+    pub const fn unknowns(&self) -> usize {
+        self.mesh.cells().saturating_mul(self.functions)
+    }
+
+    /// g.
+    #[must_use]
+    pub const fn points(&self) -> usize {
+        self.rule.len()
+    }
+
+    /// The moments of any kernel at `x`, in up to (m + 1)^D g^D of its values.
+    ///
+    /// # Errors
+    /// [`CubeError::Length`]: `out` has not n·B entries; [`CubeError::Galerkin`]: memory.
+    pub fn fill(
+        &self,
+        kernel: &dyn KernelFn<f64, D>,
+        x: &[f64; D],
+        out: &mut [f64],
+    ) -> Result<(), CubeError> {
+        self.check(out.len())?;
+        out.fill(0.0);
+        let axes = self.axes(x)?;
+        let walk = Tensor {
+            moments: self,
+            axes: &axes,
+            kernel,
+            x,
+        };
+        walk.add(0, Partial::first(), out);
+        Ok(())
+    }
+
+    /// The moments of a product kernel at `x`, in up to D (m + 1) g values of its factors.
+    ///
+    /// # Errors
+    /// As [`fill`](Self::fill).
+    pub fn fill_product(
+        &self,
+        factors: &dyn KernelFactors<f64>,
+        x: &[f64; D],
+        out: &mut [f64],
+    ) -> Result<(), CubeError> {
+        self.check(out.len())?;
+        out.fill(0.0);
+        let axes = self.axes(x)?;
+        let m = self.mesh.per_axis() as usize;
+        let mut tables: Vec<Axis> = reserve(m.saturating_mul(D))?;
+        tables.resize(m.saturating_mul(D), [0.0; PER_AXIS]);
+        let rows = tables.chunks_exact_mut(m);
+        for (axis, (table, (nodes, &x))) in rows.zip(axes.iter().zip(x)).enumerate() {
+            for node in nodes {
+                let k = node.weight * factors.factor(axis, x, node.y);
+                if let Some(row) = table.get_mut(node.place as usize) {
+                    add_axis(row, k, &node.psi);
+                }
+            }
+        }
+        for (cell, out) in out.chunks_exact_mut(self.functions).enumerate() {
+            let places = self.mesh.places(cell);
+            let place = |a: usize| tables.get(a * m + places[a] as usize);
+            let axes: [Axis; D] = from_fn(|a| place(a).copied().unwrap_or([f64::NAN; PER_AXIS]));
+            add_products(&axes, self.degree, 1.0, &mut out.iter_mut());
+        }
+        Ok(())
+    }
+
+    fn check(&self, found: usize) -> Result<(), CubeError> {
+        let expected = self.unknowns();
+        if expected == found {
+            Ok(())
+        } else {
+            Err(CubeError::Length { expected, found })
+        }
+    }
+
+    /// The nodes of every axis, cell by cell.
+    fn axes(&self, x: &[f64; D]) -> Result<[Vec<Node>; D], GalerkinError> {
+        let mut axes = [const { Vec::new() }; D];
+        for (nodes, &x) in axes.iter_mut().zip(x) {
+            *nodes = self.axis(x)?;
+        }
+        Ok(axes)
+    }
+
+    fn axis(&self, x: f64) -> Result<Vec<Node>, GalerkinError> {
+        let m = self.mesh.per_axis();
+        let mut nodes = reserve((m as usize + 1).saturating_mul(self.rule.len()))?;
+        for place in 0..m {
+            // Where the axis is cut, in the coordinate of the cell.
+            let cut = 2.0 * (x * f64::from(m) - f64::from(place)) - 1.0;
+            if -1.0 < cut && cut < 1.0 {
+                self.add_nodes(&mut nodes, place, [-1.0, cut]);
+                self.add_nodes(&mut nodes, place, [cut, 1.0]);
+            } else {
+                self.add_nodes(&mut nodes, place, [-1.0, 1.0]);
+            }
+        }
+        Ok(nodes)
+    }
+
+    /// Adds the rule between two coordinates of a cell.
+    fn add_nodes(&self, nodes: &mut Vec<Node>, place: u32, [from, to]: [f64; 2]) {
+        let m = f64::from(self.mesh.per_axis());
+        let half = 0.5 * (to - from);
+        nodes.extend(self.rule.iter().map(|&(node, weight)| {
+            let t = from + half * (1.0 + node);
+            Node {
+                place,
+                y: (f64::from(place) + 0.5 * (1.0 + t)) / m,
+                weight: 0.5 * half * weight / m,
+                psi: legendre(t),
+            }
+        }));
+    }
+}
+
+/// sums += factor · values.
+fn add_axis(sums: &mut Axis, factor: f64, values: &Axis) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}
+
+/// Integrals over all cells, one axis after the other, the last one first to be added up.
+struct Tensor<'a, const D: usize> {
+    moments: &'a KernelMoments<D>,
+    axes: &'a [Vec<Node>; D],
+    kernel: &'a dyn KernelFn<f64, D>,
+    x: &'a [f64; D],
+}
+
+/// What the first axes of a node say.
+#[derive(Clone, Copy)]
+struct Partial<const D: usize> {
+    cell: usize,
+    y: [f64; D],
+    weight: f64,
+    psi: [Axis; D],
+}
+
+impl<const D: usize> Partial<D> {
+    const fn first() -> Self {
+        Self {
+            cell: 0,
+            y: [0.0; D],
+            weight: 1.0,
+            psi: [[0.0; PER_AXIS]; D],
+        }
+    }
+}
+
+impl<const D: usize> Tensor<'_, D> {
+    fn add(&self, axis: usize, partial: Partial<D>, out: &mut [f64]) {
+        let m = self.moments.mesh.per_axis() as usize;
+        let Some(nodes) = self.axes.get(axis) else {
+            return;
+        };
+        for of_place in nodes.chunk_by(|a, b| a.place == b.place) {
+            let mut next = partial;
+            let place = of_place.first().map_or(0, |node| node.place as usize);
+            next.cell = partial.cell * m + place;
+            if axis + 1 == D {
+                next.psi[axis] = [0.0; PER_AXIS];
+                for node in of_place {
+                    next.y[axis] = node.y;
+                    let k = node.weight * self.kernel.kernel(self.x, &next.y);
+                    add_axis(&mut next.psi[axis], k, &node.psi);
+                }
+                self.score(&next, out);
+            } else {
+                for node in of_place {
+                    next.y[axis] = node.y;
+                    next.weight = partial.weight * node.weight;
+                    next.psi[axis] = node.psi;
+                    self.add(axis + 1, next, out);
+                }
+            }
+        }
+    }
+
+    fn score(&self, at: &Partial<D>, out: &mut [f64]) {
+        let functions = self.moments.functions;
+        let start = at.cell * functions;
+        if let Some(out) = out.get_mut(start..start + functions) {
+            let degree = self.moments.degree;
+            add_products(&at.psi, degree, at.weight, &mut out.iter_mut());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fredholm_core::Real;
+
+    use super::KernelMoments;
+    use crate::{Cube, CubeError, KernelFactors, KernelFn, Product};
+
+    /// K = (1 + x y²)·|x − y| along every axis.
+    #[derive(Clone, Copy)]
+    struct Kink;
+    impl KernelFactors<f64> for Kink {
+        fn factor(&self, axis: usize, x: f64, y: f64) -> f64 {
+            (1.0 + axis as f64 + x * y * y) * Real::abs(x - y)
+        }
+    }
+
+    #[test]
+    fn products_and_others_agree() {
+        let x = [0.3, 0.61, 0.05];
+        let kernel = Product(Kink);
+        let cube = Cube::<f64, 3, _, _>::new(kernel, |_: &[f64; 3]| 1.0, 3, 0.2).unwrap();
+        let moments = KernelMoments::new(&cube, 2, 3).unwrap();
+        let mut all = [alloc::vec![0.0; 270], alloc::vec![0.0; 270]];
+        let [one, other] = &mut all;
+        moments.fill(&kernel, &x, one).unwrap();
+        moments.fill_product(&Kink, &x, other).unwrap();
+        for (one, other) in one.iter().zip(&*other) {
+            assert!((one - other).abs() < 1e-15);
+        }
+        // A finer rule has nothing to add: 1 + xy² times |x − y| times ψ are of degree 5 on both sides.
+        let finer = KernelMoments::new(&cube, 2, 7).unwrap();
+        finer.fill(&kernel, &x, other).unwrap();
+        for (one, other) in one.iter().zip(&*other) {
+            assert!((one - other).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let kernel = |_: &[f64; 1], _: &[f64; 1]| 1.0;
+        let cube = Cube::<f64, 1, _, _>::new(kernel, |_: &[f64; 1]| 1.0, 4, 0.2).unwrap();
+        let none = KernelMoments::new(&cube, 1, 0).map(|_| ());
+        assert_eq!(none, Err(CubeError::Points));
+        assert!(KernelMoments::new(&cube, 8, 3).is_err());
+        let moments = KernelMoments::new(&cube, 1, 1).unwrap();
+        let kernel: &dyn KernelFn<f64, 1> = &kernel;
+        let short = moments.fill(kernel, &[0.5], &mut [0.0; 7]);
+        let length = CubeError::Length {
+            expected: 8,
+            found: 7,
+        };
+        assert_eq!(short, Err(length));
+    }
+}

@@ -1,0 +1,89 @@
+//! `fredholm solve --whole`.
+
+use std::io::Write;
+
+use fredholm::report::WholeReport;
+use fredholm::{SolveError, Solver};
+use fredholm_file::Resolved;
+
+use crate::args::Common;
+use crate::failure::{Ended, Failure, say};
+use crate::output::Output;
+use crate::progress::{Progress, Signals};
+use crate::solve::{Format, Problem};
+use crate::table;
+use crate::threads::with_threads;
+
+/// Answers all targets of a problem from one set of walks.
+pub(crate) fn solve(
+    problem: &Problem,
+    common: &Common,
+    output: Option<(Format, Output)>,
+    signals: &Signals,
+) -> Result<Ended, Failure> {
+    let answered = with_threads(common.threads, || answer(problem, signals))?;
+    let Some(report) = answered? else {
+        say("warning: interrupted before the walks");
+        return Ok(Ended::Interrupted);
+    };
+    // Results that cannot be written to their file are printed nevertheless.
+    let written = output.map_or(Ok(()), |(format, output)| {
+        output.finish(match format {
+            Format::Json => table::json(&report)?,
+            Format::Csv => report.csv().map_err(Failure::run)?,
+            Format::Svg(name) => table::whole_svg(&report, &name)?,
+        })
+    });
+    let text = if common.json {
+        table::json(&report)?
+    } else {
+        report.table()
+    };
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()?;
+    for remark in report.summary.remarks() {
+        say(format_args!("warning: {remark}"));
+    }
+    let ended = match report.summary.stop {
+        "error_not_reached" => {
+            say(format_args!(
+                "warning: the requested error was not reached at every point within {} walks",
+                report.summary.walks
+            ));
+            Ended::ErrorNotReached
+        }
+        "time_limit" => {
+            say("warning: stopped at the time limit; these are partial results");
+            let asks_error = problem.resolved.settings.tolerance.is_some();
+            if asks_error {
+                Ended::ErrorNotReached
+            } else {
+                Ended::Done
+            }
+        }
+        "cancelled" => {
+            say("warning: interrupted; these are partial results");
+            Ended::Interrupted
+        }
+        _ => Ended::Done,
+    };
+    written.map(|()| ended)
+}
+
+/// Sets up, walks, and takes the values of all targets; `None` if that was interrupted before the walks.
+fn answer(problem: &Problem, signals: &Signals) -> Result<Option<WholeReport>, Failure> {
+    let fail = Failure::of(&problem.file);
+    let Resolved { settings, .. } = &problem.resolved;
+    let progress = Progress::new(settings.walk_options().walks, signals);
+    progress.say("setting up".to_owned());
+    let solver = Solver::with(problem.model(), settings.clone(), Vec::new()).observer(&progress);
+    let whole = solver.whole();
+    progress.done();
+    match whole {
+        Ok(whole) => Ok(Some(whole.report(&problem.goals).map_err(fail)?)),
+        Err(SolveError::Cancelled(_)) => Ok(None),
+        Err(SolveError::Failed(error)) => Err(fail(error)),
+        Err(error) => Err(Failure::run(error)),
+    }
+}

@@ -1,0 +1,131 @@
+//! `fredholm solve --whole`: its numbers, its files, and what is refused.
+
+use crate::common;
+
+use common::{CIRCLE, Folder, fredholm, keys, list, number};
+
+/// A cube in two dimensions whose solution is known: ∫ ½xy u = x (1/8 + 1/6), of u = 1 + x₁ + x₂ times ½x₁y₂.
+const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * x1 * y2'\n\
+     source = '1 + x1 + x2 - x1 * (1/4 + 1/8 + 1/6)'\nsolution = '1 + x1 + x2'\n\
+     [galerkin]\ncells = 4\n[walk]\nwalks = 20000\n\
+     [[target]]\nname = 'lattice'\ngrid = [3, 3]\n[[target]]\nname = 'mean'\nover = 'all'\n\
+     [[target]]\nname = 'moment'\nweight = 'x1 * x2'\n";
+
+#[test]
+fn all_targets_come_from_one_set_of_walks() {
+    let folder = Folder::new();
+    for (file, targets) in [(CIRCLE, 6), (CUBE, 11)] {
+        let report = folder.solve(file, &["--whole", "--json"]).quietly(0).json();
+        let all = list(&report, "targets");
+        assert_eq!(all.len(), targets);
+        // 64 replicates of equally many.
+        assert_eq!(number(&report, "walks"), 20032.0);
+        assert!(number(&report, "states") < 6.0 * 20032.0);
+        assert_eq!(report["stop"], "done");
+        let factor = number(&report, "band_factor");
+        assert!(factor > 2.0 && factor < 4.0);
+        for target in all {
+            let error = number(target, "std_error");
+            let is_point = target.get("at").is_some();
+            match target["band"].as_f64() {
+                Some(band) => assert!(is_point && (band / error - factor).abs() < 1e-12 * factor),
+                None => assert!(!is_point, "{target}"),
+            }
+            // Not one of 17 in 1,000 choices of seeds is beyond 4.4 standard errors.
+            if let Some(exact) = target["exact"].as_f64() {
+                assert!(
+                    (number(target, "estimate") - exact).abs() < 4.4 * error,
+                    "{target}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn files_have_the_numbers_of_the_document() {
+    let folder = Folder::new();
+    let [json, csv, svg] = ["a.json", "a.csv", "a.svg"].map(|name| folder.at(name));
+    let printed = folder
+        .solve(CIRCLE, &["--whole", "--out", &json])
+        .quietly(0);
+    assert!(
+        printed.stdout.contains("F + T_K v") && printed.stdout.contains("at all points together")
+    );
+    let document: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    folder
+        .solve(CIRCLE, &["--whole", "--out", &csv, "--threads", "1"])
+        .quietly(0);
+    let text = std::fs::read_to_string(&csv).unwrap();
+    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    assert_eq!(head.last(), Some(&"s"));
+    let column = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    for (row, target) in rows.zip(list(&document, "targets")) {
+        for name in ["estimate", "std_error", "iterate"] {
+            let found: f64 = row[column(name)].parse().unwrap();
+            assert_eq!(found.to_bits(), number(target, name).to_bits(), "{name}");
+        }
+    }
+    folder.solve(CIRCLE, &["--whole", "--out", &svg]).quietly(0);
+    let picture = std::fs::read_to_string(&svg).unwrap();
+    assert!(picture.contains("band of all points together"));
+    let keys = keys(&document);
+    for key in [
+        "truncation",
+        "quadrature_error",
+        "rounding_floor",
+        "score_degree",
+        "replicates",
+    ] {
+        assert!(keys.contains(&key), "{key}");
+    }
+}
+
+#[test]
+fn an_error_that_is_asked_for_holds_at_every_point() {
+    let folder = Folder::new();
+    let options = [
+        "--whole",
+        "--json",
+        "--target-error",
+        "2e-3",
+        "--walks",
+        "10000000",
+    ];
+    let report = folder.solve(CIRCLE, &options).quietly(0).json();
+    assert!(number(&report, "largest_std_error") <= 2e-3);
+    assert!(number(&report, "walks") < 1e6);
+    let never = ["--whole", "--target-error", "1e-12", "--walks", "2000"];
+    let ran = folder.solve(CIRCLE, &never);
+    assert_eq!(ran.status, Some(3));
+    assert!(
+        ran.stderr
+            .contains("not reached at every point within 2048 walks"),
+        "{ran:?}"
+    );
+}
+
+#[test]
+fn what_has_no_whole_function_says_so() {
+    let folder = Folder::new();
+    let room = fredholm(&["init", "room"]).quietly(0).stdout;
+    let refused = |file: &str, options: &[&str], words: &str| {
+        let ran = folder.solve(file, options);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    };
+    refused(&room, &["--whole"], "offered for circles, and for cubes");
+    refused(CIRCLE, &["--score-degree", "2"], "--whole");
+    refused(
+        CIRCLE,
+        &["--whole", "--score-degree", "0"],
+        "of a higher degree than v",
+    );
+    refused(
+        CIRCLE,
+        &["--whole", "--pairs", "theory"],
+        "chooses pairs for targets",
+    );
+}

@@ -1,0 +1,127 @@
+//! The whole function of a solved system: its walks, and its values.
+
+use fredholm_core::galerkin::Solution;
+use fredholm_core::whole::WholeJob;
+
+use crate::{Error, Region, Scalar, WalkOptions};
+
+/// The options of the walks of a whole function.
+#[derive(Clone, Copy, Debug)]
+pub struct WholeRequest<'a> {
+    /// How walks are made.
+    pub walk: &'a WalkOptions,
+    /// The degree of the polynomials on whose coefficients they score.
+    pub degree: usize,
+}
+
+/// A function that is called with prepared walks.
+pub type WithWholeJob<'a> = dyn FnMut(&dyn WholeJob) -> Result<(), Error> + 'a;
+
+/// A solved system whose chain preserves a density, so that one set of walks gives the whole function: `core::whole` has
+/// the mathematics.
+pub trait WholeSystem<'m>: Send + Sync {
+    /// The degree of v.
+    fn degree(&self) -> usize;
+
+    /// The largest degree of scores.
+    fn most_degree(&self) -> usize;
+
+    /// The degrees of all functions on a cell, in their order, if they are of this degree or less.
+    fn degrees(&self, degree: usize) -> Vec<usize>;
+
+    /// The number of cells.
+    fn cells(&self) -> usize;
+
+    /// μ(X_j).
+    fn measure(&self, cell: usize) -> f64;
+
+    /// ‖v‖∞, and a bound below 1 of the spectral radius of |K'|: for what rounding leaves.
+    fn sizes(&self) -> [f64; 2];
+
+    /// Prepares the walks, and hands them on.
+    ///
+    /// # Errors
+    /// [`Error`], or what `then` says.
+    fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error>;
+
+    /// The function of these coefficients: rows of one number for every function of every cell, of which each is a
+    /// piecewise polynomial.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn field(
+        &self,
+        request: &WholeRequest<'_>,
+        rows: Vec<f64>,
+    ) -> Result<Box<dyn WholeField + 'm>, Error>;
+}
+
+/// The values of F + T_K v, and of T_K of some piecewise polynomials.
+pub trait WholeField: Send + Sync {
+    /// The number of piecewise polynomials.
+    fn rows(&self) -> usize;
+
+    /// For every region (F + T_K v, Φ); by how much a finer rule in x moved that, 0 at a point; and then (T_K r, Φ) for
+    /// every piecewise polynomial r.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error>;
+
+    /// Raises the order of quadrature until F + T_K v in these points moves by no more than `error`, or no more points are
+    /// taken. Returns by how much it moved last: 0 where T_K has a closed form.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {
+        let _ = (points, error);
+        Ok(0.0)
+    }
+}
+
+/// v as walks in this scalar have it, in f64: what e is the difference from.
+///
+/// # Errors
+/// [`Error::Galerkin`]: memory.
+pub fn v_of_walks(solution: &Solution, scalar: Scalar) -> Result<Vec<f64>, Error> {
+    Ok(match scalar {
+        Scalar::F32 => solution.rounded_through::<f32>()?,
+        Scalar::F64 => solution.rounded_through::<f64>()?,
+    })
+}
+
+/// The places before those of the piecewise polynomials in [`WholeField::images`].
+pub const IMAGE_HEAD: usize = 2;
+
+/// The share of a mean by which a finer rule may move it.
+const MEAN_SHARE: f64 = 1e-13;
+
+/// A rule for means over x: it adds F, then T_K v, then (T_K r, Φ) to a slice of zeros by the rule of this number, or says
+/// that there is none of it.
+pub type MeanRule<'a> = dyn FnMut(usize, &mut [f64]) -> Result<bool, Error> + 'a;
+
+/// A mean over x by rules that become finer until they agree, or no finer one is taken. The image goes to
+/// `out`.
+///
+/// # Errors
+/// What `rule` says.
+pub fn refined_mean(out: &mut [f64], rule: &mut MeanRule<'_>) -> Result<(), Error> {
+    let mut before = f64::NAN;
+    for number in 0.. {
+        let mut sums = vec![0.0; out.len()];
+        if !rule(number, &mut sums)? {
+            break;
+        }
+        let [source, image] = [sums[0], sums[1]];
+        let now = source + image;
+        let moved = (now - before).abs();
+        out.copy_from_slice(&sums);
+        (out[0], out[1]) = (now, moved);
+        // Both may cancel: their sizes are what rounding knows.
+        if moved <= MEAN_SHARE * (source.abs() + image.abs()).max(f64::MIN_POSITIVE) {
+            break;
+        }
+        before = now;
+    }
+    Ok(())
+}

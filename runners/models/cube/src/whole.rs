@@ -1,0 +1,392 @@
+//! The whole function of a cube.
+
+use std::sync::Arc;
+
+use fredholm_core::Source;
+use fredholm_core::whole::WholeTask;
+use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
+use fredholm_model::numbers::largest;
+use fredholm_model::{
+    Error, Region, Request, Scalar, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+    refined_mean, v_of_walks,
+};
+use fredholm_rayon::fill_rows;
+use fredholm_variance::gauss;
+
+use super::CubePartition;
+use super::compiled::Parts;
+use super::degree::Of;
+use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
+use super::system::CubeSystem;
+
+/// A q0 for what does not depend on it.
+const ANY: f64 = 0.5;
+
+/// The most Gauss points of a cell and axis, and the most of all cells: more are not tried.
+const MOST_POINTS: usize = 12;
+const MOST_NODES: f64 = 4e6;
+
+/// Values of the kernel that a mean over x may take, once it has been compared.
+const MOST_WORK: f64 = 1e9;
+
+/// Parts in which the cells of a mean are gone through, by as many threads.
+const PARTS: usize = 64;
+
+/// A solved cube whose walks score in every state.
+pub(super) struct CubeWhole<'m, const D: usize> {
+    system: Arc<CubeSystem<'m, D>>,
+    /// n.
+    cells: usize,
+}
+
+impl<'m, const D: usize> CubeWhole<'m, D> {
+    pub(super) fn new(system: CubeSystem<'m, D>) -> Self {
+        Self {
+            cells: system.cut.all_cells(),
+            system: Arc::new(system),
+        }
+    }
+
+    fn walks_in<F: CubeScalar>(
+        &self,
+        request: &WholeRequest<'_>,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let (system, walk) = (&*self.system, request.walk);
+        let nodes = nodes(&system.cut, request.degree + 1);
+        if nodes > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "T_K by quadrature takes {nodes:.1e} values of the kernel for each point, and more than \
+                     {MOST_NODES:.0e} take too long: use fewer cells (`--cells`), or a product kernel"
+                ),
+            });
+        }
+        if !walk.allow_infinite_variance {
+            system.check_neighbour(walk.pairs, walk.absorption)?;
+        }
+        let kinds = system.kinds(&Request {
+            goals: &[],
+            walk,
+            only_u: true,
+        })?;
+        with_values::<F, _>(system.cut.functions(), |values| {
+            let v = system.solved.solution.rounded::<F>()?;
+            let of = Of {
+                cut: &system.cut,
+                values,
+                absorption: walk.absorption,
+                solved: &system.solved,
+                v: &v,
+            };
+            let cube = values.cube::<D>(system.cut.per_axis, walk.absorption)?;
+            let scores = CubeScores::new(&cube, request.degree).ok_or(DEGREE)?;
+            let degree = F::degree(system.degree);
+            let parts = Parts {
+                values,
+                per_axis: system.cut.per_axis,
+                absorption: walk.absorption,
+                options: walk.for_core(),
+            };
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+                if let Some(compiled) = F::compiled::<D>(system.cut.model) {
+                    return compiled.with_whole(&parts, neighbour, &scores, then);
+                }
+                then(&WholeTask::new(&cube, neighbour, &scores, parts.options))
+            })
+        })
+    }
+}
+
+/// Values of the kernel, or of its factors, that T_K takes at one point with so many Gauss points of a cell and axis.
+fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
+    let axis = ((cut.per_axis + 1) * points) as f64;
+    let dimension = cut.model.dimension as i32;
+    if cut.functions().is_product() {
+        axis * f64::from(dimension)
+    } else {
+        axis.powi(dimension)
+    }
+}
+
+const DEGREE: Error = Error::Internal("scores of this degree are not offered");
+
+impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
+    fn degree(&self) -> usize {
+        self.system.cut.degree
+    }
+
+    fn most_degree(&self) -> usize {
+        CubeScores::<f64, D>::MOST_DEGREE
+    }
+
+    fn degrees(&self, degree: usize) -> Vec<usize> {
+        fredholm_cube::degrees(D, degree).collect()
+    }
+
+    fn cells(&self) -> usize {
+        self.cells
+    }
+
+    fn measure(&self, _: usize) -> f64 {
+        1.0 / self.cells as f64
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        let solution = &self.system.solved.solution;
+        [largest(&solution.v), solution.radius_bound]
+    }
+
+    fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+        match self.system.cut.scalar {
+            Scalar::F32 => self.walks_in::<f32>(request, then),
+            Scalar::F64 => self.walks_in::<f64>(request, then),
+        }
+    }
+
+    fn field(
+        &self,
+        request: &WholeRequest<'_>,
+        rows: Vec<f64>,
+    ) -> Result<Box<dyn WholeField + 'm>, Error> {
+        let v = v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?;
+        let unknowns = self.cells * fredholm_cube::functions(D, request.degree);
+        let mut all = vec![0.0; unknowns];
+        with_values::<f64, _>(self.system.cut.functions(), |values| {
+            let cube = values.cube::<D>(self.system.cut.per_axis, ANY)?;
+            let scores = CubeScores::new(&cube, request.degree).ok_or(DEGREE)?;
+            scores.embed(self.degree(), &v, &mut all);
+            Ok(())
+        })?;
+        all.extend(rows);
+        Ok(Box::new(CubeField {
+            system: Arc::clone(&self.system),
+            degree: request.degree,
+            unknowns,
+            rows: all,
+            // Exact where K is of degree p' + 1 on a cell, too.
+            points: request.degree + 1,
+        }))
+    }
+}
+
+/// v and other piecewise polynomials of one degree, and the quadrature of T_K.
+struct CubeField<'m, const D: usize> {
+    system: Arc<CubeSystem<'m, D>>,
+    degree: usize,
+    unknowns: usize,
+    /// v first.
+    rows: Vec<f64>,
+    /// Gauss points of a cell and axis.
+    points: usize,
+}
+
+/// What integrates over y.
+struct Integrals<'a, const D: usize> {
+    values: &'a Watched<'a, f64>,
+    cube: &'a ModelCube<'a, f64, D>,
+    moments: &'a KernelMoments<D>,
+    product: bool,
+}
+
+impl<const D: usize> Integrals<'_, D> {
+    /// Adds `weight` times F(x), and times ∫_Xj K(x,y) ψ_jb(y) dy for all j and b; `scratch` is as long as `out`.
+    fn add(
+        &self,
+        x: &[f64; D],
+        weight: f64,
+        [source, out, scratch]: [&mut [f64]; 3],
+    ) -> Result<(), Error> {
+        let kernel = self.values.kernel();
+        if self.product {
+            self.moments.fill_product(&kernel, x, scratch)?;
+        } else {
+            self.moments.fill(&kernel, x, scratch)?;
+        }
+        for (out, moment) in out.iter_mut().zip(&*scratch) {
+            *out += weight * moment;
+        }
+        if let Some(source) = source.first_mut() {
+            *source += weight * self.cube.source(x);
+        }
+        Ok(())
+    }
+
+    /// Adds the points of every so manieth cell, with their weights.
+    fn add_cells(
+        &self,
+        part: usize,
+        weight: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+        points: usize,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let rule = gauss(points)?;
+        let cells = fredholm_core::galerkin::Partition::cells(self.cube);
+        let (source, out) = out.split_at_mut(1);
+        let mut scratch = vec![0.0; out.len()];
+        for cell in (part..cells).step_by(PARTS) {
+            let (low, high) = self.cube.cell_box(cell);
+            for mut number in 0..rule.len().pow(D as u32) {
+                let (mut x, mut share) = (low, 1.0 / cells as f64);
+                for (x, high) in x.iter_mut().zip(high) {
+                    let (t, w) = rule[number % rule.len()];
+                    number /= rule.len();
+                    *x += 0.5 * (1.0 + t) * (high - *x);
+                    share *= 0.5 * w;
+                }
+                let share = share * weight(&x);
+                self.add(&x, share, [&mut *source, &mut *out, &mut scratch])?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> CubeField<'_, D> {
+    /// The image of a region: of a point, or of a mean with a weight.
+    fn image(
+        &self,
+        of: &Integrals<'_, D>,
+        region: &Region,
+        rows: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let weight = match region {
+            Region::Point(x) => {
+                let x = of.values.domain().unit(x);
+                let mut all = vec![0.0; 1 + self.unknowns];
+                let mut scratch = vec![0.0; self.unknowns];
+                let (source, integrals) = all.split_at_mut(1);
+                of.add(&x, 1.0, [source, integrals, &mut scratch])?;
+                self.contract(&all, rows, out);
+                (out[0], out[1]) = (out[0] + out[1], 0.0);
+                return Ok(());
+            }
+            region => WeightOf::region(region),
+        };
+        let weight = weight.map(|weight| of.values.function(Which::Weight(weight)));
+        let at = |x: &[f64; D]| weight.map_or(1.0, |weight| weight.value(x));
+        let cells = (self.unknowns / fredholm_cube::functions(D, self.degree)) as f64;
+        let each = nodes(&self.system.cut, self.points);
+        refined_mean(out, &mut |rule, out| {
+            // As many points as for y at first, as what is left is as smooth as F and the weight.
+            let points = self.degree + 1 + 2 * rule;
+            let work = cells * (points as f64).powi(D as i32) * each;
+            if points > MOST_POINTS || work > MOST_WORK && rule > 1 {
+                return Ok(false);
+            }
+            let all = self.mean(of, &at, points)?;
+            self.contract(&all, rows, out);
+            Ok(true)
+        })
+    }
+
+    /// F and the integrals over y in the mean, by so many points of a cell and axis.
+    fn mean(
+        &self,
+        of: &Integrals<'_, D>,
+        weight: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+        points: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let width = 1 + self.unknowns;
+        let mut parts = vec![0.0; PARTS * width];
+        fill_rows(&mut parts, width, |part, out| {
+            of.add_cells(part, weight, points, out)
+        })?;
+        let mut all = vec![0.0; width];
+        for part in parts.chunks_exact(width) {
+            for (all, part) in all.iter_mut().zip(part) {
+                *all += part;
+            }
+        }
+        Ok(all)
+    }
+
+    /// F, and the integrals times every row.
+    fn contract(&self, all: &[f64], rows: &[f64], out: &mut [f64]) {
+        let (source, integrals) = all.split_at(1);
+        let images = rows
+            .chunks_exact(self.unknowns)
+            .map(|row| dot(integrals, row));
+        let values = source.iter().copied().chain(images);
+        for (out, value) in out.iter_mut().zip(values) {
+            *out = value;
+        }
+    }
+
+    fn images_of(&self, regions: &[Region], rows: &[f64]) -> Result<Vec<f64>, Error> {
+        let system = &self.system;
+        with_values::<f64, _>(system.cut.functions(), |values| {
+            let cube = values.cube::<D>(system.cut.per_axis, ANY)?;
+            let moments = KernelMoments::new(&cube, self.degree, self.points)?;
+            let of = Integrals {
+                values,
+                cube: &cube,
+                moments: &moments,
+                product: system.cut.functions().is_product(),
+            };
+            let width = 1 + rows.len() / self.unknowns;
+            let mut images = vec![0.0; regions.len() * width];
+            fill_rows(&mut images, width, |region, out| {
+                self.image(&of, &regions[region], rows, out)
+            })?;
+            values.check()?;
+            Ok(images)
+        })
+    }
+
+    /// Whether so many points of a cell and axis are too many.
+    fn is_much(&self, points: usize) -> bool {
+        points > MOST_POINTS || nodes(&self.system.cut, points) > MOST_NODES
+    }
+}
+
+/// Σ a b, in four sums, which the compiler may take at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a4, a) = a.as_chunks::<4>();
+    let (b4, b) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+impl<const D: usize> WholeField for CubeField<'_, D> {
+    fn rows(&self) -> usize {
+        (self.rows.len() / self.unknowns).saturating_sub(1)
+    }
+
+    fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        self.images_of(regions, &self.rows)
+    }
+
+    fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {
+        let v = self.rows.get(..self.unknowns).unwrap_or_default().to_vec();
+        let mut before = self.images_of(points, &v)?;
+        loop {
+            let coarse = self.points;
+            self.points += 2;
+            if self.is_much(self.points) {
+                self.points = coarse;
+                return Ok(f64::NAN);
+            }
+            let now = self.images_of(points, &v)?;
+            // Points have no finer rule in x: the others are zeros.
+            let moved = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
+            let moved = moved.fold(0.0, f64::max);
+            if moved <= error {
+                // The coarser rule is as good.
+                self.points = coarse;
+                return Ok(moved);
+            }
+            if self.is_much(self.points + 2) {
+                return Ok(moved);
+            }
+            before = now;
+        }
+    }
+}

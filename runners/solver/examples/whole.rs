@@ -1,0 +1,172 @@
+//! Prints what the whole function gains over separate walks at equal error, and how its largest error compares with its
+//! band: processor time of one thread, on Linux.
+//!
+//! ```text
+//! RAYON_NUM_THREADS=1 cargo run --release -p fredholm --example whole
+//! ```
+
+use fredholm::circle::{Emission, Harmonic};
+use fredholm::{CircleModel, CubeModel, Model, Region, Solver};
+
+/// Walks of the whole function.
+const WALKS: u64 = 1 << 18;
+/// Points of which separate walks are measured, and walks of each.
+const SEPARATE: usize = 16;
+const SEPARATE_WALKS: u64 = 1 << 16;
+
+/// Seconds of processor time of this process so far; 0 where nobody tells. Linux counts in hundredths.
+fn seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name, which is in parentheses, these are the 12th and the 13th.
+    let fields = text.rsplit(')').next().unwrap_or_default();
+    let ticks = fields.split_whitespace().skip(11).take(2);
+    ticks
+        .filter_map(|ticks| ticks.parse::<f64>().ok())
+        .sum::<f64>()
+        / 100.0
+}
+
+/// The time of work that is short, by as often as makes it long.
+fn time<R>(mut work: impl FnMut() -> R) -> (f64, R) {
+    let start = seconds();
+    let mut times = 0.0;
+    loop {
+        let result = work();
+        times += 1.0;
+        let took = seconds() - start;
+        if took > 1.0 || times > 1e4 {
+            return (took / times, result);
+        }
+    }
+}
+
+fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    f64::sqrt(sum / count)
+}
+
+/// `count` points, of a cube about so many, equally spaced.
+fn points(model: &dyn Model, count: usize) -> Vec<Region> {
+    let dimension = model.about().dimension.unwrap_or(1) as f64;
+    let per_axis = (count as f64).powf(1.0 / dimension).round() as usize;
+    let all = model.grid(per_axis.max(1), None);
+    all.into_iter().cycle().take(count).collect()
+}
+
+fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
+    let solver = Solver::new(model).cells(cells).degree(degree);
+    // Without walks there is the set-up, which both have.
+    let (setup, _) = time(|| solver.clone().walks(1).mean().answer().expect("an answer"));
+    let mut separate = solver.clone().walks(SEPARATE_WALKS);
+    for (i, region) in points(model, SEPARATE).into_iter().enumerate() {
+        separate = separate.goal(&i.to_string(), region);
+    }
+    let (took, answer) = time(|| separate.answer().expect("an answer"));
+    let per_walk = (took - setup) / (SEPARATE as u64 * SEPARATE_WALKS) as f64;
+    let deviations = answer.outcome.statistics.iter();
+    let deviation = root_mean_square(deviations.filter_map(|s| s.preconditioned().std_dev));
+
+    let whole = solver.clone().walks(WALKS);
+    let (took, function) = time(|| whole.whole().expect("a whole function"));
+    let once = took - setup;
+    let many = points(model, 1000);
+    let (values_took, values) = time(|| function.values(&many).expect("values"));
+    let error = root_mean_square(values.iter().filter_map(|value| value.std_error));
+    let per_point = per_walk * (deviation / error).powi(2);
+    let gain = |count: f64| per_point * count / (once + values_took * count / 1000.0);
+
+    let off = |of: fn(&fredholm::WholeValue) -> f64| {
+        let all = many.iter().zip(&values);
+        let off =
+            all.filter_map(|(region, value)| Some((of(value) - model.exact(region).ok()??).abs()));
+        off.fold(0.0, f64::max)
+    };
+    let band = values
+        .iter()
+        .filter_map(|value| value.band)
+        .fold(0.0, f64::max);
+    println!(
+        "{name:<28} {:>8.1e} {error:>8.1e} {:>7.0e} {:>7.0e} {:>7.0e} | {:>7.1} {:>7.0} {:>7.0} {:>7.0} | {:>8.1e} {band:>8.1e} {:>8.1e}",
+        deviation / (WALKS as f64).sqrt(),
+        setup,
+        once,
+        values_took,
+        gain(1.0),
+        gain(10.0),
+        gain(100.0),
+        gain(1000.0),
+        off(|value| value.estimate),
+        off(|value| value.iterate),
+    );
+}
+
+/// K = ½ exp(−|x − y|²) and the solution 1 + Σ x_a², with F = u − T_K u by products of one-dimensional integrals.
+fn gauss<const D: usize>() -> CubeModel {
+    // ∫ y^k exp(−(x − y)²) dy over [0, 1] for k = 0 and 2, by 12 Gauss points: to 10⁻¹⁵.
+    let rule = fredholm_variance::gauss(12).expect("a rule");
+    let moment = move |x: f64, power: i32| {
+        let at = |y: f64| y.powi(power) * (-(x - y).powi(2)).exp();
+        rule.iter()
+            .map(|(t, w)| 0.5 * w * at(0.5 * (1.0 + t)))
+            .sum::<f64>()
+    };
+    let solution = |x: &[f64]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
+    CubeModel::from_fn::<D>(
+        |x, y| {
+            let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
+            0.5 * (-square).exp()
+        },
+        move |x| {
+            let zeroth = x.map(|x| moment(x, 0));
+            let all: f64 = zeroth.iter().product();
+            let with_square = (0..D).map(|a| all / zeroth[a] * moment(x[a], 2));
+            solution(x) - 0.5 * (all + with_square.sum::<f64>())
+        },
+    )
+    .with_solution(solution)
+}
+
+fn main() {
+    println!(
+        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);"
+    );
+    println!(
+        "seconds of the set-up, of walks and band, of 1000 values; gain in time over separate walks at equal error for"
+    );
+    println!(
+        "1, 10, 100, 1000 points, the set-up left out of both; largest error of 1000 points, widest band, error of F + T_K v"
+    );
+    println!();
+    println!(
+        "{:<28} {:>8} {:>8} {:>7} {:>7} {:>7} | {:>7} {:>7} {:>7} {:>7} | {:>8} {:>8} {:>8}",
+        "equation",
+        "point",
+        "whole",
+        "set-up",
+        "once",
+        "values",
+        "1",
+        "10",
+        "100",
+        "1000",
+        "error",
+        "band",
+        "F+T_K v"
+    );
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let circle = CircleModel::new(vec![0.3, 0.7, 0.0, 0.55, 0.74], Emission::Harmonic(light));
+    row("circle, 100 cells, p = 0", &circle, 100, 0);
+    row("circle, 1000 cells, p = 0", &circle, 1000, 0);
+    row("circle, 50 cells, p = 3", &circle, 50, 3);
+    let (one, two, three) = (gauss::<1>(), gauss::<2>(), gauss::<3>());
+    row("cube d = 1, 100, p = 0", &one, 100, 0);
+    row("cube d = 1, 16, p = 3", &one, 16, 3);
+    row("cube d = 2, 30 x 30, p = 0", &two, 30, 0);
+    row("cube d = 2, 6 x 6, p = 3", &two, 6, 3);
+    row("cube d = 3, 9^3, p = 0", &three, 9, 0);
+    row("cube d = 3, 3^3, p = 3", &three, 3, 3);
+}

@@ -1,0 +1,107 @@
+//! Chains that say of themselves what is not so, for the list of broken problems.
+
+use fredholm_core::whole::Stationary;
+use fredholm_core::{Real, Sampler, StateSpace, Uniforms};
+use fredholm_cube::model;
+use fredholm_tests::circle::{LIGHT, RHO, described};
+use fredholm_tests::cube;
+use fredholm_tests::toy::Toy;
+use fredholm_tests::{Description, Report, check};
+
+/// The chain of an equation, with what it claims.
+struct Claimed<'a, E: StateSpace> {
+    equation: &'a E,
+    density: f64,
+    survival: f64,
+    start: &'a dyn Fn(E::Scalar) -> E::Point,
+}
+
+impl<E: StateSpace> StateSpace for Claimed<'_, E> {
+    type Scalar = E::Scalar;
+    type Point = E::Point;
+}
+impl<E: Sampler> Sampler for Claimed<'_, E> {
+    fn absorption(&self, x: &E::Point) -> E::Scalar {
+        self.equation.absorption(x)
+    }
+    fn step<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> Option<E::Point> {
+        self.equation.step(x, uniforms)
+    }
+}
+impl<E: Sampler> Stationary for Claimed<'_, E> {
+    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
+        (self.start)(uniforms.uniform())
+    }
+    fn start_density(&self, _: &E::Point) -> f64 {
+        self.density
+    }
+    fn survival(&self) -> f64 {
+        self.survival
+    }
+}
+
+fn examined<D: Description>(description: &D, chain: &Claimed<'_, D::Equation>, seed: u64) -> Report
+where
+    D::Equation: Sampler,
+{
+    let mut report = Report::default();
+    let preserved = check::preserved(description, chain, seed);
+    report.push("preserved density", "chain", preserved);
+    report.push(
+        "suffix starts",
+        "chain",
+        check::states(description, chain, seed),
+    );
+    report
+}
+
+/// The toy, whose absorption and density vary from place to place, with uniform starts and the mean of its 1 − q.
+pub(crate) fn crowding(seed: u64) -> Report {
+    let toy = Toy::<f64>::new(10);
+    let chain = Claimed {
+        equation: &toy,
+        density: 1.0,
+        survival: 0.75,
+        start: &|xi| xi,
+    };
+    examined::<Toy<f64>>(&toy, &chain, seed)
+}
+
+/// A circle whose starts are nearer to 0 than they should be, which no quadrature sees.
+pub(crate) fn crowded_starts(seed: u64) -> Report {
+    described::<f64, _>(&RHO, 10, LIGHT, |circle| {
+        let equation = Description::<1>::equation(circle);
+        let chain = Claimed {
+            equation,
+            density: equation.start_density(&equation.point(0.0)),
+            survival: equation.survival(),
+            start: &|xi: f64| equation.point(core::f64::consts::TAU * xi.pow(1.02)),
+        };
+        examined(circle, &chain, seed)
+    })
+}
+
+/// What circle and cube say of themselves, in both scalars; the matrix has more of them.
+#[test]
+fn circle_and_cube_preserve_uniform_densities() {
+    fn circle<F: Real>(cells: usize, report: &mut Report) {
+        described::<F, _>(&RHO, cells, LIGHT, |circle| {
+            let chain = Description::<1>::equation(circle);
+            let preserved = check::preserved(circle, chain, 1);
+            report.push("preserved density", "circle", preserved);
+            report.push("suffix starts", "circle", check::states(circle, chain, 1));
+        });
+    }
+    let mut report = Report::default();
+    for cells in [5, 35] {
+        circle::<f32>(cells, &mut report);
+        circle::<f64>(cells, &mut report);
+    }
+    report.extend(cube::examined_furnace::<1>(model::quadratic(0.6), 5, 4, 1));
+    report.extend(cube::examined_furnace::<2>(model::quadratic(0.6), 2, 4, 1));
+    for check in ["preserved density", "suffix starts"] {
+        let rows = report.rows().iter().filter(|row| row.check == check);
+        assert_eq!(rows.count(), 8);
+    }
+    report.assert_passed("chains of circles and cubes");
+}
