@@ -31,6 +31,9 @@ pub struct Settings {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
+    /// Whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing; its moments are
+    /// then estimates, whose error is part of error bars.
+    pub exact_source: Option<bool>,
     /// Walks for each goal; with a tolerance the most.
     pub walks: Option<u64>,
     /// q0, the probability that a walk is absorbed in a state.
@@ -60,6 +63,7 @@ impl Default for Settings {
             points: None,
             grading: None,
             shadow_cuts: None,
+            exact_source: None,
             walks: None,
             absorption: None,
             estimator: None,
@@ -109,7 +113,18 @@ impl Settings {
             points: self.points,
             grading: self.grading,
             shadow_cuts: self.shadow_cuts,
+            exact_source: self.exact_source.unwrap_or(false).then(|| self.moments()),
             scalar: self.scalar,
+        }
+    }
+
+    /// Moments for the tolerance, or else for a thousandth of the standard error of plain walks.
+    fn moments(&self) -> SourceMoments {
+        let walks = self.walk_options().walks as f64;
+        let of_plain = Tolerance::Relative(1e-3 / walks.sqrt());
+        SourceMoments {
+            seed: self.seed,
+            tolerance: self.tolerance.unwrap_or(of_plain),
         }
     }
 
@@ -128,6 +143,24 @@ impl Settings {
             allow_infinite_variance: self.allow_infinite_variance,
         }
     }
+}
+
+/// How the moments of F are estimated, if the neighbour equation of a cube has the source F itself.
+///
+/// ```
+/// use fredholm::{Settings, Tolerance};
+///
+/// let mut settings = Settings { exact_source: Some(true), seed: 7, ..Settings::default() };
+/// settings.tolerance = Some(Tolerance::Absolute(1e-4));
+/// let moments = settings.discretisation().exact_source.unwrap();
+/// assert_eq!((moments.seed, moments.tolerance), (7, Tolerance::Absolute(1e-4)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SourceMoments {
+    /// The seed of the draws.
+    pub seed: u64,
+    /// The standard error of which moments may leave a half; if it is relative, a part of the largest |F|.
+    pub tolerance: Tolerance,
 }
 
 /// How space is cut into cells, and what is solved on them.
@@ -151,6 +184,8 @@ pub struct Discretisation {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
+    /// The moments of F, if the neighbour equation of a cube has the source F itself.
+    pub exact_source: Option<SourceMoments>,
     /// The floating-point type in which walks meet the cells.
     pub scalar: Scalar,
 }

@@ -1,7 +1,9 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
-use fredholm_core::{At, Functional, Goals, Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_core::{
+    At, Functional, Goals, Located, Neighbour, Real, StateSpace, UncertainControl, Uniforms,
+};
 use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{
@@ -11,12 +13,13 @@ use fredholm_variance::{
 use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
+use super::exact::Moments;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
 use super::table::Table;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use fredholm_model::{Error, Pairs, Partitioned, Region, Scalar, System};
+use fredholm_model::{Error, Pairs, Partitioned, Region, Scalar, Subject, System};
 use fredholm_model::{Prepared, Request, Then, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
@@ -32,6 +35,8 @@ pub(super) struct CubeSystem<'m, const D: usize> {
 pub(super) struct Solved<const D: usize> {
     pub(super) table: Table<D>,
     pub(super) solution: Solution,
+    /// The moments of F, if neighbour equations have the source F itself.
+    pub(super) moments: Option<Moments>,
 }
 
 /// A neighbour equation of any kind and degree: one type of walk for all.
@@ -191,7 +196,7 @@ impl<const D: usize> CubeSystem<'_, D> {
     }
 
     /// Numbers near the means over the cells of every weight times the functions there.
-    fn weight_means<'r, F: Real>(
+    pub(super) fn weight_means<'r, F: Real>(
         &self,
         request: &Request<'r>,
     ) -> Result<Vec<(WeightOf<'r>, Vec<F>)>, Error> {
@@ -233,6 +238,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<F>(request)?;
         let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
+        let errors = self.control_errors(request)?;
         with_values::<F, _>(self.cut.functions(), |values| {
             let v = solution.rounded::<F>()?;
             let weighted = self.weighted::<F>(values, &means, &v)?;
@@ -262,7 +268,10 @@ impl<const D: usize> CubeSystem<'_, D> {
                     &goals,
                     &mut |job, galerkin| {
                         then(&Prepared {
-                            job,
+                            job: &UncertainControl {
+                                job,
+                                errors: &errors,
+                            },
                             galerkin,
                             largest: fredholm_model::numbers::largest(&v),
                             radius_bound: solution.radius_bound,
@@ -278,7 +287,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 )
             };
             let constants = match &kinds {
-                Kinds::Diagonal(rule) if rule.diagonal == PairKind::Galerkin => {
+                Kinds::Diagonal(rule)
+                    if rule.diagonal == PairKind::Galerkin && self.solved.moments.is_none() =>
+                {
                     F::compiled::<D>(self.cut.model)
                         .and(self.solved.table.constants())
                         .map(|dense| (dense, *rule))
@@ -355,6 +366,12 @@ impl<const D: usize> CubeSystem<'_, D> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
+        if self.solved.moments.is_some() {
+            return Err(Error::Option {
+                subject: Subject::ExactSource,
+                message: "tables have no source F: leave `exact_source` out".to_owned(),
+            });
+        }
         self.check_neighbour(pairs, absorption)?;
         let v = self.solved.solution.rounded::<F>()?;
         let diagonal_rule = self.cut.diagonal_rule(pairs);

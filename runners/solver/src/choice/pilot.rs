@@ -59,6 +59,8 @@ pub(super) struct Observed {
     pub(super) weight: f64,
     /// Var/E²: the number of walks that the target takes.
     needed: f64,
+    /// The part of E² that the error of (v, Φ) takes, which is no matter of walks.
+    taken: f64,
     /// The number of walks until enough have scored for an error to be believed.
     believed: f64,
     /// The factor by which the true variance may differ from the observed one.
@@ -68,7 +70,11 @@ pub(super) struct Observed {
 impl Observed {
     /// The number of walks with this multiple of the observed variance; infinite before a walk has scored.
     pub(super) fn walks(&self, multiple: f64) -> f64 {
-        (multiple * self.needed).max(self.believed)
+        // With the variance the error of (v, Φ) falls.
+        match 1.0 - multiple * self.taken {
+            left if left > 0.0 => (multiple * self.needed / left).max(self.believed),
+            _ => f64::INFINITY,
+        }
     }
 
     /// The number of walks if cells help less than observed, and if large scores were missed.
@@ -139,9 +145,11 @@ impl Pilot {
             let variance = found.std_dev.unwrap_or(0.0).powi(2);
             let variance = variance.max(rare * square * square.max(from_anywhere));
             let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
+            let bound = bound(tolerance, statistics);
             Observed {
                 weight,
-                needed: variance / bound(tolerance, statistics).powi(2),
+                needed: variance / bound.powi(2),
+                taken: (statistics.control_error() / bound).powi(2),
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }

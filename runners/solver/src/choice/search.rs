@@ -1,8 +1,8 @@
 //! The search for the best setting: which pilot comes next, and the best prediction so far.
 //!
 //! A setting is worth a pilot if, with luck, it saves more than twice the pilot's time over the best so far. Candidates
-//! are the coarsest cells of every family, all settings that are predicted but by few walks, and the walks next to the best
-//! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
+//! are the coarsest cells of every family, all settings that are predicted, and the walks next to the best
+//! ones of a family. The one that may take least comes first. In the end the best is one that had a pilot.
 
 mod candidates;
 
@@ -22,10 +22,8 @@ use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
 
-/// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
-const FIRST: u64 = 256;
-/// Walks of the pilot of a setting that is about to be chosen: a thirtieth of the least run.
-const CONFIRM: u64 = 2048;
+/// Walks of a pilot: it takes less than a hundredth of the least run of 16 batches.
+const WALKS: u64 = 512;
 /// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
 /// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
 const SHARE: f64 = 0.25;
@@ -115,58 +113,72 @@ impl<'m> Search<'m> {
     /// Makes pilots until none may pay any more.
     pub(super) fn run(&mut self) {
         while !self.watch.cancelled()
-            && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
+            && let Some(next) = self.most_promising().or_else(|| self.untried())
         {
-            match self.pilot(&next, walks) {
-                Ok(pilot) => {
-                    self.pilots += 1;
-                    self.walks += pilot.walks;
-                    self.learn(pilot);
-                }
-                Err(Error::Cancelled) => {}
-                Err(refusal) => self.forget(next.setting, refusal),
-            }
+            self.try_out(&next, WALKS);
         }
     }
 
-    /// Makes pilots that take so many seconds more at most, unless they pay in any case.
-    pub(super) fn run_for(&mut self, seconds: f64) {
-        self.granted = self.work + seconds;
-        self.run();
+    /// Learns from a pilot with so many walks of each target, or from its refusal.
+    fn try_out(&mut self, next: &Prediction, walks: u64) {
+        match self.pilot(next, walks) {
+            Ok(pilot) => {
+                self.pilots += 1;
+                self.walks += pilot.walks;
+                self.learn(pilot);
+            }
+            Err(Error::Cancelled) => {}
+            Err(refusal) => self.forget(next.setting, refusal),
+        }
     }
 
-    /// The candidate that takes least, with luck, if that pays; and the walks of its pilot.
-    fn most_promising(&self) -> Option<(Prediction, u64)> {
+    /// Makes pilots that take so many seconds more at most, unless they pay in any case; then the best, if it is known by
+    /// less than so many walks or seconds, has a pilot of as many. Of settings that few walks tell of the luckiest seem best.
+    pub(super) fn run_for(&mut self, seconds: f64, walks: u64) {
+        self.granted = self.work + seconds;
+        self.run();
+        while self.work < self.granted
+            && !self.watch.cancelled()
+            && let Some(best) = self.best()
+            && let enough = self.enough(&best, seconds, walks)
+            && best.pilot_walks < enough
+        {
+            self.try_out(&best, enough);
+        }
+    }
+
+    /// The walks of a pilot that takes so many seconds, or has as many walks.
+    pub(super) fn enough(&self, found: &Prediction, seconds: f64, walks: u64) -> u64 {
+        let each = found.seconds_per_walk * self.sample.weights.len() as f64;
+        walks.min((seconds / each) as u64)
+    }
+
+    /// The candidate that takes least, with luck, if that pays.
+    fn most_promising(&self) -> Option<Prediction> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.price(&best));
         let may = best.map_or(f64::INFINITY, |best| self.allowance(&best));
-        let all = self.candidates(best.as_ref()).into_iter().map(|found| {
-            let walks = if found.pilot_walks == 0 {
-                FIRST
-            } else {
-                CONFIRM
-            };
+        let all = self.candidates().into_iter().map(|found| {
             let setup = self.remaining_setup(&found);
             // What is set up for the best is not lost.
             let is_for_best = best.is_some_and(|best| best.setting.shares_system(&found.setting));
             let is_kept = is_for_best && self.systems.of(&found.setting).is_none();
-            let lost = self.seconds_of(&found, walks) - if is_kept { setup } else { 0.0 };
-            (found, walks, lost, setup + found.hopeful + PAYS * lost)
+            let lost = self.seconds_of(&found, WALKS) - if is_kept { setup } else { 0.0 };
+            (found, lost, setup + found.hopeful + PAYS * lost)
         });
-        let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
-        let most = pay.min_by(|a, b| a.3.total_cmp(&b.3));
-        most.map(|(found, walks, ..)| (found, walks))
+        let pay = all.filter(|&(_, lost, cost)| cost < price && lost <= may);
+        let most = pay.min_by(|a, b| a.2.total_cmp(&b.2));
+        most.map(|(found, ..)| found)
     }
 
-    /// The best setting, if few walks told of it.
-    fn unconfirmed(&self) -> Option<(Prediction, u64)> {
-        let best = self.best()?;
-        (best.pilot_walks < CONFIRM).then_some((best, CONFIRM))
+    /// The best setting, if it had no pilot.
+    fn untried(&self) -> Option<Prediction> {
+        self.best().filter(|best| best.pilot_walks == 0)
     }
 
     /// Seconds of a pilot with so many walks of each target.
     fn seconds_of(&self, found: &Prediction, walks: u64) -> f64 {
-        let walks = (walks * self.sample.weights.len() as u64) as f64;
+        let walks = walks as f64 * self.sample.weights.len() as f64;
         PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
@@ -342,9 +354,14 @@ impl<'m> Search<'m> {
         all.filter(|found| !self.refuses(&found.setting))
     }
 
-    /// The best prediction so far.
+    /// The best prediction so far: of settings that had a pilot, once pilots have taken what they may beside the best of
+    /// those. What is predicted then has been wrong more than once, and every further look costs a set-up.
     pub(super) fn best(&self) -> Option<Prediction> {
-        self.best_of(self.found())
+        let piloted = self.best_of(self.found().filter(|found| found.pilot_walks > 0));
+        let is_over = |best: &Prediction| self.allowance(best) < 0.0;
+        piloted
+            .filter(is_over)
+            .or_else(|| self.best_of(self.found()))
     }
 
     /// The best prediction of plain walks.

@@ -39,7 +39,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}, {} pairs{}, {} estimator, {}, seed {}",
+            "{}{}, {} cell{}{}, {} pairs{}{}, {} estimator, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -53,6 +53,11 @@ impl Report {
             self.pairs,
             self.pair_counts
                 .map_or(String::new(), |counts| counts.text()),
+            if self.exact_source {
+                ", exact source"
+            } else {
+                ""
+            },
             self.estimator,
             self.scalar,
             self.seed,

@@ -4,7 +4,7 @@ use fredholm_core::Estimator;
 
 use super::super::family::{Family, Level, Prediction};
 use super::super::setting::Setting;
-use super::{CONFIRM, OTHER_WALKS, Search};
+use super::{OTHER_WALKS, Search};
 use crate::{Discretisation, Error, Pairs, Settings};
 
 /// The values of q0 to choose from. A large one is best if the Galerkin solution is so good that only the time of a walk
@@ -65,16 +65,24 @@ impl Search<'_> {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
         let degrees = open(self.settings.degree, &degrees);
-        let base = self.base();
-        let all = degrees.into_iter().flat_map(|degree| {
-            let of = move |&pairs: &Pairs| Setting {
-                degree,
-                pairs,
-                ..base
-            };
-            pairs.iter().map(of).collect::<Vec<_>>()
-        });
-        for first in [self.plain()].into_iter().chain(all) {
+        let sources: &[bool] = if self.about.has_exact_source {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        let sources = open(self.settings.exact_source, sources);
+        let mut all = vec![self.plain()];
+        for &exact_source in &sources {
+            for &degree in &degrees {
+                all.extend(pairs.iter().map(|&pairs| Setting {
+                    degree,
+                    pairs,
+                    exact_source,
+                    ..self.base()
+                }));
+            }
+        }
+        for first in all {
             let levels = self.levels(&first, 1);
             let cut = first.applied(self.settings).discretisation();
             // On few cells the causes that limit the order in the end, as pairs next to corners do, are not yet dominant.
@@ -93,6 +101,7 @@ impl Search<'_> {
             cells: 1,
             degree: self.settings.discretisation().degree,
             pairs: walk.pairs,
+            exact_source: false,
             absorption: self.absorptions.first().copied().unwrap_or(walk.absorption),
             estimator: walk.estimator,
         }
@@ -160,12 +169,9 @@ impl Search<'_> {
     }
 
     /// Whatever a pilot may show to be the best, with what is known of it.
-    pub(super) fn candidates(&self, best: Option<&Prediction>) -> Vec<Prediction> {
-        // The best is confirmed last of all, and finer cells are no better where nothing scores.
-        let is_open = |found: &&Prediction| match found.pilot_walks {
-            0 => found.scored > 0,
-            walks => walks < CONFIRM && best.is_none_or(|best| best.setting != found.setting),
-        };
+    pub(super) fn candidates(&self) -> Vec<Prediction> {
+        // Finer cells are no better where nothing scores.
+        let is_open = |found: &&Prediction| found.pilot_walks == 0 && found.scored > 0;
         let mut all = Vec::new();
         for family in &self.families {
             if family.pilots.is_empty() {

@@ -1,0 +1,143 @@
+//! Neighbour equations whose source is F itself: their moments, and the errors of these.
+
+use fredholm_core::galerkin::{GalerkinMatrix, Solution, StoppingRule, gauss_seidel};
+use fredholm_cube::{CubeError, REPLICATES};
+
+use super::degree::Degree;
+use super::functions::{Watched, WeightOf, with_values};
+use super::system::CubeSystem;
+use super::table::fill;
+use super::{SWEEPS, TOLERANCE};
+use fredholm_model::{Error, Region, Request};
+
+/// The factor by which the threshold of boxes falls until there are enough.
+const FALLS: f64 = 4.0;
+/// The relative residual of the errors' solutions: their size alone matters.
+const ROUGHLY: f64 = 1e-3;
+/// The moments of F that a neighbour equation with the source F has, and errors like theirs.
+#[derive(Debug)]
+pub(super) struct Moments {
+    /// F″_ia.
+    pub(super) means: Vec<f64>,
+    errors: Vec<Replicate>,
+}
+
+/// What an error Δ of the moments does to the solution.
+#[derive(Debug)]
+struct Replicate {
+    /// Z = (I − K')⁻¹ Δ.
+    solution: Vec<f64>,
+    /// Z − Δ.
+    rest: Vec<f64>,
+}
+
+/// What fills the sample of a cell, by its number and a threshold.
+pub(super) type SampleCell<'a> =
+    dyn Fn(usize, f64, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
+
+impl Moments {
+    /// The moments of a source, from samples of `width` numbers in every cell, and the Galerkin solution of them. `near`
+    /// are the moments by quadrature.
+    pub(super) fn new(
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
+        near: &[f64],
+        boxes: f64,
+        sample: &SampleCell<'_>,
+    ) -> Result<(Self, Solution), Error> {
+        let functions = matrix.functions();
+        let width = (1 + REPLICATES) * functions + 1;
+        let scale = near.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        let mut all = vec![0.0; width * matrix.cells()];
+        let mut threshold = scale;
+        loop {
+            fill(&mut all, width, &|i, out| sample(i, threshold, out))?;
+            let samples = || all.chunks_exact(width);
+            let found: f64 = samples().filter_map(<[f64]>::last).sum();
+            let errors = samples().flat_map(|sample| &sample[functions..width - 1]);
+            let largest = errors.fold(0.0, |most: f64, error| most.max(error.abs()));
+            threshold /= FALLS;
+            if found > boxes / FALLS || largest <= f64::EPSILON * scale || threshold <= 0.0 {
+                break;
+            }
+        }
+        let vector = |number: usize| -> Vec<f64> {
+            let samples = all.chunks_exact(width);
+            let of = samples.flat_map(|sample| &sample[number * functions..][..functions]);
+            of.copied().collect()
+        };
+        let means = vector(0);
+        let solution = Solution::new(matrix, means.clone(), TOLERANCE, SWEEPS)?;
+        let mut scratch = vec![0.0; matrix.scratch()];
+        let mut errors = Vec::new();
+        for number in 1..=REPLICATES {
+            let error = vector(number);
+            let largest = error.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+            let stop = StoppingRule::UntilResidual {
+                residual: ROUGHLY * largest,
+                at_most: SWEEPS,
+            };
+            let mut z = error.clone();
+            gauss_seidel(matrix, &error, &mut z, &mut scratch, stop)?;
+            let rest = z.iter().zip(&error).map(|(z, error)| z - error).collect();
+            errors.push(Replicate { solution: z, rest });
+        }
+        Ok((Self { means, errors }, solution))
+    }
+}
+
+impl Moments {
+    /// The numbers less the moments.
+    pub(super) fn rest<'a>(&'a self, of: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        of.iter().zip(&self.means).map(|(of, mean)| of - mean)
+    }
+}
+
+impl<const D: usize> CubeSystem<'_, D> {
+    /// The standard error of (v, Φ) of every goal; none if they are known.
+    pub(super) fn control_errors(&self, request: &Request<'_>) -> Result<Vec<f64>, Error> {
+        match &self.solved.moments {
+            None => Ok(Vec::new()),
+            Some(moments) => {
+                let weights = self.weight_means::<f64>(request)?;
+                with_values::<f64, _>(self.cut.functions(), |values| {
+                    self.errors_of(moments, request, values, &weights)
+                })
+            }
+        }
+    }
+
+    fn errors_of(
+        &self,
+        moments: &Moments,
+        request: &Request<'_>,
+        values: &Watched<'_, f64>,
+        weights: &[(WeightOf<'_>, Vec<f64>)],
+    ) -> Result<Vec<f64>, Error> {
+        let mut weights = weights.iter();
+        let mut errors = Vec::new();
+        for goal in request.goals {
+            let weight = match &goal.region {
+                Region::Weight(_) | Region::Function(_) => weights.next(),
+                _ => None,
+            };
+            let mut squares = 0.0;
+            for replicate in &moments.errors {
+                let Replicate { solution, rest } = replicate;
+                let error = match (&goal.region, weight) {
+                    (Region::Point(x), _) => {
+                        let x = values.domain().unit::<D>(x);
+                        self.degree.value(&self.cut, values, rest, &x)?
+                    }
+                    (_, Some((_, means))) => {
+                        let products = means.iter().zip(solution).map(|(w, z)| w * z);
+                        products.sum::<f64>() / self.cut.all_cells() as f64
+                    }
+                    _ => Degree::<f64, D>::mean(self.degree, solution),
+                };
+                squares += error * error;
+            }
+            errors.push((squares / REPLICATES as f64).sqrt());
+        }
+        Ok(errors)
+    }
+}
