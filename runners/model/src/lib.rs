@@ -21,4 +21,4 @@ pub use model::{
     System, Then, WithJob, WithStarts,
 };
 pub use options::{Choice, Choices, Pairs, Scalar};
-pub use settings::{Discretisation, Settings, SourceMoments, WalkOptions};
+pub use settings::{Discretisation, Settings, WalkOptions};

@@ -107,24 +107,15 @@ impl Settings {
     /// How space is cut, with a default for what is open; the problem chooses cells.
     #[must_use]
     pub fn discretisation(&self) -> Discretisation {
+        let walk = self.walk_options();
         Discretisation {
             cells: self.cells,
             degree: self.degree.unwrap_or(0),
             points: self.points,
             grading: self.grading,
             shadow_cuts: self.shadow_cuts,
-            exact_source: self.exact_source.unwrap_or(false).then(|| self.moments()),
+            exact_source: walk.exact_source.then(|| walk.moments_tolerance()),
             scalar: self.scalar,
-        }
-    }
-
-    /// Moments for the tolerance, or else for a thousandth of the standard error of plain walks.
-    fn moments(&self) -> SourceMoments {
-        let walks = self.walk_options().walks as f64;
-        let of_plain = Tolerance::Relative(1e-3 / walks.sqrt());
-        SourceMoments {
-            seed: self.seed,
-            tolerance: self.tolerance.unwrap_or(of_plain),
         }
     }
 
@@ -133,6 +124,7 @@ impl Settings {
     pub fn walk_options(&self) -> WalkOptions {
         WalkOptions {
             pairs: self.pairs.unwrap_or(Pairs::Default),
+            exact_source: self.exact_source.unwrap_or(false),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),
             estimator: self.estimator.unwrap_or(Estimator::Absorption),
@@ -143,24 +135,6 @@ impl Settings {
             allow_infinite_variance: self.allow_infinite_variance,
         }
     }
-}
-
-/// How the moments of F are estimated, if the neighbour equation of a cube has the source F itself.
-///
-/// ```
-/// use fredholm::{Settings, Tolerance};
-///
-/// let mut settings = Settings { exact_source: Some(true), seed: 7, ..Settings::default() };
-/// settings.tolerance = Some(Tolerance::Absolute(1e-4));
-/// let moments = settings.discretisation().exact_source.unwrap();
-/// assert_eq!((moments.seed, moments.tolerance), (7, Tolerance::Absolute(1e-4)));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SourceMoments {
-    /// The seed of the draws.
-    pub seed: u64,
-    /// The standard error of which moments may leave a half; if it is relative, a part of the largest |F|.
-    pub tolerance: Tolerance,
 }
 
 /// How space is cut into cells, and what is solved on them.
@@ -184,8 +158,8 @@ pub struct Discretisation {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
-    /// The moments of F, if the neighbour equation of a cube has the source F itself.
-    pub exact_source: Option<SourceMoments>,
+    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
+    pub exact_source: Option<Tolerance>,
     /// The floating-point type in which walks meet the cells.
     pub scalar: Scalar,
 }
@@ -213,6 +187,8 @@ impl Discretisation {
 pub struct WalkOptions {
     /// How the neighbour equation treats pairs of cells.
     pub pairs: Pairs,
+    /// Whether the neighbour equation of a cube has the source F itself.
+    pub exact_source: bool,
     /// Walks for each goal; with a tolerance the most.
     pub walks: u64,
     /// q0, the probability that a walk is absorbed in a state.
@@ -232,6 +208,14 @@ pub struct WalkOptions {
 }
 
 impl WalkOptions {
+    /// The tolerance of which moments of F may leave a half: that of the walks, or else a hundredth of the standard error
+    /// of plain walks, as a part of the largest |F|.
+    #[must_use]
+    pub fn moments_tolerance(&self) -> Tolerance {
+        let of_plain = Tolerance::Relative(1e-2 / (self.walks as f64).sqrt());
+        self.tolerance.unwrap_or(of_plain)
+    }
+
     /// What a job of the core takes of them.
     pub fn for_core(&self) -> fredholm_core::WalkOptions {
         fredholm_core::WalkOptions {

@@ -30,7 +30,7 @@ pub use custom::{CustomEquation, CustomModel};
 pub use fredholm_core::{Estimator, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,
-    Region, Scalar, Settings, SourceMoments, Subject, System, Target, WalkOptions, WeightFn, goals,
+    Region, Scalar, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use report::Report;

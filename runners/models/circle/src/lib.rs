@@ -348,6 +348,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
         Cost {
             setup: self.cells as f64 * (CELL + degree * FUNCTION),
             source: 0.0,
+            moments: 0.0,
             walk: WalkCost {
                 start: state,
                 step: state,

@@ -13,7 +13,7 @@ use super::functions::{ModelCube, Watched, WeightOf, Which};
 use super::system::{Boxed, Kinds, Solved, Use, WeightedStart};
 use super::table::{Table, fill};
 use super::{CubePartition, SWEEPS, TOLERANCE};
-use fredholm_model::Error;
+use fredholm_model::{Error, WalkOptions};
 
 /// Functions on a cell of a cube, whose number the steps of walks take as a constant. It is object safe, so that all
 /// else is compiled once for all degrees.
@@ -45,7 +45,10 @@ pub(super) struct Of<'a, F, const D: usize> {
     pub(super) cut: &'a CubePartition<'a>,
     pub(super) values: &'a Watched<'a, F>,
     pub(super) absorption: f64,
-    pub(super) solved: &'a Solved<D>,
+    pub(super) table: &'a Table<D>,
+    pub(super) solution: &'a Solution,
+    /// The moments of F, if the source is F itself.
+    pub(super) moments: Option<&'a Moments>,
     pub(super) v: &'a [F],
 }
 
@@ -58,6 +61,15 @@ pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
         values: &Watched<'_, f64>,
         absorption: f64,
     ) -> Result<Solved<D>, Error>;
+
+    /// The moments of F for these walks, and the Galerkin solution of them.
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error>;
 
     /// The value at a point of [0, 1]^D of a function on cells.
     fn value(
@@ -106,13 +118,11 @@ impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
                 "pointwise pairs are of piecewise constants",
             ));
         };
-        let Solved {
-            table, solution, ..
-        } = of.solved;
+        let (table, solution) = (of.table, of.solution);
         let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
         let cube = cube.with_functions::<B>();
         let narrow = Rounded::new(table);
-        let Some(moments) = &of.solved.moments else {
+        let Some(moments) = of.moments else {
             let g = solution.source(table, &pairs)?;
             return then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?);
         };
@@ -182,25 +192,25 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
                 functions: B,
             }
         };
-        let Some(of_source) = cut.exact_source else {
-            return Ok(Solved {
-                solution: cube.solve(&table, rule, TOLERANCE, SWEEPS)?,
-                table,
-                moments: None,
-            });
-        };
+        let solution = cube.solve(&table, rule, TOLERANCE, SWEEPS)?;
+        Ok(Solved { table, solution })
+    }
+
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
         let mut near = vec![0.0; cube.cells() * B];
-        cube.source_means(rule, &mut near)?;
+        cube.source_means(cut.rule()?, &mut near)?;
         let sample = |i: usize, threshold, out: &mut [f64]| {
             let near = &near[i * B..(i + 1) * B];
-            cube.sample_source(i, near, threshold, of_source.seed, out)
+            cube.sample_source(i, near, threshold, walk.seed, out)
         };
-        let (moments, solution) = Moments::new(&table, &near, cut.boxes(of_source), &sample)?;
-        Ok(Solved {
-            table,
-            solution,
-            moments: Some(moments),
-        })
+        Moments::new(table, &near, cut.boxes(walk.moments_tolerance()), &sample)
     }
 
     fn value(
@@ -297,6 +307,16 @@ impl<const D: usize> AnyDegree<D> for Constants {
         AnyDegree::<D>::solve(&Smooth::<1>, cut, values, absorption)
     }
 
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error> {
+        Smooth::<1>.moments(cut, values, table, walk)
+    }
+
     fn value(
         &self,
         cut: &CubePartition<'_>,
@@ -350,9 +370,7 @@ fn with_pairs<F: Real, const D: usize>(
     of: &Of<'_, F, D>,
     then: &mut Use<'_, F, D>,
 ) -> Result<(), Error> {
-    let Solved {
-        table, solution, ..
-    } = of.solved;
+    let (table, solution) = (of.table, of.solution);
     let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
     let narrow = Rounded::new(table);
     let g = solution.source(table, &pairs)?;

@@ -8,7 +8,7 @@ use super::functions::{Watched, WeightOf, with_values};
 use super::system::CubeSystem;
 use super::table::fill;
 use super::{SWEEPS, TOLERANCE};
-use fredholm_model::{Error, Region, Request};
+use fredholm_model::{Error, Region, Request, WalkOptions};
 
 /// The factor by which the threshold of boxes falls until there are enough.
 const FALLS: f64 = 4.0;
@@ -93,11 +93,38 @@ impl Moments {
 }
 
 impl<const D: usize> CubeSystem<'_, D> {
+    /// The moments of F and their solution, if walks follow a neighbour equation with the source F itself.
+    pub(super) fn moments(&self, walk: &WalkOptions) -> Result<Option<(Moments, Solution)>, Error> {
+        if !walk.exact_source {
+            return Ok(None);
+        }
+        let table = &self.solved.table;
+        let moments = with_values::<f64, _>(self.cut.functions(), |values| {
+            self.degree.moments(&self.cut, values, table, walk)
+        });
+        moments.map(Some)
+    }
+
+    /// The moments and their solution, or the system's own solution.
+    pub(super) fn own<'a>(
+        &'a self,
+        moments: Option<&'a (Moments, Solution)>,
+    ) -> (Option<&'a Moments>, &'a Solution) {
+        match moments {
+            Some((moments, solution)) => (Some(moments), solution),
+            None => (None, &self.solved.solution),
+        }
+    }
+
     /// The standard error of (v, Φ) of every goal; none if they are known.
-    pub(super) fn control_errors(&self, request: &Request<'_>) -> Result<Vec<f64>, Error> {
-        match &self.solved.moments {
+    pub(super) fn control_errors(
+        &self,
+        moments: Option<&(Moments, Solution)>,
+        request: &Request<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        match moments {
             None => Ok(Vec::new()),
-            Some(moments) => {
+            Some((moments, _)) => {
                 let weights = self.weight_means::<f64>(request)?;
                 with_values::<f64, _>(self.cut.functions(), |values| {
                     self.errors_of(moments, request, values, &weights)

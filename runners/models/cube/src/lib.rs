@@ -21,8 +21,8 @@ mod table;
 use core::any::Any;
 use std::sync::{Arc, OnceLock};
 
-use fredholm_core::NoNeighbour;
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Partition};
+use fredholm_core::{NoNeighbour, Tolerance};
 use fredholm_cube::{
     Cube, CubeError, KernelFactors as _, KernelFn as _, Product, ProductTables, Rule,
     absolute_radius, empty_table, functions as count, table_bytes,
@@ -38,8 +38,7 @@ use fredholm_model::Deterministic;
 use fredholm_model::cost::{Cost, PointwisePairs};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, SourceMoments, Subject,
-    System,
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
@@ -280,8 +279,8 @@ struct CubePartition<'m> {
     /// p.
     degree: usize,
     points: Option<usize>,
-    /// The moments of F, if the neighbour equation has the source F itself.
-    exact_source: Option<SourceMoments>,
+    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
+    exact_source: Option<Tolerance>,
     scalar: Scalar,
 }
 

@@ -13,7 +13,6 @@ use fredholm_variance::{
 use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
-use super::exact::Moments;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
 use super::table::Table;
 use super::{CubeModel, CubePartition, export};
@@ -35,8 +34,6 @@ pub(super) struct CubeSystem<'m, const D: usize> {
 pub(super) struct Solved<const D: usize> {
     pub(super) table: Table<D>,
     pub(super) solution: Solution,
-    /// The moments of F, if neighbour equations have the source F itself.
-    pub(super) moments: Option<Moments>,
 }
 
 /// A neighbour equation of any kind and degree: one type of walk for all.
@@ -152,7 +149,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution: &self.solved.solution,
+                moments: None,
                 v: &v,
             };
             let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
@@ -229,7 +228,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let (walk, solution) = (request.walk, &self.solved.solution);
+        let walk = request.walk;
         let neighbour_second_moment_radius = if walk.allow_infinite_variance {
             None
         } else {
@@ -238,7 +237,9 @@ impl<const D: usize> CubeSystem<'_, D> {
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<F>(request)?;
         let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
-        let errors = self.control_errors(request)?;
+        let moments = self.moments(walk)?;
+        let errors = self.control_errors(moments.as_ref(), request)?;
+        let (moments, solution) = self.own(moments.as_ref());
         with_values::<F, _>(self.cut.functions(), |values| {
             let v = solution.rounded::<F>()?;
             let weighted = self.weighted::<F>(values, &means, &v)?;
@@ -248,7 +249,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption: walk.absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution,
+                moments,
                 v: &v,
             };
             let parts = Parts {
@@ -288,7 +291,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let constants = match &kinds {
                 Kinds::Diagonal(rule)
-                    if rule.diagonal == PairKind::Galerkin && self.solved.moments.is_none() =>
+                    if rule.diagonal == PairKind::Galerkin && moments.is_none() =>
                 {
                     F::compiled::<D>(self.cut.model)
                         .and(self.solved.table.constants())
@@ -313,10 +316,12 @@ impl<const D: usize> CubeSystem<'_, D> {
         let cells = self.cut.all_cells();
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<f64>(request)?;
+        let moments = self.moments(request.walk)?;
+        let (moments, solution) = self.own(moments.as_ref());
         with_values::<f64, _>(self.cut.functions(), |values| {
             let absorption = request.walk.absorption;
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-            let v = self.solved.solution.rounded::<f64>()?;
+            let v = solution.rounded::<f64>()?;
             let weighted = self.weighted::<f64>(values, &means, &v)?;
             let quadrature = CubeQuadrature::new(&cube, nodes, self.cut.degree)?;
             let table = &self.solved.table;
@@ -328,7 +333,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution,
+                moments,
                 v: &v,
             };
             let degree = f64::degree(self.degree);
@@ -366,7 +373,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
-        if self.solved.moments.is_some() {
+        if self.cut.exact_source.is_some() {
             return Err(Error::Option {
                 subject: Subject::ExactSource,
                 message: "tables have no source F: leave `exact_source` out".to_owned(),

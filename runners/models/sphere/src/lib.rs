@@ -289,6 +289,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
         Cost {
             setup: EVALUATION * self.entries() + PAIR * cells * cells,
             source: SOURCE_PAIR * cells * cells,
+            moments: 0.0,
             walk: WALK,
             plain: PLAIN,
         }

@@ -33,8 +33,11 @@ const PAYS: f64 = 2.0;
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
 const LEVELS: usize = 4;
-/// Seconds of a pilot apart from its walks and its set-up.
+/// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
 const PILOT_SECONDS: f64 = 0.1e-3;
+const MOMENTS_SECONDS: f64 = 0.03;
+/// The part of the tolerance that moments of F leave, which are as fine as that if they are those of an answer.
+const MOMENTS: f64 = 0.5;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
 
@@ -179,7 +182,8 @@ impl<'m> Search<'m> {
     /// Seconds of a pilot with so many walks of each target.
     fn seconds_of(&self, found: &Prediction, walks: u64) -> f64 {
         let walks = walks as f64 * self.sample.weights.len() as f64;
-        PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
+        let moments = found.moments.min(MOMENTS_SECONDS);
+        PILOT_SECONDS + self.remaining_setup(found) + moments + walks * found.seconds_per_walk
     }
 
     /// Seconds that further pilots may take.
@@ -203,11 +207,16 @@ impl<'m> Search<'m> {
         limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64())
     }
 
+    /// The family of a setting.
+    fn family(&mut self, setting: &Setting) -> Option<&mut Family> {
+        let own = |family: &&mut Family| family.first.shares_family(setting);
+        self.families.iter_mut().find(own)
+    }
+
     /// Adds a pilot to its family.
     fn learn(&mut self, pilot: Pilot) {
         let setting = pilot.setting;
-        let own = |family: &&mut Family| family.first.shares_family(&setting);
-        if let Some(family) = self.families.iter_mut().find(own) {
+        if let Some(family) = self.family(&setting) {
             family.add(pilot);
         }
         self.extend(&setting);
@@ -215,21 +224,19 @@ impl<'m> Search<'m> {
 
     /// Adds the levels to a setting's family that it may tell of.
     fn extend(&mut self, setting: &Setting) {
-        let own = |family: &Family| family.first.shares_family(setting);
-        let at = self.families.iter().position(own);
-        let Some(mut family) = at.map(|at| self.families.swap_remove(at)) else {
+        let Some(family) = self.family(setting) else {
             return;
         };
-        let number = family
-            .levels
-            .iter()
-            .position(|level| level.cells == setting.cells);
+        let mut levels = family.levels.iter();
+        let number = levels.position(|level| level.cells == setting.cells);
         let wanted = 1 + LEVELS + number.unwrap_or(0);
-        if !setting.plain && family.asked < wanted {
-            let levels = self.levels(setting, wanted);
+        if setting.plain || family.asked >= wanted {
+            return;
+        }
+        let levels = self.levels(setting, wanted);
+        if let Some(family) = self.family(setting) {
             family.extend(levels, wanted);
         }
-        self.families.push(family);
     }
 
     fn partition(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
@@ -290,6 +297,7 @@ impl<'m> Search<'m> {
             weights: &self.sample.weights,
             pointwise: answer.pointwise,
             unknowns: cells.unknowns() as f64,
+            of_moments: Some(if setting.exact_source { MOMENTS } else { 0.0 }),
             rare,
         };
         Ok(Pilot::new(&walked, self.tolerance, self.model))
@@ -301,8 +309,7 @@ impl<'m> Search<'m> {
         setting: &Setting,
         statistics: &[Statistics],
     ) -> Option<Prediction> {
-        let mut families = self.families.iter();
-        let family = families.find(|family| family.first.shares_family(setting))?;
+        let family = self.family(setting)?;
         let level = *family.level(setting.cells)?;
         let pilot = family.pilot_for(setting)?;
         let walked = Walked {
@@ -311,6 +318,7 @@ impl<'m> Search<'m> {
             weights: &[],
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
+            of_moments: None,
             // So many walks have met it.
             rare: 0.0,
         };

@@ -55,7 +55,7 @@ impl Setting {
 
     /// Whether one solved system serves both settings.
     pub(super) fn shares_system(&self, other: &Self) -> bool {
-        let of = |of: &Self| (of.plain, of.cells, of.degree, of.exact_source);
+        let of = |of: &Self| (of.plain, of.cells, of.degree);
         of(self) == of(other)
     }
 

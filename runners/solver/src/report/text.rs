@@ -184,7 +184,8 @@ impl GoalReport {
 
     /// The row of the table, with the place, the error and what there is of heat if other rows have them.
     fn row(&self, places: bool, errors: bool, heats: [bool; 4]) -> Vec<String> {
-        let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
+        // An error of (v, Φ) counts, too.
+        let gain = match (self.plain.std_error, self.preconditioned.std_error) {
             (Some(plain), Some(preconditioned))
                 if preconditioned > 0.0 && plain > 0.0 && !self.no_difference =>
             {
