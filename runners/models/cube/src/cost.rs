@@ -3,6 +3,7 @@
 use fredholm_cube::REPLICATES;
 
 use super::domain::Domain;
+use super::exact::Enough;
 use super::{CubeModel, CubePartition, singular};
 use fredholm_core::Tolerance;
 use fredholm_model::Partitioned;
@@ -14,9 +15,9 @@ const VALUE: f64 = 1e-9;
 const CACHED: f64 = 1e5;
 /// The fewest and the most boxes of moments of F: as many as take some milliseconds, or some seconds.
 const BOXES: [f64; 2] = [4096.0, 16_777_216.0];
-/// The error, in tolerances, that N boxes leave in three dimensions, times N: 2 · 0.35 · 3.5 · 4, and a fifth for what the
-/// solution makes of it.
-const JUMP: f64 = 12.0;
+/// Twice the error that N boxes leave in three dimensions, times N: 2 · 0.35 · 3.5, and a fifth for what the solution makes
+/// of it.
+const JUMP: f64 = 3.0;
 /// Seconds of the draws and signs of a box.
 const BOX: f64 = 50e-9;
 /// The sweeps of a solution whose size alone matters.
@@ -99,19 +100,24 @@ impl CubePartition<'_> {
         [n * n * (integrals + 20e-9 * b * b), 3e-9 * (n * b).powi(2)]
     }
 
-    /// The number of boxes that moments of F have: as many as leave half of the tolerance at a jump of the size of F along a
-    /// plane. Boxes of side s, of which 1.5 s^−(d−1) meet it, leave √1.5 s^((d+1)/2)/√12, since a part of a box that is uniform
-    /// in [0, 1] has 1/12 for two draws; all boxes are about 3.5 s^−(d−1), or four times as many for the next s.
-    pub(super) fn boxes(&self, tolerance: Tolerance) -> f64 {
-        let tolerance = match tolerance {
-            Tolerance::Absolute(error) => error / self.model.source_size(),
-            Tolerance::Relative(error) => error,
+    /// When moments of F are fine enough: when they leave half of the tolerance, and have as many boxes as it takes for that at
+    /// a jump of the size of F along a plane. Boxes of side s, of which 1.5 s^−(d−1) meet it, leave √1.5 s^((d+1)/2)/√12, since a
+    /// part of a box that is uniform in [0, 1] has 1/12 for two draws; all boxes are about 3.5 s^−(d−1).
+    pub(super) fn enough(&self, tolerance: Tolerance) -> Enough {
+        let size = self.model.source_size();
+        let error = match tolerance {
+            Tolerance::Absolute(error) => error,
+            Tolerance::Relative(error) => error * size,
         };
         let d = self.model.dimension as f64;
         let power = 2.0 * (d - 1.0) / (d + 1.0);
         let [fewest, most] = BOXES;
-        let boxes = (JUMP / tolerance).powf(power).clamp(fewest, most);
-        boxes.max(self.all_cells() as f64)
+        let boxes = (JUMP * size / error).powf(power).clamp(fewest, most);
+        Enough {
+            error: 0.5 * error,
+            boxes: boxes.max(self.all_cells() as f64),
+            size,
+        }
     }
 
     /// Seconds of the boxes and of the errors' solutions.
@@ -127,7 +133,7 @@ impl CubePartition<'_> {
         } else {
             VALUE * (self.unknowns() as f64).powi(2)
         };
-        self.boxes(tolerance) * each + REPLICATES as f64 * FEW_SWEEPS * sweep
+        2.0 * self.enough(tolerance).boxes * each + REPLICATES as f64 * FEW_SWEEPS * sweep
     }
 }
 

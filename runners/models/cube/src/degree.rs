@@ -210,7 +210,7 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
             let near = &near[i * B..(i + 1) * B];
             cube.sample_source(i, near, threshold, walk.seed, out)
         };
-        Moments::new(table, &near, cut.boxes(walk.moments_tolerance()), &sample)
+        Moments::new(table, &near, cut.enough(walk.moments_tolerance()), &sample)
     }
 
     fn value(

@@ -12,6 +12,8 @@ use fredholm_model::{Error, Region, Request, WalkOptions};
 
 /// The factor by which the threshold of boxes falls until there are enough.
 const FALLS: f64 = 4.0;
+/// How many times as many boxes as at a jump along a plane there may be, until the error is small enough.
+const MORE: f64 = 8.0;
 /// The relative residual of the errors' solutions: their size alone matters.
 const ROUGHLY: f64 = 1e-3;
 /// The moments of F that a neighbour equation with the source F has, and errors like theirs.
@@ -20,6 +22,17 @@ pub(super) struct Moments {
     /// F″_ia.
     pub(super) means: Vec<f64>,
     errors: Vec<Replicate>,
+}
+
+/// When moments are fine enough.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Enough {
+    /// The error of the mean over the space.
+    pub(super) error: f64,
+    /// The fewest boxes.
+    pub(super) boxes: f64,
+    /// The size of F.
+    pub(super) size: f64,
 }
 
 /// What an error Δ of the moments does to the solution.
@@ -36,27 +49,34 @@ pub(super) type SampleCell<'a> =
     dyn Fn(usize, f64, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
 
 impl Moments {
-    /// The moments of a source, from samples of `width` numbers in every cell, and the Galerkin solution of them. `near`
-    /// are the moments by quadrature.
+    /// The moments of a source, from samples of the numbers [`Cube::SAMPLE`](fredholm_cube::Cube::SAMPLE) in every cell, and
+    /// the Galerkin solution of them. `near` are the moments by quadrature.
     pub(super) fn new(
         matrix: &dyn GalerkinMatrix<Scalar = f64>,
         near: &[f64],
-        boxes: f64,
+        enough: Enough,
         sample: &SampleCell<'_>,
     ) -> Result<(Self, Solution), Error> {
-        let functions = matrix.functions();
+        let (functions, cells) = (matrix.functions(), matrix.cells());
         let width = (1 + REPLICATES) * functions + 1;
-        let scale = near.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-        let mut all = vec![0.0; width * matrix.cells()];
+        let largest = near.iter().fold(enough.size, |most, f| most.max(f.abs()));
+        // A threshold of 0 would halve boxes without an end.
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let mut all = vec![0.0; width * cells];
         let mut threshold = scale;
         loop {
             fill(&mut all, width, &|i, out| sample(i, threshold, out))?;
-            let samples = || all.chunks_exact(width);
-            let found: f64 = samples().filter_map(<[f64]>::last).sum();
-            let errors = samples().flat_map(|sample| &sample[functions..width - 1]);
-            let largest = errors.fold(0.0, |most: f64, error| most.max(error.abs()));
+            let sum = |number: usize| {
+                let numbers = all.chunks_exact(width).filter_map(|of| of.get(number));
+                numbers.sum::<f64>()
+            };
+            let squares = (1..=REPLICATES).map(|error| sum(error * functions).powi(2));
+            let error = (squares.sum::<f64>() / REPLICATES as f64).sqrt() / cells as f64;
+            // A jump that no box has met yet has no error.
+            let is_fine = sum(width - 1) > enough.boxes && error <= enough.error;
             threshold /= FALLS;
-            if found > boxes / FALLS || largest <= f64::EPSILON * scale || threshold <= 0.0 {
+            if is_fine || sum(width - 1) > MORE * enough.boxes || threshold <= f64::EPSILON * scale
+            {
                 break;
             }
         }

@@ -126,12 +126,12 @@ impl State<'_, '_> {
         let best = self.search.best()?;
         let price = self.search.price(&best);
         let is_tried = best.pilot_walks >= self.search.enough(&best, walked, walks);
-        let is_other = best.setting != setting && is_tried && is_known;
+        let is_other = best.setting != setting && is_known;
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        if !is_other || WORTH * price >= left {
+        if !is_other || !is_tried || WORTH * price >= left {
             return None;
         }
         self.search.walked += walked;

@@ -1,8 +1,8 @@
 //! The search for the best setting: which pilot comes next, and the best prediction so far.
 //!
 //! A setting is worth a pilot if, with luck, it saves more than twice the pilot's time over the best so far. Candidates
-//! are the coarsest cells of every family, all settings that are predicted, and the walks next to the best
-//! ones of a family. The one that may take least comes first. In the end the best is one that had a pilot.
+//! are the coarsest cells of every family, all settings that are predicted but by few walks, and the walks next to the best
+//! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
 
@@ -22,8 +22,10 @@ use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
 
-/// Walks of a pilot: it takes less than a hundredth of the least run of 16 batches.
-const WALKS: u64 = 512;
+/// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
+const FIRST: u64 = 256;
+/// Walks of the pilot of a setting that is about to be chosen: a thirtieth of the least run.
+const CONFIRM: u64 = 2048;
 /// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
 /// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
 const SHARE: f64 = 0.25;
@@ -116,9 +118,9 @@ impl<'m> Search<'m> {
     /// Makes pilots until none may pay any more.
     pub(super) fn run(&mut self) {
         while !self.watch.cancelled()
-            && let Some(next) = self.most_promising().or_else(|| self.untried())
+            && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
         {
-            self.try_out(&next, WALKS);
+            self.try_out(&next, walks);
         }
     }
 
@@ -156,27 +158,33 @@ impl<'m> Search<'m> {
         walks.min((seconds / each) as u64)
     }
 
-    /// The candidate that takes least, with luck, if that pays.
-    fn most_promising(&self) -> Option<Prediction> {
+    /// The candidate that takes least, with luck, if that pays; and the walks of its pilot.
+    fn most_promising(&self) -> Option<(Prediction, u64)> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.price(&best));
-        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best));
-        let all = self.candidates().into_iter().map(|found| {
+        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
+        let all = self.candidates(best.as_ref()).into_iter().map(|found| {
+            let walks = if found.pilot_walks == 0 {
+                FIRST
+            } else {
+                CONFIRM
+            };
             let setup = self.remaining_setup(&found);
             // What is set up for the best is not lost.
             let is_for_best = best.is_some_and(|best| best.setting.shares_system(&found.setting));
             let is_kept = is_for_best && self.systems.of(&found.setting).is_none();
-            let lost = self.seconds_of(&found, WALKS) - if is_kept { setup } else { 0.0 };
-            (found, lost, setup + found.hopeful + PAYS * lost)
+            let lost = self.seconds_of(&found, walks) - if is_kept { setup } else { 0.0 };
+            (found, walks, lost, setup + found.hopeful + PAYS * lost)
         });
-        let pay = all.filter(|&(_, lost, cost)| cost < price && lost <= may);
-        let most = pay.min_by(|a, b| a.2.total_cmp(&b.2));
-        most.map(|(found, ..)| found)
+        let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
+        let most = pay.min_by(|a, b| a.3.total_cmp(&b.3));
+        most.map(|(found, walks, ..)| (found, walks))
     }
 
-    /// The best setting, if it had no pilot.
-    fn untried(&self) -> Option<Prediction> {
-        self.best().filter(|best| best.pilot_walks == 0)
+    /// The best setting, if few walks told of it.
+    fn unconfirmed(&self) -> Option<(Prediction, u64)> {
+        let best = self.best()?;
+        (best.pilot_walks < CONFIRM).then_some((best, CONFIRM))
     }
 
     /// Seconds of a pilot with so many walks of each target.
@@ -186,9 +194,9 @@ impl<'m> Search<'m> {
         PILOT_SECONDS + self.remaining_setup(found) + moments + walks * found.seconds_per_walk
     }
 
-    /// Seconds that further pilots may take.
-    fn allowance(&self, best: &Prediction) -> f64 {
-        let all = SHARE * self.price(best).min(LONG_SECONDS).min(self.time_limit());
+    /// Seconds that further pilots may take, if all may take this share of a prediction.
+    fn allowance(&self, best: &Prediction, share: f64) -> f64 {
+        let all = share * self.price(best).min(LONG_SECONDS).min(self.time_limit());
         all.max(self.granted) - self.lost(best)
     }
 
@@ -362,14 +370,14 @@ impl<'m> Search<'m> {
         all.filter(|found| !self.refuses(&found.setting))
     }
 
-    /// The best prediction so far: of settings that had a pilot, once pilots have taken what they may beside the best of
-    /// those. What is predicted then has been wrong more than once, and every further look costs a set-up.
+    /// The best prediction so far. One without a pilot is believed as long as all pilots took no longer than it tells: if
+    /// they did, predictions have been wrong more than once, and every further look would cost a set-up.
     pub(super) fn best(&self) -> Option<Prediction> {
-        let piloted = self.best_of(self.found().filter(|found| found.pilot_walks > 0));
-        let is_over = |best: &Prediction| self.allowance(best) < 0.0;
-        piloted
-            .filter(is_over)
-            .or_else(|| self.best_of(self.found()))
+        let is_tried = |found: &&Prediction| found.pilot_walks > 0;
+        let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
+        let best = self.best_of(self.found());
+        let tried = || self.best_of(self.found().filter(is_tried));
+        best.filter(is_believed).or_else(tried).or(best)
     }
 
     /// The best prediction of plain walks.

@@ -4,7 +4,7 @@ use fredholm_core::Estimator;
 
 use super::super::family::{Family, Level, Prediction};
 use super::super::setting::Setting;
-use super::{OTHER_WALKS, Search};
+use super::{CONFIRM, OTHER_WALKS, Search};
 use crate::{Discretisation, Error, Pairs, Settings};
 
 /// The values of q0 to choose from. A large one is best if the Galerkin solution is so good that only the time of a walk
@@ -169,9 +169,12 @@ impl Search<'_> {
     }
 
     /// Whatever a pilot may show to be the best, with what is known of it.
-    pub(super) fn candidates(&self) -> Vec<Prediction> {
-        // Finer cells are no better where nothing scores.
-        let is_open = |found: &&Prediction| found.pilot_walks == 0 && found.scored > 0;
+    pub(super) fn candidates(&self, best: Option<&Prediction>) -> Vec<Prediction> {
+        // The best is confirmed last of all, and finer cells are no better where nothing scores.
+        let is_open = |found: &&Prediction| match found.pilot_walks {
+            0 => found.scored > 0,
+            walks => walks < CONFIRM && best.is_none_or(|best| best.setting != found.setting),
+        };
         let mut all = Vec::new();
         for family in &self.families {
             if family.pilots.is_empty() {
