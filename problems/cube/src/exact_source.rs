@@ -169,6 +169,9 @@ impl<const D: usize> Strata<'_, D> {
         for corner in 0..1 << D {
             let rest = self.rest(&place.corner(corner), first);
             (least, most) = (least.min(rest), most.max(rest));
+            if let Some(boxes) = out.last_mut().filter(|_| !rest.is_finite()) {
+                *boxes = f64::NAN;
+            }
         }
         if place.share() * (most - least) > self.threshold && place.halves < MOST_HALVES {
             for half in 0..1 << D {
