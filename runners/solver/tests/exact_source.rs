@@ -24,7 +24,7 @@ fn asked<const D: usize>(model: &CubeModel) -> Solver<'_> {
 }
 
 /// With degree 1, K is a polynomial on cells and h = k: walks tell u but for the error of the moments, which is all of the
-/// error bar. The error bar holds, over seeds, and 2 of 3 of the errors in one seed are not of one sign alone.
+/// error bar, and that holds over seeds.
 #[test]
 fn the_error_of_the_moments_is_the_error_bar() {
     fn check<const D: usize>(cells: usize, scalar: Scalar) {
