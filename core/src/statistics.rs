@@ -387,7 +387,9 @@ mod tests {
     fn the_error_of_the_control_is_in_the_bar_of_zeta_alone() {
         let mut parts = [Statistics::default(), Statistics::default()];
         for (part, scores) in parts.iter_mut().zip([[1.0, 3.0], [2.0, 6.0]]) {
-            scores.map(|score| part.push(&walk(score, 0.5), 0.0));
+            for score in scores {
+                part.push(&walk(score, 0.5), 0.0);
+            }
         }
         let [one, other] = &mut parts;
         let walks = one.preconditioned_with(other).std_error.unwrap();
