@@ -16,6 +16,7 @@ const FALLS: f64 = 4.0;
 const MORE: f64 = 8.0;
 /// The relative residual of the errors' solutions: their size alone matters.
 const ROUGHLY: f64 = 1e-3;
+
 /// The moments of F that a neighbour equation with the source F has, and errors like theirs.
 #[derive(Debug)]
 pub(super) struct Moments {
