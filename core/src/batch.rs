@@ -173,6 +173,12 @@ impl Batch {
         outcome
     }
 
+    /// Says that (v, Φ) of the task is an estimate of its own with this standard error, which does not depend on the
+    /// walks: it is part of the error bars of ζ from then on.
+    pub const fn set_control_error(&mut self, error: f64) {
+        self.statistics.set_control_error(error);
+    }
+
     /// Whether all its walks have been run.
     #[must_use]
     pub const fn is_done(&self) -> bool {

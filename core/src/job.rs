@@ -1,5 +1,6 @@
 //! Jobs: the seam between runners and problems. Whoever runs a job knows no type of the problem.
 
+use core::fmt;
 use core::marker::PhantomData;
 
 use rand_core::{Rng, SeedableRng};
@@ -25,6 +26,37 @@ pub trait Job: Sync {
     /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the batch's statistics; the
     /// batch stands before it.
     fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite>;
+}
+
+/// A job whose (v, Φ) are estimates of their own, with standard errors: they are part of all error bars of ζ, and more walks
+/// do not lower them.
+#[derive(Clone, Copy)]
+pub struct UncertainControl<'a> {
+    /// The job.
+    pub job: &'a dyn Job,
+    /// The standard error of (v, Φ) of every goal; that of goals beyond is 0.
+    pub errors: &'a [f64],
+}
+
+impl fmt::Debug for UncertainControl<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("UncertainControl")
+            .field("errors", &self.errors)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Job for UncertainControl<'_> {
+    fn goals(&self) -> usize {
+        self.job.goals()
+    }
+
+    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite> {
+        if let Some(&error) = self.errors.get(goal) {
+            batch.set_control_error(error);
+        }
+        self.job.run(goal, batch, at_most)
+    }
 }
 
 /// A quantity that a run estimates: a functional of the solution and, if it is known, (v, Φ).

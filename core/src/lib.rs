@@ -24,7 +24,7 @@ pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
 pub use equation::{
     At, Equation, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity,
 };
-pub use job::{Goal, Goals, Job, WalkOptions};
+pub use job::{Goal, Goals, Job, UncertainControl, WalkOptions};
 pub use neighbour::{Located, Neighbour, NeighbourOf, NoNeighbour};
 pub use real::Real;
 pub use schedule::{

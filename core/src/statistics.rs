@@ -47,6 +47,9 @@ pub struct Statistics {
     zeta: Moments,
     /// Σ (plain − its mean)(control − its mean).
     cross: f64,
+    /// The standard error of (v, Φ): see [`Batch::set_control_error`](crate::Batch::set_control_error).
+    #[cfg_attr(feature = "serde", serde(default))]
+    control_error: f64,
 }
 
 /// Mean and sum of squared deviations from it.
@@ -125,6 +128,17 @@ impl Statistics {
         let control = self.control.merge(&other.control, share, weight);
         self.zeta.merge(&other.zeta, share, weight);
         self.cross += other.cross + plain * control * weight;
+        self.control_error = Real::max(self.control_error, other.control_error);
+    }
+
+    pub(crate) const fn set_control_error(&mut self, error: f64) {
+        self.control_error = error;
+    }
+
+    /// The standard error of (v, Φ), which more walks do not lower; 0 if (v, Φ) is known.
+    #[must_use]
+    pub const fn control_error(&self) -> f64 {
+        self.control_error
     }
 
     /// n_other/n and n_self n_other/n.
@@ -136,7 +150,8 @@ impl Statistics {
 
     /// The statistics in 96 bytes: as little-endian words the numbers of walks, of states, of walks
     /// that left, that met the step limit and that scored; then mean and sum of squared deviations
-    /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations.
+    /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations. Without the error of
+    /// (v,Φ), which is the goal's and not the walks'.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let counts = [
@@ -182,6 +197,7 @@ impl Statistics {
             control,
             zeta,
             cross: float(),
+            control_error: 0.0,
         };
         // `terminations` subtracts the two.
         let cut_short = left.checked_add(step_limit)?;
@@ -225,10 +241,14 @@ impl Statistics {
         self.estimate(&self.plain, !nothing)
     }
 
-    /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g).
+    /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g). Its error is that of the walks and
+    /// that of (v,Φ), which do not depend on each other.
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
-        self.estimate(&self.zeta, self.scored > 0)
+        with_error_of_control(
+            self.estimate(&self.zeta, self.scored > 0),
+            self.control_error,
+        )
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
@@ -245,7 +265,8 @@ impl Statistics {
         let mut zeta = self.zeta;
         zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
-        estimate(self.walks + other.walks, &zeta, scored)
+        let estimate = estimate(self.walks + other.walks, &zeta, scored);
+        with_error_of_control(estimate, Real::max(self.control_error, other.control_error))
     }
 
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
@@ -272,6 +293,18 @@ fn estimate(walks: u64, moments: &Moments, scored: bool) -> Estimate {
         estimate: moments.mean,
         std_error: std_error.map(|deviation| deviation / (walks as f64).sqrt()),
         std_dev,
+    }
+}
+
+/// The estimate with this error of (v, Φ) besides, the bits unchanged if there is none.
+fn with_error_of_control(estimate: Estimate, error: f64) -> Estimate {
+    if error == 0.0 {
+        return estimate;
+    }
+    let both = |walks: f64| (walks * walks + error * error).sqrt();
+    Estimate {
+        std_error: estimate.std_error.map(both),
+        ..estimate
     }
 }
 
@@ -348,6 +381,31 @@ mod tests {
                 all.plain().std_dev.unwrap() / n.sqrt()
             ));
         }
+    }
+
+    #[test]
+    fn the_error_of_the_control_is_in_the_bar_of_zeta_alone() {
+        let mut parts = [Statistics::default(), Statistics::default()];
+        for (part, scores) in parts.iter_mut().zip([[1.0, 3.0], [2.0, 6.0]]) {
+            for score in scores {
+                part.push(&walk(score, 0.5), 0.0);
+            }
+        }
+        let [one, other] = &mut parts;
+        let walks = one.preconditioned_with(other).std_error.unwrap();
+        let mut all = *one;
+        all.merge(other);
+        one.set_control_error(0.5);
+        let expected = (walks * walks + 0.25).sqrt();
+        let both = one.preconditioned_with(other);
+        one.merge(other);
+        for found in [both, one.preconditioned()] {
+            assert!(close(found.std_error.unwrap(), expected));
+            // The deviation of a walk knows nothing of it.
+            assert!(close(found.std_dev.unwrap(), 2.0 * walks));
+        }
+        assert_eq!(one.control_error(), 0.5);
+        assert_eq!(one.plain(), all.plain());
     }
 
     #[test]

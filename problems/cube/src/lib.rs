@@ -12,6 +12,8 @@ extern crate alloc;
 mod cube;
 mod equation;
 mod error;
+#[cfg(feature = "alloc")]
+mod exact_source;
 mod factors;
 mod functions;
 mod mean;
@@ -33,6 +35,8 @@ mod table;
 pub use cube::Cube;
 pub use equation::{KernelFn, KernelIntegral, ScalarField};
 pub use error::CubeError;
+#[cfg(feature = "alloc")]
+pub use exact_source::{ExactSource, REPLICATES};
 pub use factors::FactorTables;
 pub use functions::functions;
 pub use mean::{Mean, Weighted};

@@ -297,3 +297,54 @@ impl Judge<'_> {
         !self.is_open || around.any(|back| self.surface(back ^ 1) == Some(own))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec::Vec;
+
+    use crate::{Enclosure, Material, Scene, Surface};
+
+    /// A square whose walls are all split by thin partitions of two sides, and in it a screen with one side, split as well.
+    /// In an open room, where backs may be seen, only what is behind backs tells that the square is not the inside of an
+    /// obstacle: the room itself.
+    #[test]
+    fn a_screen_in_an_open_room_covers_nothing() {
+        let mut lines: Vec<Vec<[f64; 2]>> = [
+            [[0.0, 0.0], [4.0, 0.0]],
+            [[4.0, 0.0], [4.0, 4.0]],
+            [[4.0, 4.0], [0.0, 4.0]],
+            [[0.0, 4.0], [0.0, 0.0]],
+            [[1.0, 0.0], [1.0, 2.0]],
+        ]
+        .map(Vec::from)
+        .into();
+        for [from, to] in [
+            [[3.0, 0.0], [3.0, 1.0]],
+            [[4.0, 2.0], [3.5, 2.0]],
+            [[2.0, 4.0], [2.0, 3.5]],
+            [[0.0, 3.0], [0.5, 3.0]],
+            [[1.0, 1.0], [1.5, 1.0]],
+        ] {
+            lines.extend([Vec::from([from, to]), Vec::from([to, from])]);
+        }
+        let materials = [Material {
+            reflectance: 0.5,
+            emission: 1.0,
+        }];
+        let surfaces: Vec<Surface<'_>> = lines
+            .iter()
+            .map(|points| Surface {
+                points,
+                materials: &materials,
+            })
+            .collect();
+        let scene = Scene::new::<f64>(&surfaces, Enclosure::Open).unwrap();
+        assert_eq!(scene.covered(), []);
+        // Without its screen all of it is active, and nothing is an obstacle either.
+        let mut without = surfaces.clone();
+        without.remove(4);
+        without.truncate(12);
+        let scene = Scene::new::<f64>(&without, Enclosure::Closed).unwrap();
+        assert_eq!(scene.covered(), []);
+    }
+}

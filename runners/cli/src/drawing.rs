@@ -28,8 +28,9 @@ pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
         surfaces.leaving_ray()
     };
     let label = if surfaces.heat { "m" } else { "" };
+    let parts = surfaces.parts_in_room();
     let drawing = Drawing {
-        surfaces: surfaces.names.into_iter().zip(surfaces.points).collect(),
+        surfaces: surfaces.names.into_iter().zip(parts).collect(),
         ray,
         label: label.to_owned(),
     };

@@ -11,7 +11,9 @@ use fredholm::choice::{ChoiceReport, LONG_SECONDS};
 use fredholm::numbers::short;
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{
+    HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle,
+};
 
 use crate::failure::{Failure, say};
 
@@ -59,15 +61,14 @@ pub(crate) struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// A bar for so many walks.
+    /// A bar for so many walks; `u64::MAX` if that is not known yet.
     pub(crate) fn new(walks: u64, signals: &'a Signals) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self::hidden(signals);
         }
         let bar =
             ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
-        let template =
-            "{bar:30} {percent:>3} %  {human_pos} of {human_len} walks, {left} left {msg}";
+        let template = "{bar:30} {percent:>3} %  {human_pos} of {all} walks, {left} left {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
             // Nothing is known before the first walks are done.
             let left = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
@@ -76,7 +77,14 @@ impl<'a> Progress<'a> {
                     _ => write!(text, "{}", HumanDuration(state.eta())),
                 };
             };
-            bar.set_style(style.with_key("left", left));
+            // A choice predicts how many there are.
+            let all = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+                let _ = match state.len().filter(|&all| all < u64::MAX) {
+                    None => text.write_str("?"),
+                    Some(all) => write!(text, "{}", HumanCount(all)),
+                };
+            };
+            bar.set_style(style.with_key("left", left).with_key("all", all));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {

@@ -234,12 +234,18 @@ fn answer(problem: &Problem, signals: &Signals) -> Result<Option<(Report, Ended)
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let most = settings.walk_options();
+    let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
+    let most = match settings.walks {
+        // The choice predicts how many there are.
+        None if is_chosen => u64::MAX,
+        _ => settings.walk_options().walks,
+    };
     let (model, goals) = (problem.model(), &problem.goals);
     // A room walks for net fluxes and irradiances, too.
     let starts = (goals.len() + model.besides(goals)) as u64;
-    let progress = Progress::new(most.walks.saturating_mul(starts), signals);
-    progress.say("setting up".to_owned());
+    let progress = Progress::new(most.saturating_mul(starts), signals);
+    let doing = if is_chosen { "choosing" } else { "setting up" };
+    progress.say(doing.to_owned());
     let solver = Solver::with(model, settings.clone(), targets.clone()).observer(&progress);
     let solved = solver.solve();
     progress.done();
@@ -319,6 +325,9 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             "plain Monte Carlo: preconditioning is not worth its cost at this error".to_owned(),
         )),
         _ => rows.extend(neighbour),
+    }
+    if settings.exact_source == Some(true) {
+        rows.push(("source", "exact".to_owned()));
     }
     rows.push(("absorption", walk.absorption.to_string()));
     rows.push(("estimator", walk.estimator.word().to_owned()));

@@ -66,6 +66,8 @@ pub struct Galerkin {
     pub grading: Option<Placed<f64>>,
     /// Whether the walls of a room are cut at the edges of shadows too.
     pub shadow_cuts: Option<Placed<bool>>,
+    /// Whether the neighbour equation of a cube has the source F itself.
+    pub exact_source: Option<Placed<bool>>,
 }
 
 /// The random walks: `[walk]`.
@@ -206,6 +208,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let points = section.optional("points");
     let grading = section.optional("grading");
     let shadow_cuts = section.optional("shadow_cuts");
+    let exact_source = section.optional("exact_source");
     section.finish()?;
     Ok(Galerkin {
         cells: cells.map(|field| field.integer()).transpose()?,
@@ -214,6 +217,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
         points: points.map(|field| field.integer()).transpose()?,
         grading: grading.map(|field| field.number()).transpose()?,
         shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,
+        exact_source: exact_source.map(|field| field.boolean()).transpose()?,
     })
 }
 

@@ -79,6 +79,7 @@ impl ProblemFile {
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
             shadow_cuts: galerkin.shadow_cuts.as_ref().map(|cuts| cuts.value),
+            exact_source: galerkin.exact_source.as_ref().map(|exact| exact.value),
             walks: given(&walk.walks),
             absorption: given(&walk.absorption),
             estimator: given(&walk.estimator),
@@ -113,6 +114,10 @@ impl ProblemFile {
             },
             Some(Subject::Degree) => self.refuse(&galerkin.degree, error),
             Some(Subject::Pairs) => self.refuse(&galerkin.pairs, error),
+            Some(Subject::ExactSource) => match &galerkin.exact_source {
+                Some(exact) => self.refuse(exact, error),
+                None => nowhere(),
+            },
             Some(Subject::Absorption) => self.refuse(&walk.absorption, error),
             Some(Subject::Tolerance) => match &walk.target_error {
                 Some(target) => self.refuse(target, error),

@@ -69,6 +69,7 @@ impl ProblemFile {
             points,
             grading,
             shadow_cuts,
+            exact_source,
             ..
         } = &self.galerkin;
         let (most, of) = self.problem.most_degree();
@@ -101,6 +102,13 @@ impl ProblemFile {
                 shadow_cuts,
                 self.problem.has_walls(),
                 "`shadow_cuts` belongs to rooms",
+            )?;
+        }
+        if let Some(exact_source) = exact_source {
+            self.demand(
+                exact_source,
+                self.problem.has_exact_source(),
+                "`exact_source` belongs to cubes",
             )?;
         }
         let Some(cells) = cells else { return Ok(()) };

@@ -11,6 +11,8 @@ pub struct Cost {
     pub setup: f64,
     /// The part of it that is left where the system is solved: G.
     pub source: f64,
+    /// Seconds of the moments of F, if the neighbour equation has the source F itself: every job has its own.
+    pub moments: f64,
     /// Seconds of walks that both equations follow.
     pub walk: WalkCost,
     /// Seconds of plain walks.

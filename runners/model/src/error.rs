@@ -194,6 +194,8 @@ pub enum Subject {
     Degree,
     /// The choice of pairs.
     Pairs,
+    /// Whether the neighbour equation has the source F itself.
+    ExactSource,
     /// The absorption probability.
     Absorption,
     /// The tolerance.

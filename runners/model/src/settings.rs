@@ -33,6 +33,9 @@ pub struct Settings {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
+    /// Whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing; its moments are
+    /// then estimates, whose error is part of error bars.
+    pub exact_source: Option<bool>,
     /// Walks for each goal; with a tolerance the most.
     pub walks: Option<u64>,
     /// q0, the probability that a walk is absorbed in a state.
@@ -65,6 +68,7 @@ impl Default for Settings {
             points: None,
             grading: None,
             shadow_cuts: None,
+            exact_source: None,
             walks: None,
             absorption: None,
             estimator: None,
@@ -111,12 +115,14 @@ impl Settings {
     /// How space is cut, with a default for what is open; the problem chooses cells.
     #[must_use]
     pub fn discretisation(&self) -> Discretisation {
+        let walk = self.walk_options();
         Discretisation {
             cells: self.cells,
             degree: self.degree.unwrap_or(0),
             points: self.points,
             grading: self.grading,
             shadow_cuts: self.shadow_cuts,
+            exact_source: walk.exact_source.then(|| walk.moments_tolerance()),
             scalar: self.scalar,
         }
     }
@@ -126,6 +132,7 @@ impl Settings {
     pub fn walk_options(&self) -> WalkOptions {
         WalkOptions {
             pairs: self.pairs.unwrap_or(Pairs::Default),
+            exact_source: self.exact_source.unwrap_or(false),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),
             estimator: self.estimator.unwrap_or(Estimator::Absorption),
@@ -160,6 +167,8 @@ pub struct Discretisation {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
+    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
+    pub exact_source: Option<Tolerance>,
     /// The floating-point type in which walks meet the cells.
     pub scalar: Scalar,
 }
@@ -187,6 +196,8 @@ impl Discretisation {
 pub struct WalkOptions {
     /// How the neighbour equation treats pairs of cells.
     pub pairs: Pairs,
+    /// Whether the neighbour equation of a cube has the source F itself.
+    pub exact_source: bool,
     /// Walks for each goal; with a tolerance the most.
     pub walks: u64,
     /// q0, the probability that a walk is absorbed in a state.
@@ -208,6 +219,14 @@ pub struct WalkOptions {
 }
 
 impl WalkOptions {
+    /// The tolerance of which moments of F may leave a half: that of the walks, or else a hundredth of the standard error
+    /// of plain walks, as a part of the largest |F|.
+    #[must_use]
+    pub fn moments_tolerance(&self) -> Tolerance {
+        let of_plain = Tolerance::Relative(1e-2 / (self.walks as f64).sqrt());
+        self.tolerance.unwrap_or(of_plain)
+    }
+
     /// What a job of the core takes of them.
     pub fn for_core(&self) -> fredholm_core::WalkOptions {
         fredholm_core::WalkOptions {

@@ -9,8 +9,9 @@ use crate::{Error, raster};
 /// Surfaces with their names, their active sides, and the ray on which light leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    /// The name and the vertices of every surface, its active side on the left.
-    pub surfaces: Vec<(String, Vec<[f64; 2]>)>,
+    /// The name of every surface and the vertices of its parts, the active side on the left. What is between two parts is
+    /// not drawn.
+    pub surfaces: Vec<(String, Vec<Vec<[f64; 2]>>)>,
     /// The start and the direction of a ray that leaves, if one does.
     pub ray: Option<[[f64; 2]; 2]>,
     /// The label of both axes.
@@ -61,8 +62,8 @@ impl Drawing {
         let view = self.view()?;
         let mut out = Vec::new();
         self.axes(&view, &mut out);
-        for (name, points) in &self.surfaces {
-            surface(name, points, &view, &mut out);
+        for (name, parts) in &self.surfaces {
+            surface(name, parts, &view, &mut out);
         }
         if let Some(ray) = self.ray {
             leaving(ray, &view, &mut out);
@@ -74,7 +75,7 @@ impl Drawing {
 
     fn view(&self) -> Result<View, Error> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for point in self.surfaces.iter().flat_map(|(_, points)| points) {
+        for point in self.surfaces.iter().flat_map(|(_, parts)| parts).flatten() {
             for axis in [0, 1] {
                 low[axis] = low[axis].min(point[axis]);
                 high[axis] = high[axis].max(point[axis]);
@@ -117,9 +118,9 @@ impl Drawing {
 }
 
 /// A surface with a normal on the active side of every segment, and its name behind the longest.
-fn surface(name: &str, points: &[[f64; 2]], view: &View, out: &mut Vec<Primitive>) {
+fn surface(name: &str, parts: &[Vec<[f64; 2]>], view: &View, out: &mut Vec<Primitive>) {
     let mut longest = (0.0, None);
-    for two in points.windows(2) {
+    for two in parts.iter().flat_map(|points| points.windows(2)) {
         let [a, b] = [two[0], two[1]].map(|point| view.place(point));
         line(a, b, INK, 2.0, out);
         let span = [b[0] - a[0], b[1] - a[1]];
@@ -220,7 +221,7 @@ mod tests {
     #[test]
     fn a_drawing_has_names_axes_and_the_ray() {
         let drawing = Drawing {
-            surfaces: vec![("floor <1>".to_owned(), vec![[0.0, 0.0], [4.0, 0.0]])],
+            surfaces: vec![("floor <1>".to_owned(), vec![vec![[0.0, 0.0], [4.0, 0.0]]])],
             ray: Some([[2.0, 0.0], [0.0, 1.0]]),
             label: "m".to_owned(),
         };

@@ -148,6 +148,10 @@ impl Display for Gave {
                 "after {times:.0} times the work that was predicted; few walks missed most of the variance, which may \
                  be infinite; error bars may mean nothing"
             ),
+            Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
+                "more walks do not lower the error of the integrals of the source; leave `exact_source` out, or use a \
+                 larger `target_error`",
+            ),
             Self::TooLong { seconds } => write!(
                 f,
                 "walks tell that it takes about {} s more on one thread; give `walks` or a time limit, after which to \

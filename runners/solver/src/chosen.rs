@@ -45,8 +45,12 @@ impl ChoiceReport {
             format!("plain walks, {walks}: a neighbour equation does not pay at this error")
         } else {
             let plain = self.predicted_plain_seconds.map(short);
+            let source = match settings.exact_source {
+                Some(true) => "exact source, ",
+                _ => "",
+            };
             format!(
-                "cells {cells}, degree {}, {} pairs, {walks}; plain walks alone: about {} s",
+                "cells {cells}, degree {}, {} pairs, {source}{walks}; plain walks alone: about {} s",
                 settings.discretisation().degree,
                 walk.pairs.word(),
                 plain.as_deref().unwrap_or("?")

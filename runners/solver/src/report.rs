@@ -52,6 +52,9 @@ pub struct Report {
     /// The counts of pairs, if they were chosen one by one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pair_counts: Option<PairCounts>,
+    /// Whether the neighbour equation has the source F itself.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub exact_source: bool,
     /// The absorption probability q0.
     pub absorption: f64,
     /// The name of the estimator.
@@ -134,6 +137,10 @@ pub struct GoalReport {
     pub walks: u64,
     /// The error that rounding leaves, which more walks do not lower.
     pub rounding_floor: f64,
+    /// The standard error of (v, Φ), if that is an estimate of its own: it is part of the preconditioned estimate's error,
+    /// and more walks do not lower it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control_error: Option<f64>,
     /// The share that one of 16 or more batches has in the variance, if it is so large that the error bar may mean nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubtful_share: Option<f64>,
@@ -329,6 +336,7 @@ impl Report {
             degree: settings.discretisation().degree,
             pairs: if plain { "no" } else { walk.pairs.word() },
             pair_counts: answer.pair_counts,
+            exact_source: !plain && settings.exact_source == Some(true),
             absorption: walk.absorption,
             estimator: walk.estimator.word(),
             form: walk.form.word(),
@@ -386,6 +394,8 @@ impl GoalReport {
             .map(|own| own.max(rounding_floor))
             .filter(|&bar| bar > 0.0);
         let deviation = preconditioned.std_error.and(preconditioned.std_dev);
+        // All walks may score the same while (v, Φ) is an estimate.
+        let deviation = deviation.map(|deviation| deviation.max(statistics.control_error()));
         Self {
             name: goal.name.clone(),
             at: Coordinates::new(model, &goal.region),
@@ -399,6 +409,7 @@ impl GoalReport {
             galerkin,
             walks,
             rounding_floor,
+            control_error: Some(statistics.control_error()).filter(|&error| error > 0.0),
             doubtful_share: None,
             tail_index: None,
             excess_kurtosis: None,

@@ -268,6 +268,12 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing.
+    pub fn exact_source(mut self, exact_source: bool) -> Self {
+        self.settings.exact_source = Some(exact_source);
+        self
+    }
+
     /// Sets how the neighbour equation treats pairs of cells.
     pub fn pairs(mut self, pairs: Pairs) -> Self {
         self.settings.pairs = Some(pairs);

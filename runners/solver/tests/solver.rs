@@ -246,3 +246,22 @@ fn a_sweep_falls_as_theory_says() {
     assert!((fitted + 2.0).abs() < 0.2, "{fitted}");
     assert_eq!(rates.rows.len(), 4);
 }
+
+/// A gain is a quotient of two errors: there is none if one of them is 0.
+#[test]
+fn no_gain_is_told_without_an_error() {
+    let gain = |model: &CubeModel, degree: usize| {
+        let solver = Solver::new(model).mean().cells(4).degree(degree);
+        let text = solver.walks(1000).solve().unwrap().to_string();
+        let row = text.lines().find(|line| line.starts_with("mean")).unwrap();
+        row.split_whitespace().last().unwrap().to_owned()
+    };
+    let product = |source: f64| {
+        CubeModel::from_fn::<1>(move |x, y| 0.5 * x[0] * y[0], move |x| source * x[0])
+    };
+    // All is a polynomial on cells.
+    assert_eq!(gain(&product(1.0), 1), "-");
+    // Nothing emits.
+    assert_eq!(gain(&product(0.0), 0), "-");
+    assert!(gain(&product(1.0), 0).parse::<f64>().unwrap() > 2.0);
+}

@@ -441,3 +441,56 @@ fn a_solution_that_is_not_finite_is_an_error() {
     );
     assert_eq!(run("1 / 0.9", "over = 'all'").status, Some(0));
 }
+
+/// A product kernel, formulas, an interval of its own and f32: K = 0.1 x₁ y₂ and F = [x₁ + x₂ < 1.4] on [0, 2]², whose
+/// solution is F + 0.1 x₁ m with m = ∫ y₂ u = 1.4³/6 + 0.4 m.
+#[test]
+fn an_exact_source_has_the_same_solution() {
+    let folder = Folder::new();
+    let mean = 0.1 * 1.4_f64.powi(3) / 6.0 / (1.0 - 0.4);
+    let source = "x1 + x2 < 1.4 ? 1 : 0";
+    let solution = format!("({source}) + x1 * {mean}");
+    for kernel in [
+        "kernel = '0.1 * x1 * y2'",
+        "kernel_factors = ['0.1 * x', 'y']",
+    ] {
+        for scalar in ["f64", "f32"] {
+            let rest = format!(
+                "domain = [[0, 2], [0, 2]]\nsolution = '{solution}'\n[galerkin]\ncells = 3\ndegree = 1\n\
+                 exact_source = true\n[walk]\nwalks = 20000\nscalar = '{scalar}'\n\
+                 [[target]]\nname = 'p'\nat = [0.3, 1.7]\n[[target]]\nname = 'q'\nat = [0.6, 0.2]\n\
+                 [[target]]\nname = 'w'\nweight = 'x1'\n"
+            );
+            let ran = folder.solve(&file(2, kernel, source, &rest), &["--json"]);
+            let json = ran.quietly(0).json();
+            assert_eq!(json["exact_source"], true);
+            for target in list(&json, "targets") {
+                let [bar, estimate] =
+                    ["std_error", "estimate"].map(|key| number(&target["preconditioned"], key));
+                let bar = bar.max(number(target, "rounding_floor"));
+                // ∫∫ x₁² is 16/3.
+                let error = match target["error"].as_f64() {
+                    Some(error) => error,
+                    None => estimate - 1.4_f64.powi(3) / 6.0 - mean * 16.0 / 3.0,
+                };
+                assert!(error.abs() < STANDARD_ERRORS * bar, "{kernel} {target}");
+                assert!(bar < 1e-3, "{target}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_exact_source_is_of_cubes_with_all_pairs_in_s() {
+    let folder = Folder::new();
+    let circle = common::circle_with("degree = 0", "exact_source = true");
+    let words = ["problem.toml:8:", "`exact_source` belongs to cubes"];
+    refused(&folder.solve(&circle, &[]), &words);
+    let jump = "kernel = 'x < y ? 0.8 : 0'\nkernel_integral = '0.8 * max(0, y - x)'";
+    let rest = format!("[galerkin]\nexact_source = true\n{}", targets(1));
+    let ran = folder.solve(&file(1, jump, "1", &rest), &[]);
+    refused(&ran, &["problem.toml:8:", "all pairs are in S"]);
+    let path = folder.file("a.toml", file(1, "kernel = '0.5'", "x", &rest));
+    let ran = fredholm(&["export", &path, "-o", &folder.at("a.bin")]);
+    refused(&ran, &["a.toml:7:", "`exact_source`"]);
+}

@@ -279,6 +279,20 @@ fn a_refused_room_can_be_looked_at() {
         drawn.contains("floor 2") && !drawn.contains("light leaves"),
         "{drawn}"
     );
+    // What the partition covers of a floor in one piece is not drawn: but for a name it is the same picture.
+    let whole = with_partition(&[grey("floor", "[[0, 0], [5, 0]]", "291")]);
+    let (covered, other) = (folder.file("d.toml", &whole), folder.at("other.svg"));
+    let ran = fredholm(&["check", &covered, "--out", &other]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let lines = |drawn: &str| -> Vec<String> {
+        let all = drawn.split('<').filter(|tag| tag.starts_with("line "));
+        let mut all: Vec<String> = all.map(str::to_owned).collect();
+        all.sort();
+        all
+    };
+    let other = std::fs::read_to_string(&other).unwrap();
+    assert!(lines(&drawn).len() > 10, "{drawn}");
+    assert_eq!(lines(&drawn), lines(&other));
     let ran = fredholm(&["check", &path, "--out", &folder.at("room.png")]);
     assert!(ran.stderr.contains("must end in .svg"), "{ran:?}");
     let circle = folder.file("c.toml", common::CIRCLE);

@@ -337,6 +337,10 @@ impl Kind for Cube {
         }
     }
 
+    fn has_exact_source(&self) -> bool {
+        true
+    }
+
     fn most_degree(&self) -> (usize, &'static str) {
         if self.dimension.value <= 3 {
             (4, "on a cube of up to 3 dimensions")

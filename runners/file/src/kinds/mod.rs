@@ -83,6 +83,11 @@ pub trait Kind: Any + Debug + Send + Sync {
     fn has_walls(&self) -> bool {
         false
     }
+
+    /// Whether neighbour equations may have the source F itself.
+    fn has_exact_source(&self) -> bool {
+        false
+    }
 }
 
 /// Reads `[problem]`, whose other keys depend on its `kind`.

@@ -152,6 +152,7 @@ impl Model for CircleModel {
             most_degree: 4,
             less_memory: ": use fewer cells",
             takes_any_cells: false,
+            has_exact_source: false,
             counts_evaluations: true,
         }
     }
@@ -350,6 +351,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
         Cost {
             setup: self.cells as f64 * (CELL + degree * FUNCTION),
             source: 0.0,
+            moments: 0.0,
             walk: WalkCost {
                 start: state,
                 step: state,

@@ -1,14 +1,19 @@
 //! What takes the number of functions on a cell as a constant.
 
-use fredholm_core::galerkin::{self, AllPointwise, PairTable, Partition, Piecewise, Rounded};
-use fredholm_core::{Functional, Real};
-use fredholm_cube::{Cube, Mean, Product, ProductTables, Weighted, empty_table};
+use fredholm_core::galerkin::{
+    self, AllPointwise, Basis as _, DiagonalRule, PairTable, Partition, Piecewise, Rounded,
+    Solution,
+};
+use fredholm_core::{Functional, Located, Real};
+use fredholm_cube::{Cube, ExactSource, Mean, Product, ProductTables, Weighted, empty_table};
+
+use super::exact::Moments;
 
 use super::functions::{ModelCube, Watched, WeightOf, Which};
-use super::system::{Kinds, Solved, Use, WeightedStart};
+use super::system::{Boxed, Kinds, Solved, Use, WeightedStart};
 use super::table::{Table, fill};
 use super::{CubePartition, SWEEPS, TOLERANCE};
-use fredholm_model::Error;
+use fredholm_model::{Error, WalkOptions};
 
 /// Functions on a cell of a cube, whose number the steps of walks take as a constant. It is object safe, so that all
 /// else is compiled once for all degrees.
@@ -40,7 +45,10 @@ pub(super) struct Of<'a, F, const D: usize> {
     pub(super) cut: &'a CubePartition<'a>,
     pub(super) values: &'a Watched<'a, F>,
     pub(super) absorption: f64,
-    pub(super) solved: &'a Solved<D>,
+    pub(super) table: &'a Table<D>,
+    pub(super) solution: &'a Solution,
+    /// The moments of F, if the source is F itself.
+    pub(super) moments: Option<&'a Moments>,
     pub(super) v: &'a [F],
 }
 
@@ -53,6 +61,24 @@ pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
         values: &Watched<'_, f64>,
         absorption: f64,
     ) -> Result<Solved<D>, Error>;
+
+    /// The moments of F for these walks, and the Galerkin solution of them.
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error>;
+
+    /// The value at a point of [0, 1]^D of a function on cells.
+    fn value(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        v: &[f64],
+        x: &[f64; D],
+    ) -> Result<f64, Error>;
 
     /// Numbers near the means over the cells of a weight times the functions there.
     fn weight_means(
@@ -92,12 +118,20 @@ impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
                 "pointwise pairs are of piecewise constants",
             ));
         };
-        let Solved { table, solution } = of.solved;
+        let (table, solution) = (of.table, of.solution);
         let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
         let cube = cube.with_functions::<B>();
         let narrow = Rounded::new(table);
-        let g = solution.source(table, &pairs)?;
-        then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?)
+        let Some(moments) = of.moments else {
+            let g = solution.source(table, &pairs)?;
+            return then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?);
+        };
+        let [w, r] = exact::<F, D>(table, solution, moments, &pairs)?;
+        let rest: &Boxed<'_, F, D> = &Piecewise::new(&cube, &narrow, pairs, &w, &r)?;
+        then(&ExactSource {
+            rest,
+            source: cube.right_hand_side(),
+        })
     }
 
     fn mean(&self, v: &[F]) -> f64 {
@@ -160,6 +194,40 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
         };
         let solution = cube.solve(&table, rule, TOLERANCE, SWEEPS)?;
         Ok(Solved { table, solution })
+    }
+
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        let mut near = vec![0.0; cube.cells() * B];
+        cube.source_means(cut.rule()?, &mut near)?;
+        let sample = |i: usize, threshold, out: &mut [f64]| {
+            let near = &near[i * B..(i + 1) * B];
+            cube.sample_source(i, near, threshold, walk.seed, out)
+        };
+        Moments::new(table, &near, cut.enough(walk.moments_tolerance()), &sample)
+    }
+
+    fn value(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        v: &[f64],
+        x: &[f64; D],
+    ) -> Result<f64, Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        let at = Located {
+            point: *x,
+            cell: cube.locate(x),
+        };
+        let block = v.iter().skip(at.cell * B);
+        let products = block.zip(cube.basis(&at)).map(|(v, psi)| v * psi);
+        Ok(products.sum())
     }
 
     fn weight_means(
@@ -239,6 +307,26 @@ impl<const D: usize> AnyDegree<D> for Constants {
         AnyDegree::<D>::solve(&Smooth::<1>, cut, values, absorption)
     }
 
+    fn moments(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        table: &Table<D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error> {
+        Smooth::<1>.moments(cut, values, table, walk)
+    }
+
+    fn value(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        v: &[f64],
+        x: &[f64; D],
+    ) -> Result<f64, Error> {
+        Smooth::<1>.value(cut, values, v, x)
+    }
+
     fn weight_means(
         &self,
         cut: &CubePartition<'_>,
@@ -259,12 +347,30 @@ impl<const D: usize> AnyDegree<D> for Constants {
     }
 }
 
+/// w = V − F″ in the scalar of walks, and R = G_V − F″ for the V that is F″ + w then.
+fn exact<F: Real, const D: usize>(
+    table: &Table<D>,
+    solution: &Solution,
+    moments: &Moments,
+    pairs: &DiagonalRule,
+) -> Result<[Vec<F>; 2], Error> {
+    let rest = |of: &[f64]| -> Vec<F> { moments.rest(of).map(F::from_f64).collect() };
+    let w = rest(&solution.v);
+    let through = w.iter().zip(&moments.means);
+    let through = Solution {
+        v: through.map(|(w, mean)| w.to_f64() + mean).collect(),
+        ..solution.clone()
+    };
+    let r = rest(&through.source::<f64>(table, pairs)?);
+    Ok([w, r])
+}
+
 fn with_pairs<F: Real, const D: usize>(
     pairs: impl galerkin::Pairs + Copy + Sync,
     of: &Of<'_, F, D>,
     then: &mut Use<'_, F, D>,
 ) -> Result<(), Error> {
-    let Solved { table, solution } = of.solved;
+    let (table, solution) = (of.table, of.solution);
     let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
     let narrow = Rounded::new(table);
     let g = solution.source(table, &pairs)?;

@@ -2,8 +2,10 @@
 
 mod closures;
 mod compiled;
+mod cost;
 mod degree;
 mod domain;
+mod exact;
 mod export;
 mod extended;
 mod functions;
@@ -20,8 +22,8 @@ mod whole;
 use core::any::Any;
 use std::sync::{Arc, OnceLock};
 
-use fredholm_core::NoNeighbour;
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Partition};
+use fredholm_core::{NoNeighbour, Tolerance};
 use fredholm_cube::{
     Cube, CubeError, KernelFactors as _, KernelFn as _, Product, ProductTables, Rule,
     absolute_radius, empty_table, functions as count, table_bytes,
@@ -34,7 +36,7 @@ use degree::{AnyDegree, Constants, Smooth};
 use domain::Domain;
 use extended::Known;
 use fredholm_model::Deterministic;
-use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::cost::{Cost, PointwisePairs};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
@@ -50,10 +52,6 @@ use table::fill;
 const TOLERANCE: f64 = 1e-14;
 /// The most sweeps.
 const SWEEPS: u32 = 1000;
-/// Seconds of a function on a cell at a point, or of a product of two.
-const VALUE: f64 = 1e-9;
-/// Numbers of a table that caches hold.
-const CACHED: f64 = 1e5;
 /// The most nodes of a diagnosis, whose work grows with their square: a minute or so.
 const MOST_NODES: usize = 20_000;
 /// The most unknowns of a level of a sweep at degrees above 0.
@@ -88,6 +86,8 @@ pub struct CubeModel {
     squared_radius: OnceLock<f64>,
     /// The exponent of a singularity at x = y, once it is computed; 0 without one.
     exponent: OnceLock<f64>,
+    /// The largest |F| in some points, once it is computed.
+    source_size: OnceLock<f64>,
 }
 
 impl core::fmt::Debug for CubeModel {
@@ -110,6 +110,7 @@ impl CubeModel {
             compiled: None,
             squared_radius: OnceLock::new(),
             exponent: OnceLock::new(),
+            source_size: OnceLock::new(),
         }
     }
 
@@ -127,6 +128,7 @@ impl Model for CubeModel {
             most_degree: self.most_degree(),
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
             takes_any_cells: false,
+            has_exact_source: true,
             counts_evaluations: true,
         }
     }
@@ -195,6 +197,13 @@ impl Model for CubeModel {
                  S, by `pairs = \"paper\"`, or by \"default\" without a `kernel_integral`",
             );
         }
+        if discretisation.exact_source.is_some() && !smooth {
+            return refuse(
+                Subject::ExactSource,
+                "a neighbour equation has the source F itself if all pairs are in S: by `pairs = \"paper\"`, or by \
+                 \"default\" without a `kernel_integral`",
+            );
+        }
         if matches!(pairs, Pairs::Pointwise | Pairs::Theory) && !has_integral {
             return refuse(
                 Subject::Pairs,
@@ -230,6 +239,7 @@ impl Model for CubeModel {
             per_axis,
             degree: discretisation.degree,
             points: discretisation.points,
+            exact_source: discretisation.exact_source,
             scalar: discretisation.scalar,
         }))
     }
@@ -276,6 +286,8 @@ struct CubePartition<'m> {
     /// p.
     degree: usize,
     points: Option<usize>,
+    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
+    exact_source: Option<Tolerance>,
     scalar: Scalar,
 }
 
@@ -456,52 +468,7 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
     }
 
     fn cost(&self, _: Pairs) -> Cost {
-        let d = self.model.dimension;
-        let [kernel, integral, source_seconds] = self.functions().seconds();
-        let is_product = self.functions().is_product();
-        let points = self.points().pow(d as u32) as f64;
-        let (n, b) = (self.all_cells() as f64, self.functions_on_cell() as f64);
-        let values = if self.degree == 0 { 0.0 } else { VALUE * b };
-        let (setup, source) = if is_product {
-            let (m, functions) = (self.per_axis as f64, (self.degree + 1) as f64);
-            let axes = m * m * (self.points().pow(2) as f64) * (kernel + values);
-            let sweeps = n * functions.powi(d as i32) * m * functions * d as f64;
-            (axes + 12e-9 * sweeps, 0.7e-9 * sweeps)
-        } else {
-            let integrals = if self.has_integrals() {
-                let given = self.functions().has_integral();
-                let each = if given { 2.0 * integral } else { 4.0 * kernel };
-                singular::POINTS as f64 * each
-            } else {
-                points * points * (kernel + values) + points * VALUE * b * b
-            };
-            (n * n * (integrals + 20e-9 * b * b), 3e-9 * (n * b).powi(2))
-        };
-        let (d, b) = (d as f64, if self.degree == 0 { 0.0 } else { b });
-        let (axis, contraction) = match is_product {
-            false if n * n * b * b > CACHED => (10e-9, 1.5e-9 * b * b),
-            false => (10e-9, 0.3e-9 * b * b),
-            true => (17e-9, 10e-9 * d * b + 0.35e-9 * b * b),
-        };
-        let step = axis * d + kernel;
-        let plain = WalkCost {
-            start: step,
-            step,
-            score: 10e-9 + source_seconds,
-            pair: 0.0,
-            hidden_pair: 0.0,
-        };
-        Cost {
-            setup,
-            source,
-            walk: WalkCost {
-                start: step + contraction,
-                step: step + contraction,
-                pair: 2.0 * integral,
-                ..plain
-            },
-            plain,
-        }
+        self.seconds()
     }
 
     fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {

@@ -1,7 +1,9 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
-use fredholm_core::{At, Form, Functional, Goals, Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_core::{
+    At, Form, Functional, Goals, Located, Neighbour, Real, StateSpace, UncertainControl, Uniforms,
+};
 use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{
@@ -17,7 +19,7 @@ use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use fredholm_model::{Error, Pairs, Partitioned, Region, System, WholeSystem, in_scalar};
+use fredholm_model::{Error, Pairs, Partitioned, Region, Subject, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
@@ -152,7 +154,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution: &self.solved.solution,
+                moments: None,
                 v: &v,
             };
             let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
@@ -197,7 +201,7 @@ impl<const D: usize> CubeSystem<'_, D> {
     }
 
     /// Numbers near the means over the cells of every weight times the functions there.
-    fn weight_means<'r, F: Real>(
+    pub(super) fn weight_means<'r, F: Real>(
         &self,
         request: &Request<'r>,
     ) -> Result<Vec<(WeightOf<'r>, Vec<F>)>, Error> {
@@ -230,7 +234,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let (walk, solution) = (request.walk, &self.solved.solution);
+        let walk = request.walk;
         let is_residual = walk.form == Form::Residual;
         let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
             None
@@ -240,6 +244,9 @@ impl<const D: usize> CubeSystem<'_, D> {
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<F>(request)?;
         let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
+        let moments = self.moments(walk)?;
+        let errors = self.control_errors(moments.as_ref(), request)?;
+        let (moments, solution) = self.own(moments.as_ref());
         with_values::<F, _>(self.cut.functions(), |values| {
             let v = solution.rounded::<F>()?;
             let weighted = self.weighted::<F>(values, &means, &v)?;
@@ -249,7 +256,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption: walk.absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution,
+                moments,
                 v: &v,
             };
             let parts = Parts {
@@ -269,7 +278,10 @@ impl<const D: usize> CubeSystem<'_, D> {
                     &goals,
                     &mut |job, galerkin| {
                         then(&Prepared {
-                            job,
+                            job: &UncertainControl {
+                                job,
+                                errors: &errors,
+                            },
                             galerkin,
                             largest: fredholm_model::numbers::largest(&v),
                             radius_bound: solution.radius_bound,
@@ -285,7 +297,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 )
             };
             let constants = match &kinds {
-                Kinds::Diagonal(rule) if rule.diagonal == PairKind::Galerkin => {
+                Kinds::Diagonal(rule)
+                    if rule.diagonal == PairKind::Galerkin && moments.is_none() =>
+                {
                     F::compiled::<D>(self.cut.model)
                         .and(self.solved.table.constants())
                         .map(|dense| (dense, *rule))
@@ -309,10 +323,12 @@ impl<const D: usize> CubeSystem<'_, D> {
         let cells = self.cut.all_cells();
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<f64>(request)?;
+        let moments = self.moments(request.walk)?;
+        let (moments, solution) = self.own(moments.as_ref());
         with_values::<f64, _>(self.cut.functions(), |values| {
             let absorption = request.walk.absorption;
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-            let v = self.solved.solution.rounded::<f64>()?;
+            let v = solution.rounded::<f64>()?;
             let weighted = self.weighted::<f64>(values, &means, &v)?;
             let quadrature = CubeQuadrature::new(&cube, nodes, self.cut.degree)?;
             let table = &self.solved.table;
@@ -324,7 +340,9 @@ impl<const D: usize> CubeSystem<'_, D> {
                 cut: &self.cut,
                 values,
                 absorption,
-                solved: &self.solved,
+                table: &self.solved.table,
+                solution,
+                moments,
                 v: &v,
             };
             let degree = f64::degree(self.degree);
@@ -362,6 +380,12 @@ impl<const D: usize> CubeSystem<'_, D> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
+        if self.cut.exact_source.is_some() {
+            return Err(Error::Option {
+                subject: Subject::ExactSource,
+                message: "tables have no source F: leave `exact_source` out".to_owned(),
+            });
+        }
         self.check_neighbour(pairs, absorption)?;
         let v = self.solved.solution.rounded::<F>()?;
         let diagonal_rule = self.cut.diagonal_rule(pairs);

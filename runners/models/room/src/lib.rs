@@ -213,6 +213,7 @@ impl Model for RoomModel {
             most_degree: 4,
             less_memory: ADVICE,
             takes_any_cells: true,
+            has_exact_source: false,
             counts_evaluations: false,
         }
     }

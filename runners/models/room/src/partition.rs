@@ -250,6 +250,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         Cost {
             setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE,
             source: SOURCE * (n * (degree + 1.0)).powi(2),
+            moments: 0.0,
             walk,
             plain,
         }

@@ -75,6 +75,35 @@ impl Surfaces {
         }
     }
 
+    /// The vertices of the parts of every surface that others do not cover, in the order of the surface; of a scene that is
+    /// refused, all of it.
+    #[must_use]
+    pub fn parts_in_room(&self) -> Vec<Vec<Vec<[f64; 2]>>> {
+        let scene = self.scene::<f64>().ok();
+        let covered = scene.as_ref().map_or(&[][..], Scene::covered);
+        let of = |(surface, points): (usize, &Vec<[f64; 2]>)| {
+            let mut parts = Vec::new();
+            let mut part: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
+            for (vertex, end) in points.iter().skip(1).enumerate() {
+                let place = Place { surface, vertex };
+                for hidden in covered.iter().filter(|hidden| hidden.place == place) {
+                    let [from, to] = hidden.ends;
+                    if part.last() != Some(&from) {
+                        part.push(from);
+                    }
+                    parts.push(core::mem::replace(&mut part, vec![to]));
+                }
+                if part.last() != Some(end) {
+                    part.push(*end);
+                }
+            }
+            parts.push(part);
+            parts.retain(|part| part.len() > 1);
+            parts
+        };
+        self.points.iter().enumerate().map(of).collect()
+    }
+
     /// "surface "floor", vertex 2".
     fn place(&self, place: Place) -> String {
         let name = self.names.get(place.surface).map_or("?", String::as_str);

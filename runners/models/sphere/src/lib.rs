@@ -127,6 +127,7 @@ impl Model for SphereModel {
             most_degree: 0,
             less_memory: ": use fewer cells",
             takes_any_cells: true,
+            has_exact_source: false,
             counts_evaluations: true,
         }
     }
@@ -286,6 +287,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
         Cost {
             setup: EVALUATION * self.entries() + PAIR * cells * cells,
             source: SOURCE_PAIR * cells * cells,
+            moments: 0.0,
             walk: WALK,
             plain: PLAIN,
         }

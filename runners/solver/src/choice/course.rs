@@ -92,7 +92,9 @@ impl<'a, 'm> Course<'a, 'm> {
             return 0.0;
         }
         let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
-        (deviation / self.tolerance.error(statistics)).powi(2)
+        let of_walks =
+            self.tolerance.error(statistics).powi(2) - statistics.control_error().powi(2);
+        deviation.powi(2) / of_walks.max(0.0)
     }
 
     /// Whether the error that is asked for is no matter of chance, as a part of what may be 0 is.
@@ -117,17 +119,19 @@ impl State<'_, '_> {
     fn look(&mut self, statistics: &[Statistics], walked: f64, is_known: bool) -> Option<End> {
         let setting = self.predicted.setting;
         let now = self.search.correct(&setting, statistics)?;
+        let walks = statistics.iter().map(Statistics::walks).max().unwrap_or(0);
         // Looks are twice as far apart every time: all of them take no longer than the walks.
-        self.search.run_for(walked);
+        self.search.run_for(walked, walks);
         let left = (now.walking - walked).max(0.0);
         let best = self.search.best()?;
         let price = self.search.price(&best);
+        let is_tried = best.pilot_walks >= self.search.enough(&best, walked, walks);
         let is_other = best.setting != setting && is_known;
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        if !is_other || WORTH * price >= left {
+        if !is_other || !is_tried || WORTH * price >= left {
             return None;
         }
         self.search.walked += walked;

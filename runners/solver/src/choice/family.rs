@@ -28,9 +28,11 @@ pub(super) struct Prediction {
     pub(super) setup: f64,
     /// Seconds of the set-up that are left once the system is solved.
     pub(super) source: f64,
+    /// Seconds of moments of F, which are no part of the set-up.
+    pub(super) moments: f64,
     /// Seconds of one walk.
     pub(super) seconds_per_walk: f64,
-    /// Seconds of all walks by the observed variance.
+    /// Seconds of all walks by the observed variance, and of moments.
     pub(super) walking: f64,
     /// Seconds of all walks if large scores were missed and cells help less than observed.
     pub(super) careful: f64,
@@ -161,10 +163,11 @@ impl Family {
             setting,
             setup,
             source,
+            moments: level.cost.moments,
             seconds_per_walk: each,
             walking: f64::INFINITY,
             careful: f64::INFINITY,
-            hopeful: least * each,
+            hopeful: level.cost.moments + least * each,
             pilot_walks: 0,
             scored: 0,
             most_walks: f64::INFINITY,
@@ -214,14 +217,16 @@ impl Family {
         let walks = all(&|target| target.walks(observed));
         let most = pilot.targets.iter().map(|target| target.walks(observed));
         let [setup, source] = setting.setup(&level.cost);
+        let moments = level.cost.moments;
         Prediction {
             setting,
             setup,
             source,
+            moments,
             seconds_per_walk: each,
-            walking: walks * each,
-            careful: all(&|target| target.careful_walks(slow)) * each,
-            hopeful: all(&|target| target.hopeful_walks(fast)) * each,
+            walking: moments + walks * each,
+            careful: moments + all(&|target| target.careful_walks(slow)) * each,
+            hopeful: moments + all(&|target| target.hopeful_walks(fast)) * each,
             pilot_walks: if setting == pilot.setting {
                 pilot.walks_each
             } else {

@@ -58,6 +58,8 @@ pub(super) struct Observed {
     pub(super) weight: f64,
     /// Var/E²: the number of walks that the target takes.
     needed: f64,
+    /// The part of E² that the error of (v, Φ) takes, which no walks lower.
+    taken: f64,
     /// The number of walks until enough have scored for an error to be believed.
     believed: f64,
     /// The factor by which the true variance may differ from the observed one.
@@ -67,7 +69,10 @@ pub(super) struct Observed {
 impl Observed {
     /// The number of walks with this multiple of the observed variance; infinite before a walk has scored.
     pub(super) fn walks(&self, multiple: f64) -> f64 {
-        (multiple * self.needed).max(self.believed)
+        if self.taken >= 1.0 {
+            return f64::INFINITY;
+        }
+        (multiple * self.needed / (1.0 - self.taken)).max(self.believed)
     }
 
     /// The number of walks if cells help less than observed, and if large scores were missed.
@@ -95,6 +100,8 @@ pub(super) struct Walked<'a> {
     pub(super) weights: &'a [f64],
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
+    /// The part of the tolerance that moments of F are to leave; if walks have their own, what they leave is known.
+    pub(super) of_moments: Option<f64>,
     /// The variance that few walks miss: see [`System::rare_variance`](crate::System::rare_variance).
     pub(super) rare: f64,
 }
@@ -138,9 +145,14 @@ impl Pilot {
             let variance = found.std_dev.unwrap_or(0.0).powi(2);
             let variance = variance.max(rare * square * square.max(from_anywhere));
             let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
+            let bound = tolerance.error(statistics);
             Observed {
                 weight,
-                needed: variance / tolerance.error(statistics).powi(2),
+                needed: variance / bound.powi(2),
+                taken: match walked.of_moments {
+                    Some(part) => part * part,
+                    None => (statistics.control_error() / bound).powi(2),
+                },
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }

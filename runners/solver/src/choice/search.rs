@@ -35,8 +35,11 @@ const PAYS: f64 = 2.0;
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
 const LEVELS: usize = 4;
-/// Seconds of a pilot apart from its walks and its set-up.
+/// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
 const PILOT_SECONDS: f64 = 0.1e-3;
+const MOMENTS_SECONDS: f64 = 0.03;
+/// The part of the tolerance that moments of F leave, which are as fine as that if they are those of an answer.
+const MOMENTS: f64 = 0.5;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
 
@@ -117,29 +120,49 @@ impl<'m> Search<'m> {
         while !self.watch.cancelled()
             && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
         {
-            match self.pilot(&next, walks) {
-                Ok(pilot) => {
-                    self.pilots += 1;
-                    self.walks += pilot.walks;
-                    self.learn(pilot);
-                }
-                Err(Error::Cancelled) => {}
-                Err(refusal) => self.forget(next.setting, refusal),
-            }
+            self.try_out(&next, walks);
         }
     }
 
-    /// Makes pilots that take so many seconds more at most, unless they pay in any case.
-    pub(super) fn run_for(&mut self, seconds: f64) {
+    /// Learns from a pilot with so many walks of each target, or from its refusal.
+    fn try_out(&mut self, next: &Prediction, walks: u64) {
+        match self.pilot(next, walks) {
+            Ok(pilot) => {
+                self.pilots += 1;
+                self.walks += pilot.walks;
+                self.learn(pilot);
+            }
+            Err(Error::Cancelled) => {}
+            Err(refusal) => self.forget(next.setting, refusal),
+        }
+    }
+
+    /// Makes pilots that take so many seconds more at most, unless they pay in any case; then the best, if it is known by
+    /// less than so many walks or seconds, has a pilot of as many. Of settings that few walks tell of the luckiest seem best.
+    pub(super) fn run_for(&mut self, seconds: f64, walks: u64) {
         self.granted = self.work + seconds;
         self.run();
+        while self.work < self.granted
+            && !self.watch.cancelled()
+            && let Some(best) = self.best()
+            && let enough = self.enough(&best, seconds, walks)
+            && best.pilot_walks < enough
+        {
+            self.try_out(&best, enough);
+        }
+    }
+
+    /// The walks of a pilot that takes so many seconds, or has as many walks.
+    pub(super) fn enough(&self, found: &Prediction, seconds: f64, walks: u64) -> u64 {
+        let each = found.seconds_per_walk * self.sample.weights.len() as f64;
+        walks.min((seconds / each) as u64)
     }
 
     /// The candidate that takes least, with luck, if that pays; and the walks of its pilot.
     fn most_promising(&self) -> Option<(Prediction, u64)> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.price(&best));
-        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best));
+        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = if found.pilot_walks == 0 {
                 FIRST
@@ -166,13 +189,14 @@ impl<'m> Search<'m> {
 
     /// Seconds of a pilot with so many walks of each target.
     fn seconds_of(&self, found: &Prediction, walks: u64) -> f64 {
-        let walks = (walks * self.sample.weights.len() as u64) as f64;
-        PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
+        let walks = walks as f64 * self.sample.weights.len() as f64;
+        let moments = found.moments.min(MOMENTS_SECONDS);
+        PILOT_SECONDS + self.remaining_setup(found) + moments + walks * found.seconds_per_walk
     }
 
-    /// Seconds that further pilots may take.
-    fn allowance(&self, best: &Prediction) -> f64 {
-        let all = SHARE * self.price(best).min(LONG_SECONDS).min(self.time_limit());
+    /// Seconds that further pilots may take, if all may take this share of a prediction.
+    fn allowance(&self, best: &Prediction, share: f64) -> f64 {
+        let all = share * self.price(best).min(LONG_SECONDS).min(self.time_limit());
         all.max(self.granted) - self.lost(best)
     }
 
@@ -191,11 +215,16 @@ impl<'m> Search<'m> {
         limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64())
     }
 
+    /// The family of a setting.
+    fn family(&mut self, setting: &Setting) -> Option<&mut Family> {
+        let own = |family: &&mut Family| family.first.shares_family(setting);
+        self.families.iter_mut().find(own)
+    }
+
     /// Adds a pilot to its family.
     fn learn(&mut self, pilot: Pilot) {
         let setting = pilot.setting;
-        let own = |family: &&mut Family| family.first.shares_family(&setting);
-        if let Some(family) = self.families.iter_mut().find(own) {
+        if let Some(family) = self.family(&setting) {
             family.add(pilot);
         }
         self.extend(&setting);
@@ -203,21 +232,19 @@ impl<'m> Search<'m> {
 
     /// Adds the levels to a setting's family that it may tell of.
     fn extend(&mut self, setting: &Setting) {
-        let own = |family: &Family| family.first.shares_family(setting);
-        let at = self.families.iter().position(own);
-        let Some(mut family) = at.map(|at| self.families.swap_remove(at)) else {
+        let Some(family) = self.family(setting) else {
             return;
         };
-        let number = family
-            .levels
-            .iter()
-            .position(|level| level.cells == setting.cells);
+        let mut levels = family.levels.iter();
+        let number = levels.position(|level| level.cells == setting.cells);
         let wanted = 1 + LEVELS + number.unwrap_or(0);
-        if !setting.plain && family.asked < wanted {
-            let levels = self.levels(setting, wanted);
+        if setting.plain || family.asked >= wanted {
+            return;
+        }
+        let levels = self.levels(setting, wanted);
+        if let Some(family) = self.family(setting) {
             family.extend(levels, wanted);
         }
-        self.families.push(family);
     }
 
     fn partition(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
@@ -278,6 +305,7 @@ impl<'m> Search<'m> {
             weights: &self.sample.weights,
             pointwise: answer.pointwise,
             unknowns: cells.unknowns() as f64,
+            of_moments: Some(if setting.exact_source { MOMENTS } else { 0.0 }),
             rare,
         };
         Ok(Pilot::new(&walked, self.tolerance, self.model))
@@ -289,8 +317,7 @@ impl<'m> Search<'m> {
         setting: &Setting,
         statistics: &[Statistics],
     ) -> Option<Prediction> {
-        let mut families = self.families.iter();
-        let family = families.find(|family| family.first.shares_family(setting))?;
+        let family = self.family(setting)?;
         let level = *family.level(setting.cells)?;
         let pilot = family.pilot_for(setting)?;
         let walked = Walked {
@@ -299,6 +326,7 @@ impl<'m> Search<'m> {
             weights: &[],
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
+            of_moments: None,
             // So many walks have met it.
             rare: 0.0,
         };
@@ -342,9 +370,14 @@ impl<'m> Search<'m> {
         all.filter(|found| !self.refuses(&found.setting))
     }
 
-    /// The best prediction so far.
+    /// The best prediction so far. One without a pilot is believed as long as all pilots took no longer than it tells: if
+    /// they did, predictions have been wrong more than once, and every further look would cost a set-up.
     pub(super) fn best(&self) -> Option<Prediction> {
-        self.best_of(self.found())
+        let is_tried = |found: &&Prediction| found.pilot_walks > 0;
+        let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
+        let best = self.best_of(self.found());
+        let tried = || self.best_of(self.found().filter(is_tried));
+        best.filter(is_believed).or_else(tried).or(best)
     }
 
     /// The best prediction of plain walks.

@@ -14,6 +14,8 @@ pub(super) struct Setting {
     pub(super) cells: usize,
     pub(super) degree: usize,
     pub(super) pairs: Pairs,
+    /// Whether the neighbour equation has the source F itself.
+    pub(super) exact_source: bool,
     pub(super) absorption: f64,
     pub(super) estimator: Estimator,
 }
@@ -25,6 +27,7 @@ impl Setting {
             cells: Some(self.cells),
             degree: Some(self.degree),
             pairs: Some(self.pairs),
+            exact_source: Some(self.exact_source),
             absorption: Some(self.absorption),
             estimator: Some(self.estimator),
             ..settings.clone()
@@ -52,13 +55,13 @@ impl Setting {
 
     /// Whether one solved system serves both settings.
     pub(super) fn shares_system(&self, other: &Self) -> bool {
-        let of = |setting: &Self| (setting.plain, setting.cells, setting.degree);
+        let of = |of: &Self| (of.plain, of.cells, of.degree);
         of(self) == of(other)
     }
 
     /// Whether the settings have the same kind of neighbour equation, or none.
     pub(super) fn shares_family(&self, other: &Self) -> bool {
-        let of = |setting: &Self| (setting.plain, setting.degree, setting.pairs);
+        let of = |of: &Self| (of.plain, of.degree, of.pairs, of.exact_source);
         of(self) == of(other)
     }
 

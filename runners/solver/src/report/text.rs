@@ -39,7 +39,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}, {} pairs{}, {} estimator, {}, seed {}",
+            "{}{}, {} cell{}{}, {} pairs{}{}, {} estimator, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -53,6 +53,11 @@ impl Report {
             self.pairs,
             self.pair_counts
                 .map_or(String::new(), |counts| counts.text()),
+            if self.exact_source {
+                ", exact source"
+            } else {
+                ""
+            },
             self.estimator,
             self.scalar,
             self.seed,
@@ -179,7 +184,8 @@ impl GoalReport {
 
     /// The row of the table, with the place, the error and what there is of heat if other rows have them.
     fn row(&self, places: bool, errors: bool, heats: [bool; 4]) -> Vec<String> {
-        let gain = match (self.plain.std_dev, self.preconditioned.std_dev) {
+        // An error of (v, Φ) counts, too.
+        let gain = match (self.plain.std_error, self.preconditioned.std_error) {
             (Some(plain), Some(preconditioned))
                 if preconditioned > 0.0 && plain > 0.0 && !self.no_difference =>
             {

@@ -69,16 +69,24 @@ impl Search<'_> {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
         let degrees = open(self.settings.degree, &degrees);
-        let base = self.base();
-        let all = degrees.into_iter().flat_map(|degree| {
-            let of = move |&pairs: &Pairs| Setting {
-                degree,
-                pairs,
-                ..base
-            };
-            pairs.iter().map(of).collect::<Vec<_>>()
-        });
-        for first in [self.plain()].into_iter().chain(all) {
+        let sources: &[bool] = if self.about.has_exact_source {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        let sources = open(self.settings.exact_source, sources);
+        let mut all = vec![self.plain()];
+        for &exact_source in &sources {
+            for &degree in &degrees {
+                all.extend(pairs.iter().map(|&pairs| Setting {
+                    degree,
+                    pairs,
+                    exact_source,
+                    ..self.base()
+                }));
+            }
+        }
+        for first in all {
             let levels = self.levels(&first, 1);
             let cut = first.applied(self.settings).discretisation();
             // On few cells the causes that limit the order in the end, as pairs next to corners do, are not yet dominant.
@@ -97,6 +105,7 @@ impl Search<'_> {
             cells: 1,
             degree: self.settings.discretisation().degree,
             pairs: walk.pairs,
+            exact_source: false,
             absorption: self.absorptions.first().copied().unwrap_or(walk.absorption),
             estimator: walk.estimator,
         }

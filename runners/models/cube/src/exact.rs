@@ -1,0 +1,191 @@
+//! Neighbour equations whose source is F itself: their moments, and the errors of these.
+
+use fredholm_core::galerkin::{GalerkinMatrix, Solution, StoppingRule, gauss_seidel};
+use fredholm_cube::{CubeError, REPLICATES};
+
+use super::degree::Degree;
+use super::functions::{Watched, WeightOf, with_values};
+use super::system::CubeSystem;
+use super::table::fill;
+use super::{SWEEPS, TOLERANCE};
+use fredholm_model::{Error, Region, Request, WalkOptions};
+
+/// The factor by which the threshold of boxes falls until there are enough.
+const FALLS: f64 = 4.0;
+/// How many times as many boxes as at a jump along a plane there may be, until the error is small enough.
+const MORE: f64 = 8.0;
+/// The relative residual of the errors' solutions: their size alone matters.
+const ROUGHLY: f64 = 1e-3;
+
+/// The moments of F that a neighbour equation with the source F has, and errors like theirs.
+#[derive(Debug)]
+pub(super) struct Moments {
+    /// F″_ia.
+    pub(super) means: Vec<f64>,
+    errors: Vec<Replicate>,
+}
+
+/// When moments are fine enough.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Enough {
+    /// The error of the mean over the space.
+    pub(super) error: f64,
+    /// The fewest boxes.
+    pub(super) boxes: f64,
+    /// The size of F.
+    pub(super) size: f64,
+}
+
+/// What an error Δ of the moments does to the solution.
+#[derive(Debug)]
+struct Replicate {
+    /// Z = (I − K')⁻¹ Δ.
+    solution: Vec<f64>,
+    /// Z − Δ.
+    rest: Vec<f64>,
+}
+
+/// What fills the sample of a cell, by its number and a threshold.
+pub(super) type SampleCell<'a> =
+    dyn Fn(usize, f64, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
+
+impl Moments {
+    /// The moments of a source, from samples of the numbers [`Cube::SAMPLE`](fredholm_cube::Cube::SAMPLE) in every cell, and
+    /// the Galerkin solution of them. `near` are the moments by quadrature.
+    pub(super) fn new(
+        matrix: &dyn GalerkinMatrix<Scalar = f64>,
+        near: &[f64],
+        enough: Enough,
+        sample: &SampleCell<'_>,
+    ) -> Result<(Self, Solution), Error> {
+        let (functions, cells) = (matrix.functions(), matrix.cells());
+        let width = (1 + REPLICATES) * functions + 1;
+        let largest = near.iter().fold(enough.size, |most, f| most.max(f.abs()));
+        // A threshold of 0 would halve boxes without an end.
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let mut all = vec![0.0; width * cells];
+        let mut threshold = scale;
+        loop {
+            fill(&mut all, width, &|i, out| sample(i, threshold, out))?;
+            let sum = |number: usize| {
+                let numbers = all.chunks_exact(width).filter_map(|of| of.get(number));
+                numbers.sum::<f64>()
+            };
+            let squares = (1..=REPLICATES).map(|error| sum(error * functions).powi(2));
+            let error = (squares.sum::<f64>() / REPLICATES as f64).sqrt() / cells as f64;
+            // A jump that no box has met yet has no error.
+            let is_fine = sum(width - 1) > enough.boxes && error <= enough.error;
+            threshold /= FALLS;
+            if is_fine || sum(width - 1) > MORE * enough.boxes || threshold <= f64::EPSILON * scale
+            {
+                break;
+            }
+        }
+        let vector = |number: usize| -> Vec<f64> {
+            let samples = all.chunks_exact(width);
+            let of = samples.flat_map(|sample| &sample[number * functions..][..functions]);
+            of.copied().collect()
+        };
+        let means = vector(0);
+        let solution = Solution::new(matrix, means.clone(), TOLERANCE, SWEEPS)?;
+        let mut scratch = vec![0.0; matrix.scratch()];
+        let mut errors = Vec::new();
+        for number in 1..=REPLICATES {
+            let error = vector(number);
+            let largest = error.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+            let stop = StoppingRule::UntilResidual {
+                residual: ROUGHLY * largest,
+                at_most: SWEEPS,
+            };
+            let mut z = error.clone();
+            gauss_seidel(matrix, &error, &mut z, &mut scratch, stop)?;
+            let rest = z.iter().zip(&error).map(|(z, error)| z - error).collect();
+            errors.push(Replicate { solution: z, rest });
+        }
+        Ok((Self { means, errors }, solution))
+    }
+}
+
+impl Moments {
+    /// The numbers less the moments.
+    pub(super) fn rest<'a>(&'a self, of: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        of.iter().zip(&self.means).map(|(of, mean)| of - mean)
+    }
+}
+
+impl<const D: usize> CubeSystem<'_, D> {
+    /// The moments of F and their solution, if walks follow a neighbour equation with the source F itself.
+    pub(super) fn moments(&self, walk: &WalkOptions) -> Result<Option<(Moments, Solution)>, Error> {
+        if !walk.exact_source {
+            return Ok(None);
+        }
+        let table = &self.solved.table;
+        let moments = with_values::<f64, _>(self.cut.functions(), |values| {
+            self.degree.moments(&self.cut, values, table, walk)
+        });
+        moments.map(Some)
+    }
+
+    /// The moments and their solution, or the system's own solution.
+    pub(super) fn own<'a>(
+        &'a self,
+        moments: Option<&'a (Moments, Solution)>,
+    ) -> (Option<&'a Moments>, &'a Solution) {
+        match moments {
+            Some((moments, solution)) => (Some(moments), solution),
+            None => (None, &self.solved.solution),
+        }
+    }
+
+    /// The standard error of (v, Φ) of every goal; none if they are known.
+    pub(super) fn control_errors(
+        &self,
+        moments: Option<&(Moments, Solution)>,
+        request: &Request<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        match moments {
+            None => Ok(Vec::new()),
+            Some((moments, _)) => {
+                let weights = self.weight_means::<f64>(request)?;
+                with_values::<f64, _>(self.cut.functions(), |values| {
+                    self.errors_of(moments, request, values, &weights)
+                })
+            }
+        }
+    }
+
+    fn errors_of(
+        &self,
+        moments: &Moments,
+        request: &Request<'_>,
+        values: &Watched<'_, f64>,
+        weights: &[(WeightOf<'_>, Vec<f64>)],
+    ) -> Result<Vec<f64>, Error> {
+        let mut weights = weights.iter();
+        let mut errors = Vec::new();
+        for goal in request.goals {
+            let weight = match &goal.region {
+                Region::Weight(_) | Region::Function(_) => weights.next(),
+                _ => None,
+            };
+            let mut squares = 0.0;
+            for replicate in &moments.errors {
+                let Replicate { solution, rest } = replicate;
+                let error = match (&goal.region, weight) {
+                    (Region::Point(x), _) => {
+                        let x = values.domain().unit::<D>(x);
+                        self.degree.value(&self.cut, values, rest, &x)?
+                    }
+                    (_, Some((_, means))) => {
+                        let products = means.iter().zip(solution).map(|(w, z)| w * z);
+                        products.sum::<f64>() / self.cut.all_cells() as f64
+                    }
+                    _ => Degree::<f64, D>::mean(self.degree, solution),
+                };
+                squares += error * error;
+            }
+            errors.push((squares / REPLICATES as f64).sqrt());
+        }
+        Ok(errors)
+    }
+}
