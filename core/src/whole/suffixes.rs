@@ -2,15 +2,17 @@
 
 use num_traits::{one, zero};
 
-use crate::{Equation, Estimator, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk};
+use crate::{
+    Equation, Estimator, Form, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk,
+};
 
 /// A state that is kept, and what its suffix scores.
 #[derive(Clone, Copy, Debug)]
 struct State<P, F> {
     x: Located<P>,
-    /// k and h of the step to the next state; 0 where there is none.
+    /// What scores of the next state are multiplied by, k and, in the product form, h; 0 where there is none.
     step: [F; 2],
-    /// What both equations score in the state itself.
+    /// What both equations score in the state itself and, in the residual form, on the step from it.
     own: [F; 2],
     /// D_l.
     difference: F,
@@ -61,7 +63,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         equation: &E,
         neighbour: &M,
         x0: Located<P>,
-        estimator: Estimator,
+        (estimator, form): (Estimator, Form),
         step_limit: u32,
         uniforms: &mut U,
     ) -> Walk<F>
@@ -80,7 +82,8 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             let Some(state) = self.states.get_mut(self.kept) else {
                 let rest = (x, one());
                 let limit = step_limit - states;
-                let rest = walk(equation, neighbour, rest, estimator, limit, uniforms);
+                let scores = (estimator, form);
+                let rest = walk(equation, neighbour, rest, scores, limit, uniforms);
                 after = [rest.plain, rest.control];
                 states += rest.states;
                 termination = rest.termination;
@@ -112,7 +115,14 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             };
             let y = neighbour.locate(next);
             let k = equation.kernel(&x.point, &y.point);
-            state.step = [k, neighbour.kernel(&x, &y, k)];
+            let h = neighbour.kernel(&x, &y, k);
+            state.step = match form {
+                Form::Product => [k, h],
+                Form::Residual => {
+                    state.own[1] += (h - k) * neighbour.value(&y);
+                    [k, k]
+                }
+            };
             x = y;
         }
         let [plain, control] = self.backwards(after);

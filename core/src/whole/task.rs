@@ -5,8 +5,8 @@ use rand_core::{Rng, SeedableRng};
 use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Stationary};
 use crate::{
-    DefaultGenerator, Equation, Estimator, NeighbourOf, NotFinite, Real, RngUniforms, Termination,
-    WalkOptions, WalkSeeds,
+    DefaultGenerator, Equation, Estimator, Form, NeighbourOf, NotFinite, Real, RngUniforms,
+    Termination, WalkOptions, WalkSeeds,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -122,6 +122,8 @@ pub struct WholeTask<
     pub scores: &'a S,
     /// The estimator: what a walk scores.
     pub estimator: Estimator,
+    /// The form of the control variate.
+    pub form: Form,
     /// The seeds of the walks' generators.
     pub seeds: WalkSeeds<G>,
     /// Most states of a walk; a walk that is cut off there is counted.
@@ -142,6 +144,7 @@ impl<'a, E, M: ?Sized, S: ?Sized> WholeTask<'a, E, M, S> {
             neighbour,
             scores,
             estimator: options.estimator,
+            form: options.form,
             seeds: WalkSeeds::new(options.seed, WHOLE),
             step_limit: options.step_limit,
         }
@@ -185,7 +188,7 @@ where
             let trail = trail.get_or_insert_with(|| Trail::new(x0));
             let limit = self.step_limit;
             let (e, m) = (self.equation, self.neighbour);
-            let walk = trail.follow(e, m, x0, estimator, limit, &mut draws);
+            let walk = trail.follow(e, m, x0, (estimator, self.form), limit, &mut draws);
             if walk.termination == Termination::NotFinite {
                 return Err(NotFinite { walk: number });
             }

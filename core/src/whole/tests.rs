@@ -109,12 +109,24 @@ type ToyTask<'a, const KEPT: usize> =
 const EVEN: Constant = Constant(TOY);
 const SCORES: BasisScores<'_, Toy, 3> = BasisScores(&TOY);
 
-fn task<const KEPT: usize>(neighbour: &Constant, estimator: Estimator) -> ToyTask<'_, KEPT> {
+/// What walks score.
+const ALL_SCORES: [(Estimator, Form); 4] = [
+    (Estimator::Absorption, Form::Product),
+    (Estimator::Absorption, Form::Residual),
+    (Estimator::Collision, Form::Product),
+    (Estimator::Collision, Form::Residual),
+];
+
+fn task<const KEPT: usize>(
+    neighbour: &Constant,
+    (estimator, form): (Estimator, Form),
+) -> ToyTask<'_, KEPT> {
     WholeTask {
         equation: &neighbour.0,
         neighbour,
         scores: &SCORES,
         estimator,
+        form,
         seeds: WalkSeeds::new(5, WHOLE),
         step_limit: STEP_LIMIT,
     }
@@ -133,8 +145,8 @@ fn coefficients<const KEPT: usize>(task: &ToyTask<'_, KEPT>, walks: u64) -> Vec<
 }
 
 /// Largest |z| of the coefficients against those of u − v, which is of degree 1.
-fn largest_z<const KEPT: usize>(toy: Toy, estimator: Estimator) -> f64 {
-    let all = coefficients::<KEPT>(&task(&Constant(toy), estimator), 4000);
+fn largest_z<const KEPT: usize>(toy: Toy, scores: (Estimator, Form)) -> f64 {
+    let all = coefficients::<KEPT>(&task(&Constant(toy), scores), 4000);
     let root = 3.0_f64.sqrt();
     let mut largest = 0.0_f64;
     for (jb, value) in (0..6).map(|jb| (jb, all.iter().map(|c| c[jb]).collect::<Vec<_>>())) {
@@ -148,18 +160,18 @@ fn largest_z<const KEPT: usize>(toy: Toy, estimator: Estimator) -> f64 {
     largest
 }
 
-/// Of 36 values of t with 31 degrees of freedom none is beyond 4.4 but with probability 36 · 1.2·10⁻⁴ = 0.4 %.
+/// Of 72 values of t with 31 degrees of freedom none is beyond 4.4 but with probability 72 · 1.2·10⁻⁴ = 0.9 %.
 const T: f64 = 4.4;
 
 #[test]
 fn coefficients_are_those_of_the_error_however_many_states_are_kept() {
-    for estimator in [Estimator::Absorption, Estimator::Collision] {
+    for scores in ALL_SCORES {
         for z in [
-            largest_z::<1>(TOY, estimator),
-            largest_z::<3>(TOY, estimator),
-            largest_z::<32>(TOY, estimator),
+            largest_z::<1>(TOY, scores),
+            largest_z::<3>(TOY, scores),
+            largest_z::<32>(TOY, scores),
         ] {
-            assert!(z < T, "{estimator:?} {z}");
+            assert!(z < T, "{scores:?} {z}");
         }
     }
 }
@@ -171,8 +183,8 @@ fn a_chain_that_does_not_keep_the_density_is_biased() {
         uneven: true,
         ..TOY
     };
-    assert!(largest_z::<1>(uneven, Estimator::Collision) < 4.0);
-    assert!(largest_z::<32>(uneven, Estimator::Collision) > 20.0);
+    assert!(largest_z::<1>(uneven, ALL_SCORES[2]) < 4.0);
+    assert!(largest_z::<32>(uneven, ALL_SCORES[2]) > 20.0);
 }
 
 /// Every suffix scores what a walk scores that starts there with the same numbers.
@@ -188,20 +200,20 @@ fn suffixes_are_walks() {
         }
     }
     let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(3, 0).generator(0));
-    for estimator in [Estimator::Absorption, Estimator::Collision] {
+    for scores in ALL_SCORES {
         for _ in 0..200 {
             let numbers: Vec<f64> = (0..400).map(|_| draws.uniform()).collect();
             let x0 = EVEN.locate(numbers[0]);
             let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0);
             let limit = STEP_LIMIT;
             let mut uniforms = From(&numbers[1..]);
-            let all = trail.follow(&TOY, &EVEN, x0, estimator, limit, &mut uniforms);
+            let all = trail.follow(&TOY, &EVEN, x0, scores, limit, &mut uniforms);
             assert!(trail.has_scored());
             assert_eq!(trail.iter().count(), (all.states as usize).min(4));
             for (l, (x, difference)) in trail.iter().enumerate() {
                 assert_eq!(x.point, numbers[2 * l]);
                 let mut rest = From(&numbers[2 * l + 1..]);
-                let alone = walk(&TOY, &EVEN, (*x, 1.0), estimator, limit, &mut rest);
+                let alone = walk(&TOY, &EVEN, (*x, 1.0), scores, limit, &mut rest);
                 let expected = alone.plain - alone.control;
                 assert!((difference - expected).abs() < 1e-13 * alone.plain.abs());
                 assert_eq!(alone.states, all.states - l as u32);
@@ -212,7 +224,7 @@ fn suffixes_are_walks() {
 
 #[test]
 fn pieces_of_work_and_buffers_of_others_change_no_bit() {
-    let task = task::<32>(&EVEN, Estimator::Absorption);
+    let task = task::<32>(&EVEN, ALL_SCORES[0]);
     let whole = coefficients(&task, 1000);
     let (mut sums, mut out) = ([0.0; 6], [0.0; 6]);
     let mut counts = ReplicateCounts::default();
@@ -232,7 +244,7 @@ fn pieces_of_work_and_buffers_of_others_change_no_bit() {
 /// A walk that is cut off is counted, and one that is not finite is named and not scored.
 #[test]
 fn walks_that_go_wrong_are_told() {
-    let mut task = task::<2>(&EVEN, Estimator::Collision);
+    let mut task = task::<2>(&EVEN, ALL_SCORES[2]);
     task.step_limit = 3;
     let mut sums = [0.0; 6];
     let mut replicate = Replicate::new(0, 1, ReplicateCounts::default(), &mut sums);
@@ -245,14 +257,14 @@ fn walks_that_go_wrong_are_told() {
         absorption: 0.0,
         uneven: false,
     });
-    let mut task = self::task::<2>(&endless, Estimator::Absorption);
+    let mut task = self::task::<2>(&endless, ALL_SCORES[0]);
     task.step_limit = 0;
     assert_eq!(task.normalisation().states_scored, 0.0);
     let nan = Constant(Toy {
         absorption: f64::NAN,
         uneven: false,
     });
-    let task = self::task::<2>(&nan, Estimator::Collision);
+    let task = self::task::<2>(&nan, ALL_SCORES[2]);
     let before = [1.0; 6];
     let mut sums = before;
     let mut replicate = Replicate::new(3, 8, ReplicateCounts::default(), &mut sums);

@@ -272,13 +272,21 @@ impl<'m> Whole<'_, 'm> {
             }
             .into());
         }
+        if self.settings.exact_source == Some(true) {
+            return Err(Error::Option {
+                subject: Subject::ExactSource,
+                message: "the whole function is not offered with an exact source: leave `exact_source` out"
+                    .to_owned(),
+            }
+            .into());
+        }
         let cells = self.model.partition(&cut)?;
         let needed = cells.memory(&[], walk.pairs);
         let what = || format!("{} unknowns", cells.unknowns());
         let advice = self.model.about().less_memory;
         refuse_beyond_memory(what, needed, advice)?;
         if !walk.allow_infinite_variance {
-            cells.check_variance(walk.pairs, walk.absorption)?;
+            cells.check_variance(&walk)?;
         }
         let system = cells.solve(walk.absorption)?.whole()?;
         let request = WholeRequest {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use fredholm_core::Source;
 use fredholm_core::whole::WholeTask;
+use fredholm_core::{Form, Source};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
@@ -62,7 +62,7 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 ),
             });
         }
-        if !walk.allow_infinite_variance {
+        if !(walk.allow_infinite_variance || walk.form == Form::Residual) {
             system.check_neighbour(walk.pairs, walk.absorption)?;
         }
         let kinds = system.kinds(&Request {
@@ -76,7 +76,9 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 cut: &system.cut,
                 values,
                 absorption: walk.absorption,
-                solved: &system.solved,
+                table: &system.solved.table,
+                solution: &system.solved.solution,
+                moments: None,
                 v: &v,
             };
             let cube = values.cube::<D>(system.cut.per_axis, walk.absorption)?;
