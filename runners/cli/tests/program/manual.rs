@@ -13,7 +13,8 @@ use crate::common;
 use common::{Folder, Ran, command, fredholm, wait};
 
 /// What other commands of the manual begin with: these are for people and for CI.
-const OTHERS: [&str; 8] = [
+const OTHERS: [&str; 9] = [
+    "cargo run --release -p fredholm --example",
     "cargo test",
     "FREDHOLM_LONG=1 cargo test",
     "cargo bench",

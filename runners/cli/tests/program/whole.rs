@@ -28,13 +28,14 @@ fn all_targets_come_from_one_set_of_walks() {
             let error = number(target, "std_error");
             let is_point = target.get("at").is_some();
             match target["band"].as_f64() {
-                Some(band) => assert!(is_point && (band / error - factor).abs() < 1e-12 * factor),
+                // Where T_K has no kernel, at x₁ = 0 of the cube, F is u and there is no error.
+                Some(band) => assert!(is_point && (band - factor * error).abs() <= 1e-12 * band),
                 None => assert!(!is_point, "{target}"),
             }
             // Not one of 17 in 1,000 choices of seeds is beyond 4.4 standard errors.
             if let Some(exact) = target["exact"].as_f64() {
                 assert!(
-                    (number(target, "estimate") - exact).abs() < 4.4 * error,
+                    (number(target, "estimate") - exact).abs() <= 4.4 * error.max(1e-14),
                     "{target}"
                 );
             }
