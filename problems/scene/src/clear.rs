@@ -5,7 +5,7 @@ use fredholm_core::array::from_fn;
 
 use crate::contour;
 use crate::lambert::from_origin;
-use crate::rules::{Rules, radius};
+use crate::rules::{Rules, area, radius};
 use crate::vector::{Vector, centroid, dot, norm, sub};
 
 /// The number of unit roundings that a rule is allowed to be off.
@@ -14,17 +14,31 @@ const ACCURATE: f64 = 3e-14;
 /// At this many radii the contours' differences begin to cost digits, and few points suffice.
 const FAR: f64 = 4.0;
 
-/// A polygon, and the unit vector to its active side.
+/// The sine of an angle below which a direction is along a plane.
+pub(crate) const PARALLEL: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// A polygon, and the unit vector to its active side; or one at infinity, whose points are unit vectors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sheet<'a> {
     pub(crate) points: &'a [Vector<f64>],
     pub(crate) normal: Vector<f64>,
+    pub(crate) far: bool,
+}
+
+impl Sheet<'_> {
+    /// Where a point of the sheet is as seen from another point.
+    pub(crate) fn aim(&self, from: Vector<f64>, point: Vector<f64>) -> Vector<f64> {
+        if self.far { point } else { sub(point, from) }
+    }
 }
 
 /// A_1 F_12 of two polygons, each wholly on the active side of the other and seeing all of it, to
-/// `error` in F; never below 0. By contours if they are near each other, else by points of which
+/// `error` in F; never below 0. If the second is at infinity all points of the first see the same of it. Otherwise by contours if they are near each other, else by points of which
 /// there are as many as the distance asks for.
 pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) -> f64 {
+    if b.far {
+        return Real::max(area(a.points) * from_origin(a.normal, b.points), 0.0);
+    }
     let middles = [centroid(a.points), centroid(b.points)];
     let radii = [radius(a.points, middles[0]), radius(b.points, middles[1])];
     let apart = norm(sub(middles[0], middles[1]));

@@ -119,6 +119,10 @@ pub enum SceneError {
     Tolerance,
     /// Rows of an open scene do not sum to 1.
     Leaves,
+    /// Bands of a sky are none.
+    Sky,
+    /// A closed scene sees no sky.
+    NoSky,
     /// A slice has the wrong length.
     Length {
         /// The length that is needed.
@@ -249,6 +253,11 @@ impl fmt::Display for SceneError {
             Self::Leaves => f.write_str(
                 "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
             ),
+            Self::Sky => f.write_str(
+                "the bands of a sky need ascending altitudes from 0 to 90 degrees, and a number of sectors for each band, \
+                 100000 pieces in all at most",
+            ),
+            Self::NoSky => f.write_str("the scene is closed: no sky is seen from it"),
             Self::Tolerance => write!(
                 f,
                 "the error of form factors must lie between 1e-13 and 0.1"

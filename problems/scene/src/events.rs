@@ -4,13 +4,15 @@
 //! shape where a shadow's edge meets a vertex, which is where the plane through y and an edge meets the vertex of another
 //! (linear in y), and where three shadows' edges meet in a point, which is where the planes through y and three edges have
 //! a line in common: the determinant of their normals is quadratic in y, because its cubic part vanishes. Between these
-//! places the integrand is analytic.
+//! places the integrand is analytic. With Q at infinity some lines are arcs, whose ends are directions, or y is a direction
+//! itself, and shadows are those of parallel light: the degrees are the same.
 
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
+use crate::clear::PARALLEL;
 use crate::clip::ring;
 use crate::silhouette::{Edge, INNER, View};
 use crate::vector::{Vector, along, cross, dot, norm, sub, unit};
@@ -28,6 +30,8 @@ const LINES: usize = 160;
 #[derive(Clone, Copy, Debug)]
 struct Line {
     ends: [Vector<f64>; 2],
+    /// Whether its ends are directions.
+    far: bool,
     sheet: usize,
     /// The normals with y at the beginning, in the middle and at the end of the edge.
     normals: [Vector<f64>; 3],
@@ -35,20 +39,46 @@ struct Line {
 
 impl Line {
     fn new(ends: [Vector<f64>; 2], sheet: usize, edge: &Edge) -> Self {
-        let normals = [0.0, 0.5, 1.0].map(|t| {
-            let y = edge.at(t);
-            cross(sub(ends[0], y), sub(ends[1], y))
-        });
-        Self {
+        Self::of(ends, false, sheet, edge)
+    }
+
+    fn of(ends: [Vector<f64>; 2], far: bool, sheet: usize, edge: &Edge) -> Self {
+        let mut line = Self {
             ends,
+            far,
             sheet,
-            normals,
+            normals: [[0.0; 3]; 3],
+        };
+        line.normals = [0.0, 0.5, 1.0].map(|t| line.normal(edge.at(t), edge.far));
+        line
+    }
+
+    /// The normal of the plane through the line and y, which is perhaps a direction.
+    fn normal(&self, y: Vector<f64>, is_direction: bool) -> Vector<f64> {
+        let [a, b] = self.ends;
+        if self.far {
+            cross(a, b)
+        } else if is_direction {
+            cross(sub(b, a), y)
+        } else {
+            cross(sub(a, y), sub(b, y))
         }
+    }
+
+    /// How far a point is above the plane through the line and y, times the length of the normal.
+    fn height(&self, normal: Vector<f64>, y: Vector<f64>, far: bool, point: Vector<f64>) -> f64 {
+        dot(normal, sub(point, if far { self.ends[0] } else { y }))
     }
 
     /// Whether the line through y in this direction, which is in the plane of both, meets the edge.
     fn met(&self, y: Vector<f64>, direction: Vector<f64>) -> bool {
         let [a, b] = self.ends;
+        if self.far {
+            let normal = cross(a, b);
+            let depths = [cross(a, direction), cross(direction, b)].map(|m| dot(m, normal));
+            let slack = -MISS * norm(direction) * dot(normal, normal);
+            return depths.iter().all(|&d| d >= slack) || depths.iter().all(|&d| d <= -slack);
+        }
         let across = cross(sub(b, a), direction);
         let square = dot(across, across);
         let t = dot(cross(sub(y, a), direction), across) / square;
@@ -59,11 +89,13 @@ impl Line {
     fn heights(&self, other: &Self, edge: &Edge) -> [[f64; 2]; 2] {
         let (first, last) = (edge.at(0.0), edge.at(1.0));
         other.ends.map(|w| {
-            let (low, high) = (
-                dot(self.normals[0], sub(w, first)),
-                dot(self.normals[2], sub(w, last)),
-            );
-            [low, high]
+            if other.far {
+                return [dot(self.normals[0], w), dot(self.normals[2], w)];
+            }
+            [
+                self.height(self.normals[0], first, edge.far, w),
+                self.height(self.normals[2], last, edge.far, w),
+            ]
         })
     }
 }
@@ -73,7 +105,7 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
     let mut places = Vec::from([0.0, 1.0]);
     let lines = lines(view, edge);
     for (number, screen) in view.sheets.iter().enumerate().skip(1) {
-        let (low, high) = (screen.height(edge.at(0.0)), screen.height(edge.at(1.0)));
+        let [low, high] = [0.0, 1.0].map(|t| screen.rise(edge, t));
         if (low > 0.0) != (high > 0.0) && !edge.touches(number) {
             places.push(low / (low - high));
         }
@@ -85,8 +117,13 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
                     continue;
                 }
                 let t = low / (low - high);
-                let y = edge.at(t);
-                if is_seen(view, edge, y, sub(b.ends[k], y), &[a, b]) {
+                let (y, end) = (edge.at(t), b.ends[k]);
+                let line = match (edge.far, b.far) {
+                    (true, _) => (end, y),
+                    (_, true) => (y, end),
+                    _ => (y, sub(end, y)),
+                };
+                if is_seen(view, edge, line, &[a, b]) {
                     places.push(t);
                 }
             }
@@ -110,11 +147,9 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     all.extend(ring(&view.outer).map(|ends| Line::new(ends, OUTER, edge)));
     for (number, sheet) in view.sheets.iter().enumerate() {
         if !edge.touches(number) {
-            all.extend(
-                sheet
-                    .between()
-                    .map(|(ends, _)| Line::new(ends, number, edge)),
-            );
+            let far = view.far && number == INNER;
+            let own = sheet.between();
+            all.extend(own.map(|(ends, _)| Line::of(ends, far, number, edge)));
         } else if number != INNER {
             // The part of P in its plane.
             let heights = |p: Vector<f64>| sheet.height(p);
@@ -130,12 +165,16 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     // Those on one line with the edge are no lines past it; and what lines meet meets P and Q, too.
     let length = norm(edge.span);
     let [first, last] = [edge.at(0.0), edge.at(1.0)];
-    let crosses = |line: &Line, points: &[Vector<f64>]| {
+    let crosses = |line: &Line, points: &[Vector<f64>], far: bool| {
         let (mut above, mut below) = (false, false);
         for (y, normal) in [(first, line.normals[0]), (last, line.normals[2])] {
             let slack = MISS * norm(normal);
             for &p in points {
-                let height = dot(normal, sub(p, y));
+                let height = if far {
+                    dot(normal, p)
+                } else {
+                    line.height(normal, y, edge.far, p)
+                };
                 above |= height >= -slack;
                 below |= height <= slack;
             }
@@ -145,8 +184,8 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     let inner = view.sheets.first().filter(|_| !edge.touches(INNER));
     all.retain(|line| {
         line.normals.iter().any(|&n| norm(n) > view.slack * length)
-            && crosses(line, &view.outer)
-            && inner.is_none_or(|q| crosses(line, &q.points))
+            && crosses(line, &view.outer, false)
+            && inner.is_none_or(|q| crosses(line, &q.points, view.far))
     });
     all
 }
@@ -170,10 +209,19 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
                 if c.sheet == a.sheet || c.sheet == b.sheet {
                     continue;
                 }
-                let values: [f64; 3] = from_fn(|i| dot(directions[i], c.normals[i]));
+                let values: [f64; 3] = if edge.far {
+                    [0.0, 0.5, 1.0].map(|t| concurrence([a, b, c], edge.at(t)))
+                } else {
+                    from_fn(|i| dot(directions[i], c.normals[i]))
+                };
                 for t in roots(values) {
                     let y = edge.at(t);
-                    if is_seen(view, edge, y, common([a, b, c], y), &[a, b, c]) {
+                    let line = if edge.far {
+                        (meeting([a, b, c], y), y)
+                    } else {
+                        (y, common([a, b, c], y))
+                    };
+                    if is_seen(view, edge, line, &[a, b, c]) {
                         places.push(t);
                     }
                 }
@@ -184,7 +232,7 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
 
 /// The direction of the line that the planes through y and three lines have in common. Two of them may be one.
 fn common(lines: [&Line; 3], y: Vector<f64>) -> Vector<f64> {
-    let normals = lines.map(|line| unit(cross(sub(line.ends[0], y), sub(line.ends[1], y))));
+    let normals = lines.map(|line| unit(line.normal(y, false)));
     let all: [Vector<f64>; 3] = from_fn(|k| cross(normals[k], normals[(k + 1) % 3]));
     let mut best = all[0];
     for direction in all {
@@ -193,6 +241,33 @@ fn common(lines: [&Line; 3], y: Vector<f64>) -> Vector<f64> {
         }
     }
     best
+}
+
+/// What is 0 if shadows of three lines in the direction ω meet in a point, quadratic in ω: Σ c₁ ω·(e₂ × e₃) over the turns of
+/// three, where e are the lines' spans, and n·x = c, n = e × ω, are the planes through them.
+fn concurrence(lines: [&Line; 3], w: Vector<f64>) -> f64 {
+    let spans = lines.map(|line| sub(line.ends[1], line.ends[0]));
+    let at = |k: usize| {
+        let height = dot(cross(spans[k], w), lines[k].ends[0]);
+        height * dot(w, cross(spans[(k + 1) % 3], spans[(k + 2) % 3]))
+    };
+    at(0) + at(1) + at(2)
+}
+
+/// The point of P's plane where shadows of three lines in the direction ω meet: of those two that are furthest from parallel.
+fn meeting(lines: [&Line; 3], w: Vector<f64>) -> Vector<f64> {
+    let traces = lines.map(|line| {
+        let n = unit(line.normal(w, true));
+        [n[0], n[1], -dot(n, line.ends[0])]
+    });
+    let mut best = [0.0; 3];
+    for k in 0..3 {
+        let point = cross(traces[k], traces[(k + 1) % 3]);
+        if point[2].abs() > best[2].abs() {
+            best = point;
+        }
+    }
+    [best[0] / best[2], best[1] / best[2], 0.0]
 }
 
 /// The zeros in (0, 1) of the quadratic function with these values at 0, ½ and 1.
@@ -210,19 +285,24 @@ fn roots([first, middle, last]: [f64; 3]) -> impl Iterator<Item = f64> {
     [q / a, c / q].into_iter().filter(|t| *t > 0.0 && *t < 1.0)
 }
 
-/// Whether the line through y on the edge goes from P to Q past these lines, with nothing between.
+/// Whether the line through y on the edge goes from P to Q past these lines, with nothing between. If the edge is at infinity
+/// the line has its direction, and y is any point of the line.
 fn is_seen(
     view: &View,
     edge: &Edge,
-    y: Vector<f64>,
-    direction: Vector<f64>,
+    (y, direction): (Vector<f64>, Vector<f64>),
     lines: &[&Line],
 ) -> bool {
     if !lines.iter().all(|line| line.met(y, direction)) {
         return false;
     }
     let among = |sheet: usize| lines.iter().any(|line| line.sheet == sheet);
-    if y[2] <= view.slack {
+    let low = if edge.far {
+        direction[2].abs() <= PARALLEL
+    } else {
+        y[2] <= view.slack
+    };
+    if low {
         return true;
     }
     // From P upwards.
@@ -242,23 +322,30 @@ fn is_seen(
         return false;
     }
     // How far inside of a sheet's outline the line passes, to its front.
-    let depth = |points: &[Vector<f64>], sign: f64| {
+    let depth = |points: &[Vector<f64>], sign: f64, far: bool| {
+        let normal = |[a, b]: [Vector<f64>; 2]| {
+            if far {
+                cross(a, b)
+            } else {
+                cross(sub(a, y), sub(b, y))
+            }
+        };
         ring(points)
-            .map(|[a, b]| -sign * dot(cross(sub(a, y), sub(b, y)), up))
+            .map(|ends| -sign * dot(normal(ends), up))
             .fold(f64::INFINITY, |least: f64, d| least.min(d))
     };
     view.sheets.iter().enumerate().all(|(number, sheet)| {
         if among(number) || edge.touches(number) {
             return true;
         }
-        let front = depth(&sheet.points, 1.0);
+        let front = depth(&sheet.points, 1.0, view.far && number == INNER);
         if number == INNER {
             return front >= -MISS;
         }
         let behind = if view.fronts {
             f64::NEG_INFINITY
         } else {
-            depth(&sheet.points, -1.0)
+            depth(&sheet.points, -1.0, false)
         };
         front <= MISS && behind <= MISS
     })

@@ -39,6 +39,8 @@ mod lambert;
 mod occluders;
 #[cfg(feature = "alloc")]
 mod partial;
+#[cfg(feature = "alloc")]
+mod plane;
 mod ray;
 #[cfg(feature = "alloc")]
 mod rules;
@@ -53,8 +55,12 @@ mod sights;
 #[cfg(feature = "alloc")]
 mod silhouette;
 #[cfg(feature = "alloc")]
+mod sky;
+#[cfg(feature = "alloc")]
 mod tables;
 mod vector;
+#[cfg(feature = "alloc")]
+mod visible;
 
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]
@@ -67,5 +73,7 @@ pub use ray::Hit;
 pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use sights::{Row, Sights};
+#[cfg(feature = "alloc")]
+pub use sky::{Patch, Sky, SkyFactors, SkyRow};
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use fredholm_core::Real;
+
 use crate::clear::{self, Sheet};
 use crate::clip::keep;
 use crate::edges;
@@ -21,7 +23,7 @@ pub(crate) struct Amount {
     pub(crate) error: f64,
 }
 
-/// A_1 F_12 of two polygons with these occluders between them, to `error`.
+/// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
     (a, b): (Sheet<'_>, Sheet<'_>),
     (occluders, found): (&Occluders, &[u32]),
@@ -31,7 +33,7 @@ pub(crate) fn exchange(
     rules: &Rules,
 ) -> Amount {
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
-    let swap = size(b) < size(a);
+    let swap = !b.far && size(b) < size(a);
     let pair = if swap { (b, a) } else { (a, b) };
     let between = found.iter().filter_map(|&number| {
         let mut screen = screen(occluders.all.get(number as usize)?, pair, shaft.slack())?;
@@ -44,7 +46,13 @@ pub(crate) fn exchange(
     let screens: Vec<Vec<Vector<f64>>> = between.collect();
     let clear = CLEAR * error;
     let all = clear::exchange(a, b, clear / area(pair.1.points), rules);
-    let width = size(a) + size(b) + norm(sub(centroid(a.points), centroid(b.points)));
+    let middle = centroid(a.points);
+    let width = if b.far {
+        let far = screens.iter().map(|screen| radius(screen, middle));
+        far.fold(size(a), Real::max)
+    } else {
+        size(a) + size(b) + norm(sub(middle, centroid(b.points)))
+    };
     let screens = screens.iter().map(Vec::as_slice);
     let mut view = View::new(pair, screens, fronts, shaft, width);
     let mut amount = edges::difference(&mut view, error, rules);
@@ -64,7 +72,7 @@ fn screen(
     slack: f64,
 ) -> Option<Vec<Vector<f64>>> {
     let (mut own, mut rest) = (Vec::new(), occluder.points.clone());
-    for sheet in [pair.0, pair.1] {
+    for sheet in [pair.0, pair.1].into_iter().filter(|sheet| !sheet.far) {
         let first = sheet.points.first().copied().unwrap_or_default();
         core::mem::swap(&mut own, &mut rest);
         keep(

@@ -5,10 +5,11 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
-use crate::clear::Sheet;
+use crate::clear::{PARALLEL, Sheet};
+use crate::clip::ring;
 use crate::geometry::Node;
 use crate::occluders::{Occluder, Occluders};
-use crate::vector::{Box3, Vector, cross, dot, hull, join, norm, scale, sub, unit};
+use crate::vector::{Box3, Vector, along, cross, dot, hull, join, norm, scale, sub, unit};
 
 /// The convex hull of two polygons as half-spaces (Haines and Wallace 1991): light between them
 /// stays in it.
@@ -35,9 +36,19 @@ impl Shaft {
     /// Makes it that of two polygons in front of each other.
     pub(crate) fn enclose(&mut self, a: Sheet<'_>, b: Sheet<'_>, slack: f64) {
         self.slack = slack;
-        self.bounds = join(hull(a.points), hull(b.points));
+        self.bounds = if b.far {
+            open(hull(a.points), b.points)
+        } else {
+            join(hull(a.points), hull(b.points))
+        };
         self.planes.clear();
+        if b.far {
+            self.cone(a, b);
+        }
         for (own, other) in [(a, b), (b, a)] {
+            if own.far {
+                continue;
+            }
             if let Some(&point) = own.points.first() {
                 self.planes.push((own.normal.map(|x| -x), point));
             }
@@ -52,13 +63,27 @@ impl Shaft {
                 let out = scale(out, 1.0 / length);
                 let mut normal = out;
                 for &p in other.points {
-                    let aim = sub(p, from);
-                    if dot(normal, aim) > slack {
+                    let aim = other.aim(from, p);
+                    if dot(normal, aim) > if other.far { PARALLEL } else { slack } {
                         let (aside, up) = (dot(out, aim), Real::max(dot(own.normal, aim), 0.0));
                         normal = unit(from_fn(|k| up * out[k] - aside * own.normal[k]));
                     }
                 }
                 self.planes.push((normal, from));
+            }
+        }
+    }
+
+    /// The planes through a polygon and two neighbouring directions of a cone.
+    fn cone(&mut self, a: Sheet<'_>, cone: Sheet<'_>) {
+        for [from, to] in ring(cone.points) {
+            let out = cross(from, to);
+            let length = norm(out);
+            if length > PARALLEL {
+                let out = scale(out, 1.0 / length);
+                let furthest = a.points.iter().copied();
+                let furthest = furthest.max_by(|&p, &q| dot(out, p).total_cmp(&dot(out, q)));
+                self.planes.extend(furthest.map(|point| (out, point)));
             }
         }
     }
@@ -156,9 +181,13 @@ impl Shaft {
         let sides = |s: Sheet<'_>| {
             let (mut above, mut below) = (false, false);
             for &p in s.points {
-                let height = o.height(p);
-                above |= height > self.slack;
-                below |= height < -self.slack;
+                let (height, slack) = if s.far {
+                    (dot(o.normal, p), PARALLEL)
+                } else {
+                    (o.height(p), self.slack)
+                };
+                above |= height > slack;
+                below |= height < -slack;
             }
             (above, below)
         };
@@ -180,12 +209,17 @@ impl Shaft {
     fn covers(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>) -> bool {
         a.points.iter().all(|&p| {
             b.points.iter().all(|&q| {
-                let (from, to) = (o.height(p), o.height(q));
-                let at: Vector<f64> = if from == to {
+                let aim = b.aim(p, q);
+                let from = o.height(p);
+                let fall = if b.far {
+                    -dot(o.normal, q)
+                } else {
+                    from - o.height(q)
+                };
+                let at = if fall == 0.0 && (from == 0.0 || !b.far) {
                     p
                 } else {
-                    let t = from / (from - to);
-                    from_fn(|k| p[k] + t * (q[k] - p[k]))
+                    along(p, from / fall, aim)
                 };
                 let next = o.points.iter().cycle().skip(1);
                 o.points.iter().zip(next).all(|(&c, &d)| {
@@ -196,4 +230,19 @@ impl Shaft {
             })
         })
     }
+}
+
+/// A box without ends on the sides to which directions point.
+fn open([mut low, mut high]: Box3, directions: &[Vector<f64>]) -> Box3 {
+    for d in directions {
+        for k in 0..3 {
+            if d[k] < 0.0 {
+                low[k] = f64::NEG_INFINITY;
+            }
+            if d[k] > 0.0 {
+                high[k] = f64::INFINITY;
+            }
+        }
+    }
+    [low, high]
 }

@@ -2,14 +2,18 @@
 
 use alloc::vec::Vec;
 
-use crate::clear::{self, Sheet};
+use fredholm_core::Real;
+
+use crate::clear::{self, PARALLEL, Sheet};
 use crate::clip::keep;
 use crate::occluders::Occluders;
-use crate::partial;
+use crate::partial::{self, Amount};
 use crate::rules::{Rules, area};
 use crate::scene::Scene;
 use crate::shaft::{Between, Shaft};
+use crate::sky::{Sky, SkyRow};
 use crate::vector::{Vector, dot, sub};
+use crate::visible::Clipper;
 use crate::{Enclosure, SceneError};
 
 /// The inputs of form factors: a scene, the polygons that may hide something, and the error
@@ -92,6 +96,186 @@ impl<'a> Sights<'a> {
         row
     }
 
+    /// The exchange of a face with the patches of a sky. Those that nothing hides are exact but for rounding, others to
+    /// the error of form factors.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Material, Polygon, Scene, Sights, Sky, Surface};
+    ///
+    /// // A square on the ground sees of a band between two altitudes the difference of the squares of their sines.
+    /// let square = [Polygon::Quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])];
+    /// let surface = Surface { polygons: &square, materials: &[Material::BLACK] };
+    /// let scene = Scene::new::<f64>(&[surface], Enclosure::Open)?;
+    /// let sky = Sky::bands(&[0.0, 45.0, 90.0], &[1, 1])?;
+    /// let row = Sights::new(&scene, 1e-9)?.sky(0, &sky)?;
+    /// // But for arcs of great circles instead of circles of altitude.
+    /// assert!((row.exchange[1] - 0.5).abs() < 0.01);
+    /// assert!((row.exchange[0] + row.exchange[1] - 1.0).abs() < 1e-15);
+    /// assert_eq!(row.exchange[2], 0.0);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError::Face`] for a face that is none, [`SceneError::NoSky`] if the scene is closed.
+    pub fn sky(&self, face: usize, sky: &Sky) -> Result<SkyRow, SceneError> {
+        let own = self.scene.faces.get(face);
+        let own = own.ok_or(SceneError::Face { face })?;
+        if self.scene.enclosure() == Enclosure::Closed {
+            return Err(SceneError::NoSky);
+        }
+        let sheet = Sheet {
+            points: own.polygon(),
+            normal: own.normal,
+            far: false,
+        };
+        let mut row = SkyRow {
+            exchange: alloc::vec![0.0; sky.patches().len() + 1],
+            error: 0.0,
+        };
+        let mut errors = row.exchange.clone();
+        let mut buffers = Buffers::default();
+        for piece in sky.pieces() {
+            let error = self.error * own.area * piece.share;
+            let amount = self.piece(sheet, &piece.corners, error, &mut buffers);
+            let sums = [&mut row.exchange, &mut errors].map(|list| list.get_mut(piece.patch));
+            if let [Some(sum), Some(error)] = sums {
+                *sum += amount.value;
+                *error += amount.error / own.area;
+            }
+        }
+        row.error = errors.into_iter().fold(0.0, |m: f64, e| Real::max(m, e));
+        Ok(row)
+    }
+
+    /// What a face exchanges with a cone of directions.
+    fn piece(
+        &self,
+        own: Sheet<'_>,
+        cone: &[Vector<f64>],
+        error: f64,
+        buffers: &mut Buffers,
+    ) -> Amount {
+        let Buffers {
+            shaft,
+            found,
+            other,
+            ..
+        } = buffers;
+        let above = |d: Vector<f64>| dot(own.normal, d);
+        keep(cone, &above, PARALLEL, other);
+        if other.len() < 3 {
+            return Amount::default();
+        }
+        let cone = Sheet {
+            points: other,
+            normal: own.normal,
+            far: true,
+        };
+        let pair = (own, cone);
+        shaft.enclose(own, cone, self.scene.smallest);
+        match shaft.between(&self.occluders, None, pair, false, found) {
+            Between::Hidden => Amount::default(),
+            Between::Nothing => Amount {
+                value: clear::exchange(own, cone, 0.0, &self.rules),
+                error: 0.0,
+            },
+            Between::Some => {
+                let between = (&self.occluders, found.as_slice());
+                partial::exchange(pair, between, false, error, shaft, &self.rules)
+            }
+        }
+    }
+
+    /// The form factors from a point of a face to the patches of a sky and, last, to the ground: the part that is visible
+    /// is cut out by planes, exact but for rounding.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, Sights, Sky, shapes};
+    ///
+    /// // A block's lid sees the whole sky.
+    /// let block = Scene::new::<f64>(&shapes::block([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Open)?;
+    /// let sights = Sights::new(&block, 1e-9)?;
+    /// let f = sights.sky_of_point(1, [0.3, 0.4, 1.0], &Sky::uniform())?;
+    /// assert!((f[0] - 1.0).abs() < 1e-15 && f[1] == 0.0);
+    /// // A side sees one half of it.
+    /// let f = sights.sky_of_point(2, [0.3, 0.0, 0.4], &Sky::uniform())?;
+    /// assert!((f[0] - 0.5).abs() < 1e-15 && (f[1] - 0.5).abs() < 1e-15);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Sights::sky`].
+    pub fn sky_of_point(
+        &self,
+        face: usize,
+        point: [f64; 3],
+        sky: &Sky,
+    ) -> Result<Vec<f64>, SceneError> {
+        let own = self.scene.faces.get(face);
+        let own = own.ok_or(SceneError::Face { face })?;
+        if self.scene.enclosure() == Enclosure::Closed {
+            return Err(SceneError::NoSky);
+        }
+        let points = [point];
+        let sheet = Sheet {
+            points: &points,
+            normal: own.normal,
+            far: false,
+        };
+        let mut sums = alloc::vec![0.0; sky.patches().len() + 1];
+        let (mut buffers, mut clipper) = (Buffers::default(), Clipper::default());
+        for piece in sky.pieces() {
+            if let Some(sum) = sums.get_mut(piece.patch) {
+                *sum += self.piece_of_point(sheet, &piece.corners, &mut buffers, &mut clipper);
+            }
+        }
+        Ok(sums)
+    }
+
+    fn piece_of_point(
+        &self,
+        own: Sheet<'_>,
+        cone: &[Vector<f64>],
+        buffers: &mut Buffers,
+        clipper: &mut Clipper,
+    ) -> f64 {
+        let Buffers {
+            shaft,
+            found,
+            other,
+            ..
+        } = buffers;
+        let slack = self.scene.smallest;
+        keep(cone, &|d| dot(own.normal, d), PARALLEL, other);
+        if other.len() < 3 {
+            return 0.0;
+        }
+        let cone = Sheet {
+            points: other,
+            normal: own.normal,
+            far: true,
+        };
+        shaft.enclose(own, cone, slack);
+        let between = shaft.between(&self.occluders, None, (own, cone), false, found);
+        if between == Between::Hidden {
+            return 0.0;
+        }
+        let origin = own.points.first().copied().unwrap_or_default();
+        let mut screens: Vec<(Vec<Vector<f64>>, f64)> = Vec::new();
+        for occluder in found.iter().filter_map(|&o| self.occluders.all.get(o as usize)) {
+            let relative: Vec<Vector<f64>> =
+                occluder.points.iter().map(|&p| sub(p, origin)).collect();
+            let mut kept = Vec::new();
+            keep(&relative, &|p| dot(own.normal, p), slack, &mut kept);
+            let height = occluder.height(origin);
+            if kept.len() >= 3 && height.abs() > slack {
+                screens.push((kept, height));
+            }
+        }
+        let screens = screens.iter().map(|(points, height)| (points.as_slice(), *height));
+        clipper.factor(own.normal, cone.points, screens)
+    }
+
     /// A_i F_ij of two faces.
     fn pair(&self, i: usize, j: usize, row: &mut Row, buffers: &mut Buffers) -> f64 {
         let (Some(a), Some(b)) = (self.scene.faces.get(i), self.scene.faces.get(j)) else {
@@ -118,10 +302,12 @@ impl<'a> Sights<'a> {
             Sheet {
                 points: first,
                 normal: a.normal,
+                far: false,
             },
             Sheet {
                 points: second,
                 normal: b.normal,
+                far: false,
             },
         );
         let fronts = self.scene.enclosure() == Enclosure::Closed;
@@ -140,7 +326,7 @@ impl<'a> Sights<'a> {
                     &self.rules,
                 );
                 row.partial += 1;
-                row.error = fredholm_core::Real::max(row.error, amount.error / smaller);
+                row.error = Real::max(row.error, amount.error / smaller);
                 amount.value
             }
         }

@@ -11,6 +11,9 @@
 //! sum over points y of edges, and by Stokes' theorem its integral over x goes along the outline of X_e(y). That is made
 //! of convex polygons by half-planes, and an edge of it has a closed form: one integral along e remains.
 //!
+//! If Q is at infinity, a cone of directions, a point of its edges is a direction ω, an edge is an arc, and the inner integral
+//! becomes that of its limit: −n·(ω × t) times the area of X_e(ω), which shadows by parallel light cut out.
+//!
 //! Coordinates are those of P's plane, which is z = 0, with P's active side above it, in units of the pair's size.
 
 use alloc::vec::Vec;
@@ -18,14 +21,12 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
-use crate::clear::Sheet;
+use crate::clear::{PARALLEL, Sheet};
 use crate::clip::ring;
+use crate::plane::{Half, Point, area, around, at, cut, half};
 use crate::rules::double_area;
 use crate::shaft::Shaft;
 use crate::vector::{Vector, along, centroid, cross, dot, norm, scale, sub, unit};
-
-/// A place in P's plane, as seen from y.
-type Point = [f64; 2];
 
 /// The number of the sheet that is Q.
 pub(crate) const INNER: usize = 0;
@@ -52,6 +53,15 @@ impl Screen {
     pub(crate) fn height(&self, point: Vector<f64>) -> f64 {
         let first = self.points.first().copied().unwrap_or_default();
         dot(self.normal, sub(point, first))
+    }
+
+    /// The height of a point of an edge above the plane; of one at infinity the sine of its direction's angle with it.
+    pub(crate) fn rise(&self, edge: &Edge, t: f64) -> f64 {
+        if edge.far {
+            dot(self.normal, edge.at(t))
+        } else {
+            self.height(edge.at(t))
+        }
     }
 
     /// Where the polygon is, seen from its front, on a part of an edge: none if it is not in the polygon.
@@ -120,6 +130,8 @@ pub(crate) struct Edge {
     pub(crate) touches: Vec<Touch>,
     /// Whether it is one of Q's.
     pub(crate) inner: bool,
+    /// Whether it is at infinity: its points are directions.
+    pub(crate) far: bool,
 }
 
 impl Edge {
@@ -163,9 +175,6 @@ impl Pieces {
     }
 }
 
-/// A half-plane of P's plane: where a·u + b·v + c is not negative.
-type Half = [f64; 3];
-
 /// Buffers, kept from point to point.
 #[derive(Clone, Debug, Default)]
 struct Buffers {
@@ -183,6 +192,8 @@ pub(crate) struct View {
     pub(crate) outer: Vec<Vector<f64>>,
     /// Q, and what may hide it.
     pub(crate) sheets: Vec<Screen>,
+    /// Whether Q is at infinity: its vertices are directions.
+    pub(crate) far: bool,
     /// Whether only what is seen from the front hides.
     pub(crate) fronts: bool,
     /// What is nearer than this to a plane is in it.
@@ -209,17 +220,14 @@ impl View {
         let axis = from_fn(|k| f64::from(u8::from(Some(k) == least)));
         let x = unit(cross(axis, z));
         let y = cross(z, x);
-        let place = |p: &Vector<f64>| {
-            let p = sub(*p, origin);
-            [dot(x, p) / size, dot(y, p) / size, dot(z, p) / size]
-        };
+        let turned = |p: Vector<f64>| [dot(x, p), dot(y, p), dot(z, p)];
+        let place = |p: &Vector<f64>| turned(sub(*p, origin)).map(|x| x / size);
         let list =
             |points: &[Vector<f64>]| -> Vec<Vector<f64>> { points.iter().map(place).collect() };
         let mut own = list(outer.points);
         for p in &mut own {
             p[2] = 0.0;
         }
-        let sheets = core::iter::once(inner.points).chain(screens);
         let screen = |points: &[Vector<f64>]| {
             let own = list(points);
             Screen {
@@ -228,9 +236,19 @@ impl View {
                 parts: ring(points).map(|ends| shaft.part(ends)).collect(),
             }
         };
+        let first = if inner.far {
+            Screen {
+                points: inner.points.iter().map(|&p| turned(p)).collect(),
+                normal: [0.0; 3],
+                parts: inner.points.iter().map(|_| Some([0.0, 1.0])).collect(),
+            }
+        } else {
+            screen(inner.points)
+        };
         Self {
             outer: own,
-            sheets: sheets.map(screen).collect(),
+            sheets: core::iter::once(first).chain(screens.map(screen)).collect(),
+            far: inner.far,
             fronts,
             slack: 4.0 * shaft.slack() / size,
             unit: size,
@@ -244,6 +262,9 @@ impl View {
     /// real line, where h is their distance and α their angle. Parallel edges have the ends only.
     pub(crate) fn distance(&self, edge: &Edge, y: Vector<f64>) -> f64 {
         let mut least = f64::INFINITY;
+        if edge.far {
+            return least;
+        }
         let own = unit(edge.span);
         for [a, b] in ring(&self.outer) {
             let (span, aim) = (sub(b, a), sub(y, a));
@@ -270,6 +291,10 @@ impl View {
         for (own, sheet) in self.sheets.iter().enumerate() {
             for (ends, part) in sheet.between() {
                 let inner = own == INNER;
+                if inner && self.far {
+                    all.extend(arc(ends));
+                    continue;
+                }
                 // Nobody in P sees Q beyond an edge in P's plane.
                 let low = ends[0][2] <= self.slack && ends[1][2] <= self.slack;
                 let span = sub(ends[1], ends[0]);
@@ -285,7 +310,8 @@ impl View {
     }
 
     fn cut_edge(&self, own: usize, ends: [Vector<f64>; 2], all: &mut Vec<Edge>) {
-        let others = || (0..).zip(&self.sheets).filter(|(k, _)| *k != own);
+        let is_near = |k: usize| k != own && !(self.far && k == INNER);
+        let others = || (0..).zip(&self.sheets).filter(move |(k, _)| is_near(*k));
         let mut breaks = Vec::from([0.0, 1.0]);
         others().for_each(|(_, other)| other.breaks(ends, self.slack, &mut breaks));
         breaks.sort_unstable_by(f64::total_cmp);
@@ -317,6 +343,7 @@ impl View {
                     span: scale(span, part[1] - part[0]),
                     touches,
                     inner: own == INNER,
+                    far: false,
                 });
             }
         }
@@ -326,17 +353,25 @@ impl View {
     pub(crate) fn value(&mut self, edge: &Edge, t: f64) -> f64 {
         let y = edge.at(t);
         let length = norm(edge.span);
-        let direction = [edge.span[0] / length, edge.span[1] / length];
         let mut buffers = core::mem::take(&mut self.buffers);
+        if edge.far {
+            let all: Vec<Point> = self.outer.iter().map(|p| [p[0], p[1]]).collect();
+            let hidden = self.hide(&all, edge, y, &mut buffers, &area);
+            self.buffers = buffers;
+            // The angle that belongs to a part of the chord.
+            return hidden * cross(edge.from, edge.span)[2] / (dot(y, y) * length);
+        }
+        let direction = [edge.span[0] / length, edge.span[1] / length];
+        let around = |part: &[Point]| around(part, y[2], direction);
         self.divide(edge, y, &mut buffers);
         let sectors = core::mem::take(&mut buffers.sectors[0]);
         let mut sum = 0.0;
         for (sector, hidden) in sectors.each() {
             if edge.inner {
                 let part = if hidden[0] {
-                    around(sector, y[2], direction)
+                    around(sector)
                 } else {
-                    self.hide(sector, edge, y, &mut buffers, direction)
+                    self.hide(sector, edge, y, &mut buffers, &around)
                 };
                 sum -= part;
                 continue;
@@ -349,8 +384,8 @@ impl View {
             if left == right {
                 continue;
             }
-            let whole = around(sector, y[2], direction);
-            let part = whole - self.hide(sector, edge, y, &mut buffers, direction);
+            let whole = around(sector);
+            let part = whole - self.hide(sector, edge, y, &mut buffers, &around);
             sum += if left { part } else { -part };
         }
         buffers.sectors[0] = sectors;
@@ -374,7 +409,13 @@ impl View {
             && let Some(inner) = self.sheets.first()
         {
             for [a, b] in ring(&inner.points) {
-                cut(own, half(a, b, y), inside, outside);
+                let half = if self.far {
+                    let m = cross(a, b);
+                    [m[0], m[1], -m[2] * y[2]]
+                } else {
+                    half(a, b, y)
+                };
+                cut(own, half, inside, outside);
                 core::mem::swap(own, inside);
             }
         }
@@ -402,14 +443,14 @@ impl View {
         }
     }
 
-    /// The integral along the outline of what is hidden from a sector.
+    /// The measure of what is hidden from a sector.
     fn hide(
         &self,
         sector: &[Point],
         edge: &Edge,
         y: Vector<f64>,
         buffers: &mut Buffers,
-        direction: Point,
+        measure: &dyn Fn(&[Point]) -> f64,
     ) -> f64 {
         let Buffers {
             pieces: [from, to],
@@ -423,12 +464,21 @@ impl View {
         from.push(sector, [false; 2]);
         let mut sum = 0.0;
         for (number, screen) in self.sheets.iter().enumerate().skip(1) {
-            let height = screen.height(y);
-            if height.abs() <= self.slack || edge.touches(number) {
+            let (height, slack) = if edge.far {
+                (dot(screen.normal, y), PARALLEL)
+            } else {
+                (screen.height(y), self.slack)
+            };
+            if height.abs() <= slack || edge.touches(number) {
                 continue;
             }
             halves.clear();
-            halves.extend(ring(&screen.points).map(|ends| self.half(screen, ends, y, height)));
+            let ends = ring(&screen.points);
+            if edge.far {
+                halves.extend(ends.map(|ends| self.far_half(screen, ends, y)));
+            } else {
+                halves.extend(ends.map(|ends| self.half(screen, ends, y, height)));
+            }
             for sign in [1.0, -1.0]
                 .into_iter()
                 .take(if self.fronts { 1 } else { 2 })
@@ -449,7 +499,7 @@ impl View {
                         to.push(outside, hidden);
                         core::mem::swap(own, inside);
                     }
-                    sum += around(own, y[2], direction);
+                    sum += measure(own);
                 }
                 core::mem::swap(from, to);
             }
@@ -465,82 +515,30 @@ impl View {
         }
         half(a, b, y)
     }
-}
 
-/// The half-plane of the points x in P's plane from which the line to y passes the edge on its left, seen from x.
-fn half(a: Vector<f64>, b: Vector<f64>, y: Vector<f64>) -> Half {
-    let m = cross(sub(a, y), sub(b, y));
-    [m[0], m[1], -m[2] * y[2]]
-}
-
-fn at(half: Half, p: Point) -> f64 {
-    half[0] * p[0] + half[1] * p[1] + half[2]
-}
-
-/// Cuts a convex polygon by a half-plane. A part without area has no vertices.
-fn cut(polygon: &[Point], half: Half, inside: &mut Vec<Point>, outside: &mut Vec<Point>) {
-    inside.clear();
-    outside.clear();
-    let Some(&last) = polygon.last() else { return };
-    let (mut before, mut low) = (last, at(half, last));
-    for &p in polygon {
-        let high = at(half, p);
-        if (low < 0.0 && high > 0.0) || (low > 0.0 && high < 0.0) {
-            let t = low / (low - high);
-            let both = [
-                before[0] + t * (p[0] - before[0]),
-                before[1] + t * (p[1] - before[1]),
-            ];
-            inside.push(both);
-            outside.push(both);
-        }
-        if high >= 0.0 {
-            inside.push(p);
-        }
-        if high <= 0.0 {
-            outside.push(p);
-        }
-        (before, low) = (p, high);
-    }
-    for part in [inside, outside] {
-        if part.len() < 3 {
-            part.clear();
-        }
+    /// The half-plane of the points in P's plane from which the line in direction ω passes an edge of a screen on its left.
+    fn far_half(&self, screen: &Screen, [a, b]: [Vector<f64>; 2], w: Vector<f64>) -> Half {
+        let low = w[2] <= PARALLEL && a[2] <= self.slack && b[2] <= self.slack;
+        let m = if low {
+            screen.normal
+        } else {
+            cross(sub(b, a), w)
+        };
+        [m[0], m[1], -dot(m, a)]
     }
 }
 
-/// ∮ ln √(u² + v² + h²) times the cosine with a direction, along the outline of a polygon.
-fn around(polygon: &[Point], h: f64, direction: Point) -> f64 {
-    let Some(&last) = polygon.last() else {
-        return 0.0;
+/// An edge of Q at infinity, from which P is seen.
+fn arc([from, to]: [Vector<f64>; 2]) -> Option<Edge> {
+    let touch = Touch {
+        sheet: INNER,
+        side: Side::Left,
     };
-    let distance = |p: Point| p[0] * p[0] + p[1] * p[1] + h * h;
-    // z² ln z is 0 at 0.
-    let logarithm = |d: f64| if d > 0.0 { 0.5 * Real::ln(d) } else { 0.0 };
-    let mut before = last;
-    let mut first = logarithm(distance(last));
-    let mut sum = 0.0;
-    for &p in polygon {
-        let second = logarithm(distance(p));
-        let span = [p[0] - before[0], p[1] - before[1]];
-        let square = span[0] * span[0] + span[1] * span[1];
-        let cosine = direction[0] * span[0] + direction[1] * span[1];
-        if square > 0.0 && cosine != 0.0 {
-            // The foot of y on the line divides it into z and w.
-            let z = -(before[0] * span[0] + before[1] * span[1]) / square;
-            let w = 1.0 - z;
-            let aside = before[0] * span[1] - before[1] * span[0];
-            let across = Real::sqrt(aside * aside / square + h * h);
-            let length = Real::sqrt(square);
-            let (z, w) = (z * length, w * length);
-            let angle = if across > 0.0 {
-                across * Real::atan2(across * length, across * across - z * w)
-            } else {
-                0.0
-            };
-            sum += cosine / length * (z * first + w * second - length + angle);
-        }
-        (before, first) = (p, second);
-    }
-    sum
+    (cross(from, to)[2].abs() > UPRIGHT).then(|| Edge {
+        from,
+        span: sub(to, from),
+        touches: Vec::from([touch]),
+        inner: true,
+        far: true,
+    })
 }

@@ -1,0 +1,107 @@
+//! Half-planes of P's plane, and integrals over what they cut out.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+
+use crate::vector::{Vector, cross, sub};
+
+/// A place in P's plane, as seen from y.
+pub(crate) type Point = [f64; 2];
+
+/// A half-plane of P's plane: where a·u + b·v + c is not negative.
+pub(crate) type Half = [f64; 3];
+
+/// The half-plane of the points x in P's plane from which the line to y passes the edge on its left, seen from x.
+pub(crate) fn half(a: Vector<f64>, b: Vector<f64>, y: Vector<f64>) -> Half {
+    let m = cross(sub(a, y), sub(b, y));
+    [m[0], m[1], -m[2] * y[2]]
+}
+
+pub(crate) fn at(half: Half, p: Point) -> f64 {
+    half[0] * p[0] + half[1] * p[1] + half[2]
+}
+
+/// Cuts a convex polygon by a half-plane. A part without area has no vertices.
+pub(crate) fn cut(polygon: &[Point], half: Half, inside: &mut Vec<Point>, outside: &mut Vec<Point>) {
+    inside.clear();
+    outside.clear();
+    let Some(&last) = polygon.last() else { return };
+    let (mut before, mut low) = (last, at(half, last));
+    for &p in polygon {
+        let high = at(half, p);
+        if (low < 0.0 && high > 0.0) || (low > 0.0 && high < 0.0) {
+            let t = low / (low - high);
+            let both = [
+                before[0] + t * (p[0] - before[0]),
+                before[1] + t * (p[1] - before[1]),
+            ];
+            inside.push(both);
+            outside.push(both);
+        }
+        if high >= 0.0 {
+            inside.push(p);
+        }
+        if high <= 0.0 {
+            outside.push(p);
+        }
+        (before, low) = (p, high);
+    }
+    for part in [inside, outside] {
+        if part.len() < 3 {
+            part.clear();
+        }
+    }
+}
+
+/// ∮ ln √(u² + v² + h²) times the cosine with a direction, along the outline of a polygon.
+pub(crate) fn around(polygon: &[Point], h: f64, direction: Point) -> f64 {
+    let Some(&last) = polygon.last() else {
+        return 0.0;
+    };
+    let distance = |p: Point| p[0] * p[0] + p[1] * p[1] + h * h;
+    // z² ln z is 0 at 0.
+    let logarithm = |d: f64| if d > 0.0 { 0.5 * Real::ln(d) } else { 0.0 };
+    let mut before = last;
+    let mut first = logarithm(distance(last));
+    let mut sum = 0.0;
+    for &p in polygon {
+        let second = logarithm(distance(p));
+        let span = [p[0] - before[0], p[1] - before[1]];
+        let square = span[0] * span[0] + span[1] * span[1];
+        let cosine = direction[0] * span[0] + direction[1] * span[1];
+        if square > 0.0 && cosine != 0.0 {
+            // The foot of y on the line divides it into z and w.
+            let z = -(before[0] * span[0] + before[1] * span[1]) / square;
+            let w = 1.0 - z;
+            let aside = before[0] * span[1] - before[1] * span[0];
+            let across = Real::sqrt(aside * aside / square + h * h);
+            let length = Real::sqrt(square);
+            let (z, w) = (z * length, w * length);
+            let angle = if across > 0.0 {
+                across * Real::atan2(across * length, across * across - z * w)
+            } else {
+                0.0
+            };
+            sum += cosine / length * (z * first + w * second - length + angle);
+        }
+        (before, first) = (p, second);
+    }
+    sum
+}
+
+/// The area of a convex polygon, whichever way round its vertices are.
+pub(crate) fn area(polygon: &[Point]) -> f64 {
+    let Some((hub, rest)) = polygon.split_first() else {
+        return 0.0;
+    };
+    let to = |p: Point| [p[0] - hub[0], p[1] - hub[1]];
+    let double: f64 = rest
+        .windows(2)
+        .map(|w| {
+            let [u, v] = [to(w[0]), to(w[1])];
+            u[0] * v[1] - u[1] * v[0]
+        })
+        .sum();
+    0.5 * double.abs()
+}
