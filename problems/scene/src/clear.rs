@@ -11,8 +11,18 @@ use crate::vector::{Vector, centroid, dot, norm, sub};
 /// The number of unit roundings that a rule is allowed to be off.
 const ACCURATE: f64 = 3e-14;
 
+/// Unit roundings of places in the integrals along contours.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// At this many radii the contours' differences begin to cost digits, and few points suffice.
 const FAR: f64 = 4.0;
+
+/// An amount and what it may be wrong by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Amount {
+    pub(crate) value: f64,
+    pub(crate) error: f64,
+}
 
 /// The sine of an angle below which a direction is along a plane.
 pub(crate) const PARALLEL: f64 = 1.0 / (1_u64 << 40) as f64;
@@ -35,9 +45,12 @@ impl Sheet<'_> {
 /// A_1 F_12 of two polygons, each wholly on the active side of the other and seeing all of it, to
 /// `error` in F; never below 0. If the second is at infinity all points of the first see the same of it. Otherwise by contours if they are near each other, else by points of which
 /// there are as many as the distance asks for.
-pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) -> f64 {
+pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) -> Amount {
     if b.far {
-        return Real::max(area(a.points) * from_origin(a.normal, b.points), 0.0);
+        return Amount {
+            value: Real::max(area(a.points) * from_origin(a.normal, b.points), 0.0),
+            error: 0.0,
+        };
     }
     let middles = [centroid(a.points), centroid(b.points)];
     let radii = [radius(a.points, middles[0]), radius(b.points, middles[1])];
@@ -45,8 +58,12 @@ pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) ->
     let (large, small) = if radii[0] >= radii[1] { (0, 1) } else { (1, 0) };
     // The distance of the large one's points from the middle of the small one, in radii of this.
     let reach = (apart - radii[large]) / radii[small];
+    let mut rounding = 0.0;
     let value = if reach < FAR {
-        near(a, b, middles[0], radii[0] + radii[1], rules)
+        let size = radii[0] + radii[1];
+        // Places are rounded to the size of both, which moves the edges of the smaller one.
+        rounding = ROUNDING * size * radii[small];
+        near(a, b, middles[0], size, rules)
     } else {
         let gain = reach + Real::sqrt(reach * reach - 1.0);
         let factor = radii[large] * radii[large] / (apart * apart);
@@ -65,7 +82,10 @@ pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) ->
             single(outer, inner, points(gain), rules)
         }
     };
-    Real::max(value, 0.0)
+    Amount {
+        value: Real::max(value, 0.0),
+        error: rounding,
+    }
 }
 
 /// By contours, in units of the polygons' own size.

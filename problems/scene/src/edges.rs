@@ -2,9 +2,9 @@
 
 use fredholm_core::Real;
 
+use crate::clear::Amount;
 use crate::events;
-use crate::partial::Amount;
-use crate::rules::Rules;
+use crate::rules::{Rules, radius};
 use crate::silhouette::{Edge, View};
 use crate::vector::norm;
 
@@ -22,7 +22,7 @@ const NEAR: f64 = 0.02;
 /// How many of such pieces share the error: the ends of some edges.
 const ENDS: f64 = 16.0;
 
-/// What rounding adds to the integrand, whose terms are about 1 in units of the pair's size: halving does not help against it.
+/// What rounding adds to the integrand, whose terms are about P's width: halving does not help against it.
 const ROUNDING: f64 = 1e-15;
 
 /// The most points of one pair.
@@ -34,11 +34,13 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
     let edges = view.edges();
     let length: f64 = edges.iter().map(|edge| norm(edge.span)).sum();
     let scale = view.unit * view.unit / core::f64::consts::TAU;
+    let width = radius(&view.outer, [0.0; 3]);
+    let rounding = ROUNDING * width.min(1.0);
     let mut work = Work {
         view,
         rules,
-        density: Real::max(error / (scale * length), ROUNDING),
-        near: Real::max(error / (scale * ENDS), ROUNDING),
+        density: Real::max(error / (scale * length), rounding),
+        near: Real::max(error / (scale * ENDS), rounding),
         points: 0,
         sum: Amount::default(),
     };
@@ -50,7 +52,7 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
     }
     Amount {
         value: scale * work.sum.value,
-        error: scale * (work.sum.error + ROUNDING * length),
+        error: scale * (work.sum.error + rounding * length),
     }
 }
 

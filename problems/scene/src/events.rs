@@ -61,7 +61,7 @@ impl Line {
         } else if is_direction {
             cross(sub(b, a), y)
         } else {
-            cross(sub(a, y), sub(b, y))
+            cross(sub(a, y), sub(b, a))
         }
     }
 

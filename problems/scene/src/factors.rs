@@ -6,6 +6,7 @@ use fredholm_core::Real;
 
 use crate::scene::Scene;
 use crate::sights::{Row, Sights};
+use crate::sky::SkyFactors;
 use crate::{Enclosure, SceneError};
 
 /// Form factors between all faces of a scene, as a sparse symmetric table of exchange areas
@@ -83,7 +84,9 @@ impl Factors {
         &self.areas
     }
 
-    /// The largest estimated error of a form factor behind an obstacle.
+    /// The largest estimated error of a form factor, rounding included: in a scene of width W a face of width w has some
+    /// 100 roundings times W/w. What is between faces that are hardly further apart than 2⁻⁴⁰ W is not told from nothing,
+    /// and no part of it.
     #[must_use]
     pub const fn error(&self) -> f64 {
         self.error
@@ -298,6 +301,48 @@ impl Groups {
     /// [`SceneError::Length`] if there are not as many emissivities as groups,
     /// [`SceneError::Emissivity`] for one outside (0, 1].
     pub fn script_f(&self, emissivities: &[f64]) -> Result<Vec<f64>, SceneError> {
+        let to = |i: usize, j: usize| {
+            self.factor(i, j) * emissivities.get(j).copied().unwrap_or(f64::NAN)
+        };
+        self.with_reflections(emissivities, self.len(), &to)
+    }
+
+    /// The script-F exchange factors from grey groups to the patches of a sky and, last, to what is below the horizon, which are
+    /// black: row by row, dimensionless.
+    ///
+    /// With those of [`Groups::script_f`] a row's sum is the emissivity of its group, if nobody sees a back.
+    ///
+    /// # Errors
+    /// As [`Groups::script_f`], and [`SceneError::Length`] if `sky` has another number of groups.
+    pub fn script_sky(
+        &self,
+        emissivities: &[f64],
+        sky: &SkyFactors,
+    ) -> Result<Vec<f64>, SceneError> {
+        if sky.len() != self.len() {
+            return Err(SceneError::Length {
+                expected: self.len(),
+                found: sky.len(),
+            });
+        }
+        let patches = sky.patches();
+        let to = |i: usize, k: usize| {
+            if k < patches {
+                sky.factor(i, k)
+            } else {
+                sky.below(i)
+            }
+        };
+        self.with_reflections(emissivities, patches + 1, &to)
+    }
+
+    /// ε (I − F diag(1 − ε))⁻¹ times a matrix with so many columns, row by row.
+    fn with_reflections(
+        &self,
+        emissivities: &[f64],
+        columns: usize,
+        to: &dyn Fn(usize, usize) -> f64,
+    ) -> Result<Vec<f64>, SceneError> {
         let n = self.len();
         if emissivities.len() != n {
             return Err(SceneError::Length {
@@ -309,21 +354,15 @@ impl Groups {
             return Err(SceneError::Emissivity { surface });
         }
         let emissivity = |i: usize| emissivities.get(i).copied().unwrap_or(1.0);
-        // [I − F (1 − ε) | F ε]: row sums of the first half are at least the least emissivity, so no
+        // [I − F (1 − ε) | the matrix]: row sums of the first half are at least the least emissivity, so no
         // pivoting is needed.
-        let width = 2 * n;
+        let own = |i: usize, j: usize| {
+            f64::from(u8::from(i == j)) - self.factor(i, j) * (1.0 - emissivity(j))
+        };
         let mut rows: Vec<Vec<f64>> = (0..n)
             .map(|i| {
-                let own = (0..width).map(|k| {
-                    let j = k % n;
-                    let f = self.factor(i, j);
-                    if k >= n {
-                        f * emissivity(j)
-                    } else {
-                        f64::from(u8::from(i == j)) - f * (1.0 - emissivity(j))
-                    }
-                });
-                own.collect()
+                let right = (0..columns).map(|k| to(i, k));
+                (0..n).map(|j| own(i, j)).chain(right).collect()
             })
             .collect();
         for k in 0..n {

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 
-use crate::clear::{self, Sheet};
+use crate::clear::{self, Amount, Sheet};
 use crate::clip::keep;
 use crate::edges;
 use crate::occluders::{Occluder, Occluders};
@@ -15,13 +15,6 @@ use crate::vector::{Vector, centroid, dot, norm, sub};
 
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
-
-/// An amount and what it may be wrong by.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Amount {
-    pub(crate) value: f64,
-    pub(crate) error: f64,
-}
 
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
@@ -56,8 +49,8 @@ pub(crate) fn exchange(
     let screens = screens.iter().map(Vec::as_slice);
     let mut view = View::new(pair, screens, fronts, shaft, width);
     let mut amount = edges::difference(&mut view, error, rules);
-    amount.error += clear;
-    amount.value += all;
+    amount.error += clear + all.error;
+    amount.value += all.value;
     // What may be nothing is nothing: most such pairs are hidden from each other by several polygons together.
     if !(amount.value > amount.error) {
         amount.value = 0.0;

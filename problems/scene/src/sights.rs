@@ -4,10 +4,10 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 
-use crate::clear::{self, PARALLEL, Sheet};
+use crate::clear::{self, Amount, PARALLEL, Sheet};
 use crate::clip::keep;
 use crate::occluders::Occluders;
-use crate::partial::{self, Amount};
+use crate::partial;
 use crate::rules::{Rules, area};
 use crate::scene::Scene;
 use crate::shaft::{Between, Shaft};
@@ -175,10 +175,7 @@ impl<'a> Sights<'a> {
         shaft.enclose(own, cone, self.scene.smallest);
         match shaft.between(&self.occluders, None, pair, false, found) {
             Between::Hidden => Amount::default(),
-            Between::Nothing => Amount {
-                value: clear::exchange(own, cone, 0.0, &self.rules),
-                error: 0.0,
-            },
+            Between::Nothing => clear::exchange(own, cone, 0.0, &self.rules),
             Between::Some => {
                 let between = (&self.occluders, found.as_slice());
                 partial::exchange(pair, between, false, error, shaft, &self.rules)
@@ -186,8 +183,8 @@ impl<'a> Sights<'a> {
         }
     }
 
-    /// The form factors from a point of a face to the patches of a sky and, last, to the ground: the part that is visible
-    /// is cut out by planes, exact but for rounding.
+    /// The form factors from a point of a face to the patches of a sky and, last, to what is below the horizon: the part
+    /// that is visible is cut out by planes, exact but for rounding.
     ///
     /// ```
     /// use fredholm_scene::{Enclosure, Scene, Sights, Sky, shapes};
@@ -262,7 +259,10 @@ impl<'a> Sights<'a> {
         }
         let origin = own.points.first().copied().unwrap_or_default();
         let mut screens: Vec<(Vec<Vector<f64>>, f64)> = Vec::new();
-        for occluder in found.iter().filter_map(|&o| self.occluders.all.get(o as usize)) {
+        for occluder in found
+            .iter()
+            .filter_map(|&o| self.occluders.all.get(o as usize))
+        {
             let relative: Vec<Vector<f64>> =
                 occluder.points.iter().map(|&p| sub(p, origin)).collect();
             let mut kept = Vec::new();
@@ -272,7 +272,9 @@ impl<'a> Sights<'a> {
                 screens.push((kept, height));
             }
         }
-        let screens = screens.iter().map(|(points, height)| (points.as_slice(), *height));
+        let screens = screens
+            .iter()
+            .map(|(points, height)| (points.as_slice(), *height));
         clipper.factor(own.normal, cone.points, screens)
     }
 
@@ -312,24 +314,24 @@ impl<'a> Sights<'a> {
         );
         let fronts = self.scene.enclosure() == Enclosure::Closed;
         shaft.enclose(pair.0, pair.1, slack);
-        match shaft.between(&self.occluders, None, pair, fronts, found) {
-            Between::Hidden => 0.0,
+        let smaller = a.area.min(b.area);
+        let amount = match shaft.between(&self.occluders, None, pair, fronts, found) {
+            Between::Hidden => return 0.0,
             Between::Nothing => clear::exchange(pair.0, pair.1, self.clear_error(), &self.rules),
             Between::Some => {
-                let smaller = a.area.min(b.area);
-                let amount = partial::exchange(
+                row.partial += 1;
+                partial::exchange(
                     pair,
                     (&self.occluders, found),
                     fronts,
                     self.error * smaller,
                     shaft,
                     &self.rules,
-                );
-                row.partial += 1;
-                row.error = Real::max(row.error, amount.error / smaller);
-                amount.value
+                )
             }
-        }
+        };
+        row.error = Real::max(row.error, amount.error / smaller);
+        amount.value
     }
 
     /// What a form factor with nothing between may be wrong by: such are cheap.

@@ -312,15 +312,20 @@ impl View {
     fn cut_edge(&self, own: usize, ends: [Vector<f64>; 2], all: &mut Vec<Edge>) {
         let is_near = |k: usize| k != own && !(self.far && k == INNER);
         let others = || (0..).zip(&self.sheets).filter(move |(k, _)| is_near(*k));
-        let mut breaks = Vec::from([0.0, 1.0]);
-        others().for_each(|(_, other)| other.breaks(ends, self.slack, &mut breaks));
-        breaks.sort_unstable_by(f64::total_cmp);
         let span = sub(ends[1], ends[0]);
-        let length = norm(span);
+        // What is nearer to each other than the smallest distance is one; no part of the edge is left out.
+        let apart = self.slack / norm(span);
+        if !(apart < 1.0) {
+            return;
+        }
+        let mut breaks = Vec::new();
+        others().for_each(|(_, other)| other.breaks(ends, self.slack, &mut breaks));
+        breaks.retain(|t| (apart..1.0 - apart).contains(t));
+        breaks.sort_unstable_by(f64::total_cmp);
+        breaks.dedup_by(|b, a| *b - *a <= apart);
+        breaks.insert(0, 0.0);
+        breaks.push(1.0);
         for part in breaks.windows(2) {
-            if !((part[1] - part[0]) * length > self.slack) {
-                continue;
-            }
             let at = |t: f64| along(ends[0], t, span);
             let own_ends = [at(part[0]), at(part[1])];
             let mut touches = Vec::from([Touch {

@@ -8,10 +8,6 @@ use fredholm_core::Real;
 use crate::SceneError;
 use crate::vector::{Vector, cross, dot};
 
-/// The angle in degrees between the cuts that the rings of corners have at least: corners 15° apart leave arcs between
-/// them at most 0.25° above their altitude.
-const CUT: f64 = 15.0;
-
 /// The most pieces of a sky. One of 145 patches has 480.
 const MOST: usize = 100_000;
 
@@ -52,7 +48,7 @@ impl Patch {
 /// A convex cone of directions, a part of a patch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Piece {
-    /// The patch; the ground comes after all patches.
+    /// The patch; that below the horizon comes after all patches.
     pub(crate) patch: usize,
     /// One over the number of pieces of the patch.
     pub(crate) share: f64,
@@ -61,7 +57,7 @@ pub(crate) struct Piece {
 }
 
 /// A sky: a surface at infinity around an open scene, above the horizon z = 0, in patches between altitudes and azimuths;
-/// what is below the horizon is the ground.
+/// what is below the horizon is one patch more.
 ///
 /// Patches are spherical polygons, whose edges are arcs of great circles. So a patch is cut out by planes through whatever
 /// point it is seen from, as a polygon is, and what a face sees of it behind obstacles has the same closed forms; patches meet
@@ -91,59 +87,67 @@ impl Sky {
     /// One patch, the whole sky.
     #[must_use]
     pub fn uniform() -> Self {
-        Self::cut(&[0.0, 90.0], &[1], &[0.0, 90.0, 180.0, 270.0, 360.0])
+        Self::cut(&[0.0, 90.0], &[1])
     }
 
     /// Bands between ascending `altitudes` in degrees, from 0 to 90, and in each of them as many patches of equal width as
     /// `sectors` says, from north over east. Patches are numbered band by band.
     ///
     /// # Errors
-    /// [`SceneError::Sky`]: altitudes do not ascend from 0 to 90, there are not as many sectors as bands, a band has none, or
-    /// all together have more than 100,000 pieces.
+    /// As [`Sky::check`].
     pub fn bands(altitudes: &[f64], sectors: &[u32]) -> Result<Self, SceneError> {
+        Self::check(altitudes, sectors)?;
+        Ok(Self::cut(altitudes, sectors))
+    }
+
+    /// Whether there is such a sky, said without making it.
+    ///
+    /// # Errors
+    /// [`SceneError::Sky`]: altitudes do not ascend from 0 to 90, there are not as many sectors as bands, a band has none, or
+    /// all together may have more than 100,000 pieces.
+    pub fn check(altitudes: &[f64], sectors: &[u32]) -> Result<(), SceneError> {
         // Written so that NaN fails.
         let ascending = altitudes.windows(2).all(|w| w[0] < w[1]);
         let whole = altitudes.first() == Some(&0.0) && altitudes.last() == Some(&90.0);
         let matching = sectors.len() + 1 == altitudes.len() && !sectors.contains(&0);
-        let patches = sectors.iter().map(|&n| n as usize);
-        let count = patches.fold(0, usize::saturating_add);
-        if !(ascending && whole && matching) || count > MOST {
-            return Err(SceneError::Sky);
+        let cuts = kinds(sectors)
+            .iter()
+            .fold(24, |sum: usize, &n| sum.saturating_add(n as usize));
+        if ascending && whole && matching && cuts.saturating_mul(sectors.len()) <= MOST {
+            Ok(())
+        } else {
+            Err(SceneError::Sky)
         }
-        let mut cuts: Vec<f64> = (0..=24).map(|k| CUT * f64::from(k)).collect();
-        let mut kinds = sectors.to_vec();
-        kinds.sort_unstable();
-        kinds.dedup();
-        for n in kinds {
+    }
+
+    fn cut(altitudes: &[f64], sectors: &[u32]) -> Self {
+        // From the horizon to the zenith there are no circles to follow.
+        let least = if sectors.len() == 1 { 4 } else { 24 };
+        let mut cuts: Vec<f64> = (0..=least).map(|k| azimuth(k, least)).collect();
+        for n in kinds(sectors) {
             cuts.extend((1..n).map(|k| azimuth(k, n)));
-            if cuts.len() > MOST {
-                return Err(SceneError::Sky);
-            }
         }
         cuts.sort_unstable_by(f64::total_cmp);
         // The same azimuth as another fraction.
         cuts.dedup_by(|b, a| *b - *a <= 1e-9);
-        if cuts.len().saturating_mul(altitudes.len()) > MOST {
-            return Err(SceneError::Sky);
-        }
-        Ok(Self::cut(altitudes, sectors, &cuts))
-    }
-
-    fn cut(altitudes: &[f64], sectors: &[u32], cuts: &[f64]) -> Self {
         let mut sky = Self {
             patches: Vec::new(),
             pieces: Vec::new(),
         };
         for (band, &n) in altitudes.windows(2).zip(sectors) {
             for k in 0..n {
-                sky.patch([band[0], band[1]], [azimuth(k, n), azimuth(k + 1, n)], cuts);
+                sky.patch(
+                    [band[0], band[1]],
+                    [azimuth(k, n), azimuth(k + 1, n)],
+                    &cuts,
+                );
             }
         }
-        let ground = sky.patches.len();
+        let below = sky.patches.len();
         for quarter in 0..4 {
             let [from, to] = [quarter, quarter + 1].map(|k| 90.0 * f64::from(k));
             sky.pieces.push(Piece {
-                patch: ground,
+                patch: below,
                 share: 0.25,
                 corners: Vec::from([direction(to, 0.0), direction(from, 0.0), [0.0, 0.0, -1.0]]),
             });
@@ -155,7 +159,8 @@ impl Sky {
     fn patch(&mut self, altitudes: [f64; 2], azimuths: [f64; 2], cuts: &[f64]) {
         let patch = self.patches.len();
         let mut solid_angle = 0.0;
-        let is_own = |cut: &&[f64]| (azimuths[0]..=azimuths[1]).contains(&(0.5 * (cut[0] + cut[1])));
+        let is_own =
+            |cut: &&[f64]| (azimuths[0]..=azimuths[1]).contains(&(0.5 * (cut[0] + cut[1])));
         let share = 1.0 / cuts.windows(2).filter(is_own).count() as f64;
         for cut in cuts.windows(2).filter(is_own) {
             let [low, high] = altitudes;
@@ -188,6 +193,14 @@ impl Sky {
     pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
+}
+
+/// The different numbers of sectors.
+fn kinds(sectors: &[u32]) -> Vec<u32> {
+    let mut kinds = sectors.to_vec();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds
 }
 
 fn azimuth(k: u32, of: u32) -> f64 {
@@ -231,7 +244,7 @@ fn solid_angle_of(corners: &[Vector<f64>]) -> f64 {
 /// What a face exchanges with the patches of a sky.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SkyRow {
-    /// A_i F_ik of every patch k and, last, of the ground, in the unit of area.
+    /// A_i F_ik of every patch k and, last, of all directions below the horizon, in the unit of area.
     pub exchange: Vec<f64>,
     /// The largest estimated error of a form factor.
     pub error: f64,
@@ -241,7 +254,7 @@ pub struct SkyRow {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyFactors {
     areas: Vec<f64>,
-    /// The number of patches, and the ground.
+    /// The number of patches, and 1 for what is below the horizon.
     width: usize,
     /// Row by row.
     exchange: Vec<f64>,
@@ -297,9 +310,21 @@ impl SkyFactors {
 
     /// The share of what leaves group i evenly and diffusely that goes below the horizon without meeting anything.
     #[must_use]
-    pub fn ground(&self, i: usize) -> f64 {
+    pub fn below(&self, i: usize) -> f64 {
         let at = self.exchange.get((i + 1) * self.width - 1);
         at.copied().unwrap_or(f64::NAN) / self.areas.get(i).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The number of groups.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.areas.is_empty()
     }
 
     /// The number of patches.

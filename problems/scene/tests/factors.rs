@@ -458,12 +458,10 @@ fn a_long_corridor() {
     for length in [1e3, 1e6] {
         let corridor = closed(&shapes::room([0.0; 3], [length, 1.0, 1.0]).surfaces);
         let f = factors(&corridor, 1e-9).unwrap();
+        // An edge's length times the rounding of the other's, per area 1 of an end.
+        assert!(f.error() < 16.0 * length * f64::EPSILON, "{:e}", f.error());
         for (i, sum) in f.row_sums().iter().enumerate() {
-            // An edge's length times the rounding of the other's, per area 1 of an end.
-            assert!(
-                (sum - 1.0).abs() < 16.0 * length * f64::EPSILON,
-                "{i} {sum}"
-            );
+            assert!((sum - 1.0).abs() < f.error(), "{i} {sum}");
         }
         // From an end to a side: nearly a quarter.
         assert!(
@@ -471,6 +469,45 @@ fn a_long_corridor() {
             "{}",
             f.factor(4, 0)
         );
+    }
+}
+
+/// Two boxes beside each other in the middle of a room that is up to 10⁸ times as wide: what walls see of them behind each
+/// other, turned any way. Rounding moves a face's edges by a unit of the room's width, and is in the stated error.
+#[test]
+fn small_boxes_in_a_large_room() {
+    let error = 1e-10;
+    for size in [1e-3, 1e-5, 1e-6, 1e-8] {
+        for seed in 0..3 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut at = || rng.random_range(0.3..0.7);
+            let corner: [f64; 3] = [at(), at(), at()];
+            let step = rng.random_range(1.1..2.0);
+            let mut own = Vec::new();
+            for k in [0.0, 1.0] {
+                let low = [corner[0] + k * step * size, corner[1], corner[2]];
+                let deep = rng.random_range(0.2..1.0);
+                let high = [low[0] + size, low[1] + size * deep, low[2] + size];
+                own.extend(shapes::block(low, high).surfaces);
+            }
+            if seed == 0 {
+                own = triangulated(&own);
+            }
+            let mut all = shapes::room([0.0; 3], [1.0; 3]).surfaces;
+            all.extend(own);
+            let f = factors(&closed(&map(&all, rotation(&mut rng))), error).unwrap();
+            let rounding = 500.0 * f64::EPSILON / size;
+            for (i, sum) in f.row_sums().iter().enumerate() {
+                let off = (sum - 1.0).abs();
+                // A row has the walls and up to six faces of the other box.
+                assert!(off < 12.0 * error + rounding, "{size:e} {seed} {i} {off:e}");
+                assert!(
+                    off < 12.0 * f.error(),
+                    "{size:e} {seed} {i} {off:e} {:e}",
+                    f.error()
+                );
+            }
+        }
     }
 }
 

@@ -48,9 +48,16 @@ fn a_plane_without_obstacles_sees_the_cosine_of_every_patch() {
         let [from, to] = patch.azimuths;
         let pieces = (to - from) / 15.0;
         let [low, high] = patch.altitudes;
-        let upper = if high == 90.0 { 2.0 * half / TAU } else { below(high, half) };
+        let upper = if high == 90.0 {
+            2.0 * half / TAU
+        } else {
+            below(high, half)
+        };
         let exact = pieces * (upper - below(low, half));
-        assert!((exchange / 2.0 - exact).abs() < 1e-15, "{patch:?} {exchange} {exact}");
+        assert!(
+            (exchange / 2.0 - exact).abs() < 1e-15,
+            "{patch:?} {exchange} {exact}"
+        );
         // The middle is in the patch.
         let z = patch.middle()[2].asin().to_degrees();
         assert!(low <= z && z <= high + 1e-12);
@@ -60,10 +67,17 @@ fn a_plane_without_obstacles_sees_the_cosine_of_every_patch() {
     // A wall that looks to the east, the axis x, sees one half of sky and ground each.
     let wall = Polygon::Quad([[0.0; 3], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
     let scene = open(&vec![vec![wall]]);
-    let f = Sights::new(&scene, 1e-9).unwrap().sky(0, &sky).unwrap().exchange;
+    let f = Sights::new(&scene, 1e-9)
+        .unwrap()
+        .sky(0, &sky)
+        .unwrap()
+        .exchange;
     assert!((f[25] - 0.5).abs() < 1e-15);
     // Patches from north to south over east, and none of the west.
-    assert!(f[..6].iter().all(|&f| f > 0.0) && f[6..12].iter().all(|&f| f == 0.0), "{f:?}");
+    assert!(
+        f[..6].iter().all(|&f| f > 0.0) && f[6..12].iter().all(|&f| f == 0.0),
+        "{f:?}"
+    );
     for k in 0..3 {
         assert!((f[k] - f[5 - k]).abs() < 1e-15);
     }
@@ -76,7 +90,10 @@ fn an_open_box_sees_of_the_sky_what_it_would_see_of_a_lid() {
         .map(|k| TAU * f64::from(k) / 7.0)
         .map(|a| [a.cos() - 0.2 * (2.0 * a).sin(), 1.4 * a.sin()])
         .collect();
-    for shape in [shapes::room([0.0; 3], [1.0, 0.7, 2.0]).surfaces, prism(&outline, 0.0, 1.3, true)] {
+    for shape in [
+        shapes::room([0.0; 3], [1.0, 0.7, 2.0]).surfaces,
+        prism(&outline, 0.0, 1.3, true),
+    ] {
         let lid = if shape.len() == 6 { 1 } else { 8 };
         let whole = scene_of::<f64>(&shape, Enclosure::Closed).unwrap();
         let inner = factors(&whole, 1e-9).unwrap().of_surfaces(&whole).unwrap();
@@ -90,7 +107,7 @@ fn an_open_box_sees_of_the_sky_what_it_would_see_of_a_lid() {
                 let exact = inner.factor(from, lid);
                 let sum: f64 = (0..25).map(|k| f.factor(surface, k)).sum();
                 assert!((sum - exact).abs() < 1e-9, "{surface} {sum} {exact}");
-                assert!(f.ground(surface).abs() < 1e-12);
+                assert!(f.below(surface).abs() < 1e-12);
             }
         }
     }
@@ -108,7 +125,9 @@ fn to_sky(scene: &Scene, sky: &Sky, error: f64) -> (SkyFactors, f64) {
         let sky: f64 = row.exchange.iter().sum();
         worst = worst.max((sum + sky / area - 1.0).abs());
     }
-    let groups: Vec<usize> = (0..faces).map(|i| scene.place(i).unwrap().surface).collect();
+    let groups: Vec<usize> = (0..faces)
+        .map(|i| scene.place(i).unwrap().surface)
+        .collect();
     let f = SkyFactors::of_groups(all.areas(), &rows, &groups, scene.surfaces()).unwrap();
     (f, worst)
 }
@@ -151,7 +170,11 @@ fn random_scene(rng: &mut ChaCha8Rng) -> Surfaces {
     if rng.random_bool(0.3) {
         all = standing(rng);
     }
-    if rng.random() { map(&all, rotation(rng)) } else { all }
+    if rng.random() {
+        map(&all, rotation(rng))
+    } else {
+        all
+    }
 }
 
 /// What leaves a face arrives at another, in the sky or on the ground, whatever hides what; patches of a finer sky add up
@@ -159,7 +182,11 @@ fn random_scene(rng: &mut ChaCha8Rng) -> Surfaces {
 /// FREDHOLM_LONG, else 4.
 #[test]
 fn rows_of_open_scenes_close_with_the_sky() {
-    let count = if std::env::var_os("FREDHOLM_LONG").is_some() { 60 } else { 4 };
+    let count = if std::env::var_os("FREDHOLM_LONG").is_some() {
+        60
+    } else {
+        4
+    };
     let error = 1e-9;
     let [coarse, fine] = [
         (&[0.0, 30.0, 90.0][..], &[4, 4][..]),
@@ -191,15 +218,25 @@ fn rows_of_open_scenes_close_with_the_sky() {
                         && (patch.altitudes[0]..patch.altitudes[1]).contains(&height)
                 };
                 let parts: Vec<_> = fine.patches().iter().enumerate().collect();
-                let sum: f64 = parts.iter().filter(inside).map(|p| g.factor(surface, p.0)).sum();
+                let sum: f64 = parts
+                    .iter()
+                    .filter(inside)
+                    .map(|p| g.factor(surface, p.0))
+                    .sum();
                 let own = f.factor(surface, k);
                 apart = apart.max((sum - own).abs());
-                assert!((sum - own).abs() < 4.0 * error, "{seed} {surface} {k}: {sum} {own}");
+                assert!(
+                    (sum - own).abs() < 4.0 * error,
+                    "{seed} {surface} {k}: {sum} {own}"
+                );
                 // From north to east by one sector.
                 let next = k / 4 * 4 + (k + 1) % 4;
                 let other = h.factor(surface, next);
                 apart = apart.max((other - own).abs());
-                assert!((other - own).abs() < 2.0 * error, "{seed} {surface} {k}: {other} {own}");
+                assert!(
+                    (other - own).abs() < 2.0 * error,
+                    "{seed} {surface} {k}: {other} {own}"
+                );
             }
         }
     }
@@ -230,7 +267,10 @@ fn points_see_what_faces_see() {
             });
             let f = sights.sky_of_point(face, at, &sky).unwrap();
             assert!(f.iter().all(|&f| (-1e-15..=1.0).contains(&f)));
-            means.iter_mut().zip(f).for_each(|(m, f)| *m += f / (N * N) as f64);
+            means
+                .iter_mut()
+                .zip(f)
+                .for_each(|(m, f)| *m += f / (N * N) as f64);
         }
         for (k, (mean, exchange)) in means.iter().zip(&row.exchange).enumerate() {
             // The midpoint rule at kinks, each of a point's factors below 0.1.
@@ -253,12 +293,48 @@ fn a_basin() {
     let scene = open(&basin);
     let floor = scene.faces_of(n as usize).unwrap().start;
     let sights = Sights::new(&scene, 1e-9).unwrap();
-    let f = sights.sky_of_point(floor, [0.0; 3], &Sky::uniform()).unwrap();
+    let f = sights
+        .sky_of_point(floor, [0.0; 3], &Sky::uniform())
+        .unwrap();
     // A circle of the same area, but for n⁻⁴.
     let r = (n as f64 / TAU * (TAU / n as f64).sin()).sqrt();
     let exact = r * r / (r * r + 0.64);
     assert!((f[0] - exact).abs() < 1e-6, "{} {exact}", f[0]);
     assert_eq!(f[1], 0.0);
+}
+
+/// What leaves grey surfaces and is not absorbed arrives at the sky or below.
+#[test]
+fn exchange_factors_close_with_the_sky() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let scene = open(&standing(&mut rng));
+    let sights = Sights::new(&scene, 1e-9).unwrap();
+    let sky = bands();
+    let all = factors(&scene, 1e-9).unwrap();
+    let f = all.of_surfaces(&scene).unwrap();
+    let (of_sky, _) = to_sky(&scene, &sky, 1e-9);
+    let emissivities: Vec<f64> = (0..f.len()).map(|_| rng.random_range(0.1..1.0)).collect();
+    let script = f.script_f(&emissivities).unwrap();
+    let outside = f.script_sky(&emissivities, &of_sky).unwrap();
+    assert_eq!(outside.len(), 26 * f.len());
+    for (i, emissivity) in emissivities.iter().enumerate() {
+        let inner: f64 = script[f.len() * i..f.len() * (i + 1)].iter().sum();
+        let outer: f64 = outside[26 * i..26 * (i + 1)].iter().sum();
+        assert!(
+            (inner + outer - emissivity).abs() < 1e-8,
+            "{inner} {outer} {emissivity}"
+        );
+    }
+    let other = SkyFactors::of_groups(all.areas(), &[], &[], 1);
+    assert!(matches!(other, Err(SceneError::Length { .. })));
+    let rows: Vec<_> = (0..scene.faces().len())
+        .map(|i| sights.sky(i, &sky).unwrap())
+        .collect();
+    let one = SkyFactors::of_groups(all.areas(), &rows, &vec![0; rows.len()], 1).unwrap();
+    assert!((0..26).all(|k| one.factor(0, k).is_nan() == (k == 25)));
+    let refused = f.script_sky(&emissivities, &one);
+    let (expected, found) = (f.len(), 1);
+    assert_eq!(refused, Err(SceneError::Length { expected, found }));
 }
 
 #[test]
@@ -282,7 +358,10 @@ fn what_is_no_sky_is_refused() {
     assert_eq!(sights.sky(0, &Sky::uniform()), Err(SceneError::NoSky));
     let scene = open(&cube);
     let sights = Sights::new(&scene, 1e-9).unwrap();
-    assert_eq!(sights.sky(6, &Sky::uniform()), Err(SceneError::Face { face: 6 }));
+    assert_eq!(
+        sights.sky(6, &Sky::uniform()),
+        Err(SceneError::Face { face: 6 })
+    );
     assert_eq!(
         sights.sky_of_point(6, [0.0; 3], &Sky::uniform()),
         Err(SceneError::Face { face: 6 })

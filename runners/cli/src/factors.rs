@@ -45,6 +45,28 @@ pub(crate) struct Space {
     /// The largest error that a form factor between polygons is estimated to have.
     pub(crate) estimated_error: f64,
     pub(crate) seconds: f64,
+    /// Only scenes with a sky have one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sky: Option<SkyTable>,
+}
+
+/// What arrives at a sky.
+#[derive(Debug, Serialize)]
+pub(crate) struct SkyTable {
+    pub(crate) patches: Vec<SkyPatch>,
+    /// Row I: of the energy that leaves surface I, the share that arrives at each patch.
+    pub(crate) factors: Vec<Vec<f64>>,
+    /// The share that goes below the horizon.
+    pub(crate) below: Vec<f64>,
+}
+
+/// A patch of a sky; angles in degrees.
+#[derive(Debug, Serialize)]
+pub(crate) struct SkyPatch {
+    pub(crate) name: String,
+    pub(crate) altitudes: [f64; 2],
+    pub(crate) azimuths: [f64; 2],
+    pub(crate) solid_angle: f64,
 }
 
 /// Runs `factors`.
@@ -183,6 +205,17 @@ impl Factors {
         })
     }
 
+    fn sky(&self) -> Option<&SkyTable> {
+        self.space.as_ref()?.sky.as_ref()
+    }
+
+    /// The shares of a surface that arrive at the sky and below the horizon; none without a sky.
+    fn outside(&self, surface: usize) -> Option<[f64; 2]> {
+        let sky = self.sky()?;
+        let patches = sky.factors.get(surface)?.iter().sum();
+        Some([patches, *sky.below.get(surface)?])
+    }
+
     fn json(&self) -> Result<String, Failure> {
         let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
         text.push('\n');
@@ -203,6 +236,19 @@ impl Factors {
                     .map_err(Failure::run)?;
             }
         }
+        if let Some(sky) = self.sky() {
+            let rows = sky.factors.iter().zip(&sky.below);
+            for (from, (row, below)) in self.surfaces.iter().zip(rows) {
+                let to = sky.patches.iter().map(|patch| patch.name.as_str());
+                let all = to.zip(row).chain([("below", below)]);
+                for (to, factor) in all.filter(|(_, factor)| **factor != 0.0) {
+                    let factor = format!("{factor:?}");
+                    writer
+                        .write_record([from, to, &factor])
+                        .map_err(Failure::run)?;
+                }
+            }
+        }
         let bytes = writer.into_inner().map_err(Failure::run)?;
         String::from_utf8(bytes).map_err(Failure::run)
     }
@@ -216,6 +262,17 @@ impl Factors {
         if let Some(space) = &self.space {
             archive.numbers("areas", &[n], space.areas.iter())?;
             archive.numbers("emissivities", &[n], space.emissivities.iter())?;
+        }
+        if let Some(sky) = self.sky() {
+            let m = sky.patches.len();
+            archive.numbers("sky", &[n, m], sky.factors.iter().flatten())?;
+            archive.numbers("below", &[n], sky.below.iter())?;
+            let bounds = |p: &SkyPatch| {
+                let ([a, b], [c, d]) = (p.altitudes, p.azimuths);
+                [a, b, c, d, p.solid_angle]
+            };
+            let patches: Vec<f64> = sky.patches.iter().flat_map(bounds).collect();
+            archive.numbers("patches", &[m, 5], patches.iter())?;
         }
         archive.finish()
     }
@@ -247,8 +304,11 @@ impl Factors {
     /// Says on stderr how good they are.
     fn remarks(&self, args: &FactorsArgs) {
         let Some(space) = &self.space else { return };
-        let sums = self.factors.iter().map(|row| row.iter().sum::<f64>());
-        if !args.grey && !space.open {
+        let sums = self.factors.iter().enumerate().map(|(k, row)| {
+            let outside = self.outside(k);
+            row.iter().chain(outside.iter().flatten()).sum::<f64>()
+        });
+        if !args.grey && (!space.open || space.sky.is_some()) {
             let off = sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max);
             say(format_args!("row sums: at most {off:.1e} from 1"));
         }
@@ -277,7 +337,12 @@ impl Factors {
             let area = area.map_or_else(String::new, |area| format!("{area:.6}"));
             rows.push(vec![
                 name.clone(),
-                format!("{:.12}", row.iter().sum::<f64>()),
+                format!(
+                    "{:.12}",
+                    row.iter()
+                        .chain(self.outside(k).iter().flatten())
+                        .sum::<f64>()
+                ),
                 area,
             ]);
         }
@@ -292,18 +357,23 @@ impl Factors {
         }
         let mut header = vec!["from \\ to".to_owned()];
         header.extend(self.surfaces.iter().cloned());
+        if self.sky().is_some() {
+            header.extend(["sky".to_owned(), "below".to_owned()]);
+        }
         header.push("sum".to_owned());
         let mut rows = vec![header];
-        for (name, row) in self.surfaces.iter().zip(&self.factors) {
+        for (k, (name, row)) in self.surfaces.iter().zip(&self.factors).enumerate() {
+            let outside = self.outside(k);
+            let all = || row.iter().chain(outside.iter().flatten());
             let mut cells = vec![name.clone()];
-            cells.extend(row.iter().map(|f| {
+            cells.extend(all().map(|f| {
                 if *f == 0.0 {
                     "0".to_owned()
                 } else {
                     format!("{f:.6}")
                 }
             }));
-            cells.push(format!("{:.6}", row.iter().sum::<f64>()));
+            cells.push(format!("{:.6}", all().sum::<f64>()));
             rows.push(cells);
         }
         aligned(&rows)

@@ -1,17 +1,19 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, parse_description};
 use fredholm_plot::SpaceDrawing;
-use fredholm_scene::{Factors as AllFactors, Groups, Row, Scene, Sights};
+use fredholm_scene::{
+    Factors as AllFactors, Groups, Place, Row, Scene, Sights, Sky, SkyFactors, SkyRow,
+};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::args::FactorsArgs;
-use crate::factors::{Factors, Space};
+use crate::factors::{Factors, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, say};
 use crate::file;
 use crate::numbers::aligned;
@@ -46,12 +48,33 @@ pub(crate) fn read(path: &Path) -> Result<Option<SceneFile>, Failure> {
 
 /// The form factors of a scene.
 pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors, Failure> {
+    let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
+    if file.sky.is_some() && args.out.as_ref().is_some_and(is_text) {
+        return Err(Failure::input(
+            "`--out`: View3D's text format has no sky: write .json, .csv or .npz",
+        ));
+    }
     file.open |= args.open;
     let scene = file.scene::<f64>()?;
     let start = Instant::now();
     let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
     refuse_beyond_memory(args, &file, &scene)?;
-    let rows = with_threads(args.threads, || rows(&sights))?;
+    let sky = match &file.sky {
+        Some(bands) => Some(bands.sky().map_err(Failure::run)?),
+        None => None,
+    };
+    let all_rows = |face: usize| {
+        (
+            sights.row(face),
+            sky.as_ref().map(|sky| sights.sky(face, sky)),
+        )
+    };
+    let (rows, of_sky): (Vec<Row>, Vec<_>) =
+        with_threads(args.threads, || rows(scene.faces().len(), &all_rows))?
+            .into_iter()
+            .unzip();
+    let of_sky: Option<Result<Vec<SkyRow>, _>> = of_sky.into_iter().collect();
+    let of_sky = of_sky.transpose().map_err(Failure::run)?;
     let mut all = AllFactors::new(&scene, rows).map_err(Failure::run)?;
     if args.close {
         let off = all
@@ -68,33 +91,47 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
         .iter()
         .map(|s| 1.0 - s.material.reflectance)
         .collect();
-    let (groups, names, emissivities) = if args.faces {
-        let each: Vec<usize> = (0..scene.faces().len()).collect();
-        let groups = all.of_groups(&each, each.len()).map_err(Failure::run)?;
-        let places = each.iter().filter_map(|&f| scene.place(f));
-        let name = |p: fredholm_scene::Place| format!("{} {}", names[p.surface], p.polygon);
-        let names = places.clone().map(name).collect();
-        (groups, names, places.map(|p| own[p.surface]).collect())
+    let places: Vec<Place> = (0..scene.faces().len())
+        .filter_map(|f| scene.place(f))
+        .collect();
+    let (group_of, names, emissivities): (Vec<usize>, Vec<String>, Vec<f64>) = if args.faces {
+        let name = |p: &Place| format!("{} {}", names[p.surface], p.polygon);
+        let emissivities = places.iter().map(|p| own[p.surface]).collect();
+        let each = (0..places.len()).collect();
+        (each, places.iter().map(name).collect(), emissivities)
     } else {
-        (all.of_surfaces(&scene).map_err(Failure::run)?, names, own)
+        (places.iter().map(|p| p.surface).collect(), names, own)
     };
+    let groups = all
+        .of_groups(&group_of, names.len())
+        .map_err(Failure::run)?;
+    let grey = args.grey.then_some(emissivities.as_slice());
+    let sky_table = match (&sky, &of_sky) {
+        (Some(sky), Some(rows)) => {
+            let f = SkyFactors::of_groups(all.areas(), rows, &group_of, names.len());
+            Some(sky_table(sky, &f.map_err(Failure::run)?, &groups, grey)?)
+        }
+        _ => None,
+    };
+    let sky_error = of_sky.iter().flatten().map(|row| row.error);
     Ok(Factors {
-        factors: table(&groups, args.grey.then_some(&emissivities))?,
+        factors: table(&groups, grey)?,
         surfaces: names,
         space: Some(Space {
+            sky: sky_table,
             areas: groups.areas().to_vec(),
             emissivities,
             open: file.open,
             polygons: scene.faces().len(),
             pairs: all.pairs(),
-            estimated_error: all.error(),
+            estimated_error: sky_error.fold(all.error(), f64::max),
             seconds,
         }),
     })
 }
 
 /// Form factors, or exchange factors of grey surfaces, row by row.
-fn table(groups: &Groups, grey: Option<&Vec<f64>>) -> Result<Vec<Vec<f64>>, Failure> {
+fn table(groups: &Groups, grey: Option<&[f64]>) -> Result<Vec<Vec<f64>>, Failure> {
     let n = groups.len();
     match grey {
         Some(emissivities) => {
@@ -105,6 +142,50 @@ fn table(groups: &Groups, grey: Option<&Vec<f64>>) -> Result<Vec<Vec<f64>>, Fail
             .map(|i| (0..n).map(|j| groups.factor(i, j)).collect())
             .collect()),
     }
+}
+
+/// What arrives at the patches of a sky, all reflections of grey surfaces included, and below the horizon.
+fn sky_table(
+    sky: &Sky,
+    factors: &SkyFactors,
+    groups: &Groups,
+    grey: Option<&[f64]>,
+) -> Result<SkyTable, Failure> {
+    let width = factors.patches() + 1;
+    let all: Vec<f64> = match grey {
+        Some(emissivities) => groups
+            .script_sky(emissivities, factors)
+            .map_err(Failure::input)?,
+        None => (0..groups.len())
+            .flat_map(|i| {
+                let patches = (0..width - 1).map(move |k| factors.factor(i, k));
+                patches.chain([factors.below(i)])
+            })
+            .collect(),
+    };
+    let rows = all.chunks_exact(width);
+    let mut names = Vec::new();
+    let (mut band, mut sector, mut low) = (0, 0, f64::NAN);
+    for patch in sky.patches() {
+        if patch.altitudes[0] != low {
+            (band, sector, low) = (band + 1, 0, patch.altitudes[0]);
+        }
+        sector += 1;
+        names.push(format!("sky {band}.{sector}"));
+    }
+    let patches = names.into_iter().zip(sky.patches());
+    Ok(SkyTable {
+        patches: patches
+            .map(|(name, own)| SkyPatch {
+                name,
+                altitudes: own.altitudes,
+                azimuths: own.azimuths,
+                solid_angle: own.solid_angle,
+            })
+            .collect(),
+        factors: rows.clone().map(|row| row[..width - 1].to_vec()).collect(),
+        below: rows.map(|row| row[width - 1]).collect(),
+    })
 }
 
 /// Asked before the work: at worst all faces see each other.
@@ -120,16 +201,19 @@ fn refuse_beyond_memory(
         file.surfaces.len()
     };
     let pairs = faces.saturating_mul(faces) / 2;
+    let patches = file.sky.as_ref().map_or(0, |sky| {
+        sky.sectors.iter().fold(1, |sum, &n| sum + n as usize)
+    });
     let needed = pairs
         .saturating_mul(PAIR)
+        .saturating_add(patches.saturating_mul(8 * faces + PRINTED * printed))
         .saturating_add(printed.saturating_mul(printed).saturating_mul(PRINTED));
     let what = || format!("the form factors of {faces} polygons");
     fredholm::memory::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
 }
 
 /// The rows of all faces, on the threads of the pool, with a bar on a terminal.
-fn rows(sights: &Sights<'_>) -> Vec<Row> {
-    let faces = sights.scene().faces().len();
+fn rows<T: Send>(faces: usize, row: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
     let bar = if std::io::stderr().is_terminal() {
         ProgressBar::with_draw_target(Some(faces as u64), ProgressDrawTarget::stderr_with_hz(10))
     } else {
@@ -145,7 +229,7 @@ fn rows(sights: &Sights<'_>) -> Vec<Row> {
         .into_par_iter()
         .with_max_len(1)
         .map(|face| {
-            let row = sights.row(face);
+            let row = row(face);
             bar.inc(1);
             row
         })
@@ -188,6 +272,10 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
             sights.occluders().to_string(),
         ],
     ];
+    if let Some(sky) = &file.sky {
+        let patches: u64 = sky.sectors.iter().map(|&n| u64::from(n)).sum();
+        rows.push(vec!["sky".to_owned(), format!("{patches} patches")]);
+    }
     for (k, surface) in file.surfaces.iter().enumerate() {
         let area = scene.area(k).map_err(Failure::run)?;
         let polygons = surface.polygons.len();

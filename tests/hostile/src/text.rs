@@ -5,6 +5,7 @@ use fredholm_file::deck::{self, Deck};
 use fredholm_file::formula::{self, Formula, Variables};
 use fredholm_file::scene::SceneFile;
 use fredholm_file::{self as file, InputError, ProblemFile};
+use fredholm_scene::{Factors, Scene, Sights, Sky};
 
 use crate::memory::Bound;
 
@@ -119,9 +120,11 @@ pub fn scene(bytes: &[u8]) {
     }
 }
 
+/// What is asked for behind obstacles.
+const ERROR: f64 = 1e-3;
+
 /// Form factors of what was read, if it makes a scene.
 fn form_factors(file: &SceneFile) {
-    const ERROR: f64 = 1e-3;
     /// The area of the smallest face in squares of the scene's width, above which its sums must be right: what is as small
     /// as the smallest distance that a scene tells, 2^-40 of its width, is not told from nothing.
     const SMALLEST: f64 = 1e-12;
@@ -143,7 +146,29 @@ fn form_factors(file: &SceneFile) {
                 assert!(!is_even || sum < most, "{sum}");
                 assert!(!is_even || file.open || sum > 2.0 - most, "{sum}");
             }
+            if let Some(sky) = &file.sky {
+                let sky = sky.sky().expect("a sky that was checked is one");
+                if sky.patches().len() <= 16 {
+                    sky_factors(&scene, &sky, &factors, is_even);
+                }
+            }
         }
+    }
+}
+
+/// What faces see of a sky: with what they see of each other no more than all.
+fn sky_factors(scene: &Scene, sky: &Sky, factors: &Factors, is_even: bool) {
+    let sights = Sights::new(scene, ERROR).expect("the error is one");
+    for (face, sum) in factors.row_sums().into_iter().enumerate() {
+        let row = sights.sky(face, sky).expect("a scene with a sky is open");
+        assert!(row.exchange.iter().all(|&x| x >= 0.0), "{row:?}");
+        let seen = row.exchange.iter().sum::<f64>() / factors.areas()[face];
+        // Each of 17 patches may be off, too.
+        let most = 1.0 + 33.0 * ERROR;
+        assert!(
+            seen.is_finite() && (!is_even || sum + seen < most),
+            "{sum} {seen}"
+        );
     }
 }
 

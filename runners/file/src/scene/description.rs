@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fredholm_scene::{Material, Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
-use super::{MAX_POLYGONS, SceneFile, SceneSurface, symmetry};
+use super::{MAX_POLYGONS, SceneFile, SceneSurface, sky, symmetry};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -49,12 +49,14 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
     let planes = symmetry::read(&mut problem)?;
+    let sky = sky::read(&mut problem, open.as_ref())?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
         source: &source,
         scene: SceneFile {
-            open: open.is_some_and(|open| open.value),
+            open: sky.is_some() || open.is_some_and(|open| open.value),
+            sky,
             ..SceneFile::default()
         },
         known: HashMap::new(),

@@ -7,6 +7,7 @@ mod description;
 mod obj;
 mod outline;
 mod ply;
+mod sky;
 mod stl;
 mod symmetry;
 mod vs3;
@@ -16,6 +17,8 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
+
+pub use sky::SkyBands;
 
 use crate::{InputError, Source, load};
 
@@ -36,6 +39,8 @@ pub struct SceneFile {
     pub surfaces: Vec<SceneSurface>,
     /// Whether light may leave.
     pub open: bool,
+    /// The sky of an open scene, if the file has one.
+    pub sky: Option<SkyBands>,
     /// Remarks on what was changed while reading, for people.
     pub remarks: Vec<String>,
     /// The files that polygons stand in.

@@ -395,6 +395,44 @@ fn descriptions() {
     wrong("kind = \"scene\"", "kind = \"room\"", 2, "no scene");
 }
 
+#[test]
+fn skies() {
+    let text = "[problem]\nkind = \"scene\"\nsky = \"uniform\"\n[[problem.surface]]\nname = \"a\"\npolygon = [[0, 0, 0], [1, \
+                0, 0], [0, 1, 0]]\n";
+    let own = parse_description("a.toml", text).unwrap();
+    assert!(own.open);
+    assert_eq!(own.sky.unwrap().sky().unwrap().patches().len(), 1);
+    let bands = "sky = { altitudes = [0, 30, 90], sectors = [6, 4] }";
+    let with = |sky: &str| parse_description("a.toml", &text.replace("sky = \"uniform\"", sky));
+    let own = with(bands).unwrap();
+    assert_eq!(own.sky.unwrap().sky().unwrap().patches().len(), 10);
+    assert!(with("open = true").unwrap().sky.is_none());
+    let wrong = |sky: &str, words: &str| {
+        let error = with(sky).expect_err(words).to_string();
+        assert!(error.starts_with("a.toml:"), "{error}");
+        assert!(error.contains(words), "{error}");
+    };
+    wrong("sky = \"blue\"", "must be \"uniform\"");
+    wrong("sky = 1", "a string");
+    wrong("open = false\nsky = \"uniform\"", "closed scene has no sky");
+    wrong("sky = { altitudes = [0, 90] }", "sectors");
+    wrong(&bands.replace("[6, 4]", "[6]"), "2 bands between them");
+    wrong(
+        &bands.replace("[6, 4]", "[6, 0]"),
+        "a number of sectors for each",
+    );
+    wrong(&bands.replace("[6, 4]", "[6, 50000]"), "100000 pieces");
+    wrong(
+        &bands.replace("[0, 30, 90]", "[5, 30, 90]"),
+        "must ascend from 0",
+    );
+    wrong(
+        &bands.replace("[0, 30, 90]", "[0, nan, 90]"),
+        "must ascend from 0",
+    );
+    wrong(&bands.replace("[6, 4]", "[6, 4], colour = 1"), "colour");
+}
+
 /// The template's room is symmetrical in x and in y: a quarter of it has the whole's form factors.
 #[test]
 fn symmetry_planes() {

@@ -13,7 +13,7 @@ pub(crate) const FILES: [&[u8]; 8] = [
 ];
 pub(crate) const DECKS: [&[u8]; 1] = [include_bytes!("../../../../examples/facet.vs2")];
 /// Behind the byte of their format.
-pub(crate) const SCENES: [&[u8]; 8] = [
+pub(crate) const SCENES: [&[u8]; 9] = [
     b"\0o a\nusemtl b\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0.5\nf 1/1/1 2//1 3 4\nf -5 -4 -3 -2 -1\n",
     b"\x01solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
     b"\x02ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face \
@@ -29,6 +29,8 @@ pub(crate) const SCENES: [&[u8]; 8] = [
       f 3 7 8 4\nf 4 8 5 1\n",
     b"\x04[problem]\nkind = \"scene\"\nopen = true\nsymmetry = { x = 0 }\n[[problem.surface]]\nname = \"a\"\npolygon = [[0,0,0],[1,0,0],[0,1,0]]\n\
       rotate = [10, 0, 0]\n[[problem.surface]]\nname = \"b\"\nbox = [[0,0,1],[1,1,2]]\n",
+    b"\x04[problem]\nkind = \"scene\"\nsky = { altitudes = [0, 20, 90], sectors = [3, 1] }\n[[problem.surface]]\nname = \"a\"\nbox \
+      = [[0,0,0],[1,1,2]]\n[[problem.surface]]\nname = \"b\"\npolygon = [[2,0,0],[3,0,0],[3,2,0]]\n",
 ];
 pub(crate) const TABLES: [&[u8]; 3] = [
     include_bytes!("../../../../runners/embedded/firmware/tables/circle_f32.bin"),
