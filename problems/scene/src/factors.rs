@@ -85,7 +85,7 @@ impl Factors {
     }
 
     /// The largest estimated error of a form factor, rounding included: in a scene of width W a face of width w has some
-    /// 100 roundings times W/w. What is between faces that are hardly further apart than 2⁻⁴⁰ W is not told from nothing,
+    /// ten roundings times W/w. What is between faces that are hardly further apart than 2⁻⁴⁰ W is not told from nothing,
     /// and no part of it.
     #[must_use]
     pub const fn error(&self) -> f64 {

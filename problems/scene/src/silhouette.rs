@@ -361,7 +361,7 @@ impl View {
         let mut buffers = core::mem::take(&mut self.buffers);
         if edge.far {
             let all: Vec<Point> = self.outer.iter().map(|p| [p[0], p[1]]).collect();
-            let hidden = self.hide(&all, edge, y, &mut buffers, &area);
+            let hidden = self.hide(&all, edge, y, &mut buffers, area);
             self.buffers = buffers;
             // The angle that belongs to a part of the chord.
             return hidden * cross(edge.from, edge.span)[2] / (dot(y, y) * length);
@@ -376,7 +376,7 @@ impl View {
                 let part = if hidden[0] {
                     around(sector)
                 } else {
-                    self.hide(sector, edge, y, &mut buffers, &around)
+                    self.hide(sector, edge, y, &mut buffers, around)
                 };
                 sum -= part;
                 continue;
@@ -390,7 +390,7 @@ impl View {
                 continue;
             }
             let whole = around(sector);
-            let part = whole - self.hide(sector, edge, y, &mut buffers, &around);
+            let part = whole - self.hide(sector, edge, y, &mut buffers, around);
             sum += if left { part } else { -part };
         }
         buffers.sectors[0] = sectors;
@@ -455,7 +455,7 @@ impl View {
         edge: &Edge,
         y: Vector<f64>,
         buffers: &mut Buffers,
-        measure: &dyn Fn(&[Point]) -> f64,
+        measure: impl Fn(&[Point]) -> f64,
     ) -> f64 {
         let Buffers {
             pieces: [from, to],

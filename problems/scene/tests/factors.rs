@@ -496,7 +496,7 @@ fn small_boxes_in_a_large_room() {
             let mut all = shapes::room([0.0; 3], [1.0; 3]).surfaces;
             all.extend(own);
             let f = factors(&closed(&map(&all, rotation(&mut rng))), error).unwrap();
-            let rounding = 500.0 * f64::EPSILON / size;
+            let rounding = 16.0 * f64::EPSILON / size;
             for (i, sum) in f.row_sums().iter().enumerate() {
                 let off = (sum - 1.0).abs();
                 // A row has the walls and up to six faces of the other box.

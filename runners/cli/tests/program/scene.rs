@@ -118,6 +118,60 @@ fn the_template_has_factors_and_a_picture() {
     assert!(svg.contains(">table</text>"));
 }
 
+/// A plate on the ground beside a wall that is as long as it: what it does not send to the wall leaves.
+const COURT: &str = "[problem]\nkind = \"scene\"\nsky = { altitudes = [0, 40, 90], sectors = [4, 2] }\n\
+[[problem.surface]]\nname = \"plate\"\npolygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nemissivity = 0.7\n\
+[[problem.surface]]\nname = \"wall\"\npolygon = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]\nemissivity = 0.9\n";
+
+#[test]
+fn factors_to_the_sky_in_every_form() {
+    let folder = Folder::new();
+    let file = folder.file("court.toml", COURT);
+    let printed = ended(0, &["factors", &file]);
+    let head = printed.stdout.lines().next().unwrap();
+    let head: Vec<&str> = head.split_whitespace().collect();
+    assert_eq!(head[3..], ["plate", "wall", "sky", "below", "sum"]);
+    // What the plate does not send to the wall goes to the sky: 1 less Howell's C-14.
+    let c_14 = 0.200_043_776_075_403;
+    assert!(printed.stdout.contains("0.799956"), "{}", printed.stdout);
+    assert!(printed.stderr.contains("row sums: at most"), "{}", printed.stderr);
+    let sum = |row: &serde_json::Value| -> f64 {
+        let row = row.as_array().unwrap().iter();
+        row.filter_map(serde_json::Value::as_f64).sum()
+    };
+    let json = ended(0, &["factors", &file, "--json"]).json();
+    let sky = &json["sky"];
+    assert!((sum(&sky["factors"][0]) - (1.0 - c_14)).abs() < 1e-9);
+    let below = sky["below"][1].as_f64().unwrap();
+    let wall = sum(&sky["factors"][1]);
+    assert!((below + wall + c_14 - 1.0).abs() < 1e-9, "{below} {wall}");
+    assert_eq!(sky["patches"][4]["name"], "sky 2.1");
+    assert_eq!(sky["patches"][3]["azimuths"][0], 270.0);
+    // The wall looks to the east.
+    assert!(sky["factors"][1][2].as_f64() == Some(0.0), "{sky}");
+    let grey = ended(0, &["factors", &file, "--grey", "--json"]).json();
+    let own = sum(&grey["factors"][1]) + sum(&grey["sky"]["factors"][1]);
+    let own = own + grey["sky"]["below"][1].as_f64().unwrap();
+    assert!((own - 0.9).abs() < 1e-9, "{own}");
+    let csv = folder.at("factors.csv");
+    ended(0, &["factors", &file, "--out", &csv]);
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(csv.contains("plate,sky 2.2,0.") && csv.contains("wall,below,0."), "{csv}");
+    let arrays = folder.at("factors.npz");
+    ended(0, &["factors", &file, "--out", &arrays]);
+    let arrays = std::fs::read(arrays).unwrap();
+    for name in ["sky.npy", "below.npy", "patches.npy"] {
+        let found = arrays.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(found, "{name}");
+    }
+    let text = folder.at("factors.txt");
+    let refused = ended(2, &["factors", &file, "--out", &text]);
+    assert!(refused.stderr.contains("has no sky"), "{}", refused.stderr);
+    assert!(!std::path::Path::new(&text).exists());
+    let check = ended(0, &["check", &file]);
+    assert!(check.stdout.contains("6 patches"), "{}", check.stdout);
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let folder = Folder::new();
