@@ -274,8 +274,8 @@ pub(crate) struct FactorsArgs {
     /// Scenes: threads; results do not depend on it [default: all cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), .npz (arrays for NumPy), or .txt
-    /// (View3D's text format)
+    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), .npz (arrays for NumPy; with
+    /// --faces a sparse matrix for SciPy), or .txt (View3D's text format)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else

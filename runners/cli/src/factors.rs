@@ -14,6 +14,7 @@ use crate::file::{self, ProblemFile};
 use crate::npz::Archive;
 use crate::numbers::aligned;
 use crate::output::Output;
+use crate::sparse::Rows;
 use crate::{scene, solve};
 
 /// The most surfaces of scenes and rooms of which a table is printed.
@@ -27,7 +28,7 @@ const PAIR: usize = 48;
 pub(crate) struct Factors {
     pub(crate) surfaces: Vec<String>,
     /// Row I: of the energy that leaves surface I, the share that arrives at each.
-    pub(crate) factors: Vec<Vec<f64>>,
+    pub(crate) factors: Rows,
     /// What only scenes in space have.
     #[serde(flatten)]
     pub(crate) space: Option<Space>,
@@ -76,13 +77,11 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         Some(file) => scene::factors(args, file)?,
         None => of_room(args)?,
     };
-    let written = output.map_or(Ok(()), |(format, output)| {
-        output.finish(match format {
-            Format::Json => factors.json()?.into_bytes(),
-            Format::Csv => factors.csv()?.into_bytes(),
-            Format::Npz => factors.npz()?,
-            Format::View3d => factors.view3d().into_bytes(),
-        })
+    let written = output.map_or(Ok(()), |(format, output)| match format {
+        Format::Json => output.finish(factors.json()?),
+        Format::Csv => output.finish_with(|file| factors.csv(file)),
+        Format::Npz => output.finish(factors.npz()?),
+        Format::View3d => output.finish(factors.view3d()),
     });
     let text = if args.json {
         factors.json()?
@@ -199,7 +198,7 @@ impl Factors {
         let entries = form_factors(scene).map_err(Failure::run)?;
         let rows = entries.chunks_exact(n.max(1));
         Ok(Self {
-            factors: rows.map(<[f64]>::to_vec).collect(),
+            factors: Rows::Dense(rows.map(<[f64]>::to_vec).collect()),
             surfaces,
             space: None,
         })
@@ -216,6 +215,13 @@ impl Factors {
         Some([patches, *sky.below.get(surface)?])
     }
 
+    /// The sum of a row, with the sky and what is below the horizon.
+    fn sum(&self, surface: usize) -> f64 {
+        let inside = self.factors.row(surface).map(|(_, factor)| factor);
+        let outside = self.outside(surface);
+        inside.chain(outside.into_iter().flatten()).sum()
+    }
+
     fn json(&self) -> Result<String, Failure> {
         let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
         text.push('\n');
@@ -223,17 +229,13 @@ impl Factors {
     }
 
     /// A line for every factor that is not 0.
-    fn csv(&self) -> Result<String, Failure> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer
-            .write_record(["from", "to", "factor"])
-            .map_err(Failure::run)?;
-        for (from, row) in self.surfaces.iter().zip(&self.factors) {
-            for (to, factor) in self.surfaces.iter().zip(row).filter(|(_, f)| **f != 0.0) {
-                let factor = format!("{factor:?}");
-                writer
-                    .write_record([from, to, &factor])
-                    .map_err(Failure::run)?;
+    fn csv(&self, file: &mut dyn Write) -> std::io::Result<()> {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(["from", "to", "factor"])?;
+        for (i, from) in self.surfaces.iter().enumerate() {
+            for (j, factor) in self.factors.row(i) {
+                let to = self.surfaces.get(j).map_or("", String::as_str);
+                writer.write_record([from, to, &format!("{factor:?}")])?;
             }
         }
         if let Some(sky) = self.sky() {
@@ -242,22 +244,30 @@ impl Factors {
                 let to = sky.patches.iter().map(|patch| patch.name.as_str());
                 let all = to.zip(row).chain([("below", below)]);
                 for (to, factor) in all.filter(|(_, factor)| **factor != 0.0) {
-                    let factor = format!("{factor:?}");
-                    writer
-                        .write_record([from, to, &factor])
-                        .map_err(Failure::run)?;
+                    writer.write_record([from, to, &format!("{factor:?}")])?;
                 }
             }
         }
-        let bytes = writer.into_inner().map_err(Failure::run)?;
-        String::from_utf8(bytes).map_err(Failure::run)
+        writer.flush()
     }
 
     /// Arrays for NumPy.
     fn npz(&self) -> Result<Vec<u8>, Failure> {
         let n = self.surfaces.len();
         let mut archive = Archive::default();
-        archive.numbers("factors", &[n, n], self.factors.iter().flatten())?;
+        match &self.factors {
+            Rows::Dense(rows) => {
+                archive.numbers("factors", &[n, n], rows.iter().flatten())?;
+            }
+            // As `scipy.sparse.load_npz` reads it.
+            Rows::Sparse(sparse) => {
+                archive.word("format", "csr")?;
+                archive.integers("shape", [n as i64; 2].into_iter())?;
+                archive.integers("indptr", sparse.first.iter().map(|&x| x as i64))?;
+                archive.small_integers("indices", &sparse.columns)?;
+                archive.numbers("data", &[sparse.factors.len()], sparse.factors.iter())?;
+            }
+        }
         archive.texts("surfaces", &self.surfaces)?;
         if let Some(space) = &self.space {
             archive.numbers("areas", &[n], space.areas.iter())?;
@@ -295,8 +305,8 @@ impl Factors {
         );
         let mut text = format!("{head:<30}\n");
         text += &joined(&areas);
-        for row in &self.factors {
-            text += &joined(row);
+        for i in 0..n {
+            text += &joined(&self.factors.whole_row(i));
         }
         text + &joined(&emissivities)
     }
@@ -304,10 +314,7 @@ impl Factors {
     /// Says on stderr how good they are.
     fn remarks(&self, args: &FactorsArgs) {
         let Some(space) = &self.space else { return };
-        let sums = self.factors.iter().enumerate().map(|(k, row)| {
-            let outside = self.outside(k);
-            row.iter().chain(outside.iter().flatten()).sum::<f64>()
-        });
+        let sums = (0..self.factors.len()).map(|k| self.sum(k));
         if !args.grey && (!space.open || space.sky.is_some()) {
             let off = sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max);
             say(format_args!("row sums: at most {off:.1e} from 1"));
@@ -332,19 +339,10 @@ impl Factors {
             "sum".to_owned(),
             "area".to_owned(),
         ]];
-        for (k, (name, row)) in self.surfaces.iter().zip(&self.factors).enumerate() {
+        for (k, name) in self.surfaces.iter().enumerate() {
             let area = self.space.as_ref().and_then(|space| space.areas.get(k));
             let area = area.map_or_else(String::new, |area| format!("{area:.6}"));
-            rows.push(vec![
-                name.clone(),
-                format!(
-                    "{:.12}",
-                    row.iter()
-                        .chain(self.outside(k).iter().flatten())
-                        .sum::<f64>()
-                ),
-                area,
-            ]);
+            rows.push(vec![name.clone(), format!("{:.12}", self.sum(k)), area]);
         }
         aligned(&rows)
             + "the factors are too many for a table: write them with `--out FILE.csv`, or use `--json`\n"
@@ -362,7 +360,8 @@ impl Factors {
         }
         header.push("sum".to_owned());
         let mut rows = vec![header];
-        for (k, (name, row)) in self.surfaces.iter().zip(&self.factors).enumerate() {
+        for (k, name) in self.surfaces.iter().enumerate() {
+            let row = self.factors.whole_row(k);
             let outside = self.outside(k);
             let all = || row.iter().chain(outside.iter().flatten());
             let mut cells = vec![name.clone()];
@@ -373,7 +372,7 @@ impl Factors {
                     format!("{f:.6}")
                 }
             }));
-            cells.push(format!("{:.6}", all().sum::<f64>()));
+            cells.push(format!("{:.6}", self.sum(k)));
             rows.push(cells);
         }
         aligned(&rows)

@@ -18,6 +18,7 @@ mod rates;
 mod render;
 mod scene;
 mod solve;
+mod sparse;
 mod table;
 mod threads;
 mod verify;

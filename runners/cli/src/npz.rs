@@ -34,6 +34,27 @@ impl Archive {
         self.add(name, "<f8", shape, bytes)
     }
 
+    /// Adds whole numbers.
+    pub(crate) fn integers(
+        &mut self,
+        name: &str,
+        integers: impl Iterator<Item = i64>,
+    ) -> Result<(), Failure> {
+        let bytes: Vec<u8> = integers.flat_map(i64::to_le_bytes).collect();
+        self.add(name, "<i8", &[bytes.len() / 8], bytes)
+    }
+
+    /// Adds whole numbers below 2³¹.
+    pub(crate) fn small_integers(&mut self, name: &str, numbers: &[u32]) -> Result<(), Failure> {
+        let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        self.add(name, "<i4", &[numbers.len()], bytes)
+    }
+
+    /// Adds one word, as bytes without a dimension.
+    pub(crate) fn word(&mut self, name: &str, word: &str) -> Result<(), Failure> {
+        self.add(name, &format!("|S{}", word.len()), &[], word.into())
+    }
+
     /// Adds texts, all as long as the longest.
     pub(crate) fn texts(&mut self, name: &str, texts: &[String]) -> Result<(), Failure> {
         let longest = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);

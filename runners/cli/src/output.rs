@@ -85,13 +85,20 @@ impl Output {
     }
 
     /// Writes the content and gives the file its name.
-    pub(crate) fn finish(mut self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    pub(crate) fn finish(self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        self.finish_with(|file| file.write_all(content.as_ref()))
+    }
+
+    /// Writes piece by piece what is too large to be kept, and gives the file its name.
+    pub(crate) fn finish_with(
+        mut self,
+        write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<(), Failure> {
         let path = self.path;
         let fail = |error: &dyn core::fmt::Display| {
             Failure::run(format_args!("cannot write {}: {error}", path.display()))
         };
-        self.file
-            .write_all(content.as_ref())
+        write(&mut self.file)
             .and_then(|()| self.file.as_file().sync_all())
             .and_then(|()| open_to_others(&self.file))
             .map_err(|error| fail(&error))?;

@@ -18,6 +18,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::file;
 use crate::numbers::aligned;
 use crate::output::Output;
+use crate::sparse::{Rows, Sparse};
 use crate::threads::with_threads;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
@@ -102,29 +103,38 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     } else {
         (places.iter().map(|p| p.surface).collect(), names, own)
     };
-    let groups = all
-        .of_groups(&group_of, names.len())
-        .map_err(Failure::run)?;
+    let (areas, pairs, error) = (all.areas().to_vec(), all.pairs(), all.error());
     let grey = args.grey.then_some(emissivities.as_slice());
+    let groups = if args.faces {
+        None
+    } else {
+        let groups = all.of_groups(&group_of, names.len());
+        Some(groups.map_err(Failure::run)?)
+    };
     let sky_table = match (&sky, &of_sky) {
         (Some(sky), Some(rows)) => {
-            let f = SkyFactors::of_groups(all.areas(), rows, &group_of, names.len());
-            Some(sky_table(sky, &f.map_err(Failure::run)?, &groups, grey)?)
+            let f = SkyFactors::of_groups(&areas, rows, &group_of, names.len());
+            let groups = groups.as_ref().zip(grey);
+            Some(sky_table(sky, &f.map_err(Failure::run)?, groups)?)
         }
         _ => None,
     };
     let sky_error = of_sky.iter().flatten().map(|row| row.error);
+    let (factors, areas) = match &groups {
+        Some(groups) => (Rows::Dense(table(groups, grey)?), groups.areas().to_vec()),
+        None => (Rows::Sparse(Sparse::new(&all)), areas),
+    };
     Ok(Factors {
-        factors: table(&groups, grey)?,
+        factors,
         surfaces: names,
         space: Some(Space {
             sky: sky_table,
-            areas: groups.areas().to_vec(),
+            areas,
             emissivities,
             open: file.open,
             polygons: scene.faces().len(),
-            pairs: all.pairs(),
-            estimated_error: sky_error.fold(all.error(), f64::max),
+            pairs,
+            estimated_error: sky_error.fold(error, f64::max),
             seconds,
         }),
     })
@@ -148,15 +158,14 @@ fn table(groups: &Groups, grey: Option<&[f64]>) -> Result<Vec<Vec<f64>>, Failure
 fn sky_table(
     sky: &Sky,
     factors: &SkyFactors,
-    groups: &Groups,
-    grey: Option<&[f64]>,
+    grey: Option<(&Groups, &[f64])>,
 ) -> Result<SkyTable, Failure> {
     let width = factors.patches() + 1;
     let all: Vec<f64> = match grey {
-        Some(emissivities) => groups
+        Some((groups, emissivities)) => groups
             .script_sky(emissivities, factors)
             .map_err(Failure::input)?,
-        None => (0..groups.len())
+        None => (0..factors.len())
             .flat_map(|i| {
                 let patches = (0..width - 1).map(move |k| factors.factor(i, k));
                 patches.chain([factors.below(i)])
@@ -195,10 +204,14 @@ fn refuse_beyond_memory(
     scene: &Scene,
 ) -> Result<(), Failure> {
     let faces = scene.faces().len();
-    let printed = if args.faces {
+    // Sparse tables have no zeros, but these do.
+    let has_zeros = |path: &PathBuf| path.extension().is_none_or(|e| e != "csv" && e != "npz");
+    let printed = if !args.faces {
+        file.surfaces.len()
+    } else if args.json || args.out.as_ref().is_some_and(has_zeros) {
         faces
     } else {
-        file.surfaces.len()
+        0
     };
     let pairs = faces.saturating_mul(faces) / 2;
     let patches = file.sky.as_ref().map_or(0, |sky| {
@@ -209,7 +222,12 @@ fn refuse_beyond_memory(
         .saturating_add(patches.saturating_mul(8 * faces + PRINTED * printed))
         .saturating_add(printed.saturating_mul(printed).saturating_mul(PRINTED));
     let what = || format!("the form factors of {faces} polygons");
-    fredholm::memory::refuse_beyond_memory(what, needed, "").map_err(Failure::input)
+    let advice = if printed == faces {
+        "; files .csv and .npz leave out zeros"
+    } else {
+        ""
+    };
+    fredholm::memory::refuse_beyond_memory(what, needed, advice).map_err(Failure::input)
 }
 
 /// The rows of all faces, on the threads of the pool, with a bar on a terminal.

@@ -242,7 +242,10 @@ impl Factors {
             factors::of_file(&self.name, &built_in(&self.name, &self.text)?)?
         };
         let index = |wanted: &str| factors.surfaces.iter().position(|name| name == wanted);
-        let entry = |from, to| factors.factors.get(index(from)?)?.get(index(to)?).copied();
+        let entry = |from, to| {
+            let row = factors.factors.whole_row(index(from)?);
+            row.get(index(to)?).copied()
+        };
         let allowed = Allowed::Difference(self.precision);
         let pairs = self.pairs.iter();
         Ok(pairs

@@ -134,7 +134,11 @@ fn factors_to_the_sky_in_every_form() {
     // What the plate does not send to the wall goes to the sky: 1 less Howell's C-14.
     let c_14 = 0.200_043_776_075_403;
     assert!(printed.stdout.contains("0.799956"), "{}", printed.stdout);
-    assert!(printed.stderr.contains("row sums: at most"), "{}", printed.stderr);
+    assert!(
+        printed.stderr.contains("row sums: at most"),
+        "{}",
+        printed.stderr
+    );
     let sum = |row: &serde_json::Value| -> f64 {
         let row = row.as_array().unwrap().iter();
         row.filter_map(serde_json::Value::as_f64).sum()
@@ -156,7 +160,10 @@ fn factors_to_the_sky_in_every_form() {
     let csv = folder.at("factors.csv");
     ended(0, &["factors", &file, "--out", &csv]);
     let csv = std::fs::read_to_string(csv).unwrap();
-    assert!(csv.contains("plate,sky 2.2,0.") && csv.contains("wall,below,0."), "{csv}");
+    assert!(
+        csv.contains("plate,sky 2.2,0.") && csv.contains("wall,below,0."),
+        "{csv}"
+    );
     let arrays = folder.at("factors.npz");
     ended(0, &["factors", &file, "--out", &arrays]);
     let arrays = std::fs::read(arrays).unwrap();
@@ -197,4 +204,74 @@ fn what_is_wrong_is_said_with_its_place() {
         "{}",
         refused.stderr
     );
+}
+
+/// Between polygons what is not 0 is written, and what is read with its zeros is the same.
+#[test]
+fn sparse_factors_between_polygons() {
+    let folder = Folder::new();
+    let file = folder.file("scene.toml", &ended(0, &["init", "scene"]).stdout);
+    let command = |out: &str| {
+        ended(
+            0,
+            &["factors", &file, "--faces", "--error", "1e-6", "--out", out],
+        )
+    };
+    let [json, csv, arrays] = ["f.json", "f.csv", "f.npz"].map(|name| folder.at(name));
+    for out in [&json, &csv, &arrays] {
+        command(out);
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    let whole: Vec<Vec<f64>> = serde_json::from_value(json["factors"].clone()).unwrap();
+    assert_eq!(whole.len(), 12);
+    for row in &whole {
+        let sum: f64 = row.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{row:?}");
+    }
+    let found: Vec<(usize, usize, f64)> = (0..12)
+        .flat_map(|i| (0..12).map(move |j| (i, j)))
+        .map(|(i, j)| (i, j, whole[i][j]))
+        .filter(|entry| entry.2 != 0.0)
+        .collect();
+    // Neither the ceiling nor the lid sees itself, and half of the sides of a box look away from a wall.
+    assert!(found.len() < 100, "{}", found.len());
+    let csv = std::fs::read_to_string(csv).unwrap();
+    let name = |k: usize| json["surfaces"][k].as_str().unwrap().to_owned();
+    let lines = csv.lines().skip(1).zip(&found);
+    assert_eq!(csv.lines().count(), found.len() + 1);
+    for (line, (i, j, f)) in lines {
+        assert_eq!(line, format!("{},{},{f:?}", name(*i), name(*j)));
+    }
+    let arrays = std::fs::read(arrays).unwrap();
+    // The content of an array, whose head says how long it is.
+    let content = |name: &str, bytes: usize| -> Vec<u8> {
+        let word = format!("{name}.npy");
+        let at = arrays
+            .windows(word.len())
+            .position(|w| w == word.as_bytes());
+        let at = at.unwrap() + word.len() + 8;
+        let head = usize::from(u16::from_le_bytes([arrays[at], arrays[at + 1]]));
+        arrays[at + 2 + head..at + 2 + head + bytes].to_vec()
+    };
+    assert_eq!(content("format", 3), b"csr");
+    let long = |bytes: Vec<u8>| -> Vec<u64> {
+        let words = bytes.chunks_exact(8);
+        words
+            .map(|w| u64::from_le_bytes(w.try_into().unwrap()))
+            .collect()
+    };
+    assert_eq!(long(content("shape", 16)), [12, 12]);
+    let first = long(content("indptr", 8 * 13));
+    let columns = content("indices", 4 * found.len());
+    let data = long(content("data", 8 * found.len()));
+    assert_eq!(first[12], found.len() as u64);
+    for (k, (i, j, f)) in found.iter().enumerate() {
+        assert!((first[*i]..first[*i + 1]).contains(&(k as u64)));
+        assert_eq!(
+            u32::from_le_bytes(columns[4 * k..4 * k + 4].try_into().unwrap()),
+            *j as u32
+        );
+        assert_eq!(f64::from_bits(data[k]), *f);
+    }
 }
