@@ -428,7 +428,7 @@ fn skies() {
     );
     wrong(
         &bands.replace("[0, 30, 90]", "[0, nan, 90]"),
-        "must ascend from 0",
+        "finite number",
     );
     wrong(&bands.replace("[6, 4]", "[6, 4], colour = 1"), "colour");
 }
