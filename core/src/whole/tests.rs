@@ -160,7 +160,7 @@ fn largest_z<const KEPT: usize>(toy: Toy, scores: (Estimator, Form)) -> f64 {
     largest
 }
 
-/// Of 72 values of t with 31 degrees of freedom none is beyond 4.4 but with probability 72 · 1.2·10⁻⁴ = 0.9 %.
+/// Bound of 72 values of t with 31 degrees of freedom: none is beyond it but with probability 72 · 1.2·10⁻⁴ = 0.9 %.
 const T: f64 = 4.4;
 
 #[test]
@@ -176,7 +176,7 @@ fn coefficients_are_those_of_the_error_however_many_states_are_kept() {
     }
 }
 
-/// The same walks with a chain whose states crowd: what the claim of a preserved density is for.
+/// A chain whose states crowd is what the claim of a preserved density is for.
 #[test]
 fn a_chain_that_does_not_keep_the_density_is_biased() {
     let uneven = Toy {

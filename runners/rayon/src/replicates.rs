@@ -46,7 +46,7 @@ pub struct Replicates {
 }
 
 impl Replicates {
-    /// So many replicates without walks.
+    /// Replicates without walks.
     #[must_use]
     pub fn new(job: &dyn WholeJob, replicates: usize) -> Self {
         let unknowns = job.unknowns();

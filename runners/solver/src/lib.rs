@@ -39,4 +39,4 @@ pub use report::Report;
 pub use room::RoomModel;
 pub use solver::{Point, SolveError, Solver};
 pub use sphere::SphereModel;
-pub use whole::{BAND_LEVEL, REPLICATES, WholeFunction, WholeSummary, WholeValue};
+pub use whole::{WholeFunction, WholeSummary, WholeValue};

@@ -21,10 +21,10 @@ pub use summary::WholeSummary;
 
 /// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
 /// normal distribution. More make every value dearer.
-pub const REPLICATES: usize = 64;
+const REPLICATES: usize = 64;
 
 /// The probability with which a band holds at all points together.
-pub const BAND_LEVEL: f64 = 0.95;
+const BAND_LEVEL: f64 = WholeFunction::BAND_LEVEL;
 
 /// The fewest walks of a replicate.
 const LEAST_WALKS: u64 = 16;
@@ -107,6 +107,9 @@ impl Debug for WholeFunction<'_> {
 }
 
 impl WholeFunction<'_> {
+    /// The probability with which a band holds at all points together.
+    pub const BAND_LEVEL: f64 = 0.95;
+
     /// The function's summary.
     #[must_use]
     pub const fn summary(&self) -> &WholeSummary {
@@ -202,7 +205,7 @@ impl<'m> Solver<'m> {
 
     /// The whole function u with its error band, from one set of walks, for circles and cubes. What is asked for otherwise
     /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
-    /// equally many of each of [`REPLICATES`](crate::REPLICATES) replicates; a tolerance is for every point.
+    /// equally many of each of 64 replicates; a tolerance is for every point.
     ///
     /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
     /// walks so far, and its summary says so.

@@ -5,8 +5,8 @@ use core::f64::consts::{PI, TAU};
 
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{
-    BAND_LEVEL, CircleModel, CubeModel, Estimator, Model, Observer, Pairs, Region, Scalar,
-    SolveError, SolveObserver, Solver, SphereModel, Tolerance, WeightFn, WholeFunction,
+    CircleModel, CubeModel, Estimator, Model, Observer, Pairs, Region, Scalar, SolveError,
+    SolveObserver, Solver, SphereModel, Tolerance, WeightFn, WholeFunction,
 };
 
 const LIGHT: Harmonic = Harmonic {
@@ -127,8 +127,8 @@ fn bands_cover() {
 }
 
 fn covers(name: &str, [pointwise, everywhere]: [u32; 2], n: u32) {
-    let least = fewest(n, BAND_LEVEL, 1e-4);
-    let most = n - fewest(n, 1.0 - BAND_LEVEL, 1e-4);
+    let least = fewest(n, WholeFunction::BAND_LEVEL, 1e-4);
+    let most = n - fewest(n, 1.0 - WholeFunction::BAND_LEVEL, 1e-4);
     assert!(
         (least..=most).contains(&pointwise),
         "{name}: {pointwise} of {n}"
