@@ -155,13 +155,13 @@ impl<'p> Opened<'p> {
     }
 
     fn plain(&self, cells: &dyn Partitioned<'_>, walk: &WalkOptions) -> Option<Answer> {
-        cells.check_variance(&walk).ok()?;
+        cells.check_variance(walk).ok()?;
         let walked = self.walks().plain(cells, &self.request(walk), &());
         walked.ok()
     }
 
     fn solved(&self, solved: &Solved<'_>, walk: &WalkOptions) -> Option<Answer> {
-        solved.system.check_variance(&walk).ok()?;
+        solved.system.check_variance(walk).ok()?;
         let walked = solved.walk(&self.walks(), &self.request(walk), &());
         walked.ok()
     }
