@@ -25,8 +25,6 @@ pub struct About {
     pub less_memory: &'static str,
     /// Whether any number of cells will do.
     pub takes_any_cells: bool,
-    /// Whether neighbour equations may have the source F itself: [`Discretisation::exact_source`].
-    pub has_exact_source: bool,
     /// Whether kernel evaluations tell the work; otherwise the clock does.
     pub counts_evaluations: bool,
 }

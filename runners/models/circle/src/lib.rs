@@ -152,7 +152,6 @@ impl Model for CircleModel {
             most_degree: 4,
             less_memory: ": use fewer cells",
             takes_any_cells: false,
-            has_exact_source: false,
             counts_evaluations: true,
         }
     }

@@ -128,7 +128,6 @@ impl Model for CubeModel {
             most_degree: self.most_degree(),
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
             takes_any_cells: false,
-            has_exact_source: true,
             counts_evaluations: true,
         }
     }

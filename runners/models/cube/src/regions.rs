@@ -3,8 +3,10 @@
 use core::iter;
 
 use fredholm_cube::ScalarField as _;
+use fredholm_variance::Quadrature;
 
 use super::CubeModel;
+use super::domain::Domain;
 use super::functions::{WeightOf, Which, with_values};
 use super::mean::mean_of;
 use fredholm_model::{Error, Region};
@@ -58,4 +60,34 @@ impl CubeModel {
         };
         Err(Error::Region { message })
     }
+}
+
+/// The place of a site for people: the part of every axis.
+pub(super) fn place_of<const D: usize>(
+    quadrature: &impl Quadrature<Point = [f64; D]>,
+    domain: &Domain<f64>,
+    site: usize,
+) -> String {
+    let mut places = Vec::new();
+    quadrature.nodes(site, |x, _| {
+        if places.is_empty() {
+            let part = |(axis, &x): (usize, &f64)| {
+                let [low, high] = quarter(x, D).map(|end| domain.coordinate(axis, end));
+                format!("[{low}, {high}]")
+            };
+            places = x.iter().enumerate().map(part).collect();
+        }
+    });
+    places.join(" × ")
+}
+
+/// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
+fn quarter(x: f64, dimension: usize) -> [f64; 2] {
+    let parts = match dimension {
+        1 => 8.0,
+        2 => 4.0,
+        _ => 2.0,
+    };
+    let part = (x * parts).floor().min(parts - 1.0);
+    [part / parts, (part + 1.0) / parts]
 }

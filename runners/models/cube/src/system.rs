@@ -6,14 +6,13 @@ use fredholm_core::{
 };
 use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_variance::{
-    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
-};
+use fredholm_variance::{Density, MeanCoefficients, PairCosts, Start as Begin, VarianceSetup};
 
 use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
+use super::regions::place_of;
 use super::table::Table;
 use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
@@ -402,36 +401,6 @@ impl<const D: usize> CubeSystem<'_, D> {
             [&v, &g],
         ))
     }
-}
-
-/// The place of a site for people: the part of every axis.
-fn place_of<const D: usize>(
-    quadrature: &impl Quadrature<Point = [f64; D]>,
-    domain: &Domain<f64>,
-    site: usize,
-) -> String {
-    let mut places = Vec::new();
-    quadrature.nodes(site, |x, _| {
-        if places.is_empty() {
-            let part = |(axis, &x): (usize, &f64)| {
-                let [low, high] = quarter(x, D).map(|end| domain.coordinate(axis, end));
-                format!("[{low}, {high}]")
-            };
-            places = x.iter().enumerate().map(part).collect();
-        }
-    });
-    places.join(" × ")
-}
-
-/// The part of an axis in which a place lies: an eighth in one dimension, a quarter in two and half of it in more.
-fn quarter(x: f64, dimension: usize) -> [f64; 2] {
-    let parts = match dimension {
-        1 => 8.0,
-        2 => 4.0,
-        _ => 2.0,
-    };
-    let part = (x * parts).floor().min(parts - 1.0);
-    [part / parts, (part + 1.0) / parts]
 }
 
 impl<const D: usize> System for CubeSystem<'_, D> {

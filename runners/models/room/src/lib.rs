@@ -213,7 +213,6 @@ impl Model for RoomModel {
             most_degree: 4,
             less_memory: ADVICE,
             takes_any_cells: true,
-            has_exact_source: false,
             counts_evaluations: false,
         }
     }

@@ -127,7 +127,6 @@ impl Model for SphereModel {
             most_degree: 0,
             less_memory: ": use fewer cells",
             takes_any_cells: true,
-            has_exact_source: false,
             counts_evaluations: true,
         }
     }

@@ -393,7 +393,6 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             most_degree: self.equations.degrees.len() - 1,
             less_memory: ": use fewer cells",
             takes_any_cells: false,
-            has_exact_source: false,
             counts_evaluations: true,
         }
     }

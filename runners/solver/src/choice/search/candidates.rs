@@ -69,22 +69,15 @@ impl Search<'_> {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
         let degrees = open(self.settings.degree, &degrees);
-        let sources: &[bool] = if self.about.has_exact_source {
-            &[false, true]
-        } else {
-            &[false]
-        };
-        let sources = open(self.settings.exact_source, sources);
+        let exact_source = self.settings.exact_source.unwrap_or(false);
         let mut all = vec![self.plain()];
-        for &exact_source in &sources {
-            for &degree in &degrees {
-                all.extend(pairs.iter().map(|&pairs| Setting {
-                    degree,
-                    pairs,
-                    exact_source,
-                    ..self.base()
-                }));
-            }
+        for &degree in &degrees {
+            all.extend(pairs.iter().map(|&pairs| Setting {
+                degree,
+                pairs,
+                exact_source,
+                ..self.base()
+            }));
         }
         for first in all {
             let levels = self.levels(&first, 1);
