@@ -243,12 +243,11 @@ impl Statistics {
 
     /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g). Its error is that of the walks and
     /// that of (v,Φ), which do not depend on each other.
+    // Not a call of its own, nor is the error of (v, Φ) below: the deepest stack of a device is here.
+    #[inline(always)]
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
-        with_error_of_control(
-            self.estimate(&self.zeta, self.scored > 0),
-            self.control_error,
-        )
+        estimate(self.walks, &self.zeta, self.scored > 0, self.control_error)
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
@@ -265,8 +264,8 @@ impl Statistics {
         let mut zeta = self.zeta;
         zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
-        let estimate = estimate(self.walks + other.walks, &zeta, scored);
-        with_error_of_control(estimate, Real::max(self.control_error, other.control_error))
+        let error = Real::max(self.control_error, other.control_error);
+        estimate(self.walks + other.walks, &zeta, scored, error)
     }
 
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
@@ -282,29 +281,26 @@ impl Statistics {
     }
 
     fn estimate(&self, moments: &Moments, scored: bool) -> Estimate {
-        estimate(self.walks, moments, scored)
+        estimate(self.walks, moments, scored, 0.0)
     }
 }
 
-fn estimate(walks: u64, moments: &Moments, scored: bool) -> Estimate {
+/// `control_error` is a standard error besides that of the walks; 0 leaves every bit as it is.
+fn estimate(walks: u64, moments: &Moments, scored: bool, control_error: f64) -> Estimate {
     let std_dev = (walks > 1).then(|| (moments.squares / (walks - 1) as f64).sqrt());
     let std_error = std_dev.filter(|_| scored);
+    let std_error = std_error.map(|deviation| {
+        let error = deviation / (walks as f64).sqrt();
+        if control_error == 0.0 {
+            error
+        } else {
+            (error * error + control_error * control_error).sqrt()
+        }
+    });
     Estimate {
         estimate: moments.mean,
-        std_error: std_error.map(|deviation| deviation / (walks as f64).sqrt()),
+        std_error,
         std_dev,
-    }
-}
-
-/// The estimate with this error of (v, Φ) besides, the bits unchanged if there is none.
-fn with_error_of_control(estimate: Estimate, error: f64) -> Estimate {
-    if error == 0.0 {
-        return estimate;
-    }
-    let both = |walks: f64| (walks * walks + error * error).sqrt();
-    Estimate {
-        std_error: estimate.std_error.map(both),
-        ..estimate
     }
 }
 

@@ -36,7 +36,7 @@ pub enum Estimator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Form {
-    /// η(h, g), (9) of Heinrich 1995: a score of G has the weight H_l. Where h ≠ k the difference multiplies what the
+    /// η(h, g), as in (10) of Heinrich 1995: a score of G has the weight H_l. Where h ≠ k the difference multiplies what the
     /// walk scores at its end, and with it the noise of that.
     #[default]
     Product,
@@ -47,7 +47,8 @@ pub enum Form {
     /// ```
     ///
     /// and a step is made with density p. Where h ≠ k the difference multiplies v(x_{l+1}), the mean of what the walk
-    /// scores from there on, without the noise. A variance that is finite for plain walks is finite here, whatever h.
+    /// scores from there on, without the noise. Where plain walks have a finite variance, so has this form if
+    /// ∫ (k − h)² p dμ(y) is bounded: nothing is asked of the spectral radius of T_h²p. Not in the paper.
     Residual,
 }
 
@@ -129,7 +130,11 @@ where
         let k = equation.kernel(&x.point, &y.point);
         let h = neighbour.kernel(&x, &y, k);
         if is_residual {
-            walk.control += weight_h * (h - k) * neighbour.value(&y);
+            let difference = h - k;
+            // On pointwise pairs nobody asks for v.
+            if difference != zero() {
+                walk.control += weight_h * difference * neighbour.value(&y);
+            }
             weight_h *= k;
         } else {
             weight_h *= h;

@@ -119,7 +119,9 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             state.step = match form {
                 Form::Product => [k, h],
                 Form::Residual => {
-                    state.own[1] += (h - k) * neighbour.value(&y);
+                    if h != k {
+                        state.own[1] += (h - k) * neighbour.value(&y);
+                    }
                     [k, k]
                 }
             };

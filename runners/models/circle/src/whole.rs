@@ -8,7 +8,7 @@ use fredholm_core::whole::{BasisScores, Scores, WholeTask};
 use fredholm_core::{Located, Real, Source};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, IMAGE_HEAD, Region, Scalar, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+    Error, IMAGE_HEAD, Region, WholeField, WholeRequest, WholeSystem, WithWholeJob, in_scalar,
     refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
@@ -96,10 +96,7 @@ impl<'m> WholeSystem<'m> for CircleWhole<'m> {
     }
 
     fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
-        match self.system.cut.scalar {
-            Scalar::F32 => self.walks_in::<f32>(request, then),
-            Scalar::F64 => self.walks_in::<f64>(request, then),
-        }
+        in_scalar!(self.system.cut.scalar, F => self.walks_in::<F>(request, then))
     }
 
     fn field(

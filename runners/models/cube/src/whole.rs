@@ -7,7 +7,7 @@ use fredholm_core::{Form, Source};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, Region, Request, Scalar, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+    Error, Region, Request, WholeField, WholeRequest, WholeSystem, WithWholeJob, in_scalar,
     refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
@@ -140,10 +140,7 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
     }
 
     fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
-        match self.system.cut.scalar {
-            Scalar::F32 => self.walks_in::<f32>(request, then),
-            Scalar::F64 => self.walks_in::<f64>(request, then),
-        }
+        in_scalar!(self.system.cut.scalar, F => self.walks_in::<F>(request, then))
     }
 
     fn field(
