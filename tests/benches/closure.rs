@@ -7,7 +7,7 @@ use std::time::Instant;
 use fredholm::model::Request;
 use fredholm::{CubeModel, Goal, Model, Partitioned, Region, Settings, System};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Partition, Piecewise};
-use fredholm_core::{Goals, Job, Real, RunOptions, WalkOptions};
+use fredholm_core::{Form, Goals, Job, Real, RunOptions, WalkOptions};
 use fredholm_cube::{Cube, KernelFn, Mean, Rule, ScalarField, table};
 use fredholm_rayon::run;
 
@@ -58,8 +58,12 @@ fn walked(job: &dyn Job) -> (f64, u64) {
 }
 
 /// Hands out the job of the mean, by the trait.
-fn by_trait<K, const D: usize>(kernel: K, per_axis: usize, then: &mut dyn FnMut(&dyn Job))
-where
+fn by_trait<K, const D: usize>(
+    kernel: K,
+    per_axis: usize,
+    form: Form,
+    then: &mut dyn FnMut(&dyn Job),
+) where
     K: KernelFn<f64, D> + Copy + Sync,
 {
     let cube = Cube::<f64, D, _, _>::new(kernel, Rising, per_axis, ABSORPTION).unwrap();
@@ -76,19 +80,19 @@ where
         functional: Mean,
         control_mean: Some(Mean::of(vectors.v())),
     }];
-    then(&Goals::new(
-        &cube,
-        &neighbour,
-        &goals,
-        WalkOptions::default(),
-    ));
+    let walk = WalkOptions {
+        form,
+        ..WalkOptions::default()
+    };
+    then(&Goals::new(&cube, &neighbour, &goals, walk));
 }
 
 /// Hands out the same job, by a closure.
-fn by_closure(model: &CubeModel, per_axis: usize, then: &mut dyn FnMut(&dyn Job)) {
+fn by_closure(model: &CubeModel, per_axis: usize, form: Form, then: &mut dyn FnMut(&dyn Job)) {
     let settings = Settings {
         cells: Some(per_axis),
         absorption: Some(ABSORPTION),
+        form: Some(form),
         ..Settings::default()
     };
     let goals = [Goal {
@@ -119,25 +123,27 @@ where
         move |x, y| kernel.kernel(x, y),
         |x| ScalarField::<f64, D>::value(&Rising, x),
     );
-    by_trait::<K, D>(kernel, per_axis, &mut |by_trait| {
-        by_closure(&model, per_axis, &mut |by_closure| {
-            // The same walks, to the bit.
-            assert_eq!(walked(by_trait), walked(by_closure));
-            let mut least = [f64::INFINITY; 2];
-            for _ in 0..ROUNDS {
-                for (least, job) in least.iter_mut().zip([by_trait, by_closure]) {
-                    let start = Instant::now();
-                    let (_, states) = black_box(walked(black_box(job)));
-                    *least = least.min(start.elapsed().as_secs_f64() * 1e9 / states as f64);
+    for form in [Form::Product, Form::Residual] {
+        by_trait::<K, D>(kernel, per_axis, form, &mut |by_trait| {
+            by_closure(&model, per_axis, form, &mut |by_closure| {
+                // The same walks, to the bit.
+                assert_eq!(walked(by_trait), walked(by_closure));
+                let mut least = [f64::INFINITY; 2];
+                for _ in 0..ROUNDS {
+                    for (least, job) in least.iter_mut().zip([by_trait, by_closure]) {
+                        let start = Instant::now();
+                        let (_, states) = black_box(walked(black_box(job)));
+                        *least = least.min(start.elapsed().as_secs_f64() * 1e9 / states as f64);
+                    }
                 }
-            }
-            let [by_trait, by_closure] = least;
-            let ratio = by_closure / by_trait;
-            println!(
-                "{name}, d = {D}: {by_trait:.2} ns by trait, {by_closure:.2} ns as a closure, ratio {ratio:.3}"
-            );
+                let [by_trait, by_closure] = least;
+                let ratio = by_closure / by_trait;
+                println!(
+                    "{name}, d = {D}, {form:?}: {by_trait:.2} ns by trait, {by_closure:.2} ns as a closure, ratio {ratio:.3}"
+                );
+            });
         });
-    });
+    }
 }
 
 fn main() {
