@@ -1,0 +1,332 @@
+"""Results: plain data with arrays, tables and pictures."""
+
+from __future__ import annotations
+
+import html
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.axes import Axes
+
+__all__ = ["Diagnosis", "Factors", "Field", "Prediction", "Result", "Sweep", "Value"]
+
+Array = npt.NDArray[np.float64]
+
+#: Half of the width of an interval of 95 % in standard errors.
+NORMAL = 1.96
+
+
+def _number(x: Optional[float]) -> float:
+    return float("nan") if x is None else float(x)
+
+
+@dataclass(frozen=True)
+class Value:
+    """An estimate of one functional of u.
+
+    Attributes
+    ----------
+    name : str
+        The name of the target.
+    value : float
+        The preconditioned estimate, in the unit of u.
+    std_error : float
+        The standard error of the estimate; NaN if there were too few walks for one.
+    plain, plain_std_error : float
+        The estimate of the same walks without a control variate, and the standard error.
+    galerkin : float
+        The Galerkin solution, of unknown error.
+    walks : int
+        The number of walks.
+    unit : str or None
+        The unit of u, if it has one.
+    raw : dict
+        Everything that the report says of the target.
+    """
+
+    name: str
+    value: float
+    std_error: float
+    plain: float
+    plain_std_error: float
+    galerkin: float
+    walks: int
+    unit: Optional[str]
+    raw: dict[str, Any] = field(repr=False)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval that holds the true value with probability 95 %."""
+        half = NORMAL * self.std_error
+        return self.value - half, self.value + half
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.name} = {self.value:.10g} ± {self.std_error:.2g}{unit}"
+
+    @staticmethod
+    def of(target: dict[str, Any]) -> Value:
+        """The value that a report says of a target."""
+        own, plain = target["preconditioned"], target["plain"]
+        return Value(
+            name=target["name"],
+            value=_number(own["estimate"]),
+            std_error=_number(own["std_error"]),
+            plain=_number(plain["estimate"]),
+            plain_std_error=_number(plain["std_error"]),
+            galerkin=_number(target.get("galerkin")),
+            walks=int(target["walks"]),
+            unit=own.get("unit"),
+            raw=target,
+        )
+
+
+class Result:
+    """Estimates of all targets, with their errors.
+
+    ``result["mean"]`` and ``result[0]`` are a :class:`Value`; ``result.values`` and ``result.std_errors`` are arrays.
+
+    Attributes
+    ----------
+    names : list of str
+        The names of the targets; points of a grid are numbered.
+    values, std_errors : numpy.ndarray
+        The estimates and their standard errors, one for each target.
+    reached : bool
+        Whether the walks went on to their end, or to the error that was asked for.
+    """
+
+    def __init__(self, report: dict[str, Any], table: str, drawing: Optional[dict[str, Any]] = None) -> None:
+        self._report = report
+        self._table = table
+        self._drawing = drawing
+        self._values = [Value.of(target) for target in report["targets"]]
+        self.names = [value.name for value in self._values]
+        self.values: Array = np.array([value.value for value in self._values])
+        self.std_errors: Array = np.array([value.std_error for value in self._values])
+        self.reached: bool = report["stop"] == "done"
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __iter__(self) -> Iterator[Value]:
+        return iter(self._values)
+
+    def __getitem__(self, key: Union[str, int]) -> Value:
+        if isinstance(key, str):
+            try:
+                return self._values[self.names.index(key)]
+            except ValueError:
+                raise KeyError(f"there is no target {key!r}: there are {', '.join(self.names)}") from None
+        return self._values[key]
+
+    def table(self) -> str:
+        """The table that the program prints."""
+        return self._table
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything that the report has: the program's JSON."""
+        return dict(self._report)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row for each target; needs pandas."""
+        import pandas
+
+        columns = ["value", "std_error", "plain", "plain_std_error", "galerkin", "walks"]
+        rows = [[getattr(value, column) for column in columns] for value in self._values]
+        frame = pandas.DataFrame(rows, columns=columns, index=pandas.Index(self.names, name="target"))
+        places = self._places()
+        if places is not None:
+            for axis, x in enumerate(places.T):
+                frame.insert(axis, f"x{axis + 1}", x)
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset along the dimension ``target``; needs xarray."""
+        import xarray
+
+        variables: dict[str, Any] = {
+            "value": ("target", self.values),
+            "std_error": ("target", self.std_errors),
+            "plain": ("target", np.array([value.plain for value in self._values])),
+            "plain_std_error": ("target", np.array([value.plain_std_error for value in self._values])),
+            "galerkin": ("target", np.array([value.galerkin for value in self._values])),
+        }
+        coordinates: dict[str, Any] = {"target": self.names}
+        places = self._places()
+        if places is not None:
+            for axis, x in enumerate(places.T):
+                coordinates[f"x{axis + 1}"] = ("target", x)
+        kept = {k: v for k, v in self._report.items() if isinstance(v, (str, int, float))}
+        return xarray.Dataset(variables, coordinates, attrs=kept)
+
+    def _places(self) -> Optional[Array]:
+        """The coordinates of all targets, if all are points of one space."""
+        places: list[Any] = [value.raw.get("at") for value in self._values]
+        if any(place is None or isinstance(place, dict) for place in places) or not places:
+            return None
+        return np.array([np.atleast_1d(place) for place in places], dtype=np.float64)
+
+    def plot(self, ax: Optional[Axes] = None) -> Axes:
+        """Draws the estimates with intervals of 95 %; needs matplotlib.
+
+        Points along a line are a curve with a band, points of two coordinates a map, surfaces of a room the room in the
+        colours of their means, all else points with error bars.
+        """
+        from .pictures import plot_result
+
+        return plot_result(self, ax)
+
+    def __repr__(self) -> str:
+        return self._table.rstrip()
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{name}</th>" for name in ["target", "value", "± error", "plain", "± error", "Galerkin", "walks"])
+        rows = []
+        for value in self._values:
+            cells = [
+                html.escape(value.name),
+                f"<b>{value.value:.10g}</b>",
+                f"{value.std_error:.2g}",
+                f"{value.plain:.6g}",
+                f"{value.plain_std_error:.2g}",
+                f"{value.galerkin:.8g}",
+                f"{value.walks:,}",
+            ]
+            rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+        told = self._report
+        note = f"{told['problem']}, {told['cells']} cells, degree {told['degree']}, {told['pairs']} pairs, seed {told['seed']}"
+        state = "" if self.reached else f" <b>{html.escape(str(told['stop']))}</b>"
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table><small>{html.escape(note)}{state}</small>"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The settings that would be chosen for an error, with their time; ``raw`` is everything that is known of them."""
+
+    cells: int
+    degree: int
+    pairs: str
+    absorption: float
+    estimator: str
+    seconds: float
+    walks: float
+    raw: dict[str, Any] = field(repr=False)
+
+    @staticmethod
+    def of(text: str) -> Optional[Prediction]:
+        """The prediction in a report; None if nothing was open."""
+        raw = json.loads(text)
+        if raw is None:
+            return None
+        seconds = raw["predicted_setup_seconds"] + raw["predicted_walk_seconds"]
+        return Prediction(
+            cells=raw["cells"],
+            degree=raw["degree"],
+            pairs=raw["pairs"],
+            absorption=raw["absorption"],
+            estimator=raw["estimator"],
+            seconds=seconds,
+            walks=raw["predicted_walks"],
+            raw=raw,
+        )
+
+
+class _Report:
+    """A report with a text for people."""
+
+    def __init__(self, text: str, table: str) -> None:
+        self._raw: dict[str, Any] = json.loads(text)
+        self._table = table
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything that the report has."""
+        return dict(self._raw)
+
+    def __repr__(self) -> str:
+        return self._table.rstrip()
+
+
+class Diagnosis(_Report):
+    """Predicted variances, and what limits them."""
+
+    @property
+    def std_devs(self) -> dict[str, float]:
+        """The predicted standard deviation of a walk, by the name of the target; NaN where it is infinite."""
+        return {t["name"]: _number(t["preconditioned"]) for t in self._raw["targets"]}
+
+
+class Sweep(_Report):
+    """How the standard deviation of the mean falls with the number of cells."""
+
+    @property
+    def cells(self) -> Array:
+        """The numbers of cells."""
+        return np.array([row["cells"] for row in self._raw["rows"]], dtype=float)
+
+    @property
+    def std_devs(self) -> Array:
+        """The standard deviation of a preconditioned walk, by the number of cells."""
+        return np.array([_number(row["std_dev"]) for row in self._raw["rows"]])
+
+
+@dataclass(frozen=True)
+class Field:
+    """The whole function u at points, from one set of walks.
+
+    Attributes
+    ----------
+    points : numpy.ndarray
+        The coordinates, a row for each point.
+    values, std_errors : numpy.ndarray
+        The estimates and their standard errors.
+    bands : numpy.ndarray
+        Half of the width of the band that holds at all points together with probability 95 %.
+    iterates : numpy.ndarray
+        The deterministic part F + T_K v, without an error bar.
+    summary : dict
+        How it was computed.
+    """
+
+    points: Array
+    values: Array
+    std_errors: Array
+    bands: Array
+    iterates: Array
+    summary: dict[str, Any] = field(repr=False)
+
+    def plot(self, ax: Optional[Axes] = None) -> Axes:
+        """Draws the curve with its band, or the map; needs matplotlib."""
+        from .pictures import plot_points
+
+        return plot_points(self.points, self.values, self.bands, ax)
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Form factors: of the energy that leaves surface I, ``matrix[I, J]`` is the share that arrives at J.
+
+    ``areas`` and ``error`` are those of scenes in space: areas of the surfaces, and the largest error that a form factor
+    between two polygons is estimated to have.
+    """
+
+    names: list[str]
+    matrix: Array
+    areas: Optional[Array] = None
+    error: Optional[float] = None
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with rows and columns of names; needs pandas."""
+        import pandas
+
+        return pandas.DataFrame(self.matrix, index=self.names, columns=self.names)

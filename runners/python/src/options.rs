@@ -1,0 +1,120 @@
+//! Options of a call, in place of what the file says.
+
+use core::time::Duration;
+
+use fredholm::Choices;
+use fredholm_file::{Placed, ProblemFile};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::failure::exception;
+
+/// An option that is given and not `None`.
+fn given<'py, T: for<'a> FromPyObject<'a, 'py>>(
+    options: &Bound<'py, PyDict>,
+    name: &str,
+) -> PyResult<Option<T>> {
+    let py = options.py();
+    match options.get_item(name)?.filter(|value| !value.is_none()) {
+        None => Ok(None),
+        Some(value) => value.extract().map(Some).map_err(|_| {
+            let kind = core::any::type_name::<T>();
+            let wanted = match kind {
+                "f64" => "a number",
+                "bool" => "True or False",
+                "u64" | "usize" => "a whole number, 0 or more",
+                _ => "a word",
+            };
+            let text = value
+                .repr()
+                .map_or_else(|_| "?".to_owned(), |text| text.to_string());
+            exception(
+                py,
+                "InputError",
+                format!("{name} = {text}: it must be {wanted}"),
+            )
+        }),
+    }
+}
+
+/// One of few words.
+fn word<T: Choices>(options: &Bound<'_, PyDict>, name: &str) -> PyResult<Option<T>> {
+    let Some(word) = given::<String>(options, name)? else {
+        return Ok(None);
+    };
+    let Some(value) = T::of_word(&word) else {
+        let all: Vec<&str> = T::ALL.iter().map(|choice| choice.word).collect();
+        let message = format!("{name} = {word:?}: it must be one of {}", all.join(", "));
+        return Err(exception(options.py(), "InputError", message));
+    };
+    Ok(Some(value))
+}
+
+fn set<T>(to: &mut Placed<T>, name: &'static str, value: Option<T>) {
+    if let Some(value) = value {
+        *to = Placed::flag(name, value);
+    }
+}
+
+/// Puts the options in the place of the file's values.
+pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> PyResult<()> {
+    if let Some(cells) = given(options, "cells")? {
+        file.galerkin.cells = Some(Placed::flag("cells", cells));
+    }
+    if let Some(exact) = given(options, "exact_source")? {
+        file.galerkin.exact_source = Some(Placed::flag("exact_source", exact));
+    }
+    set(
+        &mut file.galerkin.degree,
+        "degree",
+        given(options, "degree")?,
+    );
+    set(&mut file.galerkin.pairs, "pairs", word(options, "pairs")?);
+    let walk = &mut file.walk;
+    set(&mut walk.walks, "walks", given(options, "walks")?);
+    set(
+        &mut walk.absorption,
+        "absorption",
+        given(options, "absorption")?,
+    );
+    set(
+        &mut walk.estimator,
+        "estimator",
+        word(options, "estimator")?,
+    );
+    set(&mut walk.form, "form", word(options, "form")?);
+    set(&mut walk.scalar, "scalar", word(options, "scalar")?);
+    set(&mut walk.seed, "seed", given(options, "seed")?);
+    set(&mut walk.batch, "batch", given(options, "batch")?);
+    set(&mut walk.relative, "relative", given(options, "relative")?);
+    if let Some(error) = given(options, "target_error")? {
+        walk.target_error = Some(Placed::flag("target_error", error));
+    }
+    if let Some(allow) = given(options, "allow_infinite_variance")? {
+        walk.allow_infinite_variance = allow;
+    }
+    Ok(())
+}
+
+/// The time after which walks end.
+pub(crate) fn time_limit(options: &Bound<'_, PyDict>) -> PyResult<Option<Duration>> {
+    let Some(seconds) = given::<f64>(options, "time_limit")? else {
+        return Ok(None);
+    };
+    Duration::try_from_secs_f64(seconds).map(Some).map_err(|_| {
+        let message = format!("time_limit = {seconds}: it must be a number of seconds, 0 or more");
+        exception(options.py(), "InputError", message)
+    })
+}
+
+/// The number of threads; `None`: all cores.
+pub(crate) fn threads(options: &Bound<'_, PyDict>) -> PyResult<Option<usize>> {
+    let threads = given::<usize>(options, "threads")?;
+    match threads {
+        Some(threads @ (0 | 1025..)) => {
+            let message = format!("threads = {threads}: it must be from 1 to 1024");
+            Err(exception(options.py(), "InputError", message))
+        }
+        threads => Ok(threads),
+    }
+}

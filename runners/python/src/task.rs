@@ -1,0 +1,494 @@
+//! Tasks: a problem, what is asked of it, and how.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use fredholm::model::Model;
+use fredholm::report::Report;
+use fredholm::{Ask, Region, Settings, SolveError, Solver, Target, WeightFn};
+use fredholm_file::{ProblemFile, Resolved};
+use fredholm_scene::{Factors, Sights};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use crate::blocks::{BlockModel, Blocks};
+use crate::failure::{exception, of, of_input, of_solve};
+use crate::functions::{Caller, Functions};
+use crate::options;
+use crate::run::{Done, Watch, on_threads};
+
+/// A problem: the text of a file, and functions in the place of its formulas if there are some.
+#[pyclass(frozen, module = "fredholm._fredholm")]
+#[derive(Debug)]
+pub(crate) struct Task {
+    /// The name of the text in errors.
+    name: String,
+    text: String,
+    functions: Option<Py<Functions>>,
+    /// Weights that are functions: names and values at a point.
+    weights: Vec<(String, Py<PyAny>)>,
+}
+
+/// Values of u at points, from one set of walks.
+#[pyclass(frozen, get_all, module = "fredholm._fredholm")]
+#[derive(Debug)]
+pub(crate) struct Field {
+    /// The points' coordinates, one after the other.
+    points: Vec<Vec<f64>>,
+    estimates: Vec<f64>,
+    std_errors: Vec<Option<f64>>,
+    bands: Vec<Option<f64>>,
+    iterates: Vec<f64>,
+    /// The summary as JSON.
+    summary: String,
+}
+
+/// A resolved task.
+struct Opened {
+    file: ProblemFile,
+    resolved: Resolved,
+    caller: Option<Arc<Caller>>,
+    /// The model of the functions.
+    functions: Option<Box<dyn Model>>,
+}
+
+impl Opened {
+    fn model(&self) -> &dyn Model {
+        match &self.functions {
+            Some(model) => &**model,
+            None => self.resolved.model.model(),
+        }
+    }
+
+    /// The exception that a function raised, or that the interpreter did meanwhile.
+    fn raised<T>(&self, done: Done<T>) -> PyResult<(T, Option<PyErr>)> {
+        match self.caller.as_ref().and_then(|caller| caller.raised()) {
+            Some(raised) => Err(raised),
+            None => Ok((done.value, done.interrupt)),
+        }
+    }
+}
+
+/// JSON in which objects are tables, as TOML: the text of a problem file.
+fn toml_of(py: Python<'_>, json: &str) -> PyResult<String> {
+    let wrong = |error: &dyn core::fmt::Display| exception(py, "InputError", error.to_string());
+    let value: Value = serde_json::from_str(json).map_err(|error| wrong(&error))?;
+    toml::to_string(&value).map_err(|error| wrong(&error))
+}
+
+/// The text with these targets in place of its own.
+fn with_targets(py: Python<'_>, text: &str, targets: &str) -> PyResult<String> {
+    let own = text
+        .lines()
+        .any(|line| line.trim_start().starts_with("[[target]]"))
+        || text
+            .lines()
+            .any(|line| line.trim_start().starts_with("target"));
+    let head = match text.parse::<toml::Table>() {
+        Ok(mut table) if own => {
+            table.remove("target");
+            toml::to_string(&table)
+                .map_err(|error| exception(py, "InputError", error.to_string()))?
+        }
+        // What is no TOML is refused with its place, later.
+        _ => text.to_owned(),
+    };
+    Ok(format!("{head}\n{}", toml_of(py, targets)?))
+}
+
+#[pymethods]
+impl Task {
+    /// A problem of a text: the content of a problem file.
+    #[new]
+    #[pyo3(signature = (name, text, targets=None, functions=None, weights=vec![]))]
+    fn new(
+        py: Python<'_>,
+        name: String,
+        text: &str,
+        targets: Option<&str>,
+        functions: Option<Py<Functions>>,
+        weights: Vec<(String, Py<PyAny>)>,
+    ) -> PyResult<Self> {
+        let text = match targets {
+            Some(targets) => with_targets(py, text, targets)?,
+            None => text.to_owned(),
+        };
+        Ok(Self {
+            name,
+            text,
+            functions,
+            weights,
+        })
+    }
+
+    /// The text of a problem file, of JSON in which objects are tables.
+    #[staticmethod]
+    fn text_of(py: Python<'_>, json: &str) -> PyResult<String> {
+        toml_of(py, json)
+    }
+
+    /// The content of a problem file.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: &str) -> PyResult<String> {
+        let bytes = fredholm_file::load(Path::new(path), fredholm_file::MAX_BYTES)
+            .map_err(|error| of_input(py, &error))?;
+        fredholm_file::utf8(path, bytes).map_err(|error| of_input(py, &error))
+    }
+
+    /// Reads and checks everything; the kind of the problem, the dimension of a cube, and remarks.
+    fn check(
+        &self,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<(&'static str, Option<usize>, Vec<String>)> {
+        let opened = self.open(options, &Arc::default())?;
+        let mut remarks = opened.file.remarks();
+        remarks.extend(opened.model().notes());
+        let about = opened.model().about();
+        Ok((about.kind, about.dimension, remarks))
+    }
+
+    /// Solves; how it ended, the report as JSON and as a table, remarks, and the interrupt if there was one.
+    #[pyo3(signature = (options, progress=None))]
+    #[allow(clippy::type_complexity)]
+    fn solve(
+        &self,
+        options: &Bound<'_, PyDict>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(&'static str, String, String, Vec<String>, Option<PyErr>)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let solver = self.solver(&opened, &watch);
+        expect(
+            &opened.resolved.settings,
+            opened.resolved.targets.len(),
+            &watch,
+        );
+        let threads = self.threads(options)?;
+        let done = on_threads(py, threads, &watch, progress, || solver.solve())?;
+        let (solved, interrupt) = opened.raised(done)?;
+        let (outcome, report) = match solved {
+            Ok(report) => ("done", report),
+            Err(SolveError::NotReached(report)) => ("not reached", *report),
+            Err(SolveError::Cancelled(Some(report))) => ("cancelled", *report),
+            Err(SolveError::Cancelled(None)) => {
+                return Ok((
+                    "cancelled",
+                    String::new(),
+                    String::new(),
+                    Vec::new(),
+                    interrupt,
+                ));
+            }
+            Err(error) => return Err(of_solve(py, &error, &opened.file)),
+        };
+        let json = json_of(py, &report)?;
+        Ok((outcome, json, report.table(), remarks(&report), interrupt))
+    }
+
+    /// The settings that would be chosen, with their walks and time, as JSON; null if nothing is open.
+    fn predict(&self, options: &Bound<'_, PyDict>) -> PyResult<String> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let Resolved {
+            targets, settings, ..
+        } = &opened.resolved;
+        let (model, threads) = (opened.model(), self.threads(options)?);
+        let work = || fredholm::choice::choose(model, targets, settings, &*watch);
+        let done = on_threads(py, threads, &watch, None, work)?;
+        let (chosen, interrupt) = opened.raised(done)?;
+        interrupt.map_or(Ok(()), Err)?;
+        let chosen = chosen.map_err(|error| of(py, &error, &opened.file))?;
+        let value = chosen.map_or(Value::Null, |chosen| {
+            use fredholm::Choices as _;
+            let (cut, walk) = (
+                chosen.settings.discretisation(),
+                chosen.settings.walk_options(),
+            );
+            let mut value = serde_json::to_value(&chosen.report).unwrap_or_default();
+            value["cells"] = json!(if chosen.plain { Some(0) } else { cut.cells });
+            value["degree"] = json!(cut.degree);
+            value["pairs"] = json!(walk.pairs.word());
+            value["absorption"] = json!(walk.absorption);
+            value["estimator"] = json!(walk.estimator.word());
+            value
+        });
+        json_of(py, &value)
+    }
+
+    /// The diagnosis as JSON and as text.
+    fn diagnose(&self, options: &Bound<'_, PyDict>) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let mut opened = self.open(options, &watch)?;
+        opened.resolved.settings.allow_infinite_variance = true;
+        let solver = self.solver(&opened, &watch);
+        let done = on_threads(py, self.threads(options)?, &watch, None, || {
+            solver.diagnose()
+        })?;
+        let (diagnosis, interrupt) = opened.raised(done)?;
+        interrupt.map_or(Ok(()), Err)?;
+        let diagnosis = diagnosis.map_err(|error| of_solve(py, &error, &opened.file))?;
+        let text = diagnosis
+            .targets
+            .iter()
+            .map(fredholm::diagnosis::GoalDiagnosis::text);
+        Ok((
+            json_of(py, &diagnosis)?,
+            text.collect::<Vec<_>>().join("\n"),
+        ))
+    }
+
+    /// The sweep as JSON and as a table.
+    fn sweep(
+        &self,
+        cells: Vec<usize>,
+        walks: u64,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let solver = self.solver(&opened, &watch);
+        let work = || solver.sweep(&cells, walks);
+        let done = on_threads(py, self.threads(options)?, &watch, None, work)?;
+        let (rates, interrupt) = opened.raised(done)?;
+        interrupt.map_or(Ok(()), Err)?;
+        let rates = rates.map_err(|error| of_solve(py, &error, &opened.file))?;
+        Ok((json_of(py, &rates)?, rates.text()))
+    }
+
+    /// u at these points, or at so many equally spaced ones of every axis, from one set of walks.
+    fn field(
+        &self,
+        grid: Option<usize>,
+        points: Vec<Vec<f64>>,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<Field> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open_as(options, &watch, false)?;
+        let solver = self.solver(&opened, &watch);
+        let model = opened.model();
+        let work = || {
+            let whole = solver.whole()?;
+            let regions: Vec<Region> = match grid {
+                Some(points) => model.grid(points, None),
+                None => points.iter().map(|x| model.point(x)).collect(),
+            };
+            let values = whole.values(&regions)?;
+            Ok((regions, values, serde_json::to_string(whole.summary())))
+        };
+        let done = on_threads(py, self.threads(options)?, &watch, None, work)?;
+        let (field, interrupt) = opened.raised(done)?;
+        interrupt.map_or(Ok(()), Err)?;
+        let (regions, values, summary) =
+            field.map_err(|error| of_solve(py, &error, &opened.file))?;
+        let coordinates = |region: &Region| match region {
+            Region::Angle(s) => vec![*s],
+            Region::Point(x) => x.clone(),
+            other => model.position(other).unwrap_or_default(),
+        };
+        Ok(Field {
+            points: regions.iter().map(coordinates).collect(),
+            estimates: values.iter().map(|value| value.estimate).collect(),
+            std_errors: values.iter().map(|value| value.std_error).collect(),
+            bands: values.iter().map(|value| value.band).collect(),
+            iterates: values.iter().map(|value| value.iterate).collect(),
+            summary: summary.map_err(|error| exception(py, "FredholmError", error.to_string()))?,
+        })
+    }
+
+    /// Form factors between the surfaces of a room: their names, and all rows one after the other.
+    fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
+        let py = options.py();
+        let opened = self.open(options, &Arc::default())?;
+        let Some(room) = opened.file.problem_as::<fredholm_file::kinds::Room>() else {
+            let message = "form factors are those of rooms and scenes".to_owned();
+            return Err(exception(py, "InputError", message));
+        };
+        let surfaces = room
+            .all_surfaces(&opened.file)
+            .map_err(|error| of_input(py, &error))?;
+        let rows = py.detach(|| {
+            let scene = surfaces.scene::<f64>()?;
+            Ok(fredholm_room::factors(&scene))
+        });
+        let rows = rows
+            .map_err(|error| of(py, &error, &opened.file))?
+            .map_err(|error| exception(py, "FredholmError", error.to_string()))?;
+        Ok((surfaces.names, rows))
+    }
+}
+
+/// Names, areas, rows of form factors, and an error.
+type SceneFactors = (Vec<String>, Vec<f64>, Vec<f64>, f64);
+
+/// The names of a scene's surfaces, their areas, the form factors between them row after row, and the largest error that
+/// one between polygons is estimated to have.
+#[pyfunction]
+pub(crate) fn scene_factors(
+    py: Python<'_>,
+    path: &str,
+    error: f64,
+    open: bool,
+) -> PyResult<SceneFactors> {
+    let wrong = |error: fredholm_file::InputError| of_input(py, &error);
+    let at = Path::new(path);
+    let mut file = if fredholm_file::scene::is_mesh(at) {
+        fredholm_file::scene::read(at).map_err(wrong)?
+    } else {
+        let text = Task::read(py, path)?;
+        fredholm_file::scene::parse_description(path, &text).map_err(wrong)?
+    };
+    file.open |= open;
+    let scene = file.scene::<f64>().map_err(wrong)?;
+    let found = py.detach(|| {
+        let sights = Sights::new(&scene, error)?;
+        let faces = (0..scene.faces().len()).into_par_iter();
+        let all = Factors::new(&scene, faces.map(|face| sights.row(face)).collect())?;
+        let groups = all.of_surfaces(&scene)?;
+        Ok((all.error(), groups))
+    });
+    let (largest, groups) = found.map_err(|error: fredholm_scene::SceneError| {
+        exception(py, "InputError", error.to_string())
+    })?;
+    let n = groups.len();
+    let rows = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let rows = rows.map(|(i, j)| groups.factor(i, j)).collect();
+    let names = file.surfaces.iter().map(|surface| surface.name.clone());
+    Ok((names.collect(), groups.areas().to_vec(), rows, largest))
+}
+
+/// Whether a file is a scene in space.
+#[pyfunction]
+pub(crate) fn is_scene(py: Python<'_>, path: &str) -> PyResult<bool> {
+    if fredholm_file::scene::is_mesh(Path::new(path)) {
+        return Ok(true);
+    }
+    Ok(fredholm_file::scene::is_description(&Task::read(py, path)?))
+}
+
+impl Task {
+    /// Reads the text, puts the options in place and checks everything.
+    fn open(&self, options: &Bound<'_, PyDict>, watch: &Arc<Watch>) -> PyResult<Opened> {
+        self.open_as(options, watch, true)
+    }
+
+    /// The same; `in_blocks`: functions of arrays are called with blocks, which whole functions do not know how to ask for.
+    fn open_as(
+        &self,
+        options: &Bound<'_, PyDict>,
+        watch: &Arc<Watch>,
+        in_blocks: bool,
+    ) -> PyResult<Opened> {
+        let py = options.py();
+        let wrong = |error| of_input(py, &error);
+        let mut file = fredholm_file::read(&self.name, &self.text).map_err(wrong)?;
+        options::replace(&mut file, options)?;
+        file.validate().map_err(wrong)?;
+        let mut resolved = file.resolve().map_err(wrong)?;
+        resolved.settings.time_limit = options::time_limit(options)?;
+        for (name, weight) in &self.weights {
+            let weight = weight.clone_ref(py);
+            let value = move |x: &[f64]| Python::attach(|py| weight_at(py, &weight, x));
+            resolved.targets.push(Target {
+                name: name.clone(),
+                ask: Ask::One(Region::Function(WeightFn::new(value))),
+            });
+        }
+        let mut opened = Opened {
+            file,
+            resolved,
+            caller: None,
+            functions: None,
+        };
+        if let Some(functions) = &self.functions {
+            let caller = Arc::new(Caller::new(functions.clone_ref(py), Arc::clone(watch)));
+            let in_blocks = in_blocks && functions.get().is_in_blocks();
+            opened.functions = Some(model_of(py, in_blocks, &caller, &opened.file)?);
+            opened.caller = Some(caller);
+        }
+        Ok(opened)
+    }
+
+    fn solver<'m>(&self, opened: &'m Opened, watch: &'m Watch) -> Solver<'m> {
+        let Resolved {
+            settings, targets, ..
+        } = &opened.resolved;
+        Solver::with(opened.model(), settings.clone(), targets.clone()).observer(watch)
+    }
+
+    /// The number of threads that help.
+    fn threads(&self, options: &Bound<'_, PyDict>) -> PyResult<Option<usize>> {
+        let alone = self
+            .functions
+            .as_ref()
+            .is_some_and(|functions| functions.get().is_scalar());
+        Ok(if alone {
+            Some(1)
+        } else {
+            options::threads(options)?
+        })
+    }
+}
+
+/// The value of a weight at a point; not a number if it raises, which the set-up refuses.
+fn weight_at(py: Python<'_>, weight: &Py<PyAny>, x: &[f64]) -> f64 {
+    let value = match x {
+        [x] => weight.call1(py, (*x,)),
+        x => weight.call1(py, (numpy::PyArray1::from_slice(py, x),)),
+    };
+    value
+        .and_then(|value| value.extract(py))
+        .unwrap_or(f64::NAN)
+}
+
+/// The equation of functions, on the domain that the file says.
+fn model_of(
+    py: Python<'_>,
+    in_blocks: bool,
+    caller: &Arc<Caller>,
+    file: &ProblemFile,
+) -> PyResult<Box<dyn Model>> {
+    let domain = file
+        .problem_as::<fredholm_file::kinds::Cube>()
+        .and_then(|cube| cube.domain.as_ref());
+    let domain: Vec<[f64; 2]> = domain.map_or(Vec::new(), |domain| {
+        domain.value.iter().map(|interval| interval.value).collect()
+    });
+    if in_blocks {
+        let blocks = Blocks::new(Arc::clone(caller), domain).map_err(|error| {
+            exception(
+                py,
+                "FredholmError",
+                format!("cannot start threads: {error}"),
+            )
+        })?;
+        return Ok(Box::new(BlockModel::new(blocks)));
+    }
+    let model = caller.model();
+    Ok(Box::new(if domain.is_empty() {
+        model
+    } else {
+        model.on(domain)
+    }))
+}
+
+/// Tells the watch how many walks there will be, where that is given.
+fn expect(settings: &Settings, targets: usize, watch: &Watch) {
+    if settings.tolerance.is_none() {
+        watch.expect(settings.walk_options().walks.saturating_mul(targets as u64));
+    }
+}
+
+fn remarks(report: &Report) -> Vec<String> {
+    report.remarks()
+}
+
+fn json_of(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(|error| exception(py, "FredholmError", error.to_string()))
+}

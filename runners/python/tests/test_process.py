@@ -1,0 +1,113 @@
+"""What a process sees: interrupts, memory, the lock of the interpreter."""
+
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import fredholm
+
+LONG = fredholm.Cube("0.5 * exp(-(x1-y1)^2 - (x2-y2)^2)", "1 + x1", dimension=2)
+
+
+def interrupted(after: float, **settings) -> tuple[fredholm.Interrupted, float]:
+    """The exception of an interrupt so many seconds after a long run began, and the seconds until it came."""
+    sent = []
+
+    def send() -> None:
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(after, send)
+    timer.start()
+    with pytest.raises(fredholm.Interrupted) as error:
+        LONG.solve(mean=True, progress=False, **settings)
+    return error.value, time.monotonic() - sent[0]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_an_interrupt_has_the_results_so_far() -> None:
+    error, _ = interrupted(0.5, walks=10**11, cells=8)
+    assert isinstance(error, KeyboardInterrupt)
+    assert error.result is not None and error.result["mean"].walks > 0
+    assert np.isfinite(error.result["mean"].value)
+
+
+@pytest.mark.skipif(not os.environ.get("FREDHOLM_LONG"), reason="tests never assert times by day")
+def test_an_interrupt_is_seen_soon() -> None:
+    delays = [interrupted(0.1 + 0.07 * i, walks=10**11, cells=8)[1] for i in range(20)]
+    print(f"slowest of 20 interrupts: {max(delays):.3f} s")
+    assert max(delays) < 0.2
+
+
+def test_other_threads_go_on() -> None:
+    ticks = []
+    done = threading.Event()
+
+    def tick() -> None:
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.monotonic()
+    LONG.solve(mean=True, walks=3_000_000, cells=8, threads=1, progress=False)
+    end = time.monotonic()
+    done.set()
+    thread.join()
+    # If the lock were kept, there would be none.
+    assert len([t for t in ticks if begin < t < end]) > 3
+
+
+def test_progress_may_end_it() -> None:
+    seen = []
+
+    def progress(walks: int, expected: int) -> None:
+        seen.append((walks, expected))
+        if walks > 0:
+            raise StopIteration("enough")
+
+    with pytest.raises(StopIteration, match="enough"):
+        LONG.solve(mean=True, walks=10**10, cells=8, progress=progress)
+    assert seen[-1][0] > 0 and seen[-1][1] == 10**10
+
+
+def memory() -> int:
+    """Bytes of this process."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="Linux")
+def test_nothing_leaks() -> None:
+    """10,000 solves with FREDHOLM_LONG, 400 by day, each of another formula and of a function that raises now and then."""
+    import tracemalloc
+
+    count = 10_000 if os.environ.get("FREDHOLM_LONG") else 400
+
+    def solve(i: int) -> None:
+        u = fredholm.Cube(f"0.{i % 400 + 100} * x * y", f"x + {i}")
+        u.solve(mean=True, cells=3, walks=64, batch=64, threads=1)
+        if i % 10 == 0:
+            v = fredholm.Cube(lambda x, y: 0.1 * x * y if i % 20 else 1 / 0, lambda x: x, vectorized=True)
+            try:
+                v.solve(mean=True, cells=3, walks=64, batch=64, threads=1)
+            except ZeroDivisionError:
+                pass
+
+    for i in range(count // 10):
+        solve(i)
+    tracemalloc.start()
+    first, own = memory(), tracemalloc.get_traced_memory()[0]
+    for i in range(count // 10, count):
+        solve(i)
+    more, of_python = memory() - first, tracemalloc.get_traced_memory()[0] - own
+    tracemalloc.stop()
+    print(f"{count} solves: {more / 1e6:.2f} MB more than after a tenth of them, {of_python / 1e3:.1f} kB of Python's")
+    # tracemalloc itself takes some; a leak of the text alone would be 5 MB of 10,000.
+    assert more < 4e6 and of_python < 1e5
