@@ -109,5 +109,5 @@ def test_nothing_leaks() -> None:
     more, of_python = memory() - first, tracemalloc.get_traced_memory()[0] - own
     tracemalloc.stop()
     print(f"{count} solves: {more / 1e6:.2f} MB more than after a tenth of them, {of_python / 1e3:.1f} kB of Python's")
-    # tracemalloc itself takes some; a leak of the text alone would be 5 MB of 10,000.
-    assert more < 4e6 and of_python < 1e5
+    # What the allocator keeps for threads that have ended comes and goes by 7 MB. A model and its text take 4 kB.
+    assert more < 1e7 and of_python < 1e5
