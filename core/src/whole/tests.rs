@@ -13,11 +13,14 @@ struct Toy {
     absorption: f64,
     /// Whether points below ½ are absorbed more often, which preserves no uniform density.
     uneven: bool,
+    /// Whether it says that it preserves one.
+    preserves: bool,
 }
 
 const TOY: Toy = Toy {
     absorption: 0.3,
     uneven: false,
+    preserves: true,
 };
 
 impl StateSpace for Toy {
@@ -46,15 +49,15 @@ impl Source for Toy {
         1.0 + x
     }
 }
-impl Stationary for Toy {
+impl Starts for Toy {
     fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
         uniforms.uniform()
     }
     fn start_density(&self, _: &f64) -> f64 {
         1.0
     }
-    fn survival(&self) -> f64 {
-        1.0 - self.absorption
+    fn survival(&self) -> Option<f64> {
+        self.preserves.then_some(1.0 - self.absorption)
     }
 }
 impl Partition for Toy {
@@ -104,7 +107,7 @@ fn solution(x: f64) -> f64 {
 }
 
 type ToyTask<'a, const KEPT: usize> =
-    WholeTask<'a, Toy, Constant, BasisScores<'a, Toy, 3>, DefaultGenerator, KEPT>;
+    WholeTask<'a, Toy, Toy, Constant, BasisScores<'a, Toy, 3>, DefaultGenerator, KEPT>;
 
 const EVEN: Constant = Constant(TOY);
 const SCORES: BasisScores<'_, Toy, 3> = BasisScores(&TOY);
@@ -123,6 +126,7 @@ fn task<const KEPT: usize>(
 ) -> ToyTask<'_, KEPT> {
     WholeTask {
         equation: &neighbour.0,
+        starts: &neighbour.0,
         neighbour,
         scores: &SCORES,
         estimator,
@@ -187,6 +191,27 @@ fn a_chain_that_does_not_keep_the_density_is_biased() {
     assert!(largest_z::<32>(uneven, ALL_SCORES[2]) > 20.0);
 }
 
+/// A chain that claims nothing has its starts scored alone: with the bits of as many walks of which one state is kept.
+#[test]
+fn without_a_claim_starts_alone_are_scored() {
+    let uneven = Toy {
+        uneven: true,
+        preserves: false,
+        ..TOY
+    };
+    for scores in ALL_SCORES {
+        assert!(largest_z::<32>(uneven, scores) < T);
+        let neighbour = Constant(uneven);
+        let [one, many] = [
+            coefficients(&task::<1>(&neighbour, scores), 100),
+            coefficients(&task::<32>(&neighbour, scores), 100),
+        ];
+        assert_eq!(one, many);
+        let scored = task::<32>(&neighbour, scores).normalisation();
+        assert_eq!(scored.states_scored, 1.0);
+    }
+}
+
 /// Every suffix scores what a walk scores that starts there with the same numbers.
 #[test]
 fn suffixes_are_walks() {
@@ -204,7 +229,7 @@ fn suffixes_are_walks() {
         for _ in 0..200 {
             let numbers: Vec<f64> = (0..400).map(|_| draws.uniform()).collect();
             let x0 = EVEN.locate(numbers[0]);
-            let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0);
+            let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0, 4);
             let limit = STEP_LIMIT;
             let mut uniforms = From(&numbers[1..]);
             let all = trail.follow(&TOY, &EVEN, x0, scores, limit, &mut uniforms);
@@ -255,14 +280,14 @@ fn walks_that_go_wrong_are_told() {
 
     let endless = Constant(Toy {
         absorption: 0.0,
-        uneven: false,
+        ..TOY
     });
     let mut task = self::task::<2>(&endless, ALL_SCORES[0]);
     task.step_limit = 0;
     assert_eq!(task.normalisation().states_scored, 0.0);
     let nan = Constant(Toy {
         absorption: f64::NAN,
-        uneven: false,
+        ..TOY
     });
     let task = self::task::<2>(&nan, ALL_SCORES[2]);
     let before = [1.0; 6];

@@ -1,49 +1,39 @@
 //! Chains that say of themselves what is not so, for the list of broken problems.
 
-use fredholm_core::whole::Stationary;
+use fredholm_core::whole::Starts;
 use fredholm_core::{Real, Sampler, StateSpace, Uniforms};
 use fredholm_cube::model;
+use fredholm_room::{Room, WallStarts};
 use fredholm_tests::circle::{LIGHT, RHO, described};
 use fredholm_tests::cube;
+use fredholm_tests::room::{self, Drawing, square};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Report, check};
 
-/// The chain of an equation, with what it claims.
+/// What is claimed of the chain of an equation.
 struct Claimed<'a, E: StateSpace> {
-    equation: &'a E,
     density: f64,
     survival: f64,
     start: &'a dyn Fn(E::Scalar) -> E::Point,
 }
 
-impl<E: StateSpace> StateSpace for Claimed<'_, E> {
-    type Scalar = E::Scalar;
-    type Point = E::Point;
-}
-impl<E: Sampler> Sampler for Claimed<'_, E> {
-    fn absorption(&self, x: &E::Point) -> E::Scalar {
-        self.equation.absorption(x)
-    }
-    fn step<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> Option<E::Point> {
-        self.equation.step(x, uniforms)
-    }
-}
-impl<E: Sampler> Stationary for Claimed<'_, E> {
+impl<E: StateSpace> Starts<E> for Claimed<'_, E> {
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
         (self.start)(uniforms.uniform())
     }
     fn start_density(&self, _: &E::Point) -> f64 {
         self.density
     }
-    fn survival(&self) -> f64 {
-        self.survival
+    fn survival(&self) -> Option<f64> {
+        Some(self.survival)
     }
 }
 
-fn examined<D: Description>(description: &D, chain: &Claimed<'_, D::Equation>, seed: u64) -> Report
-where
-    D::Equation: Sampler,
-{
+fn examined<D: Description>(
+    description: &D,
+    chain: &Claimed<'_, D::Equation>,
+    seed: u64,
+) -> Report {
     let mut report = Report::default();
     let preserved = check::preserved(description, chain, seed);
     report.push("preserved density", "chain", preserved);
@@ -59,7 +49,6 @@ where
 pub(crate) fn crowding(seed: u64) -> Report {
     let toy = Toy::<f64>::new(10);
     let chain = Claimed {
-        equation: &toy,
         density: 1.0,
         survival: 0.75,
         start: &|xi| xi,
@@ -72,13 +61,77 @@ pub(crate) fn crowded_starts(seed: u64) -> Report {
     described::<f64, _>(&RHO, 10, LIGHT, |circle| {
         let equation = Description::<1>::equation(circle);
         let chain = Claimed {
-            equation,
             density: equation.start_density(&equation.point(0.0)),
-            survival: equation.survival(),
+            survival: equation
+                .survival()
+                .expect("a chain that preserves its density"),
             start: &|xi: f64| equation.point(core::f64::consts::TAU * xi.pow(1.02)),
         };
         examined(circle, &chain, seed)
     })
+}
+
+/// The length of all walls of a room.
+fn length(room: &Room<'_, f64>) -> f64 {
+    room.geometry().walls().iter().map(|wall| wall.length).sum()
+}
+
+/// A square without its last side, whose walks leave more often near the gap than elsewhere.
+fn open_square() -> Drawing {
+    let mut drawing = square();
+    drawing.surfaces.pop();
+    drawing.open = true;
+    drawing
+}
+
+/// An open room that claims what a closed one does.
+pub(crate) fn leaking_room(seed: u64) -> Report {
+    room::described::<f64, _>(&open_square(), 20, 1.0, |described| {
+        let room = described.equation();
+        let walls = room.geometry().walls().len();
+        let start = |xi: f64| {
+            let place = xi * walls as f64;
+            let wall = (place as usize).min(walls - 1);
+            room.point(wall, place - wall as f64).expect("a wall")
+        };
+        let chain = Claimed {
+            density: 1.0 / length(room),
+            survival: 1.0 - room.absorption(&start(0.5)),
+            start: &start,
+        };
+        examined(described, &chain, seed)
+    })
+}
+
+/// Starts in rooms: closed ones say that they preserve a density, and do; of an open one the starts are as they say.
+#[test]
+fn rooms_have_uniform_starts() {
+    fn of<F: Real>(drawing: &Drawing, claims: bool, report: &mut Report) {
+        room::described::<F, _>(drawing, 24, 1.0, |described| {
+            let room = described.equation();
+            let lengths = described.lengths();
+            let starts = WallStarts::new(room, lengths).expect("lengths of walls");
+            assert_eq!(starts.survival().is_some(), claims, "{}", drawing.name);
+            let preserved = check::preserved(described, &starts, 2);
+            report.push("preserved density", drawing.name, preserved);
+            let states = check::states(described, &starts, 2);
+            report.push("suffix starts", drawing.name, states);
+        });
+    }
+    let mut report = Report::default();
+    let closed = [
+        square(),
+        room::l_room(),
+        room::furnace(),
+        room::block(),
+        room::doorway(),
+        room::facet(),
+    ];
+    for drawing in closed.into_iter().chain([open_square(), room::yard()]) {
+        of::<f32>(&drawing, !drawing.open, &mut report);
+        of::<f64>(&drawing, !drawing.open, &mut report);
+    }
+    report.assert_passed("starts in rooms");
 }
 
 /// What circle and cube say of themselves, in both scalars; the matrix has more of them.
