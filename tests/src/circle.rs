@@ -232,7 +232,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
 impl<'a, F: Real> Neighbours for Described<'a, F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         let (n, light) = (self.cells(), self.light());
-        offers.stationary(&self.circle);
+        offers.starts(&self.circle);
         offers.pairs("the paper's", PAPER);
         offers.pairs("all in S", IN_S);
         offers.pointwise_pairs("diagonal pointwise", DEFAULT);

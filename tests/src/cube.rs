@@ -550,7 +550,7 @@ where
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         let equation = (self.model.kernel, *self.cube.right_hand_side());
         let cells = self.cube.per_axis();
-        offers.stationary(&self.cube);
+        offers.starts(&self.cube);
         offers.pairs("all in S", ALL);
         offers.pairs("diagonal outside", OUTSIDE);
         offers.pointwise_pairs("diagonal pointwise", POINTWISE);

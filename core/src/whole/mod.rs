@@ -17,7 +17,7 @@
 //!
 //! # Every state is a start
 //!
-//! The chain **preserves a density** p0 if ∫ p0(x) p(x,y) dμ(x) = s p0(y) with a number s < 1: see [`Stationary`]. Let
+//! The chain **preserves a density** p0 if ∫ p0(x) p(x,y) dμ(x) = s p0(y) with a number s < 1: see [`Starts`]. Let
 //! x_0 be drawn from p0, and let D_l be what the walk scores from x_l on, with weight 1 in x_l: η(k,f) − η(h,g) of the
 //! *suffix* x_l, x_(l+1), …. Then for every function ψ and every N
 //!
@@ -32,6 +32,8 @@
 //! *last* N states would be a bias. So N states of a walk are kept, and it takes no more memory however long it becomes:
 //! from x_N on it is followed as a walk that starts there, which gives the score of that suffix, and those of the kept
 //! states follow backwards by a_l = k(x_l,x_(l+1)) a_(l+1), to which collision adds F(x_l), and likewise with h and G.
+//!
+//! Where the chain preserves no density, N is 1: starts alone are scored.
 //!
 //! # Replicates
 //!
@@ -61,7 +63,7 @@ mod task;
 mod tests;
 
 pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
-pub use chain::Stationary;
+pub use chain::Starts;
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
 pub use scores::{BasisScores, Scores};
 pub use task::{KEPT_STATES, WHOLE, WholeJob, WholeTask};

@@ -18,18 +18,20 @@ struct State<P, F> {
     difference: F,
 }
 
-/// The first N states of a walk, and what their suffixes score.
+/// The first states of a walk, N at most, and what their suffixes score.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trail<P, F, const N: usize> {
     states: [State<P, F>; N],
+    /// The number that may be kept.
+    most: usize,
     kept: usize,
     /// Whether either equation scored anything but 0 in a suffix.
     scored: bool,
 }
 
 impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
-    /// Room for N states. `any` is any point: a place needs a value.
-    pub(super) fn new(any: Located<P>) -> Self {
+    /// Room for N states, of which `most` are kept. `any` is any point: a place needs a value.
+    pub(super) fn new(any: Located<P>, most: usize) -> Self {
         let none = State {
             x: any,
             step: [zero(); 2],
@@ -38,6 +40,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         };
         Self {
             states: [none; N],
+            most,
             kept: 0,
             scored: false,
         }
@@ -55,7 +58,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         kept.map(|state| (&state.x, state.difference))
     }
 
-    /// Follows one walk from x0 and scores the suffixes of its first N states. Returns its states, its end, and the
+    /// Follows one walk from x0 and scores the suffixes of its first states. Returns its states, its end, and the
     /// scores of all of it.
     #[inline(always)]
     pub(super) fn follow<E, M, U>(
@@ -79,7 +82,8 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         let mut termination = Termination::StepLimit;
         self.kept = 0;
         while states < step_limit {
-            let Some(state) = self.states.get_mut(self.kept) else {
+            let place = self.states.iter_mut().take(self.most).nth(self.kept);
+            let Some(state) = place else {
                 let rest = (x, one());
                 let limit = step_limit - states;
                 let scores = (estimator, form);

@@ -3,10 +3,10 @@
 use rand_core::{Rng, SeedableRng};
 
 use super::suffixes::Trail;
-use super::{Normalisation, Replicate, Scores, Stationary};
+use super::{Normalisation, Replicate, Scores, Starts};
 use crate::{
     DefaultGenerator, Equation, Estimator, Form, NeighbourOf, NotFinite, Real, RngUniforms,
-    Termination, WalkOptions, WalkSeeds,
+    StateSpace, Termination, WalkOptions, WalkSeeds,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -32,9 +32,10 @@ pub trait WholeJob: Sync {
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite>;
 }
 
-/// Equation, neighbour equation, scored functions and seeds: everything that the walks of a whole function depend on.
+/// Equation, starts, neighbour equation, scored functions and seeds: everything that the walks of a whole function depend on.
 ///
-/// N = `KEPT` states of a walk are kept: see the [module](super) for why they are the first ones.
+/// N = `KEPT` states of a walk are kept, or one where the chain does not preserve the density of the starts: see the
+/// [module](super) for why they are the first ones.
 ///
 /// ```
 /// use fredholm_core::galerkin::{Basis, Partition};
@@ -65,15 +66,15 @@ pub trait WholeJob: Sync {
 ///         0.75
 ///     }
 /// }
-/// impl Stationary for Half {
+/// impl Starts for Half {
 ///     fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
 ///         uniforms.uniform()
 ///     }
 ///     fn start_density(&self, _: &f64) -> f64 {
 ///         1.0
 ///     }
-///     fn survival(&self) -> f64 {
-///         0.5
+///     fn survival(&self) -> Option<f64> {
+///         Some(0.5)
 ///     }
 /// }
 /// impl Partition for Half {
@@ -93,7 +94,7 @@ pub trait WholeJob: Sync {
 /// // Without a neighbour equation e is u.
 /// let (none, scores) = (NoNeighbour::<Half>::new(), BasisScores::<_, 1>(&Half));
 /// let options = WalkOptions { estimator: Estimator::Collision, ..WalkOptions::default() };
-/// let task = WholeTask::new(&Half, &none, &scores, options);
+/// let task = WholeTask::new(&Half, &Half, &none, &scores, options);
 /// let mut means = [0.0; 16];
 /// for (r, mean) in means.iter_mut().enumerate() {
 ///     let mut sums = [0.0];
@@ -109,6 +110,7 @@ pub trait WholeJob: Sync {
 pub struct WholeTask<
     'a,
     E,
+    T,
     M: ?Sized,
     S: ?Sized,
     G = DefaultGenerator,
@@ -116,6 +118,8 @@ pub struct WholeTask<
 > {
     /// The equation and its chain.
     pub equation: &'a E,
+    /// The starts of walks: most often the equation itself.
+    pub starts: &'a T,
     /// The neighbour equation.
     pub neighbour: &'a M,
     /// The functions whose coefficients are scored.
@@ -130,17 +134,19 @@ pub struct WholeTask<
     pub step_limit: u32,
 }
 
-impl<'a, E, M: ?Sized, S: ?Sized> WholeTask<'a, E, M, S> {
+impl<'a, E, T, M: ?Sized, S: ?Sized> WholeTask<'a, E, T, M, S> {
     /// The walks with these options, with draws of the [`DefaultGenerator`].
     #[must_use]
     pub const fn new(
         equation: &'a E,
+        starts: &'a T,
         neighbour: &'a M,
         scores: &'a S,
         options: WalkOptions,
     ) -> Self {
         Self {
             equation,
+            starts,
             neighbour,
             scores,
             estimator: options.estimator,
@@ -151,21 +157,27 @@ impl<'a, E, M: ?Sized, S: ?Sized> WholeTask<'a, E, M, S> {
     }
 }
 
-impl<E, M: ?Sized, S: ?Sized, G, const KEPT: usize> WholeTask<'_, E, M, S, G, KEPT>
+impl<E, T, M, S, G, const KEPT: usize> WholeTask<'_, E, T, M, S, G, KEPT>
 where
-    E: Stationary,
+    E: StateSpace,
+    T: Starts<E>,
+    M: ?Sized,
+    S: ?Sized,
 {
-    /// S_N = 1 + s + … + s^(N−1), N the number of states that are kept.
-    fn states_scored(&self) -> f64 {
+    /// N, the number of states that are kept, and S_N = 1 + s + … + s^(N−1).
+    fn kept(&self) -> (usize, f64) {
+        let Some(s) = self.starts.survival() else {
+            return (1, 1.0);
+        };
         let kept = KEPT.min(usize::try_from(self.step_limit).unwrap_or(usize::MAX));
-        let s = self.equation.survival();
-        (0..kept).fold(0.0, |sum, _| 1.0 + s * sum)
+        (kept, (0..kept).fold(0.0, |sum, _| 1.0 + s * sum))
     }
 }
 
-impl<E, M, S, G, const KEPT: usize> WholeTask<'_, E, M, S, G, KEPT>
+impl<E, T, M, S, G, const KEPT: usize> WholeTask<'_, E, T, M, S, G, KEPT>
 where
-    E: Equation + Stationary,
+    E: Equation,
+    T: Starts<E>,
     M: NeighbourOf<E> + ?Sized,
     S: Scores<E::Point> + ?Sized,
     G: Rng + SeedableRng,
@@ -180,12 +192,13 @@ where
     ) -> Result<(), NotFinite> {
         const { assert!(KEPT > 0, "a walk of which no state is kept scores nothing") }
         let mut trail: Option<Trail<E::Point, E::Scalar, KEPT>> = None;
+        let (kept, _) = self.kept();
         let end = replicate.counts.walks.saturating_add(at_most);
         while replicate.counts.walks < end {
             let number = replicate.next_walk();
             let mut draws = RngUniforms(self.seeds.generator(number));
-            let x0 = self.neighbour.locate(self.equation.start(&mut draws));
-            let trail = trail.get_or_insert_with(|| Trail::new(x0));
+            let x0 = self.neighbour.locate(self.starts.start(&mut draws));
+            let trail = trail.get_or_insert_with(|| Trail::new(x0, kept));
             let limit = self.step_limit;
             let (e, m) = (self.equation, self.neighbour);
             let walk = trail.follow(e, m, x0, (estimator, self.form), limit, &mut draws);
@@ -193,7 +206,7 @@ where
                 return Err(NotFinite { walk: number });
             }
             for (x, difference) in trail.iter() {
-                let score = difference.to_f64() / self.equation.start_density(&x.point);
+                let score = difference.to_f64() / self.starts.start_density(&x.point);
                 self.scores.add(x, score, replicate.sums);
             }
             let counts = &mut replicate.counts;
@@ -210,9 +223,10 @@ where
     }
 }
 
-impl<E, M, S, G, const KEPT: usize> WholeJob for WholeTask<'_, E, M, S, G, KEPT>
+impl<E, T, M, S, G, const KEPT: usize> WholeJob for WholeTask<'_, E, T, M, S, G, KEPT>
 where
-    E: Equation + Stationary + Sync,
+    E: Equation + Sync,
+    T: Starts<E> + Sync,
     M: NeighbourOf<E> + Sync + ?Sized,
     S: Scores<E::Point> + Sync + ?Sized,
     G: Rng + SeedableRng,
@@ -224,7 +238,7 @@ where
     fn normalisation(&self) -> Normalisation {
         Normalisation {
             functions: self.scores.functions(),
-            states_scored: self.states_scored(),
+            states_scored: self.kept().1,
         }
     }
 

@@ -13,11 +13,14 @@ struct Toy {
     absorption: f64,
     /// Whether points below ½ are absorbed more often, which preserves no uniform density.
     uneven: bool,
+    /// Whether it says that it preserves one.
+    preserves: bool,
 }
 
 const TOY: Toy = Toy {
     absorption: 0.3,
     uneven: false,
+    preserves: true,
 };
 
 impl StateSpace for Toy {
@@ -46,15 +49,15 @@ impl Source for Toy {
         1.0 + x
     }
 }
-impl Stationary for Toy {
+impl Starts for Toy {
     fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
         uniforms.uniform()
     }
     fn start_density(&self, _: &f64) -> f64 {
         1.0
     }
-    fn survival(&self) -> f64 {
-        1.0 - self.absorption
+    fn survival(&self) -> Option<f64> {
+        self.preserves.then_some(1.0 - self.absorption)
     }
 }
 impl Partition for Toy {
@@ -104,7 +107,7 @@ fn solution(x: f64) -> f64 {
 }
 
 type ToyTask<'a, const KEPT: usize> =
-    WholeTask<'a, Toy, Constant, BasisScores<'a, Toy, 3>, DefaultGenerator, KEPT>;
+    WholeTask<'a, Toy, Toy, Constant, BasisScores<'a, Toy, 3>, DefaultGenerator, KEPT>;
 
 const EVEN: Constant = Constant(TOY);
 const SCORES: BasisScores<'_, Toy, 3> = BasisScores(&TOY);
@@ -123,6 +126,7 @@ fn task<const KEPT: usize>(
 ) -> ToyTask<'_, KEPT> {
     WholeTask {
         equation: &neighbour.0,
+        starts: &neighbour.0,
         neighbour,
         scores: &SCORES,
         estimator,
@@ -204,7 +208,7 @@ fn suffixes_are_walks() {
         for _ in 0..200 {
             let numbers: Vec<f64> = (0..400).map(|_| draws.uniform()).collect();
             let x0 = EVEN.locate(numbers[0]);
-            let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0);
+            let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0, 4);
             let limit = STEP_LIMIT;
             let mut uniforms = From(&numbers[1..]);
             let all = trail.follow(&TOY, &EVEN, x0, scores, limit, &mut uniforms);

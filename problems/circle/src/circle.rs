@@ -4,7 +4,7 @@ use fredholm_core::array::Each;
 use fredholm_core::galerkin::{
     Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
 };
-use fredholm_core::whole::Stationary;
+use fredholm_core::whole::Starts;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -386,7 +386,7 @@ impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
 }
 
 /// Uniform starts: p is symmetric and q constant.
-impl<F: Real, E: Emission<F>> Stationary for Circle<'_, F, E> {
+impl<F: Real, E: Emission<F>> Starts for Circle<'_, F, E> {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
         let xi: F = uniforms.uniform();
         self.point(core::f64::consts::TAU * xi.to_f64())
@@ -397,8 +397,8 @@ impl<F: Real, E: Emission<F>> Stationary for Circle<'_, F, E> {
         0.5 * core::f64::consts::FRAC_1_PI
     }
 
-    fn survival(&self) -> f64 {
-        self.constants.survival.to_f64()
+    fn survival(&self) -> Option<f64> {
+        Some(self.constants.survival.to_f64())
     }
 }
 

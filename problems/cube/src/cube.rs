@@ -4,7 +4,7 @@ use core::fmt;
 use fredholm_core::array::{Each, from_fn};
 
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
-use fredholm_core::whole::Stationary;
+use fredholm_core::whole::Starts;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -202,7 +202,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> TransitionDensity for Cube<F
 }
 
 /// Uniform starts, as every state is uniform.
-impl<F: Real, const D: usize, K, S, const B: usize> Stationary for Cube<F, D, K, S, B> {
+impl<F: Real, const D: usize, K, S, const B: usize> Starts for Cube<F, D, K, S, B> {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> [F; D] {
         from_fn(|_| uniforms.uniform())
@@ -213,8 +213,8 @@ impl<F: Real, const D: usize, K, S, const B: usize> Stationary for Cube<F, D, K,
         1.0
     }
 
-    fn survival(&self) -> f64 {
-        self.survival.to_f64()
+    fn survival(&self) -> Option<f64> {
+        Some(self.survival.to_f64())
     }
 }
 

@@ -184,6 +184,34 @@ impl<F: Real> Seen<'_, '_, F> {
         [sum, share].each(|x| x / core::f64::consts::TAU)
     }
 
+    /// Writes the moments ∫ ψ_jb dω/2π over the directions ω in which the point sees cell j, of `functions` functions on
+    /// every cell, at most 5: Σ_jb v_jb times them is (v, Φ), as in [`of`](Self::of). NaN if `out` has not as many entries as
+    /// there are functions on all cells.
+    pub fn moments(&self, functions: usize, out: &mut [f64]) {
+        if !(1..=MOST).contains(&functions) || out.len() != functions * self.room.table().len() {
+            out.fill(f64::NAN);
+            return;
+        }
+        let panels = Panels::new(functions);
+        out.fill(0.0);
+        self.pieces(|cell, right, left| {
+            let place = cell * functions;
+            let own = out.get_mut(place..place + functions).unwrap_or_default();
+            let mut add = |share: f64, psi: &[F]| {
+                for (own, psi) in own.iter_mut().zip(psi) {
+                    *own += share / core::f64::consts::TAU * psi.to_f64();
+                }
+            };
+            if functions == 1 {
+                add(angle(right, left).to_f64(), &[one()]);
+            } else {
+                self.places(&panels, cell, [right, left], |[d, ds, square], psi| {
+                    add((d * ds / square).to_f64(), psi);
+                });
+            }
+        });
+    }
+
     /// Which share of the angle of every cell the point sees, of 0 to 1: the rest is hidden. For [`Seen::density`].
     #[cfg(feature = "alloc")]
     #[must_use]
@@ -234,22 +262,34 @@ impl<F: Real> Seen<'_, '_, F> {
         directions: [Vector<F>; 2],
         v: &[F],
     ) -> f64 {
+        let mut sum = 0.0;
+        self.places(panels, cell, directions, |[d, ds, square], psi| {
+            let products = v.iter().zip(psi).map(|(&v, &psi)| v * psi);
+            let value = products.fold(zero::<F>(), |sum, x| sum + x);
+            sum += (value * d * ds / square).to_f64();
+        });
+        sum
+    }
+
+    /// Calls `each` with d, ds and s² + d² of places of a cell between two directions, and with its functions there.
+    fn places(
+        &self,
+        panels: &Panels<F>,
+        cell: usize,
+        directions: [Vector<F>; 2],
+        mut each: impl FnMut([F; 3], &[F; MOST]),
+    ) {
         let part = self.room.table().part(cell);
         let wall = part.and_then(|part| self.room.geometry().wall(part.wall));
         let (Some(part), Some(wall)) = (part, wall) else {
-            return f64::NAN;
+            return each([F::NAN; 3], &[F::NAN; MOST]);
         };
         let sight = Sight::new([zero(); 2], self.position, &part, wall);
         let (ends, d) = (directions.each(|a| sight.meets(a, wall)), sight.distance());
-        let mut sum = 0.0;
         panels.points(ends, d, |s, ds| {
             let [before, behind] = sight.fractions(s);
-            let psi: [F; MOST] = legendre(before - behind);
-            let products = v.iter().zip(psi).map(|(&v, psi)| v * psi);
-            let value = products.fold(zero::<F>(), |sum, x| sum + x);
-            sum += (value * d * ds / (s * s + d * d)).to_f64();
+            each([d, ds, s * s + d * d], &legendre(before - behind));
         });
-        sum
     }
 }
 

@@ -42,6 +42,7 @@ mod scene;
 mod shadows;
 #[cfg(feature = "alloc")]
 mod solution;
+mod starts;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;
@@ -70,5 +71,6 @@ pub use room::{Point, Room};
 pub use scene::{Enclosure, Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use solution::{neighbour_second_moment_radius, second_moment_radius};
+pub use starts::WallStarts;
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

@@ -12,7 +12,7 @@ use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
 use crate::moments::Rules;
 use crate::pairs::{Visibility, VisibilityTable};
 use crate::vector::{along, dot, norm, sub};
-use crate::visible::Viewer;
+use crate::visible::{Part, Viewer};
 
 /// A point of a wall, with what its maker knew: wall, distance from the wall's first vertex, cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,6 +227,20 @@ impl<'a, F: Real> Room<'a, F> {
                 self.geometry.unobstructed(&x.viewer(), &part)
             }
         }
+    }
+
+    /// The form factor from `x` to a whole wall, by what x sees of it; NaN if there is no such wall.
+    #[must_use]
+    pub fn form_factor_of_wall(&self, x: &Point<F>, wall: usize) -> F {
+        let Some(found) = self.geometry.walls().get(wall) else {
+            return F::NAN;
+        };
+        let part = Part {
+            wall: wall as u32,
+            ends: found.ends,
+            length: found.length,
+        };
+        self.geometry.visible(&x.viewer(), &part)
     }
 
     /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere.

@@ -12,6 +12,8 @@ extern crate alloc;
 #[cfg(feature = "alloc")]
 mod coefficients;
 mod error;
+#[cfg(feature = "alloc")]
+mod harmonics;
 mod mean;
 #[cfg(feature = "alloc")]
 mod quadrature;
@@ -22,6 +24,8 @@ mod sphere;
 #[cfg(feature = "alloc")]
 pub use coefficients::MeanTable;
 pub use error::SphereError;
+#[cfg(feature = "alloc")]
+pub use harmonics::Harmonics;
 pub use mean::Mean;
 #[cfg(feature = "alloc")]
 pub use quadrature::SphereQuadrature;

@@ -2,11 +2,12 @@
 
 use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
+use fredholm_core::whole::Starts;
 use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
+    Functional, Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
-use crate::SphereError;
+use crate::{Mean, SphereError};
 
 /// A point of the sphere: a unit vector up to rounding.
 pub type Point<F> = [F; 3];
@@ -275,6 +276,22 @@ impl<F: Real> Sampler for Sphere<F> {
 impl<F: Real> TransitionDensity for Sphere<F> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         self.survival() * (F::one() + self.forward * dot(x, y)) / (F::from_f64(4.0) * F::PI)
+    }
+}
+
+/// Starts evenly on the sphere: p is symmetric and q constant.
+impl<F: Real> Starts for Sphere<F> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        Functional::<Self>::start(&Mean, uniforms).0
+    }
+
+    #[inline]
+    fn start_density(&self, _: &Point<F>) -> f64 {
+        0.25 * core::f64::consts::FRAC_1_PI
+    }
+
+    fn survival(&self) -> Option<f64> {
+        Some(Self::survival(self).to_f64())
     }
 }
 

@@ -149,6 +149,7 @@ impl<F: Real> Neighbours for Described<F> {
         let all = DiagonalRule {
             diagonal: PairKind::Galerkin,
         };
+        offers.starts(&self.sphere);
         offers.pairs("all in S", all);
         offers.pairs(
             "diagonal outside",

@@ -24,6 +24,6 @@ pub use model::{
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use whole::{
-    IMAGE_HEAD, MeanRule, WholeField, WholeRequest, WholeSystem, WithWholeJob, refined_mean,
-    v_of_walks,
+    IMAGE_HEAD, MeanRule, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    only_u, refined_mean, v_of_walks,
 };

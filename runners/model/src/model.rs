@@ -97,6 +97,36 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// About so many points of the space, spread over all of it: where the error bars of a whole function are looked at.
+    fn spread(&self, points: f64) -> Vec<Region> {
+        let dimension = self.about().dimension.unwrap_or(1) as f64;
+        // Of 256 these are 256, 16, 6, 4, 3 or 2.
+        let per_axis = (points.powf(1.0 / dimension) + 1e-9).floor();
+        self.grid(per_axis as usize, None)
+    }
+
+    /// Whether a region is a point of the space, where u is: what a room has in the air is none.
+    fn is_in_space(&self, region: &Region) -> bool {
+        matches!(region, Region::Angle(_) | Region::Point(_) | Region::On(..))
+    }
+
+    /// Whether a region has an irradiance: [`WholeQuantity::Irradiance`](crate::WholeQuantity::Irradiance).
+    fn has_irradiance(&self, region: &Region) -> bool {
+        let _ = region;
+        false
+    }
+
+    /// The parts whose net fluxes are results, and whether these are given.
+    fn flux_parts(&self) -> Vec<(usize, bool)> {
+        Vec::new()
+    }
+
+    /// What follows from u of a region and from its irradiance.
+    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
+        let _ = (region, u, irradiance);
+        Heat::default()
+    }
+
     /// (u, Φ), if it is known.
     ///
     /// # Errors

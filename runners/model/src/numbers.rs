@@ -80,6 +80,21 @@ pub fn aligned(rows: &[Vec<String>]) -> String {
     text
 }
 
+/// Σ a b over as many numbers as both have, in four sums, which the compiler may take at once.
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a4, a) = a.as_chunks::<4>();
+    let (b4, b) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
 /// ‖v‖∞ of a vector in the walk's scalar.
 pub fn largest<F: fredholm_core::Real>(v: &[F]) -> f64 {
     v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))

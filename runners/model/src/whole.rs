@@ -26,10 +26,16 @@ pub trait WholeSystem<'m>: Send + Sync {
     /// The largest degree of scores.
     fn most_degree(&self) -> usize;
 
+    /// The degree of scores unless it is given: one to three degrees more than v, so that the projection of e loses little
+    /// beside the error bars.
+    fn default_degree(&self) -> usize {
+        (self.degree() + 2).min(self.most_degree())
+    }
+
     /// The degrees of all functions on a cell, in their order, if they are of this degree or less.
     fn degrees(&self, degree: usize) -> Vec<usize>;
 
-    /// The number of cells.
+    /// The number of cells on which scores have functions.
     fn cells(&self) -> usize;
 
     /// μ(X_j).
@@ -56,17 +62,29 @@ pub trait WholeSystem<'m>: Send + Sync {
     ) -> Result<Box<dyn WholeField + 'm>, Error>;
 }
 
+/// A quantity that a whole function tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WholeQuantity {
+    /// u.
+    U,
+    /// The irradiance of walls, in rooms: the part of u that comes from elsewhere, without the reflectance.
+    Irradiance,
+    /// The net flux out of walls, in rooms: at a point in the unit of u, over a part in all.
+    NetFlux,
+}
+
 /// The values of F + T_K v, and of T_K of some piecewise polynomials.
 pub trait WholeField: Send + Sync {
     /// The number of piecewise polynomials.
     fn rows(&self) -> usize;
 
-    /// For every region (F + T_K v, Φ); by how much a finer rule in x moved that, 0 at a point; and then (T_K r, Φ) for
-    /// every piecewise polynomial r.
+    /// The images of all regions one after the other. That of a region is (F + T_K v, Φ); by how much a finer rule in x
+    /// moved that, 0 at a point of the space; and then (T_K r, Φ) for every piecewise polynomial r. For other quantities than
+    /// u it is what these have in their place.
     ///
     /// # Errors
-    /// [`Error`].
-    fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error>;
+    /// [`Error`]; [`Error::Internal`], where there is no such quantity.
+    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error>;
 
     /// Raises the order of quadrature until F + T_K v in these points moves by no more than `error`, or no more points are
     /// taken. Returns by how much it moved last: 0 where T_K has a closed form.
@@ -88,6 +106,17 @@ pub fn v_of_walks(solution: &Solution, scalar: Scalar) -> Result<Vec<f64>, Error
         Scalar::F32 => solution.rounded_through::<f32>()?,
         Scalar::F64 => solution.rounded_through::<f64>()?,
     })
+}
+
+/// Refuses quantities other than u, where there are none.
+///
+/// # Errors
+/// [`Error::Internal`].
+pub const fn only_u(quantity: WholeQuantity) -> Result<(), Error> {
+    match quantity {
+        WholeQuantity::U => Ok(()),
+        _ => Err(Error::Internal("irradiances are quantities of rooms")),
+    }
 }
 
 /// The places before those of the piecewise polynomials in [`WholeField::images`].

@@ -8,7 +8,7 @@ use std::time::Instant;
 use fredholm_core::whole::{WholeJob, band_factor, over_replicates};
 use fredholm_core::{DEFAULT_GENERATOR, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeRequest, WholeSystem};
+use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
 use fredholm_rayon::Replicates;
 use serde::Serialize;
 
@@ -55,11 +55,13 @@ pub struct WholeValue {
     pub estimate: f64,
     /// The standard error over replicates, in the unit of u. `None`: no walk has scored.
     pub std_error: Option<f64>,
-    /// Half of the width of the band that holds at all points together, in the unit of u; of a functional there is none.
+    /// Half of the width of the band that holds at all points of the space together, in the unit of u; of a functional there
+    /// is none.
     pub band: Option<f64>,
     /// The deterministic part F + T_K v, often better than affordable walks and without any error bar.
     pub iterate: f64,
-    /// How far the iterate of a mean moved with the last finer rule in x; 0 at a point.
+    /// How far the iterate of a mean moved with the last finer rule in x, and that of a point in the air with the highest
+    /// degree; 0 at a point of the space.
     pub quadrature_error: f64,
 }
 
@@ -146,18 +148,77 @@ impl WholeFunction<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
     pub fn values(&self, regions: &[Region]) -> Result<Vec<WholeValue>, Error> {
+        self.quantities(WholeQuantity::U, regions)
+    }
+
+    /// The irradiance of a point of a wall, or of walls in the mean, in rooms.
+    ///
+    /// # Errors
+    /// [`Error::Region`]: the space has no such region, or no light falls on it.
+    pub fn irradiance(&self, region: &Region) -> Result<WholeValue, Error> {
+        self.heat(WholeQuantity::Irradiance, region)
+    }
+
+    /// The net flux out of a wall at a point, in the unit of u, or out of walls, in that times a length, in rooms: what they
+    /// emit minus what they absorb. Over all walls of a closed room it is 0 up to its error.
+    ///
+    /// ```
+    /// use fredholm::room::{Material, Surfaces};
+    /// use fredholm::{Region, RoomModel, Scalar, Solver};
+    ///
+    /// let floor = Material { reflectance: 0.5, emission: 1.0 };
+    /// let walls = Material { reflectance: 0.5, emission: 0.0 };
+    /// let square = Surfaces::default()
+    ///     .with("floor", &[[0.0, 0.0], [1.0, 0.0]], floor)
+    ///     .with("walls", &[[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]], walls);
+    /// let room = RoomModel::new(square, Scalar::F64)?;
+    /// let whole = Solver::new(&room).cells(40).walks(20_000).whole()?;
+    /// let (floor, all) = (whole.net_flux(&Region::Part(0))?, whole.net_flux(&Region::Whole)?);
+    /// assert!(floor.estimate > 0.5);
+    /// assert!(all.estimate.abs() < 5.0 * all.std_error.unwrap());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`irradiance`](Self::irradiance).
+    pub fn net_flux(&self, region: &Region) -> Result<WholeValue, Error> {
+        self.heat(WholeQuantity::NetFlux, region)
+    }
+
+    fn heat(&self, quantity: WholeQuantity, region: &Region) -> Result<WholeValue, Error> {
+        if !self.model.has_irradiance(region) {
+            return Err(Error::Region {
+                message: "irradiances and net fluxes are those of walls of a room".to_owned(),
+            });
+        }
+        let values = self.quantities(quantity, core::slice::from_ref(region))?;
+        let value = values.first().copied();
+        value.ok_or(Error::Internal("a region without a value"))
+    }
+
+    /// A quantity of several regions, on all threads.
+    pub(crate) fn quantities(
+        &self,
+        quantity: WholeQuantity,
+        regions: &[Region],
+    ) -> Result<Vec<WholeValue>, Error> {
         let goal = |region: &Region| Goal {
             name: "u".to_owned(),
             region: region.clone(),
         };
         let goals: Vec<Goal> = regions.iter().map(goal).collect();
         self.model.check_goals(&goals)?;
-        let images = self.field.images(regions)?;
+        if regions.is_empty() {
+            return Ok(Vec::new());
+        }
+        let images = self.field.images(quantity, regions)?;
         let width = IMAGE_HEAD + self.field.rows();
         let all = images.chunks_exact(width).zip(regions);
-        Ok(all
-            .map(|(image, region)| self.value(image, region))
-            .collect())
+        let values = all.map(|(image, region)| {
+            let has_band = quantity == WholeQuantity::U && self.model.is_in_space(region);
+            self.value(image, has_band)
+        });
+        Ok(values.collect())
     }
 
     /// u at so many equally spaced points of the space, of a cube per axis, and where they are.
@@ -170,13 +231,12 @@ impl WholeFunction<'_> {
         Ok(regions.into_iter().zip(values).collect())
     }
 
-    fn value(&self, image: &[f64], region: &Region) -> WholeValue {
+    fn value(&self, image: &[f64], has_band: bool) -> WholeValue {
         let ([iterate, quadrature_error], replicates) = split(image, self.summary.replicates);
         let correction = over_replicates(replicates);
         let has_scored = self.summary.largest_std_error.is_some();
         let std_error = has_scored.then_some(correction.std_error);
-        let is_point = matches!(region, Region::Angle(_) | Region::Point(_) | Region::On(..));
-        let factor = self.summary.band_factor.filter(|_| is_point);
+        let factor = self.summary.band_factor.filter(|_| has_band);
         WholeValue {
             estimate: iterate + correction.mean,
             std_error,
@@ -203,7 +263,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// The whole function u with its error band, from one set of walks, for circles and cubes. What is asked for otherwise
+    /// The whole function u with its error band, from one set of walks, for circles, spheres, cubes and rooms. What is asked for otherwise
     /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
     /// equally many of each of 64 replicates; a tolerance is for every point.
     ///
@@ -260,8 +320,8 @@ impl<'m> Whole<'_, 'm> {
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, and for cubes whose kernel has \
-                          no singularity at x = y: ask for targets without it"
+                message: "the whole function from one set of walks is offered for circles, spheres, rooms, and cubes \
+                          whose kernel has no singularity at x = y: ask for targets without it"
                     .to_owned(),
             }
             .into());
@@ -356,11 +416,18 @@ impl<'m> Whole<'_, 'm> {
         Ok(whole)
     }
 
-    /// One to three degrees more than v, two if it may be: the projection of e then loses little beside the error bars.
     fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
         let (own, most) = (system.degree(), system.most_degree());
         match self.settings.score_degree {
-            None => Ok((own + 2).min(most)),
+            None if own < most => Ok(system.default_degree()),
+            None => Err(Error::Option {
+                subject: Subject::Degree,
+                message: format!(
+                    "walks of a whole function score on polynomials of a higher degree than v, and {most} is the highest \
+                     here: use a `degree` of at most {}",
+                    most - 1
+                ),
+            }),
             Some(degree) if degree > own && degree <= most => Ok(degree),
             Some(degree) => Err(Error::Option {
                 subject: Subject::Degree,
@@ -374,10 +441,7 @@ impl<'m> Whole<'_, 'm> {
 
     /// The points at which error bars are looked at.
     fn probes(&self) -> Vec<Region> {
-        let dimension = self.model.about().dimension.unwrap_or(1) as f64;
-        // 256, 16, 6, 4, 3 or 2.
-        let per_axis = (PROBES.powf(1.0 / dimension) + 1e-9).floor();
-        self.model.grid(per_axis as usize, None)
+        self.model.spread(PROBES)
     }
 
     fn walk(
@@ -459,7 +523,7 @@ impl<'m> Whole<'_, 'm> {
     /// The error bars at the probes, the band, and what no band sees.
     fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
         let probes = self.probes();
-        let images = whole.field.images(&probes)?;
+        let images = whole.field.images(WholeQuantity::U, &probes)?;
         let width = IMAGE_HEAD + whole.field.rows();
         let mut values = Vec::with_capacity(probes.len() * REPLICATES);
         let mut errors = Vec::with_capacity(probes.len());
@@ -491,7 +555,7 @@ impl<'m> Whole<'_, 'm> {
 
 /// The largest standard error at these points, over the one that the tolerance asks for.
 fn excess(field: &dyn WholeField, probes: &[Region], tolerance: Tolerance) -> Result<f64, Error> {
-    let images = field.images(probes)?;
+    let images = field.images(WholeQuantity::U, probes)?;
     let width = IMAGE_HEAD + field.rows();
     let ratios = images.chunks_exact(width).map(|image| {
         let ([iterate, _], replicates) = split(image, REPLICATES);

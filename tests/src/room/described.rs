@@ -1,7 +1,7 @@
 //! The description of a room with constants on its cells, for the kit.
 
 use fredholm_core::{Located, Real, TransitionDensity};
-use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall};
+use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall, WallStarts};
 
 use super::vector::{Vector, cross, dist, dot, sub, wide};
 use super::{ABSORPTION, Drawing, RoomNeighbour, Setup};
@@ -15,6 +15,7 @@ use crate::report::Report;
 #[derive(Clone, Debug)]
 pub struct Described<'a, F> {
     pub(super) room: Room<'a, F>,
+    lengths: &'a [f64],
     setup: &'a Setup,
     drawing: &'a Drawing,
     claim: f64,
@@ -64,6 +65,7 @@ pub(super) fn described_by<F: Real, R>(
     });
     then(&Described {
         room,
+        lengths: tables.lengths(),
         setup: &setup,
         drawing,
         claim,
@@ -300,6 +302,8 @@ impl<'a, F: Real> Neighbours for Described<'a, F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
         let views = self.room.views();
         let pairs = |choice| RoomPairs { views, choice };
+        let starts = WallStarts::new(&self.room, self.lengths);
+        offers.starts(&starts.expect("the lengths of its walls"));
         offers.pairs("the paper's", pairs(Choice::Paper));
         offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
         offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));

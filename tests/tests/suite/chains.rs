@@ -1,7 +1,7 @@
 //! Chains that say of themselves what is not so, for the list of broken problems.
 
-use fredholm_core::whole::Stationary;
-use fredholm_core::{Real, Sampler, StateSpace, Uniforms};
+use fredholm_core::whole::Starts;
+use fredholm_core::{Real, StateSpace, Uniforms};
 use fredholm_cube::model;
 use fredholm_tests::circle::{LIGHT, RHO, described};
 use fredholm_tests::cube;
@@ -16,34 +16,23 @@ struct Claimed<'a, E: StateSpace> {
     start: &'a dyn Fn(E::Scalar) -> E::Point,
 }
 
-impl<E: StateSpace> StateSpace for Claimed<'_, E> {
-    type Scalar = E::Scalar;
-    type Point = E::Point;
-}
-impl<E: Sampler> Sampler for Claimed<'_, E> {
-    fn absorption(&self, x: &E::Point) -> E::Scalar {
-        self.equation.absorption(x)
-    }
-    fn step<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> Option<E::Point> {
-        self.equation.step(x, uniforms)
-    }
-}
-impl<E: Sampler> Stationary for Claimed<'_, E> {
+impl<E: StateSpace> Starts<E> for Claimed<'_, E> {
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
         (self.start)(uniforms.uniform())
     }
     fn start_density(&self, _: &E::Point) -> f64 {
         self.density
     }
-    fn survival(&self) -> f64 {
-        self.survival
+    fn survival(&self) -> Option<f64> {
+        Some(self.survival)
     }
 }
 
-fn examined<D: Description>(description: &D, chain: &Claimed<'_, D::Equation>, seed: u64) -> Report
-where
-    D::Equation: Sampler,
-{
+fn examined<D: Description>(
+    description: &D,
+    chain: &Claimed<'_, D::Equation>,
+    seed: u64,
+) -> Report {
     let mut report = Report::default();
     let preserved = check::preserved(description, chain, seed);
     report.push("preserved density", "chain", preserved);
@@ -74,7 +63,9 @@ pub(crate) fn crowded_starts(seed: u64) -> Report {
         let chain = Claimed {
             equation,
             density: equation.start_density(&equation.point(0.0)),
-            survival: equation.survival(),
+            survival: equation
+                .survival()
+                .expect("a chain that preserves its density"),
             start: &|xi: f64| equation.point(core::f64::consts::TAU * xi.pow(1.02)),
         };
         examined(circle, &chain, seed)

@@ -8,8 +8,8 @@ use fredholm_core::whole::{BasisScores, Scores, WholeTask};
 use fredholm_core::{Located, Real, Source};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, IMAGE_HEAD, Region, WholeField, WholeRequest, WholeSystem, WithWholeJob, in_scalar,
-    refined_mean, v_of_walks,
+    Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    in_scalar, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -63,7 +63,8 @@ impl<'m> CircleWhole<'m> {
             of_score_degree!(request.degree, B => {
                 let polynomials = circle.with_functions::<B>();
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&polynomials);
-                then(&WholeTask::new(&circle, neighbour, scores, walk.for_core()))
+                let options = walk.for_core();
+                then(&WholeTask::new(&circle, &circle, neighbour, scores, options))
             })
         })
     }
@@ -216,7 +217,8 @@ impl WholeField for CircleField<'_> {
         (self.rows.len() / self.unknowns()).saturating_sub(1)
     }
 
-    fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error> {
+    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        only_u(quantity)?;
         let width = IMAGE_HEAD + self.rows();
         let mut out = vec![0.0; regions.len() * width];
         of_score_degree!(self.degree, B => {

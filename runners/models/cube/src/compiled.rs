@@ -96,7 +96,7 @@ where
     ) -> Result<(), Error> {
         let (m, absorption) = (parts.per_axis, parts.absorption);
         let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, m, absorption)?;
-        let job = WholeTask::new(&cube, neighbour, scores, parts.options);
+        let job = WholeTask::new(&cube, &cube, neighbour, scores, parts.options);
         then(&job).map_err(|error| parts.explain_whole(error, neighbour, scores))
     }
 }
@@ -131,7 +131,7 @@ impl Parts<'_, f64> {
         if let Error::Run(RunError::Replicate { walk, .. }) = error
             && let Ok(cube) = self.values.cube::<D>(self.per_axis, self.absorption)
         {
-            let job = WholeTask::new(&cube, neighbour, scores, self.options);
+            let job = WholeTask::new(&cube, &cube, neighbour, scores, self.options);
             let mut sums = vec![0.0; job.unknowns()];
             let mut replicate = Replicate::new(walk, 1, ReplicateCounts::default(), &mut sums);
             let _ = job.run(&mut replicate, 1);

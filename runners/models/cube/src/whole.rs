@@ -5,10 +5,10 @@ use std::sync::Arc;
 use fredholm_core::whole::WholeTask;
 use fredholm_core::{Form, Source};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
-use fredholm_model::numbers::largest;
+use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    Error, Region, Request, WholeField, WholeRequest, WholeSystem, WithWholeJob, in_scalar,
-    refined_mean, v_of_walks,
+    Error, Region, Request, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    in_scalar, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -94,7 +94,13 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 if let Some(compiled) = F::compiled::<D>(system.cut.model) {
                     return compiled.with_whole(&parts, neighbour, &scores, then);
                 }
-                then(&WholeTask::new(&cube, neighbour, &scores, parts.options))
+                then(&WholeTask::new(
+                    &cube,
+                    &cube,
+                    neighbour,
+                    &scores,
+                    parts.options,
+                ))
             })
         })
     }
@@ -340,26 +346,13 @@ impl<const D: usize> CubeField<'_, D> {
     }
 }
 
-/// Σ a b, in four sums, which the compiler may take at once.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a4, a) = a.as_chunks::<4>();
-    let (b4, b) = b.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    for (a, b) in a4.iter().zip(b4) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
-        }
-    }
-    let rest: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
 impl<const D: usize> WholeField for CubeField<'_, D> {
     fn rows(&self) -> usize {
         (self.rows.len() / self.unknowns).saturating_sub(1)
     }
 
-    fn images(&self, regions: &[Region]) -> Result<Vec<f64>, Error> {
+    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        only_u(quantity)?;
         self.images_of(regions, &self.rows)
     }
 

@@ -25,13 +25,13 @@ impl ThroughRadiosity {
 }
 
 /// Whether a region is a point between the walls.
-const fn is_in_air(region: &Region) -> bool {
+pub(super) const fn is_in_air(region: &Region) -> bool {
     matches!(region, Region::Point(_))
 }
 
 impl RoomModel {
     /// The surfaces whose net fluxes are results: all, with temperatures, unless they are left out.
-    fn flux_surfaces(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn flux_surfaces(&self) -> impl Iterator<Item = usize> + '_ {
         let all = self.surfaces.heat && !self.surfaces.without_fluxes;
         let surfaces = 0..if all { self.surfaces.names.len() } else { 0 };
         surfaces.filter(|&surface| self.has_walls(surface))
@@ -118,15 +118,7 @@ impl RoomModel {
                 None => estimate,
             };
             if i < goals.len() {
-                heat.push(Heat {
-                    irradiance,
-                    net_flux: self.net_flux(region, irradiance, 1.0),
-                    is_flux_given: self.surfaces.heat && self.is_reflecting(region),
-                    temperature: self.wall_temperature(region, u.preconditioned()),
-                    radiant_temperature: is_in_air(region)
-                        .then(|| self.temperature(u.preconditioned()))
-                        .flatten(),
-                });
+                heat.push(self.heat_of(region, u.preconditioned(), irradiance));
             } else {
                 walked_fluxes.push((walked.map_or(0, Statistics::walks), irradiance));
             }
@@ -155,6 +147,23 @@ impl RoomModel {
         });
         let fluxes = fluxes.collect();
         Derived { heat, fluxes }
+    }
+
+    /// What follows from u of a region and from its irradiance.
+    pub(super) fn heat_of(
+        &self,
+        region: &Region,
+        u: Estimate,
+        irradiance: Option<Estimate>,
+    ) -> Heat {
+        let in_air = is_in_air(region).then(|| self.temperature(u));
+        Heat {
+            irradiance,
+            net_flux: self.net_flux(region, irradiance, 1.0),
+            is_flux_given: self.surfaces.heat && self.is_reflecting(region),
+            temperature: self.wall_temperature(region, u),
+            radiant_temperature: in_air.flatten(),
+        }
     }
 
     /// The net flux out of a surface from which it is given, in W per metre of depth.

@@ -10,8 +10,9 @@ mod notes;
 mod partition;
 mod surfaces;
 mod system;
+mod whole;
 
-use fredholm_core::Statistics;
+use fredholm_core::{Estimate, Statistics};
 use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
 
 pub use field::{Field, FieldRequest, Spot, Stretch};
@@ -19,7 +20,7 @@ pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{About, Derived};
+use fredholm_model::{About, Derived, Heat};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
 };
@@ -310,6 +311,41 @@ impl Model for RoomModel {
         let walls = self.scene.geometry().walls().iter();
         let length: f64 = walls.map(|wall| wall.length).sum();
         self.square_of_source() / length
+    }
+
+    fn has_whole(&self) -> bool {
+        true
+    }
+
+    /// The middles of equal parts of all surfaces, of each about as many as its share of the length, and one at least.
+    fn spread(&self, points: f64) -> Vec<Region> {
+        let surfaces = 0..self.surfaces.names.len();
+        let there = surfaces.filter(|&surface| self.has_walls(surface));
+        let length = |surface| self.scene.length(surface).unwrap_or(0.0);
+        let there: Vec<(usize, f64)> = there.map(|surface| (surface, length(surface))).collect();
+        let all: f64 = there.iter().map(|(_, length)| length).sum();
+        let own = |(surface, length): (usize, f64)| {
+            let share = (points * length / all).round().max(1.0);
+            self.grid(share as usize, Some(surface))
+        };
+        there.into_iter().flat_map(own).collect()
+    }
+
+    fn is_in_space(&self, region: &Region) -> bool {
+        matches!(region, Region::On(..))
+    }
+
+    fn has_irradiance(&self, region: &Region) -> bool {
+        !heat::is_in_air(region)
+    }
+
+    fn flux_parts(&self) -> Vec<(usize, bool)> {
+        let of = |surface| (surface, self.surfaces.is_flux_given(surface));
+        self.flux_surfaces().map(of).collect()
+    }
+
+    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
+        self.heat_of(region, u, irradiance)
     }
 
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {

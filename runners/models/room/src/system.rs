@@ -12,11 +12,12 @@ use fredholm_variance::{
 
 use super::means::Means;
 use super::partition::{RoomPartition, choice, pointwise_pairs};
+use super::whole::RoomWhole;
 use super::{RoomModel, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, System, in_scalar};
+use fredholm_model::{Error, Pairs, Region, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// The coefficients of a room, and the Galerkin solution.
@@ -399,6 +400,13 @@ impl System for RoomSystem<'_> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(RoomWhole::new(*self)))
     }
 }
 

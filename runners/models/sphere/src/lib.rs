@@ -16,10 +16,13 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    WalkOptions, in_scalar,
+    WalkOptions, WholeSystem, in_scalar,
 };
 
+mod whole;
+
 pub use fredholm_sphere::Parameters;
+use whole::SphereWhole;
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -135,6 +138,21 @@ impl Model for SphereModel {
         goals
             .iter()
             .try_for_each(|goal| Self::check_region(&goal.region))
+    }
+
+    fn has_whole(&self) -> bool {
+        true
+    }
+
+    /// On a spiral from pole to pole, by the golden angle.
+    fn spread(&self, points: f64) -> Vec<Region> {
+        let golden = PI * (3.0 - f64::sqrt(5.0));
+        let count = points.max(1.0) as usize;
+        let at = |i: usize| {
+            let height = 1.0 - (2 * i + 1) as f64 / count as f64;
+            Region::Point(vec![height.acos(), (i as f64 * golden) % (2.0 * PI)])
+        };
+        (0..count).map(at).collect()
     }
 
     /// Along the meridian of azimuth 0, from the north pole to the south pole.
@@ -328,7 +346,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
 
 /// The coefficients, and the Galerkin solution.
 #[derive(Debug)]
-struct SphereSystem {
+pub(crate) struct SphereSystem {
     cut: SpherePartition,
     table: MeanTable,
     solution: Solution,
@@ -410,6 +428,13 @@ impl System for SphereSystem {
             goals: request.goals,
             place: &|site| zone(quadrature.middle(site)),
         })
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(SphereWhole::new(*self)))
     }
 
     fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {

@@ -88,12 +88,14 @@ pub(super) struct CsvPlace<'a> {
 }
 
 /// The columns of the net fluxes of whole surfaces, which have rows of their own.
-const FLUX_COLUMNS: [&str; 2] = ["net_flux_per_metre", "net_flux_per_metre_std_error"];
+pub(super) const FLUX_COLUMNS: [&str; 2] = ["net_flux_per_metre", "net_flux_per_metre_std_error"];
 /// The number of the column of walks.
 const WALKS: usize = 7;
 
 /// The rows of net fluxes: name, walks and flux of every surface, and of all together.
-fn fluxes(energy: &EnergyReport) -> impl Iterator<Item = (String, String, EstimateReport)> {
+pub(super) fn fluxes(
+    energy: &EnergyReport,
+) -> impl Iterator<Item = (String, String, EstimateReport)> {
     let surfaces = energy.surfaces.iter().filter_map(|surface| {
         let name = format!("net flux out of {}", surface.name);
         Some((name, surface.walks.to_string(), surface.net_flux?))

@@ -242,7 +242,7 @@ impl GoalReport {
 
 impl EstimateReport {
     /// A number that is given.
-    fn given(&self) -> String {
+    pub(super) fn given(&self) -> String {
         let number = self
             .estimate
             .map_or("-".to_owned(), |x| with_decimals(x, 9));
@@ -265,7 +265,7 @@ impl EstimateReport {
 
 impl EnergyReport {
     /// The table of net fluxes.
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let flux = |surface: &super::SurfaceReport| match &surface.net_flux {
             Some(report) if surface.is_given => report.given(),
             Some(report) => report.text(0.0),

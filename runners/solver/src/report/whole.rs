@@ -1,10 +1,12 @@
 //! The report of a whole function at some regions.
 
+use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
+use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
-use super::csv::{CsvPlace, of_columns, places, record, text};
-use super::{Coordinates, Over};
+use super::csv::{CsvPlace, FLUX_COLUMNS, fluxes, of_columns, places, record, text};
+use super::{Coordinates, EnergyReport, EstimateReport, Over, PER_DEPTH};
 use crate::{Error, Goal, Model, Region, WholeFunction, WholeSummary, WholeValue};
 
 /// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
@@ -27,8 +29,14 @@ pub struct WholeReport {
     pub summary: WholeSummary,
     /// Seconds of the values.
     pub value_seconds: f64,
+    /// The unit of u, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<&'static str>,
     /// The values.
     pub targets: Vec<WholeGoalReport>,
+    /// The net fluxes of a room with temperatures.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyReport>,
 }
 
 /// The value of a whole function at one region.
@@ -39,6 +47,9 @@ pub struct WholeGoalReport {
     /// The point, if the goal is u at a point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Coordinates>,
+    /// The place of the point in the drawing, of a room.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<Vec<f64>>,
     /// The region, if the goal is a mean over one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over: Option<Over>,
@@ -56,6 +67,21 @@ pub struct WholeGoalReport {
     /// The error in standard errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<f64>,
+    /// The irradiance, in rooms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub irradiance: Option<EstimateReport>,
+    /// The net flux out of the wall in W/m², of a surface in the mean, in rooms with temperatures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub net_flux: Option<EstimateReport>,
+    /// Whether that is given, and no result.
+    #[serde(skip)]
+    pub is_flux_given: bool,
+    /// The temperature in kelvin of a wall from which the net flux is given; of a mean, that of the mean of T⁴.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<EstimateReport>,
+    /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radiant_temperature: Option<EstimateReport>,
 }
 
 impl WholeGoalReport {
@@ -70,6 +96,7 @@ impl WholeGoalReport {
         Self {
             name: goal.name.clone(),
             at: Coordinates::new(model, &goal.region),
+            position: model.position(&goal.region),
             over: Over::new(model, &goal.region),
             weight: match goal.region {
                 Region::Weight(number) => model.weight(number).map(str::to_owned),
@@ -79,12 +106,55 @@ impl WholeGoalReport {
             value,
             error,
             z: error.zip(bar).map(|(error, bar)| error / bar),
+            irradiance: None,
+            net_flux: None,
+            is_flux_given: false,
+            temperature: None,
+            radiant_temperature: None,
         }
+    }
+
+    /// Adds what follows from u and from the irradiance.
+    fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
+        // An estimate is there however few walks there were.
+        let estimate = |estimate, unit| EstimateReport::new(estimate, 1, unit);
+        self.irradiance = heat.irradiance.map(|h| estimate(h, unit));
+        self.net_flux = heat.net_flux.map(|q| estimate(q, unit));
+        self.is_flux_given = heat.is_flux_given;
+        self.temperature = heat.temperature.map(|t| estimate(t, Some("K")));
+        self.radiant_temperature = heat.radiant_temperature.map(|t| estimate(t, Some("K")));
+    }
+
+    /// The point, in a room the place in the drawing.
+    fn place(&self) -> Option<String> {
+        match &self.position {
+            Some(position) => Some(Coordinates::Many(position.clone()).text()),
+            None => self.at.as_ref().map(Coordinates::text),
+        }
+    }
+
+    /// Estimates that only rooms have.
+    const fn of_rooms(&self) -> [&Option<EstimateReport>; 4] {
+        [
+            &self.irradiance,
+            &self.net_flux,
+            &self.temperature,
+            &self.radiant_temperature,
+        ]
+    }
+}
+
+/// The value as an estimate of so many walks.
+fn estimate(value: &WholeValue) -> Estimate {
+    Estimate {
+        estimate: value.estimate,
+        std_error: value.std_error,
+        std_dev: None,
     }
 }
 
 /// The columns that all problems have.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 20] = [
     "name",
     "at",
     "from",
@@ -97,6 +167,14 @@ const COLUMNS: [&str; 12] = [
     "band",
     "error",
     "z",
+    "irradiance",
+    "irradiance_std_error",
+    "net_flux",
+    "net_flux_std_error",
+    "temperature",
+    "temperature_std_error",
+    "radiant_temperature",
+    "radiant_temperature_std_error",
 ];
 
 impl WholeReport {
@@ -107,7 +185,16 @@ impl WholeReport {
     pub fn csv(&self) -> Result<String, Error> {
         let coordinates = of_columns(self.summary.problem, self.summary.dimension);
         let columns = COLUMNS.iter().map(|&name| name.to_owned());
-        let mut rows = vec![columns.chain(coordinates.iter().cloned()).collect()];
+        let fluxes: Vec<_> = self.energy.iter().flat_map(fluxes).collect();
+        let more: &[&str] = if fluxes.is_empty() {
+            &[]
+        } else {
+            &FLUX_COLUMNS
+        };
+        let mut head: Vec<String> = columns.chain(coordinates.iter().cloned()).collect();
+        let width = head.len();
+        head.extend(more.iter().map(|&name| name.to_owned()));
+        let mut rows = vec![head];
         for target in &self.targets {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
             let over = match target.over {
@@ -128,11 +215,23 @@ impl WholeReport {
             ]);
             let rest = [value.std_error, value.band, target.error, target.z];
             row.extend(rest.map(number));
+            for report in target.of_rooms() {
+                let numbers = report.map_or([None; 2], |r| [r.estimate, r.std_error]);
+                row.extend(numbers.map(number));
+            }
             let place = CsvPlace {
                 at: target.at.as_ref(),
-                position: &[],
+                position: target.position.as_deref().unwrap_or_default(),
             };
             row.extend(places(place, coordinates.len()));
+            row.resize(width + more.len(), String::new());
+            rows.push(row);
+        }
+        for (name, _, flux) in fluxes {
+            let mut row = vec![text(&name)];
+            row.resize(width, String::new());
+            let numbers = [flux.estimate, flux.std_error];
+            row.extend(numbers.map(|x| x.map_or(String::new(), |x| x.to_string())));
             rows.push(row);
         }
         record(&rows)
@@ -142,21 +241,29 @@ impl WholeReport {
     #[must_use]
     pub fn table(&self) -> String {
         let has_errors = self.targets.iter().any(|target| target.error.is_some());
-        let mut head: Vec<String> = [
-            "target",
-            "at",
-            "exact",
-            "F + T_K v",
-            "whole function",
-            "band ±",
-        ]
-        .map(str::to_owned)
-        .to_vec();
+        let unit = self.unit;
+        let own = |name: &str| match unit {
+            Some(unit) => format!("{name}, {unit}"),
+            None => name.to_owned(),
+        };
+        let mut head: Vec<String> = ["target", "at"].map(str::to_owned).to_vec();
+        head.extend(["exact", "F + T_K v", "whole function", "band ±"].map(own));
         if has_errors {
-            head.extend(["error", "z"].map(str::to_owned));
+            head.extend([own("error"), "z".to_owned()]);
         }
+        let any = |i: usize| self.targets.iter().any(|t| t.of_rooms()[i].is_some());
+        let there: [bool; 4] = core::array::from_fn(any);
+        let names = [
+            own("irradiance"),
+            own("net flux"),
+            "temperature, K".to_owned(),
+            "mean radiant temperature, K".to_owned(),
+        ];
+        let names = names.into_iter().zip(there);
+        head.extend(names.filter_map(|(name, is_there)| is_there.then_some(name)));
         let mut rows = vec![head];
-        rows.extend(self.targets.iter().map(|target| target.row(has_errors)));
+        let targets = self.targets.iter();
+        rows.extend(targets.map(|target| target.row(has_errors, there)));
         let summary = &self.summary;
         let mut about = vec![summary.to_string()];
         if let (Some(factor), Some(error)) = (summary.band_factor, summary.largest_std_error) {
@@ -175,7 +282,7 @@ impl WholeReport {
             short(self.value_seconds)
         ));
         format!(
-            "{}, {} pairs, {} estimator, {}, seed {}\n\n{}\n{}\n",
+            "{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n{}\n",
             match summary.dimension {
                 Some(d) => format!("{} of dimension {d}", summary.problem),
                 None => summary.problem.to_owned(),
@@ -185,18 +292,21 @@ impl WholeReport {
             summary.scalar,
             summary.seed,
             aligned(&rows),
+            self.energy
+                .as_ref()
+                .map_or(String::new(), EnergyReport::text),
             about.join("\n")
         )
     }
 }
 
 impl WholeGoalReport {
-    fn row(&self, has_errors: bool) -> Vec<String> {
+    fn row(&self, has_errors: bool, there: [bool; 4]) -> Vec<String> {
         let value = &self.value;
         let optional = |x: Option<f64>| x.map_or(String::new(), short);
         let mut row = vec![
             self.name.clone(),
-            self.at.as_ref().map_or(String::new(), Coordinates::text),
+            self.place().unwrap_or_default(),
             self.exact
                 .map_or("-".to_owned(), |exact| format!("{exact:.7}")),
             format!("{:.7}", value.iterate),
@@ -205,6 +315,17 @@ impl WholeGoalReport {
         ];
         if has_errors {
             row.extend([optional(self.error), optional(self.z)]);
+        }
+        for (i, report) in self.of_rooms().into_iter().enumerate() {
+            if there[i] {
+                row.push(match report {
+                    Some(report) if i == 1 && self.is_flux_given => report.given(),
+                    Some(report) => {
+                        with_error(report.estimate.unwrap_or(f64::NAN), report.std_error)
+                    }
+                    None => "-".to_owned(),
+                });
+            }
         }
         row
     }
@@ -219,16 +340,68 @@ impl WholeFunction<'_> {
         let start = std::time::Instant::now();
         let regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
         let values = self.values(&regions)?;
-        let value_seconds = start.elapsed().as_secs_f64();
+        let model = self.model();
         let all = goals.iter().zip(values);
         let targets = all.map(|(goal, value)| {
-            let exact = self.model().exact(&goal.region)?;
-            Ok(WholeGoalReport::new(self.model(), goal, exact, value))
+            let exact = model.exact(&goal.region)?;
+            Ok(WholeGoalReport::new(model, goal, exact, value))
         });
+        let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;
+        self.add_heat(goals, &mut targets)?;
         Ok(WholeReport {
             summary: self.summary().clone(),
-            value_seconds,
-            targets: targets.collect::<Result<_, Error>>()?,
+            unit: model.unit(),
+            targets,
+            energy: self.energy()?,
+            value_seconds: start.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Adds irradiances, and what follows from them.
+    fn add_heat(&self, goals: &[Goal], targets: &mut [WholeGoalReport]) -> Result<(), Error> {
+        let model = self.model();
+        let lit = |goal: &&Goal| model.has_irradiance(&goal.region);
+        let regions: Vec<Region> = goals.iter().filter(lit).map(|g| g.region.clone()).collect();
+        let irradiances = self.quantities(WholeQuantity::Irradiance, &regions)?;
+        let mut irradiances = irradiances.iter().map(estimate);
+        for (goal, target) in goals.iter().zip(targets) {
+            let own = match lit(&goal) {
+                true => irradiances.next(),
+                false => None,
+            };
+            let heat = model.heat(&goal.region, estimate(&target.value), own);
+            target.add(&heat, model.unit());
+        }
+        Ok(())
+    }
+
+    /// The net fluxes out of all parts, and their sum, if the model has them.
+    fn energy(&self) -> Result<Option<EnergyReport>, Error> {
+        let parts = self.model().flux_parts();
+        if parts.is_empty() {
+            return Ok(None);
+        }
+        let mut regions: Vec<Region> = parts.iter().map(|(part, _)| Region::Part(*part)).collect();
+        regions.push(Region::Parts(parts.iter().map(|(part, _)| *part).collect()));
+        let values = self.quantities(WholeQuantity::NetFlux, &regions)?;
+        // The walks are those of all.
+        let walks = self.summary().walks;
+        let fluxes = parts
+            .iter()
+            .zip(&values)
+            .map(|(&(part, is_given), value)| Flux {
+                name: self.model().part(part).unwrap_or_default().to_owned(),
+                walks: if is_given { 0 } else { walks },
+                net_flux: Some(estimate(value)),
+                is_given,
+            });
+        let all = values.last().map(estimate);
+        Ok(
+            EnergyReport::new(fluxes.collect()).map(|energy| EnergyReport {
+                // Errors of one set of walks depend on each other.
+                energy_balance: all.map(|all| EstimateReport::new(all, walks, Some(PER_DEPTH))),
+                ..energy
+            }),
+        )
     }
 }

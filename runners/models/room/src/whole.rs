@@ -1,0 +1,305 @@
+//! The whole function of a room.
+
+mod means;
+
+use std::sync::{Arc, OnceLock};
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::legendre;
+use fredholm_core::whole::{BasisScores, Scores, WholeTask};
+use fredholm_model::numbers::{dot, largest};
+use fredholm_model::{
+    Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    in_scalar, v_of_walks,
+};
+use fredholm_rayon::fill_rows;
+use fredholm_room::{Point, PolynomialRoom, Room, Seen, Tables, WallStarts};
+use fredholm_variance::gauss;
+
+use super::of_degree;
+use super::system::RoomSystem;
+
+/// The largest degree of scores: that up to which moments are exact to rounding.
+const MOST_DEGREE: usize = 4;
+
+/// Gauss points of a cell beyond the degree, where F + T_K v is made a polynomial.
+const MORE_POINTS: usize = 3;
+
+/// A solved room whose walks score in every state, or in their starts if it is open.
+#[derive(Clone, Debug)]
+pub(super) struct RoomWhole<'m> {
+    system: Arc<RoomSystem<'m>>,
+}
+
+impl<'m> RoomWhole<'m> {
+    pub(super) fn new(system: RoomSystem<'m>) -> Self {
+        Self {
+            system: Arc::new(system),
+        }
+    }
+
+    fn walks_in<F: Real>(
+        &self,
+        request: &WholeRequest<'_>,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let walk = request.walk;
+        let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
+        let room = setup.room()?;
+        let starts = WallStarts::new(&room, setup.tables.lengths())?;
+        let options = walk.for_core();
+        setup.with_neighbour(&room, &mut |neighbour, _| {
+            of_degree!(request.degree, B => {
+                let polynomials = room.with_functions::<B>();
+                let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&polynomials);
+                then(&WholeTask::new(&room, &starts, neighbour, scores, options))
+            })
+        })
+    }
+}
+
+impl<'m> WholeSystem<'m> for RoomWhole<'m> {
+    fn degree(&self) -> usize {
+        self.system.cut.cut.degree
+    }
+
+    fn most_degree(&self) -> usize {
+        MOST_DEGREE
+    }
+
+    fn degrees(&self, degree: usize) -> Vec<usize> {
+        (0..=degree).collect()
+    }
+
+    fn cells(&self) -> usize {
+        self.system.cut.mesh.len()
+    }
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.system.cut.mesh.cells().length(cell)
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        let solution = &self.system.solution;
+        [largest(&solution.v), solution.radius_bound]
+    }
+
+    fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+        in_scalar!(self.system.cut.cut.scalar, F => self.walks_in::<F>(request, then))
+    }
+
+    fn field(
+        &self,
+        request: &WholeRequest<'_>,
+        rows: Vec<f64>,
+    ) -> Result<Box<dyn WholeField + 'm>, Error> {
+        let v = v_of_walks(&self.system.solution, self.system.cut.cut.scalar)?;
+        let (own, functions) = (self.degree() + 1, request.degree + 1);
+        let mut all = Vec::with_capacity(self.cells() * functions + rows.len());
+        for v in v.chunks_exact(own) {
+            // A polynomial of a lower degree is one of a higher.
+            all.extend(v);
+            all.resize(all.len() + functions - own, 0.0);
+        }
+        all.extend(rows);
+        let cut = &self.system.cut;
+        Ok(Box::new(RoomField {
+            tables: Tables::new(&cut.model.scene, &cut.mesh),
+            system: Arc::clone(&self.system),
+            functions,
+            rows: all,
+            lifted: OnceLock::new(),
+        }))
+    }
+}
+
+/// v and other piecewise polynomials of one degree, and what makes T_K of them.
+struct RoomField<'m> {
+    system: Arc<RoomSystem<'m>>,
+    tables: Tables<f64>,
+    /// Functions on a cell.
+    functions: usize,
+    /// v first.
+    rows: Vec<f64>,
+    /// F + T_K v and the images of all other rows as such polynomials: what points between the walls see.
+    lifted: OnceLock<Vec<f64>>,
+}
+
+/// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
+fn terms(quantity: WholeQuantity, emission: f64, reflectance: f64) -> [f64; 2] {
+    match quantity {
+        WholeQuantity::U => [emission, reflectance],
+        WholeQuantity::Irradiance => [0.0, 1.0],
+        WholeQuantity::NetFlux => [emission, reflectance - 1.0],
+    }
+}
+
+impl RoomField<'_> {
+    fn unknowns(&self) -> usize {
+        self.system.cut.mesh.len() * self.functions
+    }
+
+    fn room(&self) -> Result<Room<'_, f64>, Error> {
+        let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
+        let views = self.system.matrix.views();
+        // T_K does not depend on q0.
+        Ok(Room::new(geometry, cells, views, 0.5)?)
+    }
+
+    /// Constant and factor of a quantity on a wall.
+    fn terms(&self, quantity: WholeQuantity, wall: usize) -> Result<[f64; 2], Error> {
+        let walls = self.system.cut.model.scene.geometry();
+        let wall = walls.walls().get(wall);
+        let wall = wall.ok_or(Error::Internal("a wall that is none"))?;
+        Ok(terms(quantity, wall.emission, wall.reflectance))
+    }
+
+    /// A constant, and a multiple of the moments times every row.
+    fn contract(
+        &self,
+        [constant, factor]: [f64; 2],
+        moments: &[f64],
+        rows: &[f64],
+        out: &mut [f64],
+    ) {
+        let Some(([head, moved], images)) = out
+            .split_first_chunk_mut::<IMAGE_HEAD>()
+            .map(|(a, b)| (a, b))
+        else {
+            return;
+        };
+        let mut rows = rows.chunks_exact(self.unknowns());
+        *head = constant + factor * rows.next().map_or(f64::NAN, |v| dot(moments, v));
+        *moved = 0.0;
+        for (image, row) in images.iter_mut().zip(rows) {
+            *image = factor * dot(moments, row);
+        }
+    }
+
+    /// The irradiance at a point in terms of all functions.
+    fn irradiance<const B: usize>(
+        polynomials: &PolynomialRoom<'_, '_, f64, B>,
+        x: &Point<f64>,
+        out: &mut [f64],
+    ) {
+        for (j, out) in out.chunks_exact_mut(B).enumerate() {
+            out.copy_from_slice(&polynomials.form_factors(x, j));
+        }
+    }
+
+    fn image<const B: usize>(
+        &self,
+        polynomials: &PolynomialRoom<'_, '_, f64, B>,
+        quantity: WholeQuantity,
+        region: &Region,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let room = polynomials.room();
+        let mut moments = vec![0.0; self.unknowns()];
+        match region {
+            Region::On(surface, t) => {
+                let (wall, fraction) = self.system.cut.model.scene.along(*surface, *t)?;
+                let x = room.point(wall, fraction)?;
+                let terms = self.terms(quantity, wall)?;
+                // Nothing of the irradiance arrives in u of a black wall.
+                if terms[1] != 0.0 {
+                    Self::irradiance(polynomials, &x, &mut moments);
+                }
+                self.contract(terms, &moments, &self.rows, out);
+            }
+            Region::Point(x) => {
+                if quantity != WholeQuantity::U {
+                    return Err(Error::Internal("no light falls on a point in the air"));
+                }
+                let position = [0, 1].map(|k| x.get(k).copied().unwrap_or(f64::NAN));
+                Seen { room, position }.moments(B, &mut moments);
+                let rows = self.lifted(polynomials)?;
+                self.contract([0.0, 1.0], &moments, rows, out);
+                // What the highest degree is worth.
+                let v = rows.chunks_exact(B).zip(moments.chunks_exact(B));
+                out[1] = v.map(|(v, m)| v[B - 1] * m[B - 1]).sum::<f64>().abs();
+            }
+            region => {
+                let walls = self.system.cut.model.walls(region)?;
+                let own = walls.into_iter().flatten();
+                let own = own.map(|wall| Ok((wall, self.terms(quantity, wall)?)));
+                let own = own.collect::<Result<Vec<_>, Error>>()?;
+                let is_mean = quantity != WholeQuantity::NetFlux;
+                let means::Means { constant, error } =
+                    means::moments(room, &own, is_mean, &self.rows, &mut moments)?;
+                self.contract([constant, 1.0], &moments, &self.rows, out);
+                out[1] = error;
+            }
+        }
+        Ok(())
+    }
+
+    /// F + T_K v and all images as piecewise polynomials.
+    fn lifted<const B: usize>(
+        &self,
+        polynomials: &PolynomialRoom<'_, '_, f64, B>,
+    ) -> Result<&[f64], Error> {
+        if let Some(lifted) = self.lifted.get() {
+            return Ok(lifted);
+        }
+        let (cells, rows) = (
+            self.system.cut.mesh.len(),
+            self.rows.len() / self.unknowns(),
+        );
+        let rule = gauss(B + MORE_POINTS)?;
+        // By cell, then by row.
+        let mut by_cell = vec![0.0; self.rows.len()];
+        fill_rows(&mut by_cell, rows * B, |cell, out| {
+            let mut moments = vec![0.0; self.unknowns()];
+            let mut image = vec![0.0; rows + 1];
+            for (t, weight) in &rule {
+                let x = polynomials.room().inside(cell, 0.5 + 0.5 * t);
+                let x = x.ok_or(Error::Internal("a cell that is none"))?;
+                let terms = self.terms(WholeQuantity::U, x.wall())?;
+                Self::irradiance(polynomials, &x, &mut moments);
+                self.contract(terms, &moments, &self.rows, &mut image);
+                let psi: [f64; B] = legendre(*t);
+                let values = [image[0]]
+                    .into_iter()
+                    .chain(image[IMAGE_HEAD..].iter().copied());
+                for (out, value) in out.chunks_exact_mut(B).zip(values) {
+                    for (out, psi) in out.iter_mut().zip(psi) {
+                        *out += 0.5 * weight * value * psi;
+                    }
+                }
+            }
+            Ok::<(), Error>(())
+        })?;
+        let mut all = vec![0.0; self.rows.len()];
+        for (cell, own) in by_cell.chunks_exact(rows * B).enumerate() {
+            for (row, own) in own.chunks_exact(B).enumerate() {
+                let from = (row * cells + cell) * B;
+                all[from..from + B].copy_from_slice(own);
+            }
+        }
+        Ok(self.lifted.get_or_init(|| all))
+    }
+
+    fn all_images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        let width = IMAGE_HEAD + self.rows();
+        let mut out = vec![0.0; regions.len() * width];
+        let room = self.room()?;
+        of_degree!(self.functions - 1, B => {
+            let polynomials = room.with_functions::<B>();
+            fill_rows(&mut out, width, |region, out| {
+                self.image(&polynomials, quantity, &regions[region], out)
+            })?;
+        });
+        Ok(out)
+    }
+}
+
+impl WholeField for RoomField<'_> {
+    fn rows(&self) -> usize {
+        (self.rows.len() / self.unknowns()).saturating_sub(1)
+    }
+
+    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        self.all_images(quantity, regions)
+    }
+}
