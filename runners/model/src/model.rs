@@ -121,7 +121,12 @@ pub trait Model: Send + Sync {
         Vec::new()
     }
 
-    /// What follows from u of a region and from its irradiance.
+    /// Whether the irradiance of a region does not follow from u there.
+    fn has_own_irradiance(&self, region: &Region) -> bool {
+        self.has_irradiance(region)
+    }
+
+    /// What follows from u of a region and from its irradiance, which need not be given where it follows from u.
     fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
         let _ = (region, u, irradiance);
         Heat::default()

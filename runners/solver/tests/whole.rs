@@ -6,7 +6,7 @@ use core::f64::consts::{PI, TAU};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{
     CircleModel, CubeModel, Estimator, Model, Observer, Pairs, Region, Scalar, SolveError,
-    SolveObserver, Solver, SphereModel, Tolerance, WeightFn, WholeFunction,
+    SolveObserver, Solver, Tolerance, WeightFn, WholeFunction,
 };
 
 const LIGHT: Harmonic = Harmonic {
@@ -325,14 +325,6 @@ fn what_cannot_be_is_refused() {
     refused(solver().score_degree(7), "at most 6");
     refused(solver().pairs(Pairs::Theory), "chooses pairs for targets");
     refused(solver().absorption(2.0), "between 0 and 1");
-    let sphere = SphereModel::new(fredholm::sphere::Parameters {
-        albedo: 0.6,
-        asymmetry: 0.3,
-        emission: [1.0, 0.2, 0.1, 0.5],
-        absorption: 0.4,
-        forward: 0.2,
-    });
-    refused(Solver::new(&sphere), "for circles, and for cubes");
     let singular = CubeModel::from_fn::<1>(|x, y| 0.2 * (x[0] - y[0]).abs().powf(-0.4), |_| 1.0);
     refused(Solver::new(&singular), "no singularity");
     let nan = CubeModel::from_fn::<1>(|x, y| if y[0] > 0.999 { f64::NAN } else { x[0] }, |_| 1.0);

@@ -149,7 +149,7 @@ impl RoomModel {
         Derived { heat, fluxes }
     }
 
-    /// What follows from u of a region and from its irradiance.
+    /// What follows from u of a region and from its irradiance, which follows from u where it is not given.
     pub(super) fn heat_of(
         &self,
         region: &Region,
@@ -157,6 +157,8 @@ impl RoomModel {
         irradiance: Option<Estimate>,
     ) -> Heat {
         let in_air = is_in_air(region).then(|| self.temperature(u));
+        let through = || Some(self.through_radiosity(region)?.irradiance(u));
+        let irradiance = irradiance.or_else(through);
         Heat {
             irradiance,
             net_flux: self.net_flux(region, irradiance, 1.0),

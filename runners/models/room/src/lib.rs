@@ -339,6 +339,10 @@ impl Model for RoomModel {
         !heat::is_in_air(region)
     }
 
+    fn has_own_irradiance(&self, region: &Region) -> bool {
+        self.takes_walks(region, false)
+    }
+
     fn flux_parts(&self) -> Vec<(usize, bool)> {
         let of = |surface| (surface, self.surfaces.is_flux_given(surface));
         self.flux_surfaces().map(of).collect()

@@ -360,7 +360,7 @@ impl WholeFunction<'_> {
     /// Adds irradiances, and what follows from them.
     fn add_heat(&self, goals: &[Goal], targets: &mut [WholeGoalReport]) -> Result<(), Error> {
         let model = self.model();
-        let lit = |goal: &&Goal| model.has_irradiance(&goal.region);
+        let lit = |goal: &&Goal| model.has_own_irradiance(&goal.region);
         let regions: Vec<Region> = goals.iter().filter(lit).map(|g| g.region.clone()).collect();
         let irradiances = self.quantities(WholeQuantity::Irradiance, &regions)?;
         let mut irradiances = irradiances.iter().map(estimate);
