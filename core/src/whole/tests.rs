@@ -191,6 +191,27 @@ fn a_chain_that_does_not_keep_the_density_is_biased() {
     assert!(largest_z::<32>(uneven, ALL_SCORES[2]) > 20.0);
 }
 
+/// A chain that claims nothing has its starts scored alone: with the bits of as many walks of which one state is kept.
+#[test]
+fn without_a_claim_starts_alone_are_scored() {
+    let uneven = Toy {
+        uneven: true,
+        preserves: false,
+        ..TOY
+    };
+    for scores in ALL_SCORES {
+        assert!(largest_z::<32>(uneven, scores) < T);
+        let neighbour = Constant(uneven);
+        let [one, many] = [
+            coefficients(&task::<1>(&neighbour, scores), 100),
+            coefficients(&task::<32>(&neighbour, scores), 100),
+        ];
+        assert_eq!(one, many);
+        let scored = task::<32>(&neighbour, scores).normalisation();
+        assert_eq!(scored.states_scored, 1.0);
+    }
+}
+
 /// Every suffix scores what a walk scores that starts there with the same numbers.
 #[test]
 fn suffixes_are_walks() {
@@ -259,14 +280,14 @@ fn walks_that_go_wrong_are_told() {
 
     let endless = Constant(Toy {
         absorption: 0.0,
-        uneven: false,
+        ..TOY
     });
     let mut task = self::task::<2>(&endless, ALL_SCORES[0]);
     task.step_limit = 0;
     assert_eq!(task.normalisation().states_scored, 0.0);
     let nan = Constant(Toy {
         absorption: f64::NAN,
-        uneven: false,
+        ..TOY
     });
     let task = self::task::<2>(&nan, ALL_SCORES[2]);
     let before = [1.0; 6];

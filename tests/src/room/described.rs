@@ -97,6 +97,12 @@ struct Seen {
 }
 
 impl<F: Real> Described<'_, F> {
+    /// The lengths of all walls before each, and of all.
+    #[must_use]
+    pub const fn lengths(&self) -> &[f64] {
+        self.lengths
+    }
+
     fn wall(&self, wall: usize) -> &Wall<F> {
         &self.room.geometry().walls()[wall]
     }

@@ -1,10 +1,12 @@
 //! Chains that say of themselves what is not so, for the list of broken problems.
 
 use fredholm_core::whole::Starts;
-use fredholm_core::{Real, StateSpace, Uniforms};
+use fredholm_core::{Real, Sampler, StateSpace, Uniforms};
 use fredholm_cube::model;
+use fredholm_room::{Room, WallStarts};
 use fredholm_tests::circle::{LIGHT, RHO, described};
 use fredholm_tests::cube;
+use fredholm_tests::room::{self, Drawing, square};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Report, check};
 
@@ -70,6 +72,66 @@ pub(crate) fn crowded_starts(seed: u64) -> Report {
         };
         examined(circle, &chain, seed)
     })
+}
+
+/// The length of all walls of a room.
+fn length(room: &Room<'_, f64>) -> f64 {
+    room.geometry().walls().iter().map(|wall| wall.length).sum()
+}
+
+/// A square without its last side, whose walks leave more often near the gap than elsewhere.
+fn open_square() -> Drawing {
+    let mut drawing = square();
+    drawing.surfaces.pop();
+    drawing.open = true;
+    drawing
+}
+
+/// An open room that claims what a closed one does.
+pub(crate) fn leaking_room(seed: u64) -> Report {
+    room::described::<f64, _>(&open_square(), 20, 1.0, |described| {
+        let room = described.equation();
+        let walls = room.geometry().walls().len();
+        let start = |xi: f64| {
+            let place = xi * walls as f64;
+            let wall = (place as usize).min(walls - 1);
+            room.point(wall, place - wall as f64).expect("a wall")
+        };
+        let chain = Claimed {
+            equation: room,
+            density: 1.0 / length(room),
+            survival: 1.0 - room.absorption(&start(0.5)),
+            start: &start,
+        };
+        examined(described, &chain, seed)
+    })
+}
+
+/// Starts in rooms: closed ones say that they preserve a density, and do; of an open one the starts are as they say.
+#[test]
+fn rooms_have_uniform_starts() {
+    fn of<F: Real>(drawing: &Drawing, claims: bool, report: &mut Report) {
+        room::described::<F, _>(drawing, 30, 1.0, |described| {
+            let room = described.equation();
+            let lengths = described.lengths();
+            let starts = WallStarts::new(room, lengths).expect("lengths of walls");
+            assert_eq!(starts.survival().is_some(), claims, "{}", drawing.name);
+            let preserved = check::preserved(described, &starts, 2);
+            report.push("preserved density", drawing.name, preserved);
+            let states = check::states(described, &starts, 2);
+            report.push("suffix starts", drawing.name, states);
+        });
+    }
+    let mut report = Report::default();
+    for (drawing, closed) in [
+        (square(), true),
+        (room::doorway(), true),
+        (open_square(), false),
+    ] {
+        of::<f32>(&drawing, closed, &mut report);
+        of::<f64>(&drawing, closed, &mut report);
+    }
+    report.assert_passed("starts in rooms");
 }
 
 /// What circle and cube say of themselves, in both scalars; the matrix has more of them.

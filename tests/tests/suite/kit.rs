@@ -41,6 +41,7 @@ const BROKEN: &[Entry] = &[
     ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
     ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
     ("a chain whose states crowd, told to preserve what is uniform", "preserved density", chains::crowding),
+    ("an open room, told to preserve what is uniform", "preserved density", chains::leaking_room),
     ("starts crowd at one end", "suffix starts", chains::crowded_starts),
     ("F 0.1 % too large", "solution", |seed| with(Fault::Source, seed)),
     ("k 0.1 % too large, u = 1", "constant", |seed| with(Fault::Kernel, seed)),

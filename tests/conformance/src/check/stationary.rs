@@ -6,7 +6,7 @@ use fredholm_core::{Sampler, TransitionDensity, Uniforms};
 
 use super::chain::chi_squared;
 use super::{ROUNDING, STANDARD_ERRORS, UNITS, draws, samples};
-use crate::description::{Description, PointOf, ScalarOf, epsilon};
+use crate::description::{Description, ScalarOf, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many points the first check looks at.
