@@ -212,6 +212,40 @@ impl<F: Real> Seen<'_, '_, F> {
         });
     }
 
+    /// Calls `each` with points of walls that the point sees, and weights that sum to the share of all directions in which
+    /// it sees any: (1/2π) ∫ u dω by three Gauss points in panels of directions that are `width` radians wide at most. Panels
+    /// end where something else is seen, so that u is as smooth in them as along walls.
+    pub fn points(&self, width: f64, mut each: impl FnMut(Point<F>, f64)) {
+        let (geometry, x) = (self.room.geometry(), self.position);
+        for (w, wall) in (0..).zip(geometry.walls()) {
+            geometry.seen_pieces(x, w, |right, left| {
+                let whole = angle(right, left).to_f64();
+                // One at least, and of a width that is none no more than this.
+                let panels = (whole / width).clamp(0.0, 1e4) as u32 + 1;
+                let panel = whole / f64::from(panels);
+                let turn =
+                    |angle: f64| [F::from_f64(Real::cos(angle)), F::from_f64(Real::sin(angle))];
+                let turned =
+                    |d: Vector<F>, [c, s]: [F; 2]| [c * d[0] - s * d[1], s * d[0] + c * d[1]];
+                let nodes = GAUSS.each(|(t, _)| turn(t * panel));
+                let next = turn(panel);
+                let mut from = right;
+                for _ in 0..panels {
+                    for (node, (_, weight)) in nodes.iter().zip(GAUSS) {
+                        let direction = turned(from, *node);
+                        let [a, b] = wall.ends.each(|end| cross(direction, sub(end, x)).abs());
+                        let fraction = a / (a + b);
+                        each(
+                            self.room.at(w, wall, fraction),
+                            weight * panel / core::f64::consts::TAU,
+                        );
+                    }
+                    from = turned(from, next);
+                }
+            });
+        }
+    }
+
     /// Which share of the angle of every cell the point sees, of 0 to 1: the rest is hidden. For [`Seen::density`].
     #[cfg(feature = "alloc")]
     #[must_use]
@@ -292,6 +326,13 @@ impl<F: Real> Seen<'_, '_, F> {
         });
     }
 }
+
+/// Three Gauss points of the unit interval, and weights that sum to 1.
+const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_31, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
 
 /// The angle from `a` to `b`, to the left and below π.
 #[inline]

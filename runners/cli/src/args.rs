@@ -234,6 +234,17 @@ pub(crate) struct RenderArgs {
     /// from the least, to what is brightest between the walls]
     #[arg(long, value_name = "A:B", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
+    /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]
+    #[arg(long, conflicts_with = "side_by_side")]
+    pub(crate) whole: bool,
+    /// With --whole: where to write a picture of the standard errors, .png or .svg
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "whole",
+        conflicts_with = "profile"
+    )]
+    pub(crate) errors: Option<PathBuf>,
     /// Plain walks that take as long beside it; the picture then depends on how fast the machine is
     #[arg(long)]
     pub(crate) side_by_side: bool,

@@ -25,6 +25,8 @@ use crate::threads::with_threads;
 /// Walks for a pixel, and for a point of a profile, where nothing else is asked.
 const PIXEL_WALKS: u64 = 4;
 const PROFILE_WALKS: u64 = 1000;
+/// Walks of a whole function, for all pixels together.
+const WHOLE_WALKS: u64 = 8192;
 
 /// The formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +62,9 @@ struct Summary {
     /// In a picture, the place of the first of them: pixels from its left and its upper edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<[usize; 2]>,
+    /// Whether all pixels are from one set of walks, by the whole function.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    whole: bool,
     /// Those within the room.
     inside: usize,
     cells: usize,
@@ -73,7 +78,7 @@ struct Summary {
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Noise {
-    /// For a pixel.
+    /// For a pixel, or of a whole function for all of them.
     walks: u64,
     /// Root mean square over pixels of the standard error; `null` for one walk.
     std_error: Option<f64>,
@@ -119,14 +124,24 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
         .check_variance(&walk)
         .map_err(Failure::of(&problem.file))?;
     let output = Output::open(&args.out)?;
+    let errors = match &args.errors {
+        Some(path) => Some((Format::of(path)?, Output::open(path)?)),
+        None => None,
+    };
+    if matches!(errors, Some((Format::Csv, _))) {
+        return Err(Failure::input(
+            "`--errors` is a picture: write a .png or .svg",
+        ));
+    }
     let picturing = Picturing {
         args,
         problem: &problem,
         room,
         signals,
+        errors: errors.as_ref().map(|(format, _)| *format),
     };
     let work = || picturing.content(&*cells, format);
-    let (content, text) = match with_threads(args.common.threads, work)? {
+    let (content, error_map, text) = match with_threads(args.common.threads, work)? {
         Ok(done) => done,
         Err(Cut::Interrupted) => {
             say("warning: interrupted; no picture was written");
@@ -135,6 +150,9 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
         Err(Cut::Failed(failure)) => return Err(failure),
     };
     output.finish(content)?;
+    if let Some((_, output)) = errors {
+        output.finish(error_map)?;
+    }
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
@@ -162,9 +180,26 @@ struct Picturing<'a> {
     problem: &'a Problem,
     room: &'a RoomModel,
     signals: &'a Signals,
+    /// The format of the picture of the standard errors.
+    errors: Option<Format>,
 }
 
+/// What goes into the file, what goes into that of the errors, and what is said of them.
+type Content = (Vec<u8>, Vec<u8>, String);
+
 impl Picturing<'_> {
+    /// Walks for each place, or of a whole function.
+    fn walks(&self, each: u64) -> u64 {
+        let default = if self.args.whole { WHOLE_WALKS } else { each };
+        self.args.walks.unwrap_or(default)
+    }
+
+    /// The progress of that many walks for each of so many places.
+    fn progress(&self, walks: u64, places: u64) -> Progress<'_> {
+        let places = if self.args.whole { 1 } else { places };
+        Progress::new(walks.saturating_mul(places), self.signals)
+    }
+
     fn walk(&self) -> WalkOptions {
         self.problem.resolved.settings.walk_options()
     }
@@ -175,20 +210,20 @@ impl Picturing<'_> {
         progress: &Progress<'_>,
     ) -> Result<(Field, Option<Field>), Cut> {
         let cut = self.problem.resolved.settings.discretisation();
-        self.room
-            .field(&cut, request, progress, &|| progress.walking())
-            .map_err(|error| match error {
-                Error::Cancelled => Cut::Interrupted,
-                error => Cut::Failed(Failure::of(&self.problem.file)(error)),
-            })
+        let walking = || progress.walking();
+        let fields = if self.args.whole {
+            let field = self.room.whole_field(&cut, request, progress, &walking);
+            field.map(|field| (field, None))
+        } else {
+            self.room.field(&cut, request, progress, &walking)
+        };
+        fields.map_err(|error| match error {
+            Error::Cancelled => Cut::Interrupted,
+            error => Cut::Failed(Failure::of(&self.problem.file)(error)),
+        })
     }
 
-    /// What goes into the file, and what is said of it.
-    fn content(
-        &self,
-        cells: &dyn Partitioned<'_>,
-        format: Format,
-    ) -> Result<(Vec<u8>, String), Cut> {
+    fn content(&self, cells: &dyn Partitioned<'_>, format: Format) -> Result<Content, Cut> {
         if self.args.profile {
             profile::content(self, cells, format)
         } else {
@@ -218,19 +253,16 @@ fn picture(
     picturing: &Picturing<'_>,
     cells: &dyn Partitioned<'_>,
     format: Format,
-) -> Result<(Vec<u8>, String), Cut> {
+) -> Result<Content, Cut> {
     let args = picturing.args;
     let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
     let settings = &picturing.problem.resolved.settings;
     let canvas = canvas(args, scene, surfaces.heat, format)?;
     let pieces = canvas.pieces();
-    let walks = args.walks.unwrap_or(PIXEL_WALKS);
+    let walks = picturing.walks(PIXEL_WALKS);
     let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
     let pixels = canvas.width() * canvas.height();
-    let progress = Progress::new(
-        walks.saturating_mul(pixels as u64 + weights),
-        picturing.signals,
-    );
+    let progress = picturing.progress(walks, pixels as u64 + weights);
     let positions: Vec<[f64; 2]> = (0..pixels).map(|number| canvas.middle(number)).collect();
     let stretches: Vec<Stretch> = pieces.iter().map(stretch).collect();
     let walk = WalkOptions {
@@ -254,6 +286,7 @@ fn picture(
         width: canvas.width(),
         height: canvas.height(),
         origin: None,
+        whole: args.whole,
         inside: seen().filter(|value| !value.is_nan()).count(),
         cells: cells.unknowns() / (settings.discretisation().degree + 1),
         least: seen().fold(f64::INFINITY, f64::min),
@@ -262,7 +295,8 @@ fn picture(
         plain: plain.as_ref().map(Noise::of),
     };
     if format == Format::Csv {
-        return Ok((csv(&canvas, &field.air)?, summary.text(args.common.json)?));
+        let text = summary.text(args.common.json)?;
+        return Ok((csv(&canvas, &field.air)?, Vec::new(), text));
     }
     let shown = Shown::of(&field);
     let of_walls = shown.walls.iter().copied();
@@ -296,11 +330,41 @@ fn picture(
     panels.push(shown.panel(beside.as_ref().map(|_| heading("preconditioned", &field))));
     summary.origin = Some(picture.origin(args.side_by_side));
     let text = summary.text(args.common.json)?;
-    let content = match format {
-        Format::Svg => picture.svg(&panels).map_err(Failure::run)?.into_bytes(),
-        _ => picture.png(&panels).map_err(Failure::run)?,
+    let errors = match picturing.errors {
+        Some(format) => error_map(&picture, &field, format)?,
+        None => Vec::new(),
     };
-    Ok((content, text))
+    Ok((drawn(&picture, &panels, format)?, errors, text))
+}
+
+fn drawn(
+    picture: &RoomPicture<'_>,
+    panels: &[Panel<'_>],
+    format: Format,
+) -> Result<Vec<u8>, Failure> {
+    match format {
+        Format::Svg => Ok(picture.svg(panels).map_err(Failure::run)?.into_bytes()),
+        _ => picture.png(panels).map_err(Failure::run),
+    }
+}
+
+/// The same picture of the standard errors.
+fn error_map(picture: &RoomPicture<'_>, field: &Field, format: Format) -> Result<Vec<u8>, Failure> {
+    let errors = |spots: &[Spot]| spots.iter().map(|spot| spot.error).collect();
+    let shown = Shown {
+        air: errors(&field.air),
+        walls: errors(&field.walls),
+    };
+    let picture = RoomPicture {
+        scale: Scale::new(shown.air.iter().copied(), shown.walls.iter().copied(), true),
+        stefan_boltzmann: None,
+        captions: vec![format!(
+            "Standard errors of the picture, from {} walks for all of it.",
+            field.walks
+        )],
+        ..picture.clone()
+    };
+    drawn(&picture, &[shown.panel(None)], format)
 }
 
 /// The pixels: of a picture as wide as asked for, or over the room where their numbers are wanted.
@@ -488,14 +552,15 @@ impl Summary {
             short(self.least),
             short(self.largest)
         );
-        let all = [
-            ("preconditioned", Some(self.preconditioned)),
-            ("plain", self.plain),
-        ];
+        let (name, each) = match self.whole {
+            true => ("whole function", "for all of it"),
+            false => ("preconditioned", "a pixel"),
+        };
+        let all = [(name, Some(self.preconditioned)), ("plain", self.plain)];
         for (name, noise) in all {
             let Some(noise) = noise else { continue };
             text.push_str(&format!(
-                "{name}: {} walk{} a pixel, RMS standard error {}, {:.1} s\n",
+                "{name}: {} walk{} {each}, RMS standard error {}, {:.1} s\n",
                 noise.walks,
                 if noise.walks == 1 { "" } else { "s" },
                 noise.std_error.map_or("unknown".to_owned(), short),

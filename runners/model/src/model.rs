@@ -97,6 +97,11 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// The pairs of a whole function unless they are given.
+    fn whole_pairs(&self) -> Pairs {
+        Pairs::Default
+    }
+
     /// About so many points of the space, spread over all of it: where the error bars of a whole function are looked at.
     fn spread(&self, points: f64) -> Vec<Region> {
         let dimension = self.about().dimension.unwrap_or(1) as f64;

@@ -326,7 +326,8 @@ impl<'m> Whole<'_, 'm> {
             }
             .into());
         }
-        let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
+        let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
+        walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
         if walk.pairs == Pairs::Theory {
             return Err(Error::Option {
                 subject: Subject::Pairs,

@@ -5,9 +5,8 @@ use fredholm::numbers::short;
 use fredholm::room::{FieldRequest, Stretch};
 use fredholm_plot::{Piece, ProfilePlot};
 
-use super::{Cut, Format, PROFILE_WALKS, Picturing, number_or_nothing, root_mean_square};
+use super::{Content, Cut, Format, PROFILE_WALKS, Picturing, number_or_nothing, root_mean_square};
 use crate::failure::Failure;
-use crate::progress::Progress;
 
 /// About so many points in all.
 const POINTS: f64 = 600.0;
@@ -17,7 +16,7 @@ pub(crate) fn content(
     picturing: &Picturing<'_>,
     cells: &dyn Partitioned<'_>,
     format: Format,
-) -> Result<(Vec<u8>, String), Cut> {
+) -> Result<Content, Cut> {
     let args = picturing.args;
     let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
     let geometry = scene.geometry();
@@ -34,8 +33,8 @@ pub(crate) fn content(
     };
     let lengths = walls.iter().map(|wall| wall.length).enumerate();
     let pieces: Vec<Piece> = lengths.flat_map(of).collect();
-    let walks = args.walks.unwrap_or(PROFILE_WALKS);
-    let progress = Progress::new(walks.saturating_mul(pieces.len() as u64), picturing.signals);
+    let walks = picturing.walks(PROFILE_WALKS);
+    let progress = picturing.progress(walks, pieces.len() as u64);
     let mut walk = picturing.walk();
     walk.walks = walks;
     let stretches: Vec<Stretch> = pieces.iter().map(super::stretch).collect();
@@ -94,11 +93,16 @@ pub(crate) fn content(
         text
     } else {
         format!(
-            "{} points on {} surfaces; {} walks a point, RMS standard error {}, \
+            "{} points on {} surfaces; {} walks {}, RMS standard error {}, \
              {:.1} s\n",
             pieces.len(),
             surfaces.names.len(),
             walks,
+            if args.whole {
+                "for all of them"
+            } else {
+                "a point"
+            },
             noise.map_or("unknown".to_owned(), short),
             field.seconds
         )
@@ -108,5 +112,5 @@ pub(crate) fn content(
         Format::Svg => along.svg().map_err(Failure::run)?.into_bytes(),
         Format::Png => along.png().map_err(Failure::run)?,
     };
-    Ok((content, text))
+    Ok((content, Vec::new(), text))
 }

@@ -24,7 +24,7 @@ pub struct Spot {
 }
 
 /// Nothing is there.
-const BLANK: Spot = Spot {
+pub(super) const BLANK: Spot = Spot {
     value: f64::NAN,
     error: f64::NAN,
 };

@@ -1,6 +1,7 @@
 //! The whole function of a room.
 
 mod means;
+mod picture;
 
 use std::sync::{Arc, OnceLock};
 
@@ -23,7 +24,7 @@ use super::system::RoomSystem;
 const MOST_DEGREE: usize = 4;
 
 /// Gauss points of a cell beyond the degree, where F + T_K v is made a polynomial.
-const MORE_POINTS: usize = 3;
+const MORE_POINTS: usize = 1;
 
 /// A solved room whose walks score in every state, or in their starts if it is open.
 #[derive(Clone, Debug)]
@@ -93,6 +94,16 @@ impl<'m> WholeSystem<'m> for RoomWhole<'m> {
         request: &WholeRequest<'_>,
         rows: Vec<f64>,
     ) -> Result<Box<dyn WholeField + 'm>, Error> {
+        Ok(Box::new(self.room_field(request, rows)?))
+    }
+}
+
+impl<'m> RoomWhole<'m> {
+    fn room_field(
+        &self,
+        request: &WholeRequest<'_>,
+        rows: Vec<f64>,
+    ) -> Result<RoomField<'m>, Error> {
         let v = v_of_walks(&self.system.solution, self.system.cut.cut.scalar)?;
         let (own, functions) = (self.degree() + 1, request.degree + 1);
         let mut all = Vec::with_capacity(self.cells() * functions + rows.len());
@@ -103,13 +114,13 @@ impl<'m> WholeSystem<'m> for RoomWhole<'m> {
         }
         all.extend(rows);
         let cut = &self.system.cut;
-        Ok(Box::new(RoomField {
+        Ok(RoomField {
             tables: Tables::new(&cut.model.scene, &cut.mesh),
             system: Arc::clone(&self.system),
             functions,
             rows: all,
             lifted: OnceLock::new(),
-        }))
+        })
     }
 }
 

@@ -1,0 +1,172 @@
+//! The numbers of a picture from a whole function: every pixel and every stretch of wall from one set of walks.
+
+use std::time::Instant;
+
+use fredholm_core::Located;
+use fredholm_core::galerkin::{Basis, Partition};
+use fredholm_core::whole::over_replicates;
+use fredholm_model::{
+    Discretisation, Error, IMAGE_HEAD, Subject, WholeQuantity, WholeRequest, WholeSystem,
+};
+use fredholm_rayon::{Observer, Replicates, fill_rows};
+use fredholm_room::{Enclosure, Seen};
+
+use super::{MOST_DEGREE, RoomField, RoomWhole};
+use crate::field::{BLANK, Field, FieldRequest, Spot, is_inside};
+use crate::{RoomModel, of_degree};
+
+/// Replicates: an error bar of 16 is uncertain by 18 %, which no colour tells.
+const REPLICATES: usize = 16;
+/// The parts in which walks are made, as often as a cancellation is looked for.
+const ROUNDS: u64 = 16;
+/// The width of a panel of directions in radians. Three Gauss points leave some 10⁻⁵ of u where it is smooth along a wall.
+const PANEL: f64 = 0.15;
+/// Pixels that one thread makes in one go.
+const ROW: usize = 64;
+
+impl RoomModel {
+    /// The numbers of a picture from so many walks for all of it, with their standard errors: what every position sees is an
+    /// integral of u = F + T_K v + T_K ê over the visible parts of walls, by three Gauss points in panels of directions, and
+    /// the edges of shadows in the air are exact. `walking` is called when walks begin.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Cancelled`].
+    pub fn whole_field(
+        &self,
+        discretisation: &Discretisation,
+        request: &FieldRequest<'_>,
+        watch: &dyn Observer,
+        walking: &dyn Fn(),
+    ) -> Result<Field, Error> {
+        let start = Instant::now();
+        if discretisation.degree >= MOST_DEGREE {
+            return Err(Error::Option {
+                subject: Subject::Degree,
+                message: format!(
+                    "walks of a whole function score on polynomials of a higher degree than v: use a `degree` of at most {}",
+                    MOST_DEGREE - 1
+                ),
+            });
+        }
+        let system = RoomWhole::new(self.cut(discretisation)?.system()?);
+        let whole = WholeRequest {
+            walk: request.walk,
+            degree: discretisation.degree + 1,
+        };
+        walking();
+        let mut rows = Vec::new();
+        let mut walked = 0;
+        system.walks(&whole, &mut |job| {
+            let mut replicates = Replicates::new(job, REPLICATES);
+            let each = request.walk.walks.div_ceil(REPLICATES as u64 * ROUNDS);
+            for _ in 0..ROUNDS {
+                replicates.run(job, each.max(1), watch)?;
+                if watch.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+            }
+            let counts = replicates.counts();
+            if counts.step_limit > 0 {
+                let why = "a walk met the step limit, so that a picture would be biased: use a larger `absorption`";
+                return Err(Error::Picture(why.to_owned()));
+            }
+            walked = counts.walks;
+            rows = replicates.coefficients(job, &|cell| system.measure(cell));
+            Ok(())
+        })?;
+        let field = system.room_field(&whole, rows)?;
+        let closed = self.scene.enclosure() == Enclosure::Closed;
+        let (air, walls) =
+            of_degree!(whole.degree, B => field.picture::<B>(request, closed, watch)?);
+        Ok(Field {
+            air,
+            walls,
+            walks: walked,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+impl RoomField<'_> {
+    fn picture<const B: usize>(
+        &self,
+        request: &FieldRequest<'_>,
+        closed: bool,
+        watch: &dyn Observer,
+    ) -> Result<(Vec<Spot>, Vec<Spot>), Error> {
+        let room = self.room()?;
+        let polynomials = room.with_functions::<B>();
+        let table = self.by_function(self.lifted(&polynomials)?);
+        let rows = REPLICATES + 1;
+        let at = |position: [f64; 2]| {
+            let (mut share, mut sums) = (0.0, [0.0; REPLICATES + 1]);
+            let seen = Seen {
+                room: &room,
+                position,
+            };
+            seen.points(PANEL, |point, weight| {
+                share += weight;
+                let cell = room.locate(&point);
+                let functions = polynomials.basis(&Located { point, cell });
+                let own = table.get(cell * B * rows..).unwrap_or_default();
+                for (row, function) in own.chunks_exact(rows).zip(functions) {
+                    let factor = weight * function;
+                    for (sum, coefficient) in sums.iter_mut().zip(row) {
+                        *sum += factor * coefficient;
+                    }
+                }
+            });
+            if is_inside(share, closed, f64::EPSILON) {
+                spot(sums[0], &sums[1..])
+            } else {
+                BLANK
+            }
+        };
+        let mut air = vec![BLANK; request.positions.len()];
+        fill_rows(&mut air, ROW, |row, spots| {
+            let positions = request.positions.iter().skip(row * ROW);
+            for (spot, position) in spots.iter_mut().zip(positions) {
+                *spot = at(*position);
+            }
+            if watch.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            Ok(())
+        })?;
+        let mut walls = vec![BLANK; request.stretches.len()];
+        fill_rows(&mut walls, 1, |number, spots| {
+            let stretch = request.stretches[number];
+            let x = room.point(stretch.wall, stretch.middle)?;
+            let mut moments = vec![0.0; self.unknowns()];
+            Self::irradiance(&polynomials, &x, &mut moments);
+            let mut image = vec![0.0; IMAGE_HEAD + REPLICATES];
+            let terms = self.terms(WholeQuantity::U, stretch.wall)?;
+            self.contract(terms, &moments, &self.rows, &mut image);
+            spots[0] = spot(image[0], &image[IMAGE_HEAD..]);
+            Ok::<(), Error>(())
+        })?;
+        Ok((air, walls))
+    }
+
+    /// Rows of coefficients, turned so that those of one function of one cell stand side by side.
+    fn by_function(&self, rows: &[f64]) -> Vec<f64> {
+        let count = rows.len() / self.unknowns();
+        let mut turned = vec![0.0; rows.len()];
+        for (row, coefficients) in rows.chunks_exact(self.unknowns()).enumerate() {
+            let places = turned.iter_mut().skip(row).step_by(count);
+            for (place, coefficient) in places.zip(coefficients) {
+                *place = *coefficient;
+            }
+        }
+        turned
+    }
+}
+
+/// The deterministic part and what replicates add.
+fn spot(iterate: f64, replicates: &[f64]) -> Spot {
+    let correction = over_replicates(replicates);
+    Spot {
+        value: iterate + correction.mean,
+        error: correction.std_error,
+    }
+}
