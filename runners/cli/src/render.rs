@@ -357,6 +357,7 @@ fn error_map(picture: &RoomPicture<'_>, field: &Field, format: Format) -> Result
     };
     let picture = RoomPicture {
         scale: Scale::new(shown.air.iter().copied(), shown.walls.iter().copied(), true),
+        legend: "error",
         stefan_boltzmann: None,
         captions: vec![format!(
             "Standard errors of the picture, from {} walks for all of it.",

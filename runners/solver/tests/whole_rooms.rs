@@ -1,7 +1,7 @@
 //! The whole function of rooms and spheres: what it says against fine solutions, and its bands against what they promise.
 //! `FREDHOLM_LONG` takes 1,000 seeds, and 10⁸ states for unbiasedness.
 
-use fredholm::room::{Material, Surfaces};
+use fredholm::room::{FieldRequest, Material, Spot, Stretch, Surfaces};
 use fredholm::{
     Estimator, Form, Model, Pairs, Region, RoomModel, Scalar, SolveError, Solver, SphereModel,
     WholeFunction,
@@ -145,6 +145,63 @@ fn light_is_in_balance() {
     assert!((u.estimate - 0.5 * h.estimate).abs() < 1e-14);
     // Halving has found all edges of shadows: a kink is left of 10⁻⁸ of a cell.
     assert!(u.quadrature_error < 1e-8, "{u:?}");
+}
+
+/// Pixels and stretches of walls are what the whole function says there.
+#[test]
+fn pictures_are_those_of_a_fine_solution() {
+    let model = room(false);
+    let fine = fine(&model);
+    let positions: Vec<[f64; 2]> = (0..60)
+        .map(|i| {
+            [
+                0.017 + 0.0333 * f64::from(i),
+                (0.03 + 0.377 * f64::from(i)) % 1.0,
+            ]
+        })
+        .collect();
+    let stretches = [0.1, 0.5, 0.9].map(|middle| Stretch {
+        wall: 0,
+        middle,
+        weight: 1,
+    });
+    let settings = fredholm::Settings {
+        cells: Some(60),
+        walks: Some(1 << 14),
+        pairs: Some(Pairs::Pointwise),
+        ..fredholm::Settings::default()
+    };
+    let request = FieldRequest {
+        positions: &positions,
+        stretches: &stretches,
+        walk: &settings.walk_options(),
+        goals: &[],
+        beside_plain: false,
+    };
+    let field = model
+        .whole_field(&settings.discretisation(), &request, &(), &|| ())
+        .unwrap();
+    let mut compared = 0;
+    let mut compare = |spot: &Spot, region: Region| {
+        if spot.value.is_nan() {
+            // Within the box.
+            assert!(fine.functional(&region).is_err());
+            return;
+        }
+        let exact = fine.functional(&region).unwrap().iterate;
+        // Student's t of 15 degrees of freedom is above 8 with a probability of 10⁻⁶, and quadrature leaves some 10⁻⁵.
+        let off = (spot.value - exact).abs();
+        assert!(off < 8.0 * spot.error + 5e-5, "{region:?} {spot:?} {exact}");
+        compared += 1;
+    };
+    for (spot, at) in field.air.iter().zip(&positions) {
+        compare(spot, Region::Point(at.to_vec()));
+    }
+    for (spot, stretch) in field.walls.iter().zip(stretches) {
+        compare(spot, Region::On(FLOOR, stretch.middle));
+    }
+    assert!(compared > 55, "{compared}");
+    assert_eq!(field.walks, 1 << 14);
 }
 
 /// The fewest successes of n with probability p that leave all but `tail` of the distribution above them.

@@ -305,3 +305,62 @@ fn refusals() {
     // Nothing was left behind.
     assert_eq!(folder.names(), ["problem.toml"]);
 }
+
+/// The room with walls that reflect.
+fn grey() -> String {
+    BLACK.replace("reflectance = 0\n", "reflectance = 0.4\n")
+}
+
+/// Pixels of a whole function are those of walks of their own, within the error bars of both, and so are profiles.
+#[test]
+fn a_whole_function_serves_all_pixels() {
+    let folder = Folder::new();
+    let both = |args: &[&str], own: &str, columns: [usize; 2]| {
+        let mine = [&["--whole"], args].concat();
+        render(&folder, &grey(), "whole.csv", &mine).quietly(0);
+        let theirs = [&["--walks", own], args].concat();
+        render(&folder, &grey(), "own.csv", &theirs).quietly(0);
+        let (mine, theirs) = (rows(&folder, "whole.csv"), rows(&folder, "own.csv"));
+        assert_eq!(mine.len(), theirs.len());
+        let [value, error] = columns;
+        for (a, b) in mine.iter().zip(&theirs) {
+            // 6 standard errors of some hundred walks, and what quadrature leaves.
+            let allowed = 6.0 * a[error].hypot(b[error]) + 1e-4;
+            assert!((a[value] - b[value]).abs() < allowed, "{a:?} {b:?}");
+        }
+        mine.len()
+    };
+    assert!(both(&["--width", "40"], "400", [2, 3]) > 600);
+    assert!(both(&["--profile"], "2000", [4, 5]) > 500);
+}
+
+#[test]
+fn the_errors_of_a_whole_function_are_a_picture() {
+    let folder = Folder::new();
+    let errors = folder.at("errors.png");
+    let args = ["--whole", "--width", "300", "--errors", &errors, "--json"];
+    let json = render(&folder, &grey(), "a.png", &args).quietly(0).json();
+    assert_eq!(
+        (&json["whole"], &json["preconditioned"]["walks"]),
+        (&true.into(), &8192.into())
+    );
+    assert!(
+        number(&json["preconditioned"], "std_error") < 1e-3,
+        "{json}"
+    );
+    let [picture, errors] = ["a.png", "errors.png"].map(|name| decode(&folder.path().join(name)));
+    assert_eq!((picture.0, picture.1), (errors.0, errors.1));
+    assert!(picture.2 != errors.2);
+    // The same bits again, whatever the number of threads.
+    let again = ["--whole", "--width", "300", "--threads", "1"];
+    render(&folder, &grey(), "b.png", &again).quietly(0);
+    let [a, b] = ["a.png", "b.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b);
+    let refused_with = |args: &[&str], word: &str| {
+        refused(&render(&folder, &grey(), "c.png", args), &[word]);
+    };
+    refused_with(&["--whole", "--side-by-side"], "--side-by-side");
+    refused_with(&["--errors", "e.png"], "--whole");
+    refused_with(&["--whole", "--errors", "e.csv"], ".png or .svg");
+    refused_with(&["--whole", "--errors", "e.txt"], ".png or .svg");
+}

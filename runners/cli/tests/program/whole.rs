@@ -112,12 +112,16 @@ fn an_error_that_is_asked_for_holds_at_every_point() {
 fn what_has_no_whole_function_says_so() {
     let folder = Folder::new();
     let room = fredholm(&["init", "room"]).quietly(0).stdout;
+    let room = room.replace("degree = 0", "degree = 4");
     let refused = |file: &str, options: &[&str], words: &str| {
         let ran = folder.solve(file, options);
         assert_eq!(ran.status, Some(2), "{ran:?}");
         assert!(ran.stderr.contains(words), "{ran:?}");
     };
-    refused(&room, &["--whole"], "offered for circles, and for cubes");
+    refused(&room, &["--whole"], "use a `degree` of at most 3");
+    let singular = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.2*abs(x-y)^-0.4'\nsource = '1'\n\
+                    [[target]]\nname = 'm'\nover = 'all'\n";
+    refused(singular, &["--whole"], "no singularity");
     refused(CIRCLE, &["--score-degree", "2"], "--whole");
     refused(
         CIRCLE,
@@ -129,4 +133,66 @@ fn what_has_no_whole_function_says_so() {
         &["--whole", "--pairs", "theory"],
         "chooses pairs for targets",
     );
+}
+
+/// A furnace in section: what a whole function says of heat, in JSON, as a table and as CSV.
+#[test]
+fn rooms_have_fluxes_from_the_same_walks() {
+    const ROOM: &str = "[problem]\nkind = 'room'\n\
+        [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [2, 0]]\nemissivity = 0.8\ntemperature = 400\n\
+        [[problem.surface]]\nname = 'wall'\npoints = [[2, 0], [2, 1]]\nemissivity = 0.5\nflux = 0\n\
+        [[problem.surface]]\nname = 'roof'\npoints = [[2, 1], [0, 1], [0, 0]]\nemissivity = 1\ntemperature = 300\n\
+        [galerkin]\ncells = 60\n[walk]\nwalks = 20000\n\
+        [[target]]\nname = 'along'\nsurface = 'floor'\ngrid = 4\n\
+        [[target]]\nname = 'roof'\nover = 'roof'\n\
+        [[target]]\nname = 'air'\nat = [1, 0.5]\n";
+    let folder = Folder::new();
+    let csv = folder.at("u.csv");
+    let ran = folder.solve(ROOM, &["--whole", "--out", &csv]).quietly(0);
+    for words in [
+        "whole function, W/m2",
+        "net flux out of",
+        "0 (given)",
+        "mean radiant temperature, K",
+    ] {
+        assert!(ran.stdout.contains(words), "{}", ran.stdout);
+    }
+    let json = folder.solve(ROOM, &["--whole", "--json"]).quietly(0).json();
+    let balance = &json["energy_balance"];
+    assert!(
+        number(balance, "estimate").abs() < 4.5 * number(balance, "std_error"),
+        "{json}"
+    );
+    let apart = folder.solve(ROOM, &["--json"]).quietly(0).json();
+    let pairs = |json: &serde_json::Value, list: &str| json[list].as_array().unwrap().clone();
+    // Separate walks say the same of everything that both have.
+    let (mine, theirs) = (pairs(&json, "surfaces"), pairs(&apart, "surfaces"));
+    let mut compared = 0;
+    let mut compare = |a: &serde_json::Value, b: &serde_json::Value| {
+        let off = (number(a, "estimate") - number(b, "estimate")).abs();
+        let bar = number(a, "std_error").hypot(number(b, "std_error"));
+        assert!(off <= 5.0 * bar + 1e-9, "{a} {b}");
+        compared += 1;
+    };
+    for (a, b) in mine.iter().zip(&theirs) {
+        assert_eq!(a["name"], b["name"]);
+        compare(&a["net_flux"], &b["net_flux"]);
+    }
+    for (a, b) in pairs(&json, "targets")
+        .iter()
+        .zip(&pairs(&apart, "targets"))
+    {
+        compare(a, &b["preconditioned"]);
+        for heat in ["irradiance", "net_flux", "radiant_temperature"] {
+            assert_eq!(a[heat].is_null(), b[heat].is_null(), "{heat} {a} {b}");
+            if !a[heat].is_null() {
+                compare(&a[heat], &b[heat]);
+            }
+        }
+    }
+    assert_eq!(compared, 3 + 6 + 2 * 5 + 1);
+    let table = std::fs::read_to_string(csv).unwrap();
+    let widths: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
+    assert!(widths.iter().all(|width| *width == widths[0]), "{table}");
+    assert!(table.contains("net flux out of all,"), "{table}");
 }
