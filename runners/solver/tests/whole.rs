@@ -70,11 +70,12 @@ fn long() -> bool {
 
 /// The fewest successes of n with probability p that leave all but `tail` of the distribution above them.
 fn fewest(n: u32, p: f64, tail: f64) -> u32 {
-    let mut term = (1.0 - p).powi(n as i32);
+    // In logarithms: of a thousand the first probabilities are no numbers of f64.
+    let mut term = f64::from(n) * (1.0 - p).ln();
     let (mut below, mut k) = (0.0, 0);
-    while below + term <= tail {
-        below += term;
-        term *= f64::from(n - k) / f64::from(k + 1) * p / (1.0 - p);
+    while below + term.exp() <= tail && k < n {
+        below += term.exp();
+        term += (f64::from(n - k) / f64::from(k + 1) * p / (1.0 - p)).ln();
         k += 1;
     }
     k

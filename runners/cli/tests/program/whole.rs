@@ -140,7 +140,7 @@ fn what_has_no_whole_function_says_so() {
 fn rooms_have_fluxes_from_the_same_walks() {
     const ROOM: &str = "[problem]\nkind = 'room'\n\
         [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [2, 0]]\nemissivity = 0.8\ntemperature = 400\n\
-        [[problem.surface]]\nname = 'wall'\npoints = [[2, 0], [2, 1]]\nemissivity = 0.5\nflux = 0\n\
+        [[problem.surface]]\nname = 'wall'\npoints = [[2, 0], [2, 1]]\nemissivity = 0.5\nnet_flux = 0\n\
         [[problem.surface]]\nname = 'roof'\npoints = [[2, 1], [0, 1], [0, 0]]\nemissivity = 1\ntemperature = 300\n\
         [galerkin]\ncells = 60\n[walk]\nwalks = 20000\n\
         [[target]]\nname = 'along'\nsurface = 'floor'\ngrid = 4\n\
