@@ -10,9 +10,8 @@ use fredholm_tests::room::{self, Drawing, square};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Description, Report, check};
 
-/// The chain of an equation, with what it claims.
+/// What is claimed of the chain of an equation.
 struct Claimed<'a, E: StateSpace> {
-    equation: &'a E,
     density: f64,
     survival: f64,
     start: &'a dyn Fn(E::Scalar) -> E::Point,
@@ -50,7 +49,6 @@ fn examined<D: Description>(
 pub(crate) fn crowding(seed: u64) -> Report {
     let toy = Toy::<f64>::new(10);
     let chain = Claimed {
-        equation: &toy,
         density: 1.0,
         survival: 0.75,
         start: &|xi| xi,
@@ -63,7 +61,6 @@ pub(crate) fn crowded_starts(seed: u64) -> Report {
     described::<f64, _>(&RHO, 10, LIGHT, |circle| {
         let equation = Description::<1>::equation(circle);
         let chain = Claimed {
-            equation,
             density: equation.start_density(&equation.point(0.0)),
             survival: equation
                 .survival()
@@ -98,7 +95,6 @@ pub(crate) fn leaking_room(seed: u64) -> Report {
             room.point(wall, place - wall as f64).expect("a wall")
         };
         let chain = Claimed {
-            equation: room,
             density: 1.0 / length(room),
             survival: 1.0 - room.absorption(&start(0.5)),
             start: &start,

@@ -173,10 +173,7 @@ impl RoomField<'_> {
         rows: &[f64],
         out: &mut [f64],
     ) {
-        let Some(([head, moved], images)) = out
-            .split_first_chunk_mut::<IMAGE_HEAD>()
-            .map(|(a, b)| (a, b))
-        else {
+        let Some(([head, moved], images)) = out.split_first_chunk_mut::<IMAGE_HEAD>() else {
             return;
         };
         let mut rows = rows.chunks_exact(self.unknowns());
