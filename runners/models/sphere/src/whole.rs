@@ -195,10 +195,10 @@ fn coefficients(
 /// T_K v and the images of other functions, by their coefficients.
 struct SphereField {
     sphere: Sphere<f64>,
-    /// Of T_K v.
+    /// The coefficients of T_K v.
     v: Vec<f64>,
     all: Harmonics,
-    /// Of the images.
+    /// The coefficients of the images.
     rows: Vec<f64>,
     own: Harmonics,
 }
