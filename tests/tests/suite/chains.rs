@@ -107,7 +107,7 @@ pub(crate) fn leaking_room(seed: u64) -> Report {
 #[test]
 fn rooms_have_uniform_starts() {
     fn of<F: Real>(drawing: &Drawing, claims: bool, report: &mut Report) {
-        room::described::<F, _>(drawing, 30, 1.0, |described| {
+        room::described::<F, _>(drawing, 24, 1.0, |described| {
             let room = described.equation();
             let lengths = described.lengths();
             let starts = WallStarts::new(room, lengths).expect("lengths of walls");
@@ -119,13 +119,17 @@ fn rooms_have_uniform_starts() {
         });
     }
     let mut report = Report::default();
-    for (drawing, closed) in [
-        (square(), true),
-        (room::doorway(), true),
-        (open_square(), false),
-    ] {
-        of::<f32>(&drawing, closed, &mut report);
-        of::<f64>(&drawing, closed, &mut report);
+    let closed = [
+        square(),
+        room::l_room(),
+        room::furnace(),
+        room::block(),
+        room::doorway(),
+        room::facet(),
+    ];
+    for drawing in closed.into_iter().chain([open_square(), room::yard()]) {
+        of::<f32>(&drawing, !drawing.open, &mut report);
+        of::<f64>(&drawing, !drawing.open, &mut report);
     }
     report.assert_passed("starts in rooms");
 }
