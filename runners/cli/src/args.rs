@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
 use fredholm_file::KINDS;
+use fredholm_parts::{Share, options_of_the_problem};
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -47,6 +48,18 @@ estimator) is chosen automatically: few walks on few cells measure the variance,
 plain Monte Carlo if preconditioning is not worth its cost. The choice is printed, follows from the file alone, \
 and may be written into it.")]
     Solve(SolveArgs),
+    /// Make one result of the parts of a run, in any order
+    #[command(after_help = "\
+Prints what `solve` prints, with the bits of a run that nobody divided. Of parts that are not all there, or not \
+finished, it is the result of the longest beginning without a gap, and the missing parts are named (exit status 3). \
+A part may come twice. Parts of another problem, seed or version are refused, with what differs.
+
+  for k in 1 2 3 4; do fredholm solve FILE.toml --walks 4000000 --part $k/4 --save part-$k; done
+  fredholm merge part-*
+
+With --target-error the result is that of `solve` with the same number of walks and this target error: walks end after the \
+stage in which it is reached. If it is not, a command for as many more walks as it would take is printed.")]
+    Merge(MergeArgs),
     /// Validate a file; print cells, memory and predicted time
     #[command(after_help = "\
 Nothing is run, except the pilot walks of a file that gives a target error and leaves cells open: what \
@@ -348,6 +361,45 @@ pub(crate) struct SolveArgs {
     /// Run even if the variance is infinite; error bars are then meaningless
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
+    /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Keep every batch of walks in this file as it is done. The same command goes on with it, whatever ended it, to the
+    /// bits of a run that nothing ended
+    #[arg(long, value_name = "FILE", conflicts_with = "whole")]
+    pub(crate) save: Option<PathBuf>,
+    /// Run the k-th of n parts of the walks only, into the file of --save; `fredholm merge` makes one result of all
+    #[arg(long, value_name = "k/n", requires = "save")]
+    pub(crate) part: Option<Share>,
+    /// With --part: the first walks of each target, so many, are in other parts already
+    #[arg(long, value_name = "N", requires = "part", value_parser = count::<u64>)]
+    pub(crate) after: Option<u64>,
+}
+
+impl SolveArgs {
+    /// The options of this process' command line that stand in place of the file's values.
+    pub(crate) fn options(&self) -> String {
+        let args = std::env::args().skip_while(|arg| arg != "solve").skip(1);
+        let file = self.file.to_string_lossy();
+        options_of_the_problem(args.filter(|arg| *arg != file))
+    }
+}
+
+/// Options of `merge`.
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// The files of the parts
+    #[arg(required = true)]
+    pub(crate) parts: Vec<PathBuf>,
+    /// Whether this standard error is reached, and how many walks more it takes [default: the problem's own]
+    #[arg(long, value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// Interpret the target error relative to the estimate
+    #[arg(long, requires = "target_error")]
+    pub(crate) relative: bool,
+    /// Print one JSON document on stdout and nothing else
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,

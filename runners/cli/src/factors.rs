@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use crate::args::FactorsArgs;
 use crate::deck::{self, Deck};
+use fredholm_file::npz::Archive;
+
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
-use crate::npz::Archive;
 use crate::numbers::aligned;
 use crate::output::Output;
 use crate::sparse::Rows;
@@ -284,7 +285,7 @@ impl Factors {
             let patches: Vec<f64> = sky.patches.iter().flat_map(bounds).collect();
             archive.numbers("patches", &[m, 5], patches.iter())?;
         }
-        archive.finish()
+        Ok(archive.finish()?)
     }
 
     /// As View3D's format 0 has it: a line that says what follows, areas, rows of factors, emissivities.

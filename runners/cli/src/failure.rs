@@ -1,13 +1,27 @@
 //! How a command can end, and what the shell is told.
 
 use core::fmt::{self, Display};
+use core::sync::atomic::{AtomicBool, Ordering};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use fredholm_parts::PartError;
+
 use crate::file::{InputError, ProblemFile};
+
+/// Whether another process of the team says what there is to say.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Leaves what there is to say to another process.
+pub(crate) fn be_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
 
 /// Says a line on stderr. `eprintln!` would panic where nobody reads it any more.
 pub(crate) fn say(line: impl Display) {
+    if QUIET.load(Ordering::Relaxed) {
+        return;
+    }
     let _ = writeln!(io::stderr(), "{line}");
 }
 
@@ -72,6 +86,16 @@ impl Display for Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Self::input(error)
+    }
+}
+
+impl From<PartError> for Failure {
+    fn from(error: PartError) -> Self {
+        if error.is_input {
+            Self::input(error)
+        } else {
+            Self::run(error)
+        }
     }
 }
 

@@ -189,6 +189,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
     let maker = Walks {
         model: &model,
         scalar: settings.scalar,
+        execution: None,
     };
     let wanted = rows(args.max_walks);
     let walks = wanted.iter().fold(0_u64, |sum, &(_, walks)| {

@@ -11,6 +11,7 @@ use fredholm::report::Report;
 use fredholm::{Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver};
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
+use fredholm_parts::{END, Header, Keeper, Share, Team, TeamWork};
 
 use crate::args::SolveArgs;
 use crate::drawing;
@@ -104,7 +105,7 @@ pub(crate) enum Format {
 }
 
 /// What to write where, known to be possible before any work is done.
-fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Failure> {
+pub(crate) fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Failure> {
     let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", path.display()));
     let format = match path.extension().and_then(|e| e.to_str()) {
         Some("json") => Format::Json,
@@ -163,43 +164,34 @@ impl Problem {
 }
 
 /// Runs `solve`.
-pub(crate) fn solve(args: &SolveArgs, signals: &Signals) -> Result<Ended, Failure> {
-    let given = read(&args.file, |file| replace(file, args))?;
-    let time_limit = args.time_limit.map(time_limit).transpose()?;
-    let mut problem = Problem::new(given, time_limit)?;
-    let output = match &args.out {
-        Some(path) => Some(open_output(path, &problem.file)?),
-        None => None,
-    };
+pub(crate) fn solve(
+    args: &SolveArgs,
+    signals: &Signals,
+    team: &dyn Team,
+) -> Result<Ended, Failure> {
+    let begun = together(team, begin(args, team), |begun| begun.header.digest())?;
     if args.whole {
-        problem.resolved.settings.score_degree = args.score_degree;
-        return whole::solve(&problem, &args.common, output, signals);
+        return whole::solve(&begun.problem, &args.common, begun.output, signals);
     }
-    let answered = with_threads(args.common.threads, || answer(&problem, signals))?;
-    let Some((report, ended)) = answered? else {
+    let problem = &begun.problem;
+    let work = TeamWork {
+        team,
+        keeper: begun.keeper.as_ref(),
+    };
+    let parts = args.part.map_or(1, |part| part.of);
+    let answered = with_threads(args.common.threads, || {
+        answer(problem, signals, &work, parts)
+    });
+    let answered = together(team, answered.and_then(|answered| answered), |_| END)?;
+    if !team.leads() {
+        return Ok(Ended::Done);
+    }
+    let Some((mut report, ended)) = answered else {
         say("warning: interrupted before the walks");
         return Ok(Ended::Interrupted);
     };
-
-    // Results that cannot be written to their file are printed nevertheless.
-    let written = output.map_or(Ok(()), |(format, output)| {
-        output.finish(match format {
-            Format::Json => table::json(&report)?,
-            Format::Csv => report.csv().map_err(Failure::run)?,
-            Format::Svg(name) => table::svg(&report, &name)?,
-        })
-    });
-    let text = if args.common.json {
-        table::json(&report)?
-    } else {
-        report.table()
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
-    for remark in report.remarks() {
-        say(format_args!("warning: {remark}"));
-    }
+    report.part = args.part.map(|part| part.to_string());
+    let written = show(&report, args.common.json, begun.output)?;
     match report.stop {
         "error_not_reached" => match &report.reason {
             Some(why) => say(format_args!(
@@ -214,7 +206,104 @@ pub(crate) fn solve(args: &SolveArgs, signals: &Signals) -> Result<Ended, Failur
         "cancelled" => say("warning: interrupted; these are partial results"),
         _ => {}
     }
+    if let (Some(part), Some(path)) = (&report.part, &args.save) {
+        say(format_args!(
+            "note: this is part {part} alone, kept in {}; `fredholm merge` makes one result of all parts",
+            path.display()
+        ));
+    }
     written.map(|()| ended)
+}
+
+/// Prints a report, and writes it to its file. Results that cannot be written there are printed nevertheless.
+pub(crate) fn show(
+    report: &Report,
+    as_json: bool,
+    output: Option<(Format, Output)>,
+) -> Result<Result<(), Failure>, Failure> {
+    let written = output.map_or(Ok(()), |(format, output)| {
+        output.finish(match format {
+            Format::Json => table::json(report)?,
+            Format::Csv => report.csv().map_err(Failure::run)?,
+            Format::Svg(name) => table::svg(report, &name)?,
+        })
+    });
+    let text = if as_json {
+        table::json(report)?
+    } else {
+        report.table()
+    };
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()?;
+    for remark in report.remarks() {
+        say(format_args!("warning: {remark}"));
+    }
+    Ok(written)
+}
+
+/// A command that is about to choose, to set up and to walk.
+struct Begun<'a> {
+    problem: Problem,
+    header: Header,
+    output: Option<(Format, Output)>,
+    keeper: Option<Keeper<'a>>,
+}
+
+fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure> {
+    let is_stdin = args.file == Path::new("-");
+    if !team.is_alone() && (args.whole || is_stdin) {
+        return Err(Failure::input(
+            "several processes take neither `--whole` nor the standard input: give this to `fredholm`",
+        ));
+    }
+    let given = read(&args.file, |file| replace(file, args))?;
+    let time_limit = args.time_limit.map(time_limit).transpose()?;
+    let mut problem = Problem::new(given, time_limit)?;
+    problem.resolved.settings.score_degree = args.score_degree;
+    let settings = &problem.resolved.settings;
+    if args.part.is_some() && settings.walks.is_none() && settings.tolerance.is_some() {
+        return Err(Failure::input(
+            "`--part` needs `--walks`, the number of walks of all parts together: which target error they reach is \
+             known when they are merged",
+        ));
+    }
+    let output = match &args.out {
+        Some(path) if team.leads() => Some(open_output(path, &problem.file)?),
+        _ => None,
+    };
+    let header = problem.file.header(&problem.resolved, args.options())?;
+    let share = args.part.map(|share| Share {
+        after: args.after.unwrap_or(0),
+        ..share
+    });
+    let keeper = match &args.save {
+        Some(path) if team.leads() => {
+            Some(Keeper::open(path, &header, share)?.with_crew(team.crew()))
+        }
+        _ => None,
+    };
+    Ok(Begun {
+        problem,
+        header,
+        output,
+        keeper,
+    })
+}
+
+/// The result of this process, if that of no other is an error.
+pub(crate) fn together<T>(
+    team: &dyn Team,
+    result: Result<T, Failure>,
+    digest: impl FnOnce(&T) -> u64,
+) -> Result<T, Failure> {
+    let met = match &result {
+        Ok(value) => team.meet(Ok(digest(value))),
+        Err(failure) => team.meet(Err(&failure.to_string())),
+    };
+    let value = result?;
+    met.map_err(Failure::run)?;
+    Ok(value)
 }
 
 fn time_limit(seconds: f64) -> Result<Duration, Failure> {
@@ -229,7 +318,12 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 }
 
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
-fn answer(problem: &Problem, signals: &Signals) -> Result<Option<(Report, Ended)>, Failure> {
+fn answer(
+    problem: &Problem,
+    signals: &Signals,
+    work: &TeamWork<'_>,
+    parts: u64,
+) -> Result<Option<(Report, Ended)>, Failure> {
     let fail = Failure::of(&problem.file);
     let Resolved {
         targets, settings, ..
@@ -240,14 +334,15 @@ fn answer(problem: &Problem, signals: &Signals) -> Result<Option<(Report, Ended)
         None if is_chosen => u64::MAX,
         _ => settings.walk_options().walks,
     };
+    let most = most / parts;
     let (model, goals) = (problem.model(), &problem.goals);
     // A room walks for net fluxes and irradiances, too.
     let starts = (goals.len() + model.besides(goals)) as u64;
     let progress = Progress::new(most.saturating_mul(starts), signals);
     let doing = if is_chosen { "choosing" } else { "setting up" };
     progress.say(doing.to_owned());
-    let solver = Solver::with(model, settings.clone(), targets.clone()).observer(&progress);
-    let solved = solver.solve();
+    let solver = Solver::with(model, settings.clone(), targets.clone());
+    let solved = solver.observer(&progress).execute(work).solve();
     progress.done();
     Ok(match solved {
         Ok(report) => Some((report, Ended::Done)),

@@ -5,6 +5,8 @@ pub mod formula;
 pub mod kinds;
 mod load;
 mod model;
+pub mod npz;
+mod parts;
 mod place;
 mod points;
 pub mod scene;
@@ -22,6 +24,7 @@ pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
+pub use parts::merged;
 pub use place::{InputError, Place, Placed, Source};
 use section::{Field, Section};
 

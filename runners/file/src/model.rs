@@ -63,6 +63,39 @@ impl ProblemFile {
         })
     }
 
+    /// The model and the targets, for walks that were run already with these settings, whatever the file says of them.
+    ///
+    /// # Errors
+    /// What the model does not take, at its place.
+    pub fn resolve_for(&mut self, settings: Settings) -> Result<Resolved, InputError> {
+        self.walk.scalar = Placed::chosen(settings.scalar);
+        let (model, targets) = self.problem.resolve(self)?;
+        Ok(Resolved {
+            model,
+            targets,
+            settings,
+        })
+    }
+
+    /// What is solved and asked for, in full, each with a name: whatever results follow from besides the settings. Two files
+    /// have the same if they say the same.
+    ///
+    /// # Errors
+    /// A file that this one names cannot be read.
+    pub fn identity(&self, resolved: &Resolved) -> Result<Vec<(String, String)>, InputError> {
+        let targets = format!("{:?}", resolved.targets);
+        let model = resolved.model.model();
+        let weights: Vec<&str> = (0..).map_while(|number| model.weight(number)).collect();
+        let all = [
+            ("kind", model.about().kind.to_owned()),
+            ("problem", self.problem.identity(self)?),
+            ("targets", targets),
+            ("weights", format!("{weights:?}")),
+        ];
+        let all = all.into_iter();
+        Ok(all.map(|(name, value)| (name.to_owned(), value)).collect())
+    }
+
     /// What the file, and flags in its place, say of the solution.
     pub(crate) fn settings(&self) -> Settings {
         /// What nobody gave is open.

@@ -18,13 +18,19 @@ pub enum Place {
     Default,
 }
 
-/// A value and where it comes from.
-#[derive(Clone, Debug, PartialEq)]
+/// A value and where it comes from. Its `Debug` is that of the value: two files that say the same look the same.
+#[derive(Clone, PartialEq)]
 pub struct Placed<T> {
     /// The value.
     pub value: T,
     /// The origin of the value.
     pub place: Place,
+}
+
+impl<T: fmt::Debug> fmt::Debug for Placed<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.value.fmt(f)
+    }
 }
 
 impl<T> Placed<T> {

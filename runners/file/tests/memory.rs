@@ -41,6 +41,7 @@ at = 0.5
     let walks = Walks {
         model,
         scalar: resolved.settings.scalar,
+        execution: None,
     };
     let answer = solved.walk(&walks, &request, &()).unwrap();
     answer.outcome.statistics[0].preconditioned().estimate

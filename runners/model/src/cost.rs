@@ -1,6 +1,7 @@
 //! What work takes, by constants that were measured once: a choice by it must not depend on the machine.
 
 use fredholm_core::Estimator;
+use serde::{Deserialize, Serialize};
 
 use crate::Pairs;
 
@@ -48,7 +49,7 @@ impl WalkCost {
 }
 
 /// Pointwise pairs of a row, in the mean over the space of states.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointwisePairs {
     /// Pairs that nothing hides.
     pub seen: f64,

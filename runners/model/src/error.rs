@@ -134,6 +134,13 @@ pub enum Error {
     },
     /// The numbers of a picture cannot be estimated.
     Picture(String),
+    /// The batches of walks cannot be kept, or those that were kept belong to something else.
+    Kept {
+        /// The message: what would help.
+        message: String,
+        /// Whether another file or other input would help.
+        is_input: bool,
+    },
     /// The observer cancelled before there was a result.
     Cancelled,
     /// Something that cannot be is.
@@ -236,6 +243,10 @@ impl Error {
                 | Self::Run(_)
                 | Self::Picture(_)
                 | Self::Internal(_)
+                | Self::Kept {
+                    is_input: false,
+                    ..
+                }
         )
     }
 }
@@ -255,6 +266,7 @@ impl Display for Error {
             | Self::Option { message, .. }
             | Self::Region { message }
             | Self::TooMuch { message }
+            | Self::Kept { message, .. }
             | Self::Picture(message) => f.write_str(message),
             Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),
             Self::InfiniteVariance {

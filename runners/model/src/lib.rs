@@ -13,6 +13,7 @@ mod options;
 pub mod pairs;
 mod settings;
 mod whole;
+mod written;
 
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};

@@ -5,7 +5,7 @@ use fredholm_core::galerkin::{DiagonalRule, PairKind, PairTable, Pairs as PairsT
 use fredholm_core::{Estimator, Form};
 use fredholm_room::RoomPairs;
 use fredholm_variance::{Analysis, FigureOfMerit, PairCosts, PairSelection, VarianceModel};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Subject;
 use crate::examined::in_parallel;
@@ -159,7 +159,7 @@ pub fn memory(pairs: Pairs, cells: usize, each: usize) -> usize {
 }
 
 /// The numbers of pairs of each kind.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PairCounts {
     /// Pairs in S.
     pub in_s: usize,

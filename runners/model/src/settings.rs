@@ -3,7 +3,9 @@
 use core::time::Duration;
 
 use fredholm_core::{Estimator, Form, Tolerance};
+use serde::{Deserialize, Serialize};
 
+use crate::written::{choice, open_choice, tolerance};
 use crate::{Error, Pairs, Scalar, Subject};
 
 /// The settings of a solution. `None` is open: it has a default, or is chosen if there is a tolerance.
@@ -17,13 +19,14 @@ use crate::{Error, Pairs, Scalar, Subject};
 /// assert_eq!((report.cells, report.degree, report.seed), (4, 1, 7));
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Cells; of a cube per axis.
     pub cells: Option<usize>,
     /// Degree of the polynomials on a cell.
     pub degree: Option<usize>,
     /// How the neighbour equation treats pairs of cells.
+    #[serde(with = "open_choice")]
     pub pairs: Option<Pairs>,
     /// Degree of the polynomials on whose coefficients the walks of a whole function score.
     pub score_degree: Option<usize>,
@@ -41,18 +44,23 @@ pub struct Settings {
     /// q0, the probability that a walk is absorbed in a state.
     pub absorption: Option<f64>,
     /// The estimator: what a walk scores.
+    #[serde(with = "open_choice")]
     pub estimator: Option<Estimator>,
     /// The form of the control variate.
+    #[serde(with = "open_choice")]
     pub form: Option<Form>,
     /// The floating-point type of walks.
+    #[serde(with = "choice")]
     pub scalar: Scalar,
     /// The seed of all draws.
     pub seed: u64,
     /// Walks of a batch.
     pub batch: u64,
     /// The standard error at which a goal is done.
+    #[serde(with = "tolerance")]
     pub tolerance: Option<Tolerance>,
     /// The time after which walks end.
+    #[serde(skip)]
     pub time_limit: Option<Duration>,
     /// Whether walks of infinite variance are wanted.
     pub allow_infinite_variance: bool,

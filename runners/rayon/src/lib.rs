@@ -1,11 +1,16 @@
 #![doc = include_str!("../README.md")]
 
+mod crew;
 mod replicates;
 mod rows;
 mod run;
+mod stage;
+mod store;
 
+pub use crew::{Crew, Finished, Piece, Threads, Work, threads};
 pub use replicates::Replicates;
 pub use rows::fill_rows;
-pub use run::{Observer, Outcome, RunError, run};
+pub use run::{Observer, Outcome, RunError, Runner, run, stop};
+pub use store::BatchStore;
 
 pub use fredholm_core::Tail;

@@ -2,13 +2,15 @@
 
 use core::fmt;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
-use std::time::Instant;
 
 use fredholm_core::{
-    Batch, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason, Tail,
+    Job, RunOptions, RunOptionsError, Schedule, Statistics, StopReason, Tail, next_stage,
 };
+
+use crate::crew::{Crew, Threads};
+use crate::stage::{Clock, Stage};
+use crate::store::BatchStore;
 
 /// Watches a run and may end it. All methods do nothing by default; `()` is the observer that does
 /// not look.
@@ -74,6 +76,20 @@ pub struct Outcome {
     pub stop: StopReason,
 }
 
+impl Outcome {
+    /// No walks yet of any goal.
+    fn of(job: &dyn Job) -> Result<Self, RunError> {
+        if job.goals() == 0 {
+            return Err(RunError::NoGoal);
+        }
+        Ok(Self {
+            statistics: vec![Statistics::default(); job.goals()],
+            tails: vec![Tail::default(); job.goals()],
+            stop: StopReason::Done,
+        })
+    }
+}
+
 /// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -125,9 +141,6 @@ impl From<RunOptionsError> for RunError {
     }
 }
 
-/// States between two looks at the clock and the observer: some milliseconds, however long walks are.
-const SLICE: u64 = 1 << 17;
-
 /// Runs the walks of every goal of the job on the threads of the current rayon pool.
 ///
 /// Batches are dealt out in order and merged in order, so the result has the same bits for any
@@ -144,174 +157,127 @@ pub fn run(
     time_limit: Option<Duration>,
     observer: &dyn Observer,
 ) -> Result<Outcome, RunError> {
-    let mut schedule = Schedule::new(*options)?;
-    if job.goals() == 0 {
-        return Err(RunError::NoGoal);
-    }
-    let clock = Clock {
-        // A limit beyond the clock's range is none.
-        deadline: time_limit.and_then(|limit| Instant::now().checked_add(limit)),
-        late: AtomicBool::new(false),
-        observer,
+    let runner = Runner {
+        time_limit,
+        ..Runner::new(*options)
     };
-    let mut statistics = vec![Statistics::default(); job.goals()];
-    let mut tails = vec![Tail::default(); job.goals()];
-    let mut active: Vec<usize> = (0..job.goals()).collect();
-    let mut stop = StopReason::Done;
-    while !active.is_empty() {
-        let stage = Stage {
-            active: &active,
-            batches: schedule.stage(),
-        };
-        let cut = stage.run(job, options, &clock, &mut statistics, &mut tails)?;
-        observer.merged_with_tails(&statistics, &tails);
-        if cut {
-            stop = clock.reason();
-            break;
+    runner.run(job, observer)
+}
+
+/// The walks of a run, who runs them, and what keeps their batches.
+///
+/// ```
+/// use fredholm_core::RunOptions;
+/// use fredholm_rayon::Runner;
+///
+/// let runner = Runner::new(RunOptions::new(10_000));
+/// assert_eq!(runner.options.batches(), 3);
+/// ```
+#[derive(Clone, Copy)]
+pub struct Runner<'a> {
+    /// The number of walks, their batches, and when a goal stops.
+    pub options: RunOptions,
+    /// The time after which walks end.
+    pub time_limit: Option<Duration>,
+    /// Whoever runs the batches of a stage.
+    pub crew: &'a dyn Crew,
+    /// The keeper of batches that were run.
+    pub store: &'a dyn BatchStore,
+}
+
+impl fmt::Debug for Runner<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Runner")
+            .field("options", &self.options)
+            .field("time_limit", &self.time_limit)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Runner<'_> {
+    /// A runner on the threads of the current rayon pool, without a time limit, that keeps nothing.
+    #[must_use]
+    pub fn new(options: RunOptions) -> Self {
+        Self {
+            options,
+            time_limit: None,
+            crew: &Threads,
+            store: &(),
         }
-        schedule.end_stage();
-        active.retain(|&goal| {
-            let merged = &statistics[goal];
-            let reason = match observer.rounding_floor(merged) {
-                Some(floor) => schedule.stop_if_believed(merged, &tails[goal], floor),
-                None => schedule.stop(merged),
+    }
+
+    /// Runs the walks of every goal until the options say that it stops: see [`run`].
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn run(&self, job: &dyn Job, observer: &dyn Observer) -> Result<Outcome, RunError> {
+        let mut schedule = Schedule::new(self.options)?;
+        let mut outcome = Outcome::of(job)?;
+        let clock = Clock::new(self.time_limit, observer);
+        let mut active: Vec<usize> = (0..job.goals()).collect();
+        while !active.is_empty() {
+            let stage = Stage {
+                active: &active,
+                batches: schedule.stage(),
+                runner: self,
             };
-            stop = stop.max(reason.unwrap_or(StopReason::Done));
-            reason.is_none()
-        });
-        schedule.begin_stage();
-    }
-    Ok(Outcome {
-        statistics,
-        tails,
-        stop,
-    })
-}
-
-/// Whether to go on.
-struct Clock<'a> {
-    deadline: Option<Instant>,
-    late: AtomicBool,
-    observer: &'a dyn Observer,
-}
-
-impl Clock<'_> {
-    fn stopped(&self) -> bool {
-        if self
-            .deadline
-            .is_some_and(|deadline| Instant::now() >= deadline)
-        {
-            self.late.store(true, Ordering::Relaxed);
+            if stage.run(job, &clock, &mut outcome)? {
+                break;
+            }
+            schedule.end_stage();
+            active.retain(|&goal| {
+                let (merged, tail) = (&outcome.statistics[goal], &outcome.tails[goal]);
+                let reason = stop(&schedule, merged, tail, observer.rounding_floor(merged));
+                outcome.stop = outcome.stop.max(reason.unwrap_or(StopReason::Done));
+                reason.is_none()
+            });
+            schedule.begin_stage();
         }
-        self.late.load(Ordering::Relaxed) || self.observer.cancelled()
+        Ok(outcome)
     }
 
-    /// Why it stopped.
-    fn reason(&self) -> StopReason {
-        if self.late.load(Ordering::Relaxed) {
-            StopReason::TimeLimit
-        } else {
-            StopReason::Cancelled
-        }
-    }
-}
-
-/// The next batches of every active goal.
-struct Stage<'a> {
-    active: &'a [usize],
-    batches: Range<u64>,
-}
-
-/// What came of a piece of work: its number, its batch, and whether a walk was not finite.
-type Finished = (u64, Batch, Result<(), NotFinite>);
-
-impl Stage<'_> {
-    /// The number of pieces of work: one batch of one goal each.
-    fn pieces(&self) -> u64 {
-        (self.batches.end - self.batches.start) * self.active.len() as u64
-    }
-
-    /// The goal and the batch of a piece: the next batch of every goal, then the one after.
-    fn piece(&self, number: u64) -> (usize, u64) {
-        let goals = self.active.len() as u64;
-        let goal = self.active[(number % goals) as usize];
-        (goal, self.batches.start + number / goals)
-    }
-
-    /// Runs the stage and merges it into `statistics`. Returns whether it was cut short.
-    fn run(
+    /// Runs these batches of every goal, whatever error is reached. The statistics are theirs alone.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn run_batches(
         &self,
         job: &dyn Job,
-        options: &RunOptions,
-        clock: &Clock<'_>,
-        statistics: &mut [Statistics],
-        tails: &mut [Tail],
-    ) -> Result<bool, RunError> {
-        let next = AtomicU64::new(0);
-        // Pieces are taken in order: when the clock stops, those taken are a gapless beginning.
-        let work = |_: rayon::BroadcastContext<'_>| {
-            let mut finished = Vec::new();
-            while !clock.stopped() {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                if number >= self.pieces() {
-                    break;
-                }
-                let (goal, index) = self.piece(number);
-                let mut batch = Batch::new(index, options.batch, options.walks);
-                let result = run_batch(job, goal, &mut batch, clock);
-                finished.push((number, batch, result));
+        batches: Range<u64>,
+        observer: &dyn Observer,
+    ) -> Result<Outcome, RunError> {
+        self.options.validate()?;
+        let mut outcome = Outcome::of(job)?;
+        let clock = Clock::new(self.time_limit, observer);
+        let active: Vec<usize> = (0..job.goals()).collect();
+        let end = batches.end.min(self.options.batches());
+        let mut start = batches.start;
+        while start < end {
+            let next = start + next_stage(start - batches.start, end - batches.start);
+            let stage = Stage {
+                active: &active,
+                batches: start..next,
+                runner: self,
+            };
+            if stage.run(job, &clock, &mut outcome)? {
+                break;
             }
-            finished
-        };
-        let mut finished: Vec<Finished> = rayon::broadcast(work).into_iter().flatten().collect();
-        finished.sort_unstable_by_key(|&(number, ..)| number);
-        self.merge(&finished, statistics, tails)
-    }
-
-    fn merge(
-        &self,
-        finished: &[Finished],
-        statistics: &mut [Statistics],
-        tails: &mut [Tail],
-    ) -> Result<bool, RunError> {
-        let mut open = vec![true; statistics.len()];
-        let mut complete = 0;
-        for (number, batch, result) in finished {
-            let (goal, index) = self.piece(*number);
-            if let Err(NotFinite { walk }) = *result {
-                return Err(RunError::NotFinite {
-                    goal,
-                    batch: index,
-                    walk,
-                });
-            }
-            // Behind a batch that was cut short the walks have a gap.
-            if open[goal] {
-                statistics[goal].merge(batch.statistics());
-                tails[goal].add(batch.statistics());
-            }
-            open[goal] &= batch.is_done();
-            complete += u64::from(batch.is_done());
+            start = next;
         }
-        Ok(complete < self.pieces())
+        Ok(outcome)
     }
 }
 
-fn run_batch(
-    job: &dyn Job,
-    goal: usize,
-    batch: &mut Batch,
-    clock: &Clock<'_>,
-) -> Result<(), NotFinite> {
-    loop {
-        let before = batch.statistics().walks();
-        // The first walk tells how long walks are, and those so far tell it better and better.
-        let states = batch.statistics().states().max(1);
-        let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
-        job.run(goal, batch, (walks as u64).clamp(1, SLICE))?;
-        clock.observer.walked(batch.statistics().walks() - before);
-        if batch.is_done() || clock.stopped() {
-            return Ok(());
-        }
+/// Why a goal stops with these statistics; `None`: it goes on. Without what rounding leaves, every error bar is believed.
+#[must_use]
+pub fn stop(
+    schedule: &Schedule,
+    merged: &Statistics,
+    tail: &Tail,
+    floor: Option<f64>,
+) -> Option<StopReason> {
+    match floor {
+        Some(floor) => schedule.stop_if_believed(merged, tail, floor),
+        None => schedule.stop(merged),
     }
 }

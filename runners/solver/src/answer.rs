@@ -4,15 +4,16 @@ use core::fmt::{self, Display};
 use std::time::Instant;
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{RunOptions, Statistics, StopReason, rounding_floor};
+use fredholm_core::{RunOptions, Statistics, StopReason, Tolerance};
 use fredholm_rayon::{Observer, Outcome, Tail, run};
 
 use crate::chosen::ChoiceReport;
-use crate::{Error, Model, Partitioned, Scalar, Settings, System, WalkOptions};
+use crate::execute::{Execution, SetUp, Walking};
+use crate::{Error, Goal, Model, Partitioned, Scalar, Settings, System, WalkOptions};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
 use fredholm_model::pairs::PairCounts;
-use fredholm_model::{Derived, Prepared, Request, Then, in_scalar};
+use fredholm_model::{Derived, Prepared, Request, Then};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
 ///
@@ -244,6 +245,8 @@ pub struct Walks<'a> {
     pub model: &'a dyn Model,
     /// The floating-point type of walks.
     pub scalar: Scalar,
+    /// Whoever runs them, if it is not this process alone.
+    pub execution: Option<Execution<'a>>,
 }
 
 impl fmt::Debug for Walks<'_> {
@@ -300,30 +303,77 @@ impl Walks<'_> {
         let walk = request.walk;
         watch.walking();
         let start = Instant::now();
-        let floor = |statistics: &Statistics| {
-            let u = statistics.preconditioned().estimate;
-            // Plain walks have no table: every step of theirs rounds once.
-            let length = statistics.states() as f64 / statistics.walks().max(1) as f64;
-            let radius_bound = match prepared.radius_bound {
-                0.0 => 1.0 - 1.0 / length.max(1.0),
-                radius_bound => radius_bound,
-            };
-            let largest = prepared.largest;
-            in_scalar!(self.scalar, F => rounding_floor::<F>(largest, u, radius_bound))
-        };
+        let set_up = SetUp::new(prepared, setup_seconds);
+        let floor = |statistics: &Statistics| set_up.floor(self.scalar, statistics);
         let watched = Watched {
             watch,
             floor: &floor,
         };
-        let mut outcome = run(prepared.job, &options(walk), walk.time_limit, &watched)?;
+        let (outcome, tolerance) = match &self.execution {
+            None => {
+                let outcome = run(prepared.job, &options(walk), walk.time_limit, &watched)?;
+                (outcome, walk.tolerance)
+            }
+            Some(execution) => {
+                let walking = Walking {
+                    settings: execution.settings,
+                    plain: execution.plain,
+                    cells: execution.cells,
+                    choice: execution.choice,
+                    set_up: &set_up,
+                    job: prepared.job,
+                    options: options(walk),
+                    time_limit: walk.time_limit,
+                };
+                let outcome = execution.execute.run(&walking, &watched)?;
+                (outcome, execution.execute.tolerance(walk.tolerance))
+            }
+        };
         let walk_seconds = start.elapsed().as_secs_f64();
-        let derived = self.model.derive(request.goals, &outcome.statistics);
-        let others = outcome.statistics.split_off(request.goals.len());
+        let of = Of {
+            model: self.model,
+            goals: request.goals,
+            scalar: self.scalar,
+            tolerance,
+        };
+        Ok(Answer::new(&of, &set_up, outcome, walk_seconds))
+    }
+}
+
+/// The question of an answer.
+#[derive(Clone, Copy)]
+pub struct Of<'a> {
+    /// The equation.
+    pub model: &'a dyn Model,
+    /// The goals that were asked for.
+    pub goals: &'a [Goal],
+    /// The floating-point type of the walks.
+    pub scalar: Scalar,
+    /// The tolerance at which goals end, if one is looked at.
+    pub tolerance: Option<Tolerance>,
+}
+
+impl fmt::Debug for Of<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Of")
+            .field("goals", &self.goals)
+            .field("tolerance", &self.tolerance)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Answer {
+    /// The answer that a set-up and the outcome of its walks give.
+    #[must_use]
+    pub fn new(of: &Of<'_>, set_up: &SetUp, mut outcome: Outcome, walk_seconds: f64) -> Self {
+        let floor = |statistics: &Statistics| set_up.floor(of.scalar, statistics);
+        let derived = of.model.derive(of.goals, &outcome.statistics);
+        let others = outcome.statistics.split_off(of.goals.len());
         let is_rounded = |statistics: &Statistics| {
-            let bound = walk.tolerance.map(|tolerance| tolerance.error(statistics));
+            let bound = of.tolerance.map(|tolerance| tolerance.error(statistics));
             bound.is_some_and(|bound| bound < floor(statistics) && bound > 0.0)
         };
-        let is_done = walk.tolerance.is_some() && outcome.stop == StopReason::Done;
+        let is_done = of.tolerance.is_some() && outcome.stop == StopReason::Done;
         let gave_up = if !is_done {
             None
         } else if outcome.statistics.iter().any(is_rounded) {
@@ -334,20 +384,20 @@ impl Walks<'_> {
         if gave_up.is_some() {
             outcome.stop = StopReason::ToleranceNotReached;
         }
-        Ok(Answer {
-            galerkin: prepared.galerkin.to_vec(),
+        Self {
+            galerkin: set_up.galerkin.clone(),
             floors: outcome.statistics.iter().map(floor).collect(),
             outcome,
             gave_up,
             others,
-            convergence: prepared.convergence,
-            setup_seconds,
+            convergence: set_up.convergence(),
+            setup_seconds: set_up.seconds,
             walk_seconds,
-            pointwise: prepared.pointwise,
-            neighbour_second_moment_radius: prepared.neighbour_second_moment_radius,
-            pair_counts: prepared.pair_counts,
+            pointwise: set_up.pointwise,
+            neighbour_second_moment_radius: set_up.neighbour_second_moment_radius,
+            pair_counts: set_up.pair_counts,
             derived,
-        })
+        }
     }
 }
 

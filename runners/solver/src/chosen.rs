@@ -1,15 +1,19 @@
 //! What was chosen, for reports.
 
 use fredholm_model::numbers::short;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{Choices, Settings};
 
+/// The word for a method. By this name it is not taken for one that lives in what is read.
+type Method = &'static str;
+
 /// The part of a report on a choice.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChoiceReport {
     /// "preconditioned" or "plain".
-    pub method: &'static str,
+    #[serde(deserialize_with = "method")]
+    pub method: Method,
     /// Seconds of the set-up on one thread of the machine whose constants the library knows.
     pub predicted_setup_seconds: f64,
     /// Seconds of all walks on one such thread.
@@ -29,6 +33,14 @@ pub struct ChoiceReport {
     pub predicted_pilot_seconds: f64,
     /// Measured seconds of the choice.
     pub pilot_seconds: f64,
+}
+
+/// One of the two words.
+fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+    let word = String::deserialize(from)?;
+    let mut known = ["preconditioned", "plain"].into_iter();
+    let found = known.find(|known| *known == word);
+    found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
 
 impl ChoiceReport {

@@ -1,10 +1,15 @@
 #![doc = include_str!("../README.md")]
 
+/// The version of all bits of results. It grows with every change that CHANGELOG.md calls value-breaking: walks of different
+/// versions are not merged.
+pub const VALUE_VERSION: u32 = 1;
+
 pub mod answer;
 pub mod choice;
 mod chosen;
 mod custom;
 pub mod diagnosis;
+pub mod execute;
 pub mod report;
 mod solver;
 pub mod sweep;
@@ -29,6 +34,7 @@ pub use answer::SolveObserver;
 pub use circle::CircleModel;
 pub use cube::CubeModel;
 pub use custom::{CustomEquation, CustomModel};
+pub use execute::Execute;
 pub use fredholm_core::{Estimator, Form, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,

@@ -11,8 +11,9 @@ use fredholm_rayon::Tail;
 use serde::Serialize;
 
 use crate::answer::Answer;
-use crate::choice::{ChoiceReport, Chosen};
-use crate::{Choices, Goal, Model, Partitioned, Region, Settings};
+use crate::choice::ChoiceReport;
+use crate::execute::CellCount;
+use crate::{Choices, Goal, Model, Region, Settings};
 use fredholm_model::Flux;
 use fredholm_model::numbers::with_decimals;
 use fredholm_model::pairs::PairCounts;
@@ -69,6 +70,9 @@ pub struct Report {
     pub batch: u64,
     /// The seed of the walks.
     pub seed: u64,
+    /// The part of a run that this is, "3/64", if it is not the whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
     /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
     pub stop: &'static str,
     /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
@@ -265,7 +269,7 @@ pub struct SurfaceReport {
 
 /// A run: everything that a report tells, apart from the answer.
 #[derive(Clone, Copy)]
-pub struct Run<'a, 'm> {
+pub struct Run<'a> {
     /// The equation.
     pub model: &'a dyn Model,
     /// The goals of the walks.
@@ -273,20 +277,22 @@ pub struct Run<'a, 'm> {
     /// The exact value of every goal, if it is known.
     pub exact: &'a [Option<f64>],
     /// The cells of the neighbour equation.
-    pub cells: &'a dyn Partitioned<'m>,
+    pub cells: &'a CellCount,
     /// The settings, in which nothing is open.
     pub settings: &'a Settings,
     /// The choice, if settings were chosen.
-    pub chosen: Option<&'a Chosen<'m>>,
+    pub choice: Option<&'a ChoiceReport>,
+    /// Whether walks followed no neighbour equation.
+    pub plain: bool,
 }
 
-impl core::fmt::Debug for Run<'_, '_> {
+impl core::fmt::Debug for Run<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Run")
             .field("goals", &self.goals)
             .field("exact", &self.exact)
             .field("settings", &self.settings)
-            .field("chosen", &self.chosen)
+            .field("choice", &self.choice)
             .finish_non_exhaustive()
     }
 }
@@ -294,17 +300,17 @@ impl core::fmt::Debug for Run<'_, '_> {
 impl Report {
     /// The report of a run and its answer.
     #[must_use]
-    pub fn new(run: &Run<'_, '_>, answer: Answer) -> Self {
+    pub fn new(run: &Run<'_>, answer: Answer) -> Self {
         let Run {
             model,
             goals,
             exact,
             cells,
             settings,
-            chosen,
+            choice,
+            plain,
         } = *run;
         let (about, walk) = (model.about(), settings.walk_options());
-        let plain = chosen.is_some_and(|chosen| chosen.plain);
         let statistics = answer.outcome.statistics.iter();
         let mut reports: Vec<GoalReport> = goals
             .iter()
@@ -331,8 +337,8 @@ impl Report {
         Self {
             problem: about.kind,
             dimension: about.dimension,
-            cells: if plain { 0 } else { cells.cells() },
-            unknowns: if plain { 0 } else { cells.unknowns() },
+            cells: if plain { 0 } else { cells.cells },
+            unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
             pairs: if plain { "no" } else { walk.pairs.word() },
             pair_counts: answer.pair_counts,
@@ -344,6 +350,7 @@ impl Report {
             generator: DEFAULT_GENERATOR,
             batch: walk.batch,
             seed: walk.seed,
+            part: None,
             stop: word(answer.outcome.stop),
             reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.convergence.sweeps,
@@ -353,10 +360,8 @@ impl Report {
             other_states: answer.others.iter().map(Statistics::states).sum(),
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
-            choice: chosen.map(|chosen| chosen.report.clone()),
-            choice_text: chosen.map_or(String::new(), |chosen| {
-                chosen.report.text(settings, &cells.cells_text())
-            }),
+            choice: choice.cloned(),
+            choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
             energy: EnergyReport::new(answer.derived.fluxes),
             goals: reports,
         }

@@ -5,9 +5,10 @@ use core::time::Duration;
 
 use fredholm_core::{Estimator, Form, StopReason, Tolerance};
 
-use crate::answer::{Answer, SolveObserver, Solved, Walks};
+use crate::answer::{Answer, SolveObserver, Solved};
 use crate::choice::{self, ChoiceReport, Chosen};
 use crate::diagnosis::{Diagnosis, diagnose};
+use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
@@ -44,6 +45,7 @@ pub struct Solver<'m> {
     pub(crate) settings: Settings,
     asked: Vec<Asked>,
     pub(crate) watch: &'m dyn SolveObserver,
+    execute: &'m dyn Execute,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -176,6 +178,7 @@ impl<'m> Solver<'m> {
             settings: Settings::default(),
             asked: Vec::new(),
             watch: &(),
+            execute: &OnThreads,
         }
     }
 
@@ -186,6 +189,7 @@ impl<'m> Solver<'m> {
             settings,
             asked: targets.into_iter().map(Asked::Target).collect(),
             watch: &(),
+            execute: &OnThreads,
         }
     }
 
@@ -334,6 +338,13 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets who runs the walks of the answer; the threads of this process otherwise. Pilots of a choice are run by these in
+    /// any case.
+    pub fn execute(mut self, execute: &'m dyn Execute) -> Self {
+        self.execute = execute;
+        self
+    }
+
     /// Walks until no standard error is above this one, in the unit of u.
     ///
     /// # Errors
@@ -362,24 +373,28 @@ impl<'m> Solver<'m> {
         let goals = self.goals(&targets)?;
         let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
         let exact = exact.collect::<Result<Vec<_>, Error>>()?;
-        let chosen = choice::solve(self.model, &targets, &goals, &self.settings, self.watch)?;
-        let (chosen, answer) = match chosen {
-            Some((chosen, answer)) => (Some(chosen), answer),
-            None => (None, self.walk(&goals)?),
+        let by = (self.watch, self.execute);
+        let chosen = choice::solve(self.model, &targets, &goals, &self.settings, by)?;
+        let (chosen, answer, cells) = match chosen {
+            Some((chosen, answer)) => {
+                let cells = chosen.cells.clone();
+                (Some(chosen), answer, cells)
+            }
+            None => self
+                .walk(&goals)
+                .map(|(answer, cells)| (None, answer, cells))?,
         };
-        let settings = chosen
-            .as_ref()
-            .map_or(&self.settings, |chosen| &chosen.settings);
-        let cells = self.model.partition(&settings.discretisation())?;
+        let chosen = chosen.as_ref();
         let stop = answer.outcome.stop;
         let report = Report::new(
             &Run {
                 model: self.model,
                 goals: &goals,
                 exact: &exact,
-                cells: &*cells,
-                settings,
-                chosen: chosen.as_ref(),
+                cells: &cells,
+                settings: chosen.map_or(&self.settings, |chosen| &chosen.settings),
+                choice: chosen.map(|chosen| &chosen.report),
+                plain: chosen.is_some_and(|chosen| chosen.plain),
             },
             answer,
         );
@@ -399,7 +414,7 @@ impl<'m> Solver<'m> {
     pub fn answer(&self) -> Result<Answer, SolveError> {
         self.check()?;
         let goals = self.goals(&self.targets()?)?;
-        Ok(self.walk(&goals)?)
+        Ok(self.walk(&goals)?.0)
     }
 
     /// The choice that would be made for this standard error, and what it is predicted to take,
@@ -476,7 +491,7 @@ impl<'m> Solver<'m> {
     }
 
     /// Walks where nothing is chosen.
-    fn walk(&self, goals: &[Goal]) -> Result<Answer, Error> {
+    fn walk(&self, goals: &[Goal]) -> Result<(Answer, CellCount), Error> {
         let cells = self.cut(goals)?;
         let walk = self.settings.walk_options();
         let request = Request {
@@ -484,11 +499,17 @@ impl<'m> Solver<'m> {
             walk: &walk,
             only_u: false,
         };
-        let walks = Walks {
-            model: self.model,
-            scalar: self.settings.scalar,
+        let count = CellCount::of(&*cells);
+        let execution = Execution {
+            execute: self.execute,
+            settings: &self.settings,
+            plain: false,
+            cells: &count,
+            choice: None,
         };
-        Solved::new(&*cells, walk.absorption)?.walk(&walks, &request, self.watch)
+        let walks = execution.walks(self.model);
+        let answer = Solved::new(&*cells, walk.absorption)?.walk(&walks, &request, self.watch)?;
+        Ok((answer, count))
     }
 
     /// Refuses settings that the equation does not take.

@@ -104,6 +104,7 @@ impl<'a> Sweep<'a> {
         let maker = Walks {
             model: self.model,
             scalar: self.scalar(),
+            execution: None,
         };
         let start = Instant::now();
         let cut = self.cut(cells)?;

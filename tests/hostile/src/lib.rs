@@ -7,7 +7,9 @@
 
 mod bytes;
 mod memory;
+mod part;
 mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
+pub use part::{good_part, part, part_with_checksums};
 pub use text::{deck, formula, problem_file, scene};

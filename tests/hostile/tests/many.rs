@@ -1,6 +1,9 @@
 //! Ten million inputs, as many for each reader: good ones that are spoilt, by a loop without a fuzzer.
 
-use fredholm_hostile::{deck, formula, problem_file, scene, table, table_with_checksum};
+use fredholm_hostile::{
+    deck, formula, good_part, part, part_with_checksums, problem_file, scene, table,
+    table_with_checksum,
+};
 
 mod seeds;
 use seeds::{DECKS, FILES, PIECES, SCENES, TABLES};
@@ -87,7 +90,21 @@ fn millions_of_inputs_are_read_or_refused() {
     // The smallest.
     readers.push((TABLES[0], 0, table));
     readers.push((TABLES[0], 0, table_with_checksum));
-    let mut random = Random(26);
+    feed(&readers, 26);
+}
+
+/// Parts of runs, which are longer.
+#[test]
+fn millions_of_parts_are_read_or_refused() {
+    let good = good_part();
+    // The first bytes of the second are mended, too.
+    let readers: [(&[u8], usize, Reader); 2] = [(&good, 0, part), (&good, 16, part_with_checksums)];
+    feed(&readers, 29);
+}
+
+/// Feeds spoilt inputs to each of the readers in turn.
+fn feed(readers: &[(&[u8], usize, Reader)], seed: u64) {
+    let mut random = Random(seed);
     let total = inputs();
     for k in 0..total {
         let (good, kept, read) = readers[k % readers.len()];

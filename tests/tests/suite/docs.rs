@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 18] = [
+const PUBLISHED: [&str; 19] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
@@ -19,6 +19,7 @@ const PUBLISHED: [&str; 18] = [
     "runners/models/cube/src",
     "runners/models/room/src",
     "runners/models/sphere/src",
+    "runners/parts/src",
     "runners/plot/src",
     "runners/rayon/src",
     "runners/solver/src",

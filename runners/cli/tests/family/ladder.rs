@@ -143,6 +143,7 @@ impl<'p> Opened<'p> {
         Walks {
             model: self.model,
             scalar: self.settings.scalar,
+            execution: None,
         }
     }
 

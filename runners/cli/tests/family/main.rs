@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use fredholm::answer::Answer;
 use fredholm::choice::Chosen;
+use fredholm::execute::OnThreads;
 use fredholm::{Choices, Error, Tolerance};
 use fredholm_core::{Statistics, StopReason};
 
@@ -125,7 +126,13 @@ fn ran(problem: &Problem) -> Ran {
     opened.settings = &settings;
     let start = Instant::now();
     let goals = &opened.goals;
-    let solved = fredholm::choice::solve(opened.model, &resolved.targets, goals, &settings, &());
+    let solved = fredholm::choice::solve(
+        opened.model,
+        &resolved.targets,
+        goals,
+        &settings,
+        (&(), &OnThreads),
+    );
     let measured = start.elapsed().as_secs_f64();
     let mut ran = Ran {
         text: format!("{}, {tolerance:?}: ", problem.name),

@@ -12,6 +12,7 @@ mod heat;
 mod hostile;
 mod interruption;
 mod manual;
+mod parts;
 mod rates;
 
 mod refusals;

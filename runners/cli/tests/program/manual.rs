@@ -4,9 +4,12 @@
 //! options must exist. Commands of a page run one after the other in one folder, which has the examples, and every
 //! problem file of the page whose first line is its name, as a comment. A block `text` that follows a block `sh` is a part of
 //! what its last command prints, but for lines with times.
+//! A block `bash` is a script, which is run as it stands; a block `bash file` is one that others call, by the name in its second
+//! line. Of a block `bash mpi` the options must exist; `.ci/mpi` runs such commands.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use crate::common;
 
@@ -100,6 +103,25 @@ fn run(folder: &Folder, line: &str) -> Ran {
     ran
 }
 
+/// Runs a script in a folder, with the program by its name. What fails within ends it.
+fn run_script(folder: &Folder, text: &str) -> Ran {
+    let program = Path::new(env!("CARGO_BIN_EXE_fredholm"));
+    let mut path = program.parent().unwrap().as_os_str().to_owned();
+    if let Some(others) = std::env::var_os("PATH") {
+        path.push(":");
+        path.push(others);
+    }
+    let child = Command::new("bash")
+        .args(["-euc", text])
+        .current_dir(folder.path())
+        .env("PATH", path)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    wait(child.unwrap())
+}
+
 /// Asserts that the command and its options exist.
 fn assert_known(line: &str, place: &str) {
     let mut words = line.split_whitespace();
@@ -176,6 +198,23 @@ fn the_manual_does_what_it_says() {
                         assert_eq!(ran.status, Some(0), "{place}: {line}: {ran:?}");
                         printed = Some(ran.stdout);
                         commands += 1;
+                    }
+                }
+                "bash file" => {
+                    let name = text.lines().nth(1).and_then(|line| line.strip_prefix("# "));
+                    let name = name.unwrap_or_else(|| panic!("{place}: a script without a name"));
+                    folder.file(name, &text);
+                }
+                "bash" => {
+                    let ran = run_script(&folder, &text);
+                    assert_eq!(ran.status, Some(0), "{place}: {ran:?}");
+                    printed = Some(ran.stdout);
+                    commands += 1;
+                }
+                "bash mpi" => {
+                    for line in text.lines() {
+                        let command = line.split_once("fredholm-mpi ").map(|(_, command)| command);
+                        assert_known(command.expect("a command of mpirun"), &place);
                     }
                 }
                 "text" => {

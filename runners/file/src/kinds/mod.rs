@@ -79,6 +79,16 @@ pub trait Kind: Any + Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The problem in full: every number and formula, defaults and other files included, without blanks. Two files have the
+    /// same if they say the same, however they are written.
+    ///
+    /// # Errors
+    /// A file that it names cannot be read.
+    fn identity(&self, file: &ProblemFile) -> Result<String, InputError> {
+        let _ = file;
+        Ok(compact(self))
+    }
+
     /// Whether there are walls, whose cells may be graded and cut at shadows.
     fn has_walls(&self) -> bool {
         false
@@ -88,6 +98,11 @@ pub trait Kind: Any + Debug + Send + Sync {
     fn has_exact_source(&self) -> bool {
         false
     }
+}
+
+/// All fields, without blanks: formulas may have more or fewer of them.
+fn compact(fields: impl Debug) -> String {
+    format!("{fields:?}").split_whitespace().collect()
 }
 
 /// Reads `[problem]`, whose other keys depend on its `kind`.

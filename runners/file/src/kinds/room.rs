@@ -9,7 +9,7 @@ use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
 use super::material::{COLD, EMISSIVITY, is_emissivity, read_temperatures, set_material};
-use super::{Kind, KindEntry, shared};
+use super::{Kind, KindEntry, compact, shared};
 use crate::deck::{self, Deck};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
@@ -404,6 +404,10 @@ impl Kind for Room {
             remarks.extend(doubtful.map(|number| file.remark(&number.place, message)));
         }
         remarks
+    }
+
+    fn identity(&self, file: &ProblemFile) -> Result<String, InputError> {
+        Ok(compact(self.all_surfaces(file)?))
     }
 
     fn has_walls(&self) -> bool {

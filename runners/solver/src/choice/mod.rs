@@ -30,7 +30,8 @@ use fredholm_core::StopReason;
 
 pub use crate::chosen::ChoiceReport;
 
-use crate::answer::{Answer, Gave, SolveObserver, Solved, Walks};
+use crate::answer::{Answer, Gave, SolveObserver, Solved};
+use crate::execute::{CellCount, Execute, Execution};
 use crate::{Error, Goal, Model, Settings};
 use fredholm_model::Request;
 use fredholm_model::Target;
@@ -54,6 +55,8 @@ pub struct Chosen<'m> {
     pub plain: bool,
     /// The solved system of a pilot, if there is one.
     pub solved: Option<Arc<Solved<'m>>>,
+    /// The cells.
+    pub cells: CellCount,
     /// The report of the choice.
     pub report: ChoiceReport,
 }
@@ -87,7 +90,7 @@ pub fn solve<'m>(
     targets: &[Target],
     goals: &[Goal],
     settings: &'m Settings,
-    watch: &'m dyn SolveObserver,
+    (watch, execute): (&'m dyn SolveObserver, &dyn Execute),
 ) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
     let (Some(mut search), Some(tolerance)) =
         (begin(model, targets, settings, watch)?, settings.tolerance)
@@ -109,10 +112,14 @@ pub fn solve<'m>(
             walk: &walk,
             only_u: false,
         };
-        let walks = Walks {
-            model,
-            scalar: settings.scalar,
+        let execution = Execution {
+            execute,
+            settings: &chosen.settings,
+            plain: chosen.plain,
+            cells: &chosen.cells,
+            choice: Some(&chosen.report),
         };
+        let walks = execution.walks(model);
         let course = Course::new(&mut search, best, settings, (tolerance, watch));
         let answered = match &chosen.solved {
             Some(solved) => solved.walk(&walks, &request, &course),
@@ -227,7 +234,9 @@ fn accepted<'m>(
     }
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
+    let cells = search.model().partition(&chosen.discretisation())?;
     Ok(Chosen {
+        cells: CellCount::of(&*cells),
         settings: chosen,
         plain: setting.plain,
         solved,

@@ -253,6 +253,11 @@ impl<'m> Search<'m> {
         self.model.partition(&cut)
     }
 
+    /// The equation.
+    pub(super) fn model(&self) -> &'m dyn Model {
+        self.model
+    }
+
     /// The solved system of a setting, unless its walks are plain.
     pub(super) fn solved(&mut self, setting: &Setting) -> Result<Option<Arc<Solved<'m>>>, Error> {
         if setting.plain {
@@ -281,6 +286,7 @@ impl<'m> Search<'m> {
         let walks = Walks {
             model: self.model,
             scalar: self.settings.scalar,
+            execution: None,
         };
         let request = Request {
             goals: &self.sample.goals,

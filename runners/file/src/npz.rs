@@ -5,7 +5,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
-use crate::failure::Failure;
+use crate::InputError;
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -14,7 +14,7 @@ const DAY: u16 = 0x21;
 
 /// The arrays of an archive.
 #[derive(Debug, Default)]
-pub(crate) struct Archive {
+pub struct Archive {
     /// Records and contents of the files.
     bytes: Vec<u8>,
     /// The records that end the archive.
@@ -24,39 +24,39 @@ pub(crate) struct Archive {
 
 impl Archive {
     /// Adds numbers, in the order of the last index.
-    pub(crate) fn numbers<'a>(
+    pub fn numbers<'a>(
         &mut self,
         name: &str,
         shape: &[usize],
         numbers: impl Iterator<Item = &'a f64>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), InputError> {
         let bytes = numbers.flat_map(|x| x.to_le_bytes()).collect();
         self.add(name, "<f8", shape, bytes)
     }
 
     /// Adds whole numbers.
-    pub(crate) fn integers(
+    pub fn integers(
         &mut self,
         name: &str,
         integers: impl Iterator<Item = i64>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), InputError> {
         let bytes: Vec<u8> = integers.flat_map(i64::to_le_bytes).collect();
         self.add(name, "<i8", &[bytes.len() / 8], bytes)
     }
 
     /// Adds whole numbers below 2³¹.
-    pub(crate) fn small_integers(&mut self, name: &str, numbers: &[u32]) -> Result<(), Failure> {
+    pub fn small_integers(&mut self, name: &str, numbers: &[u32]) -> Result<(), InputError> {
         let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
         self.add(name, "<i4", &[numbers.len()], bytes)
     }
 
     /// Adds one word, as bytes without a dimension.
-    pub(crate) fn word(&mut self, name: &str, word: &str) -> Result<(), Failure> {
+    pub fn word(&mut self, name: &str, word: &str) -> Result<(), InputError> {
         self.add(name, &format!("|S{}", word.len()), &[], word.into())
     }
 
     /// Adds texts, all as long as the longest.
-    pub(crate) fn texts(&mut self, name: &str, texts: &[String]) -> Result<(), Failure> {
+    pub fn texts(&mut self, name: &str, texts: &[String]) -> Result<(), InputError> {
         let longest = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
         let padded = |t: &String| {
             let characters = t.chars().map(u32::from).chain(core::iter::repeat(0));
@@ -75,7 +75,7 @@ impl Archive {
         kind: &str,
         shape: &[usize],
         content: Vec<u8>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), InputError> {
         let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
         let about = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
         let length = (about.len() + 11).next_multiple_of(64) - 10;
@@ -87,9 +87,9 @@ impl Archive {
     }
 
     /// Adds a file (PKWARE's APPNOTE, sections 4.3.7 and 4.3.12).
-    fn store(&mut self, name: &str, file: &[u8]) -> Result<(), Failure> {
+    fn store(&mut self, name: &str, file: &[u8]) -> Result<(), InputError> {
         let too_large = |_| {
-            Failure::input("an .npz file has less than 4 GiB: write the factors to a .csv file")
+            InputError::new("an .npz file has less than 4 GiB: write the factors to a .csv file")
         };
         let size = u32::try_from(file.len()).map_err(too_large)?;
         let offset = u32::try_from(self.bytes.len()).map_err(too_large)?;
@@ -118,8 +118,8 @@ impl Archive {
     }
 
     /// The archive, with its end (section 4.3.16).
-    pub(crate) fn finish(mut self) -> Result<Vec<u8>, Failure> {
-        let offset = u32::try_from(self.bytes.len()).map_err(Failure::run)?;
+    pub fn finish(mut self) -> Result<Vec<u8>, InputError> {
+        let offset = u32::try_from(self.bytes.len()).map_err(InputError::new)?;
         let size = self.directory.len() as u32;
         self.bytes.append(&mut self.directory);
         self.bytes.extend(b"PK\x05\x06\0\0\0\0");

@@ -1,0 +1,91 @@
+//! The program `fredholm`: integral equations solved from a file, with an error bar. It is a library for programs that give
+//! it more than this process to walk with.
+//!
+//! Results go to stdout, progress and remarks to stderr. Exit status: 0 done, 1 a failure on the
+//! way, 2 bad usage or input, 3 the requested error was not reached, 130 interrupted.
+
+mod args;
+mod diagnose;
+mod drawing;
+mod export;
+mod factors;
+mod failure;
+mod init;
+mod merge;
+mod output;
+mod paper;
+mod progress;
+mod rates;
+mod render;
+mod scene;
+mod solve;
+mod sparse;
+mod table;
+mod threads;
+mod verify;
+mod whole;
+
+use std::process::ExitCode;
+
+use args::{Cli, Command};
+use clap::{CommandFactory, Parser};
+use failure::{Ended, Failure};
+use fredholm::numbers;
+use fredholm_file::{self as file, deck};
+use progress::Signals;
+
+pub use fredholm_parts::{Alone, END, Team};
+
+/// Runs the command of this process' command line; the walks of `solve` with this team.
+pub fn program(team: &dyn Team) -> ExitCode {
+    failure::be_quiet(!team.leads());
+    let status = match Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command, team)) {
+        Ok(ended) => ended.status(),
+        Err(failure) => failure.report(),
+    };
+    output::remove_unfinished();
+    status
+}
+
+/// Prints what is asked for instead of a command, such as help, or says what is wrong with the command line.
+fn not_parsed(error: clap::Error) -> Result<Ended, Failure> {
+    if error.use_stderr() {
+        error.exit();
+    }
+    error.print()?;
+    std::io::Write::flush(&mut std::io::stdout())?;
+    Ok(Ended::Done)
+}
+
+fn run(command: &Command, team: &dyn Team) -> Result<Ended, Failure> {
+    let signals = &Signals::catch(stop_at_once)?;
+    match command {
+        Command::Solve(args) => solve::solve(args, signals, team),
+        _ if !team.is_alone() => Err(Failure::input(
+            "several processes have the command `solve` only: give this one to `fredholm`",
+        )),
+        Command::Paper(args) => paper::paper(args, signals),
+        Command::Merge(args) => merge::merge(args),
+        Command::Factors(args) => factors::factors(args),
+        Command::Rates(args) => rates::rates(args, signals),
+        Command::Diagnose(args) => diagnose::diagnose(args),
+        Command::Render(args) => render::render(args, signals),
+        Command::Verify(args) => verify::verify(args, signals),
+        Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
+        Command::Export(args) => export::export(args),
+        Command::Init { kind } => init::init(kind),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "fredholm", &mut script);
+            std::io::Write::write_all(&mut std::io::stdout().lock(), &script)?;
+            Ok(Ended::Done)
+        }
+    }
+}
+
+/// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
+fn stop_at_once() {
+    let _held = output::give_up();
+    failure::say("warning: interrupted");
+    std::process::exit(130)
+}

@@ -1,0 +1,51 @@
+//! `fredholm merge`.
+
+use fredholm::Tolerance;
+
+use crate::args::MergeArgs;
+use crate::failure::{Ended, Failure, say};
+use crate::solve::{open_output, show};
+
+/// Runs `merge`.
+pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
+    let tolerance = match (args.target_error, args.relative) {
+        (None, _) => None,
+        (Some(error), _) if !(error > 0.0) => {
+            return Err(Failure::input(format_args!(
+                "`--target-error {error:?}`: it must be a number above 0"
+            )));
+        }
+        (Some(error), true) => Some(Tolerance::Relative(error)),
+        (Some(error), false) => Some(Tolerance::Absolute(error)),
+    };
+    let merged = fredholm_parts::merge(&args.parts, tolerance)?;
+    let (report, file) = fredholm_file::merged(&merged)?;
+    let output = match &args.out {
+        Some(path) => Some(open_output(path, &file)?),
+        None => None,
+    };
+    let written = show(&report, args.json, output)?;
+    if let Some(missing) = merged.missing_text() {
+        say(format_args!(
+            "warning: {missing}; this is the result of the walks before the first of them"
+        ));
+    } else if report.stop != "done" {
+        let why = report
+            .reason
+            .map_or(String::new(), |why| format!(": {why}"));
+        say(format_args!(
+            "warning: the requested error was not reached{why}"
+        ));
+    }
+    for advice in merged.advice() {
+        say(format_args!("note: {advice}"));
+    }
+    let is_done = report.stop == "done";
+    written.map(|()| {
+        if is_done {
+            Ended::Done
+        } else {
+            Ended::ErrorNotReached
+        }
+    })
+}

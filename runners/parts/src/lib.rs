@@ -1,0 +1,22 @@
+#![doc = include_str!("../README.md")]
+
+mod content;
+mod error;
+mod file;
+mod frames;
+mod identity;
+mod keep;
+mod merge;
+mod notes;
+mod share;
+mod team;
+
+pub use content::{Content, Record, Run, Seconds};
+pub use error::PartError;
+pub use file::PartFile;
+pub use identity::{Header, JobRecord};
+pub use keep::{Keeper, Ready};
+pub use merge::{Behind, Merged, merge};
+pub use notes::options_of_the_problem;
+pub use share::{Share, ShareError};
+pub use team::{Alone, END, Team, TeamWork};

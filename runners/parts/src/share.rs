@@ -1,0 +1,94 @@
+//! Which batches of a run a part has.
+
+use core::fmt;
+use core::ops::Range;
+use core::str::FromStr;
+
+use fredholm_core::RunOptions;
+use serde::{Deserialize, Serialize};
+
+/// The share k/n of the batches of a run: consecutive ones, as many as the others have or one more.
+///
+/// ```
+/// use fredholm_core::RunOptions;
+/// use fredholm_parts::Share;
+///
+/// let share: Share = "2/3".parse()?;
+/// let mut options = RunOptions::new(100_000);
+/// options.batch = 10_000;
+/// assert_eq!(share.batches(&options), 3..6);
+/// // Walks before the 40,000th are in other parts.
+/// let rest = Share { after: 40_000, ..share };
+/// assert_eq!(rest.batches(&options), 6..8);
+/// assert!("4/3".parse::<Share>().is_err());
+/// # Ok::<(), fredholm_parts::ShareError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Share {
+    /// k, the number of the part, from 1.
+    pub part: u64,
+    /// n, the number of parts.
+    pub of: u64,
+    /// Walks of each goal that other parts have: the batches behind these are shared out.
+    pub after: u64,
+}
+
+/// Why a text is no share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShareError;
+
+impl fmt::Display for ShareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a part is k/n, its number and how many there are: 1/64, 2/64, … 64/64; at most a million")
+    }
+}
+
+impl core::error::Error for ShareError {}
+
+impl FromStr for Share {
+    type Err = ShareError;
+
+    fn from_str(text: &str) -> Result<Self, ShareError> {
+        let (part, of) = text.split_once('/').ok_or(ShareError)?;
+        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| ShareError);
+        let share = Self {
+            part: number(part)?,
+            of: number(of)?,
+            after: 0,
+        };
+        share.checked()
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.part, self.of)
+    }
+}
+
+/// The most parts of a run.
+const MOST: u64 = 1_000_000;
+
+impl Share {
+    /// The share, if there is one of these numbers.
+    ///
+    /// # Errors
+    /// [`ShareError`]: there is none, or more than a million.
+    pub fn checked(self) -> Result<Self, ShareError> {
+        let is_there = (1..=self.of).contains(&self.part) && self.of <= MOST;
+        is_there.then_some(self).ok_or(ShareError)
+    }
+
+    /// The batches of a run that are this share, of every goal.
+    #[must_use]
+    pub fn batches(&self, options: &RunOptions) -> Range<u64> {
+        let all = options.batches();
+        let first = (self.after / options.batch.max(1)).min(all);
+        let before = |part: u64| {
+            let share = u128::from(all - first) * u128::from(part) / u128::from(self.of.max(1));
+            // At most `all`.
+            first + (share as u64).min(all - first)
+        };
+        before(self.part.saturating_sub(1))..before(self.part)
+    }
+}

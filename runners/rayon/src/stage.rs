@@ -1,0 +1,191 @@
+//! One stage of batches: dealt out, merged in batch order.
+
+use core::ops::Range;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
+use std::time::Instant;
+
+use fredholm_core::{Batch, Job, NotFinite, StopReason};
+
+use crate::crew::{Finished, Piece, Work};
+use crate::run::{Observer, Outcome, RunError, Runner};
+
+/// States between two looks at the clock and the observer: some milliseconds, however long walks are.
+const SLICE: u64 = 1 << 17;
+
+/// Whether to go on.
+pub(crate) struct Clock<'a> {
+    deadline: Option<Instant>,
+    late: AtomicBool,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> Clock<'a> {
+    pub(crate) fn new(time_limit: Option<Duration>, observer: &'a dyn Observer) -> Self {
+        Self {
+            // A limit beyond the clock's range is none.
+            deadline: time_limit.and_then(|limit| Instant::now().checked_add(limit)),
+            late: AtomicBool::new(false),
+            observer,
+        }
+    }
+
+    fn stopped(&self) -> bool {
+        if self
+            .deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
+        {
+            self.late.store(true, Ordering::Relaxed);
+        }
+        self.late.load(Ordering::Relaxed) || self.observer.cancelled()
+    }
+
+    /// Why it stopped.
+    fn reason(&self) -> StopReason {
+        if self.late.load(Ordering::Relaxed) {
+            StopReason::TimeLimit
+        } else {
+            StopReason::Cancelled
+        }
+    }
+}
+
+/// The next batches of every active goal.
+pub(crate) struct Stage<'a> {
+    pub(crate) active: &'a [usize],
+    pub(crate) batches: Range<u64>,
+    pub(crate) runner: &'a Runner<'a>,
+}
+
+impl Stage<'_> {
+    /// The number of pieces of work: one batch of one goal each.
+    fn count(&self) -> usize {
+        (self.batches.end - self.batches.start) as usize * self.active.len()
+    }
+
+    /// The next batch of every goal, then the one after.
+    fn pieces(&self) -> impl Iterator<Item = Piece> {
+        let goals = |batch| self.active.iter().map(move |&goal| Piece { batch, goal });
+        self.batches.clone().flat_map(goals)
+    }
+
+    /// Runs the stage and merges it into the outcome. Returns whether it was cut short; the outcome then says why.
+    pub(crate) fn run(
+        &self,
+        job: &dyn Job,
+        clock: &Clock<'_>,
+        outcome: &mut Outcome,
+    ) -> Result<bool, RunError> {
+        let mut known = Vec::new();
+        let mut open = Vec::new();
+        for piece in self.pieces() {
+            match self.known(piece, clock) {
+                Some(finished) => known.push(finished),
+                None => open.push(piece),
+            }
+        }
+        let keep = |finished: &Finished| {
+            if finished.is_whole && finished.not_finite.is_none() {
+                let Piece { batch, goal } = finished.piece;
+                self.runner.store.keep(goal, batch, &finished.statistics);
+            }
+        };
+        let run = |piece| {
+            let finished = self.run_piece(job, piece, clock);
+            keep(&finished);
+            finished
+        };
+        let came = |finished: &Finished| {
+            clock.observer.walked(finished.statistics.walks());
+            keep(finished);
+        };
+        let work = Work {
+            pieces: &open,
+            run: &run,
+            stopped: &|| clock.stopped(),
+            came: &came,
+        };
+        let mut finished = self.runner.crew.stage(known, &work);
+        finished.sort_unstable_by_key(|finished| finished.piece);
+        let is_cut = self.merge(&finished, outcome)?;
+        let Outcome {
+            statistics, tails, ..
+        } = &*outcome;
+        clock.observer.merged_with_tails(statistics, tails);
+        if is_cut {
+            outcome.stop = clock.reason();
+        }
+        Ok(is_cut)
+    }
+
+    fn batch(&self, index: u64) -> Batch {
+        let options = &self.runner.options;
+        Batch::new(index, options.batch, options.walks)
+    }
+
+    /// The piece as the store knows it, if it has all its walks.
+    fn known(&self, piece: Piece, clock: &Clock<'_>) -> Option<Finished> {
+        let statistics = self.runner.store.known(piece.goal, piece.batch)?;
+        let options = &self.runner.options;
+        let batch = Batch::resume(piece.batch, options.batch, options.walks, statistics)?;
+        if !batch.is_done() {
+            return None;
+        }
+        clock.observer.walked(statistics.walks());
+        Some(Finished {
+            piece,
+            statistics,
+            is_whole: true,
+            not_finite: None,
+        })
+    }
+
+    fn run_piece(&self, job: &dyn Job, piece: Piece, clock: &Clock<'_>) -> Finished {
+        let mut batch = self.batch(piece.batch);
+        let result = run_batch(job, piece.goal, &mut batch, clock);
+        Finished {
+            piece,
+            statistics: *batch.statistics(),
+            is_whole: batch.is_done(),
+            not_finite: result.err(),
+        }
+    }
+
+    fn merge(&self, finished: &[Finished], outcome: &mut Outcome) -> Result<bool, RunError> {
+        let mut open = vec![true; outcome.statistics.len()];
+        let mut complete = 0;
+        for finished in finished {
+            let Piece { batch, goal } = finished.piece;
+            if let Some(NotFinite { walk }) = finished.not_finite {
+                return Err(RunError::NotFinite { goal, batch, walk });
+            }
+            // Behind a batch that was cut short the walks have a gap.
+            if open[goal] {
+                outcome.statistics[goal].merge(&finished.statistics);
+                outcome.tails[goal].add(&finished.statistics);
+            }
+            open[goal] &= finished.is_whole;
+            complete += usize::from(finished.is_whole);
+        }
+        Ok(complete < self.count())
+    }
+}
+
+fn run_batch(
+    job: &dyn Job,
+    goal: usize,
+    batch: &mut Batch,
+    clock: &Clock<'_>,
+) -> Result<(), NotFinite> {
+    loop {
+        let before = batch.statistics().walks();
+        // The first walk tells how long walks are, and those so far tell it better and better.
+        let states = batch.statistics().states().max(1);
+        let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
+        job.run(goal, batch, (walks as u64).clamp(1, SLICE))?;
+        clock.observer.walked(batch.statistics().walks() - before);
+        if batch.is_done() || clock.stopped() {
+            return Ok(());
+        }
+    }
+}
