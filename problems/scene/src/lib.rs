@@ -57,6 +57,8 @@ mod silhouette;
 #[cfg(feature = "alloc")]
 mod sky;
 #[cfg(feature = "alloc")]
+mod sparse;
+#[cfg(feature = "alloc")]
 mod tables;
 mod vector;
 #[cfg(feature = "alloc")]
@@ -75,5 +77,7 @@ pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};
 pub use sights::{Row, Sights};
 #[cfg(feature = "alloc")]
 pub use sky::{Patch, Sky, SkyFactors, SkyRow};
+#[cfg(feature = "alloc")]
+pub use sparse::SparseFactors;
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

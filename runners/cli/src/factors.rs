@@ -264,9 +264,9 @@ impl Factors {
             Rows::Sparse(sparse) => {
                 archive.word("format", "csr")?;
                 archive.integers("shape", [n as i64; 2].into_iter())?;
-                archive.integers("indptr", sparse.first.iter().map(|&x| x as i64))?;
-                archive.small_integers("indices", &sparse.columns)?;
-                archive.numbers("data", &[sparse.factors.len()], sparse.factors.iter())?;
+                archive.integers("indptr", sparse.first().iter().map(|&x| x as i64))?;
+                archive.small_integers("indices", sparse.columns())?;
+                archive.numbers("data", &[sparse.factors().len()], sparse.factors().iter())?;
             }
         }
         archive.texts("surfaces", &self.surfaces)?;

@@ -8,6 +8,7 @@ use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, par
 use fredholm_plot::SpaceDrawing;
 use fredholm_scene::{
     Factors as AllFactors, Groups, Place, Row, Scene, Sights, Sky, SkyFactors, SkyRow,
+    SparseFactors,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::file;
 use crate::numbers::aligned;
 use crate::output::Output;
-use crate::sparse::{Rows, Sparse};
+use crate::sparse::Rows;
 use crate::threads::with_threads;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
@@ -122,7 +123,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     let sky_error = of_sky.iter().flatten().map(|row| row.error);
     let (factors, areas) = match &groups {
         Some(groups) => (Rows::Dense(table(groups, grey)?), groups.areas().to_vec()),
-        None => (Rows::Sparse(Sparse::new(&all)), areas),
+        None => (Rows::Sparse(SparseFactors::new(&all)), areas),
     };
     Ok(Factors {
         factors,
