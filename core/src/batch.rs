@@ -6,7 +6,7 @@ use rand_core::{Rng, SeedableRng};
 
 use crate::{
     Equation, Estimator, Form, Functional, NeighbourOf, Real, RngUniforms, Statistics, Termination,
-    Walk, WalkSeeds, walk,
+    Walk, WalkSeeds, uniforms::ControlDraws, walk,
 };
 
 /// The equations, goal, estimator and seeds of one goal: everything that a walk of it depends on. A
@@ -87,6 +87,7 @@ where
             (estimator, self.form),
             limit,
             &mut draws,
+            &mut ControlDraws::new(self.seeds, number),
         );
         (walk, value)
     }

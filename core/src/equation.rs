@@ -71,11 +71,31 @@ pub trait Source: StateSpace {
     fn source(&self, x: &Self::Point) -> Self::Scalar;
 }
 
+/// What a walk scores in a state: a random number whose mean is F(x).
+///
+/// Every [`Source`] is one, without randomness. Where F is an integral that nobody has in closed form, a sample of it
+/// serves as well: see [`LastStep`](crate::LastStep).
+pub trait RandomSource: StateSpace {
+    /// A number with mean F(x). What it draws is drawn from the walk's own numbers.
+    fn sample_source<U: Uniforms<Self::Scalar>>(
+        &self,
+        x: &Self::Point,
+        uniforms: &mut U,
+    ) -> Self::Scalar;
+}
+
+impl<E: Source + ?Sized> RandomSource for E {
+    #[inline(always)]
+    fn sample_source<U: Uniforms<E::Scalar>>(&self, x: &E::Point, _: &mut U) -> E::Scalar {
+        self.source(x)
+    }
+}
+
 /// An equation that walks can follow: its chain, its kernel and its right-hand side. Every type that
 /// has these three is one.
-pub trait Equation: Sampler + Kernel + Source {}
+pub trait Equation: Sampler + Kernel + RandomSource {}
 
-impl<E: Sampler + Kernel + Source + ?Sized> Equation for E {}
+impl<E: Sampler + Kernel + RandomSource + ?Sized> Equation for E {}
 
 /// A functional Φ = φ p0 of the solution on the space of `E`, (2) of Heinrich 1995: where walks
 /// start and with which weight. The estimate is of (u, Φ).

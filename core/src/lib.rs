@@ -11,8 +11,11 @@ mod batch;
 mod equation;
 pub mod galerkin;
 mod job;
+mod known;
+mod last_step;
 mod neighbour;
 mod real;
+pub mod sampled;
 mod schedule;
 mod statistics;
 mod tail;
@@ -22,10 +25,12 @@ pub mod whole;
 
 pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
 pub use equation::{
-    At, Equation, Functional, Kernel, Sampler, Source, StateSpace, TransitionDensity,
+    At, Equation, Functional, Kernel, RandomSource, Sampler, Source, StateSpace, TransitionDensity,
 };
 pub use job::{Goal, Goals, Job, UncertainControl, WalkOptions};
-pub use neighbour::{Located, Neighbour, NeighbourOf, NoNeighbour};
+pub use known::{KnownPart, Started, WithKnown};
+pub use last_step::{LastStep, SourceSampler};
+pub use neighbour::{Located, Neighbour, NeighbourOf, NoDraws, NoNeighbour};
 pub use real::Real;
 pub use schedule::{
     MIN_BATCHES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule, StopReason, Tolerance,

@@ -1,6 +1,6 @@
 //! The neighbour equation v = T_hp v + gq as the walk sees it: no degree, no kinds of pairs.
 
-use crate::StateSpace;
+use crate::{Real, StateSpace, Uniforms};
 
 /// A point and the cell that it lies in. The cell is found once per step and handed on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,11 +33,29 @@ pub trait Neighbour: StateSpace {
         k: Self::Scalar,
     ) -> Self::Scalar;
 
-    /// G(x); with absorption g(x) = G(x)/q(x), (49).
-    fn source(&self, x: &Located<Self::Point>) -> Self::Scalar;
+    /// G(x); with absorption g(x) = G(x)/q(x), (49). Or a random number whose mean is G(x): (50) asks for no more.
+    ///
+    /// `draws` are numbers of the walk that nothing else uses, so that the walk is the same whatever a neighbour equation
+    /// draws. Whoever needs none ignores them.
+    fn source(
+        &self,
+        x: &Located<Self::Point>,
+        draws: &mut dyn Uniforms<Self::Scalar>,
+    ) -> Self::Scalar;
 
     /// v(x).
     fn value(&self, x: &Located<Self::Point>) -> Self::Scalar;
+}
+
+/// No numbers at all, for the G of neighbour equations that draw none: whoever draws gets NaN.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoDraws;
+
+impl<F: Real> Uniforms<F> for NoDraws {
+    #[inline]
+    fn uniform(&mut self) -> F {
+        F::NAN
+    }
 }
 
 /// A neighbour equation on the space of `E`. Every [`Neighbour`] with its scalar and its points is
@@ -82,7 +100,7 @@ impl<E: StateSpace> Neighbour for NoNeighbour<E> {
         num_traits::zero()
     }
     #[inline]
-    fn source(&self, _: &Located<E::Point>) -> E::Scalar {
+    fn source(&self, _: &Located<E::Point>, _: &mut dyn Uniforms<E::Scalar>) -> E::Scalar {
         num_traits::zero()
     }
     #[inline]

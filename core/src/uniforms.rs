@@ -108,6 +108,49 @@ impl<G> WalkSeeds<G> {
     }
 }
 
+impl<G> WalkSeeds<G> {
+    /// The draws of the neighbour equation on the walks of these: independent of those of the walks, which are the same
+    /// whatever a neighbour equation draws.
+    #[must_use]
+    pub const fn of_control(&self) -> Self {
+        Self {
+            key: mix(self.key ^ GOLDEN),
+            salt: mix(self.salt.wrapping_add(GOLDEN)),
+            generator: PhantomData,
+        }
+    }
+}
+
+/// The draws of the neighbour equation on one walk, seeded when the first is asked for: most neighbour equations ask for
+/// none.
+#[derive(Clone, Debug)]
+pub(crate) struct ControlDraws<G> {
+    seeds: WalkSeeds<G>,
+    walk: u64,
+    draws: Option<RngUniforms<G>>,
+}
+
+impl<G> ControlDraws<G> {
+    #[inline]
+    pub(crate) const fn new(seeds: WalkSeeds<G>, walk: u64) -> Self {
+        Self {
+            seeds,
+            walk,
+            draws: None,
+        }
+    }
+}
+
+impl<F: Real, G: Rng + SeedableRng> Uniforms<F> for ControlDraws<G> {
+    #[inline]
+    fn uniform(&mut self) -> F {
+        let (seeds, walk) = (self.seeds, self.walk);
+        self.draws
+            .get_or_insert_with(|| RngUniforms(seeds.of_control().generator(walk)))
+            .uniform()
+    }
+}
+
 impl<G: SeedableRng> WalkSeeds<G> {
     /// The generator of walk number `walk`.
     #[inline]

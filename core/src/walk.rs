@@ -80,7 +80,7 @@ pub struct Walk<F> {
 }
 
 /// Follows one walk of at most `step_limit` states from x0 with weight φ(x0), and scores both
-/// equations on it.
+/// equations on it. `control_draws` are what the neighbour equation draws from: the walk does not depend on them.
 // Into each estimator's loop over walks, where `estimator` is a constant.
 #[inline(always)]
 pub fn walk<E, N, U>(
@@ -90,6 +90,7 @@ pub fn walk<E, N, U>(
     (estimator, form): (Estimator, Form),
     step_limit: u32,
     uniforms: &mut U,
+    control_draws: &mut dyn Uniforms<E::Scalar>,
 ) -> Walk<E::Scalar>
 where
     E: Equation,
@@ -109,15 +110,15 @@ where
     while walk.states < step_limit {
         walk.states += 1;
         if estimator == Estimator::Collision {
-            walk.plain += weight_k * equation.source(&x.point);
-            walk.control += weight_h * neighbour.source(&x);
+            walk.plain += weight_k * equation.sample_source(&x.point, uniforms);
+            walk.control += weight_h * neighbour.source(&x, control_draws);
         }
         let q = equation.absorption(&x.point);
         if uniforms.uniform() < q {
             if estimator == Estimator::Absorption {
                 let per_absorption = one::<E::Scalar>() / q;
-                walk.plain = weight_k * equation.source(&x.point) * per_absorption;
-                walk.control += weight_h * neighbour.source(&x) * per_absorption;
+                walk.plain = weight_k * equation.sample_source(&x.point, uniforms) * per_absorption;
+                walk.control += weight_h * neighbour.source(&x, control_draws) * per_absorption;
             }
             walk.termination = Termination::Absorbed;
             break;

@@ -231,9 +231,9 @@ impl<N: Neighbour> Neighbour for CountedNeighbour<'_, N> {
         count(&self.counts.neighbour_kernels);
         self.inner.kernel(x, y, k)
     }
-    fn source(&self, x: &Located<N::Point>) -> N::Scalar {
+    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Scalar {
         count(&self.counts.neighbour_sources);
-        self.inner.source(x)
+        self.inner.source(x, draws)
     }
     fn value(&self, x: &Located<N::Point>) -> N::Scalar {
         self.inner.value(x)

@@ -35,6 +35,8 @@ mod partition;
 mod piecewise;
 mod small;
 #[cfg(feature = "alloc")]
+pub(crate) use small::solve_in_place;
+#[cfg(feature = "alloc")]
 mod solution;
 mod solve;
 #[cfg(feature = "alloc")]

@@ -5,12 +5,16 @@ use num_traits::zero;
 use super::{
     Basis, Coefficients, GalerkinError, PairIntegral, PairKind, Pairs, TransitionMoments, small,
 };
-use crate::{Located, Neighbour, Real, StateSpace};
+use crate::{Located, Neighbour, Real, StateSpace, Uniforms};
 
 /// The source G of a neighbour equation, a function of the point and its cell.
 pub trait NeighbourSource: StateSpace {
-    /// G(x).
-    fn source(&self, x: &Located<Self::Point>) -> Self::Scalar;
+    /// G(x), or a random number with this mean: see [`Neighbour::source`].
+    fn source(
+        &self,
+        x: &Located<Self::Point>,
+        draws: &mut dyn Uniforms<Self::Scalar>,
+    ) -> Self::Scalar;
 }
 
 /// G(x) = Σ_a G_ia ψ_ia(x) for x ∈ X_i: the source of (48), where there are no pointwise pairs.
@@ -180,7 +184,7 @@ impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSou
     for SourceTable<'_, F, P, B>
 {
     #[inline]
-    fn source(&self, x: &Located<P::Point>) -> F {
+    fn source(&self, x: &Located<P::Point>, _: &mut dyn Uniforms<F>) -> F {
         small::dot(&small::block(self.values, x.cell), &self.problem.basis(x))
     }
 }
@@ -199,9 +203,9 @@ where
     S: Pairs,
 {
     #[inline]
-    fn source(&self, x: &Located<P::Point>) -> F {
+    fn source(&self, x: &Located<P::Point>, draws: &mut dyn Uniforms<F>) -> F {
         let problem = self.table.problem;
-        let mut g = self.table.source(x);
+        let mut g = self.table.source(x, draws);
         for j in self.pairs.pointwise(x.cell, problem.cells()) {
             let v = small::block(self.solution, j);
             g -= small::dot(&v, &problem.pair_integral(x, j));
@@ -248,8 +252,8 @@ where
     }
 
     #[inline]
-    fn source(&self, x: &Located<P::Point>) -> F {
-        self.source.source(x)
+    fn source(&self, x: &Located<P::Point>, draws: &mut dyn Uniforms<F>) -> F {
+        self.source.source(x, draws)
     }
 
     #[inline]

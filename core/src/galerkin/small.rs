@@ -36,7 +36,7 @@ pub(super) fn solve<F: Real, const B: usize>(mut a: [[F; B]; B], mut rhs: [F; B]
 
 /// Solves as [`solve`] does, with as many rows as `rhs` has, which is known at run time: c in place
 /// of rhs, and the matrix is lost.
-pub(super) fn solve_in_place<F: Real>(a: &mut [F], rhs: &mut [F]) {
+pub(crate) fn solve_in_place<F: Real>(a: &mut [F], rhs: &mut [F]) {
     let size = rhs.len().max(1);
     for column in 0..rhs.len() {
         let (Some((above, below)), Some((known, unknown))) = (

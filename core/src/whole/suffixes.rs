@@ -68,7 +68,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         x0: Located<P>,
         (estimator, form): (Estimator, Form),
         step_limit: u32,
-        uniforms: &mut U,
+        (uniforms, control_draws): (&mut U, &mut dyn Uniforms<F>),
     ) -> Walk<F>
     where
         E: Equation<Scalar = F, Point = P>,
@@ -87,7 +87,15 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
                 let rest = (x, one());
                 let limit = step_limit - states;
                 let scores = (estimator, form);
-                let rest = walk(equation, neighbour, rest, scores, limit, uniforms);
+                let rest = walk(
+                    equation,
+                    neighbour,
+                    rest,
+                    scores,
+                    limit,
+                    uniforms,
+                    control_draws,
+                );
                 after = [rest.plain, rest.control];
                 states += rest.states;
                 termination = rest.termination;
@@ -99,15 +107,18 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             state.step = [zero(); 2];
             state.own = [zero(); 2];
             if estimator == Estimator::Collision {
-                state.own = [equation.source(&x.point), neighbour.source(&x)];
+                state.own = [
+                    equation.sample_source(&x.point, uniforms),
+                    neighbour.source(&x, control_draws),
+                ];
             }
             let q = equation.absorption(&x.point);
             if uniforms.uniform() < q {
                 if estimator == Estimator::Absorption {
                     let per_absorption = one::<F>() / q;
                     state.own = [
-                        equation.source(&x.point) * per_absorption,
-                        neighbour.source(&x) * per_absorption,
+                        equation.sample_source(&x.point, uniforms) * per_absorption,
+                        neighbour.source(&x, control_draws) * per_absorption,
                     ];
                 }
                 termination = Termination::Absorbed;

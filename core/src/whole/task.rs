@@ -6,7 +6,7 @@ use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Starts};
 use crate::{
     DefaultGenerator, Equation, Estimator, Form, NeighbourOf, NotFinite, Real, RngUniforms,
-    StateSpace, Termination, WalkOptions, WalkSeeds,
+    StateSpace, Termination, Uniforms, WalkOptions, WalkSeeds, uniforms::ControlDraws,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -201,7 +201,9 @@ where
             let trail = trail.get_or_insert_with(|| Trail::new(x0, kept));
             let limit = self.step_limit;
             let (e, m) = (self.equation, self.neighbour);
-            let walk = trail.follow(e, m, x0, (estimator, self.form), limit, &mut draws);
+            let mut control_draws = ControlDraws::new(self.seeds, number);
+            let all_draws = (&mut draws, &mut control_draws as &mut dyn Uniforms<_>);
+            let walk = trail.follow(e, m, x0, (estimator, self.form), limit, all_draws);
             if walk.termination == Termination::NotFinite {
                 return Err(NotFinite { walk: number });
             }

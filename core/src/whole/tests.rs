@@ -90,7 +90,7 @@ impl Neighbour for Constant {
     fn kernel(&self, x: &Located<f64>, _: &Located<f64>, _: f64) -> f64 {
         0.4 / (1.0 - self.0.absorption(&x.point))
     }
-    fn source(&self, _: &Located<f64>) -> f64 {
+    fn source(&self, _: &Located<f64>, _: &mut dyn Uniforms<f64>) -> f64 {
         1.0
     }
     fn value(&self, _: &Located<f64>) -> f64 {
@@ -232,13 +232,22 @@ fn suffixes_are_walks() {
             let mut trail = suffixes::Trail::<f64, f64, 4>::new(x0, 4);
             let limit = STEP_LIMIT;
             let mut uniforms = From(&numbers[1..]);
-            let all = trail.follow(&TOY, &EVEN, x0, scores, limit, &mut uniforms);
+            let all_draws = (&mut uniforms, &mut NoDraws as &mut dyn Uniforms<f64>);
+            let all = trail.follow(&TOY, &EVEN, x0, scores, limit, all_draws);
             assert!(trail.has_scored());
             assert_eq!(trail.iter().count(), (all.states as usize).min(4));
             for (l, (x, difference)) in trail.iter().enumerate() {
                 assert_eq!(x.point, numbers[2 * l]);
                 let mut rest = From(&numbers[2 * l + 1..]);
-                let alone = walk(&TOY, &EVEN, (*x, 1.0), scores, limit, &mut rest);
+                let alone = walk(
+                    &TOY,
+                    &EVEN,
+                    (*x, 1.0),
+                    scores,
+                    limit,
+                    &mut rest,
+                    &mut NoDraws,
+                );
                 let expected = alone.plain - alone.control;
                 assert!((difference - expected).abs() < 1e-13 * alone.plain.abs());
                 assert_eq!(alone.states, all.states - l as u32);

@@ -5,7 +5,7 @@ use core::fmt;
 use core::ops::Range;
 
 use fredholm_core::galerkin::{PairKind, Pairs, buffer, reserve};
-use fredholm_core::{Kernel, Located, Neighbour, Sampler, Source, StateSpace};
+use fredholm_core::{Kernel, Located, Neighbour, NoDraws, Sampler, Source, StateSpace};
 
 use crate::{
     Density, Origin, Position, Quadrature, Start, Transition, Values, VarianceError, VarianceModel,
@@ -158,7 +158,7 @@ where
         self.point(point).map_or(missing, |x| Values {
             absorption: equation.absorption(&x.point),
             source: equation.source(&x.point),
-            neighbour_source: neighbour.source(x),
+            neighbour_source: neighbour.source(x, &mut NoDraws),
             value: neighbour.value(x),
         })
     }

@@ -2,7 +2,7 @@
 
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::Basis;
-use fredholm_core::{Located, Neighbour, Real, StateSpace};
+use fredholm_core::{Located, Neighbour, Real, StateSpace, Uniforms};
 
 use crate::cells::{Cells, Direction};
 use crate::{CircleError, Point};
@@ -238,7 +238,7 @@ impl<F: Real, P: ClosedForm<F, B>, const B: usize> Neighbour for Residual<'_, F,
         k
     }
     #[inline]
-    fn source(&self, x: &Located<Point<F>>) -> F {
+    fn source(&self, x: &Located<Point<F>>, _: &mut dyn Uniforms<F>) -> F {
         let [psi, integrals] = self.problem.local(x);
         dot(&self.own(x.cell), &psi) - self.reflected_with(x, &integrals)
     }

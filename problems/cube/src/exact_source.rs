@@ -274,8 +274,8 @@ where
     }
 
     #[inline]
-    fn source(&self, x: &Located<[F; D]>) -> F {
-        self.source.value(&x.point) + self.rest.source(x)
+    fn source(&self, x: &Located<[F; D]>, draws: &mut dyn Uniforms<F>) -> F {
+        self.source.value(&x.point) + self.rest.source(x, draws)
     }
 
     #[inline]

@@ -115,6 +115,15 @@ pub enum SceneError {
     },
     /// Numbers in borrowed tables lead nowhere.
     Tables,
+    /// More than 2²⁸ cells.
+    Cells,
+    /// The absorption probability is NaN or outside (0, 1).
+    Absorption,
+    /// A position is not on a face.
+    Point {
+        /// The number of the face.
+        face: u32,
+    },
     /// The error that is asked for is NaN or outside [1e-13, 0.1].
     Tolerance,
     /// Rows of an open scene do not sum to 1.
@@ -250,6 +259,9 @@ impl fmt::Display for SceneError {
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
             Self::Face { face } => write!(f, "there is no face {face}"),
             Self::Tables => write!(f, "the tables of a scene do not belong together"),
+            Self::Cells => write!(f, "a scene has at most 2^28 cells"),
+            Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
+            Self::Point { face } => write!(f, "the position is not on face {face}"),
             Self::Leaves => f.write_str(
                 "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
             ),

@@ -2,6 +2,9 @@
 
 use fredholm_core::Real;
 
+use fredholm_core::array::Each;
+use num_traits::zero;
+
 use crate::vector::{Vector, cross, dot, sub};
 
 /// Below this square of the sine of the angle between two vertices the series serves: its first term
@@ -52,36 +55,40 @@ pub fn form_factor_of_point(point: [f64; 3], normal: [f64; 3], polygon: &[[f64; 
 
 /// The integral as seen from the origin.
 #[inline]
-pub(crate) fn from_origin(normal: Vector<f64>, polygon: &[Vector<f64>]) -> f64 {
+pub(crate) fn from_origin<F: Real>(normal: Vector<F>, polygon: &[Vector<F>]) -> F {
     let Some(&last) = polygon.last() else {
-        return 0.0;
+        return zero();
     };
-    let (mut sum, mut before) = (0.0, last);
+    let (mut sum, mut before) = (zero::<F>(), last);
     for &at in polygon {
         sum += edge(normal, before, at);
         before = at;
     }
-    -sum / core::f64::consts::TAU
+    -sum / (F::PI + F::PI)
 }
 
 /// The angle between two vectors times the normal's cosine with their cross product.
 #[inline]
-fn edge(normal: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> f64 {
+fn edge<F: Real>(normal: Vector<F>, a: Vector<F>, b: Vector<F>) -> F {
     let turn = cross(a, b);
     let (square, product) = (dot(turn, turn), dot(a, b));
     let lengths = dot(a, a) * dot(b, b);
     let rise = dot(normal, turn);
-    if product > 0.0 && square <= SMALL * lengths {
-        if square == 0.0 {
-            return 0.0;
+    if product > zero() && square <= F::from_f64(SMALL) * lengths {
+        if square == zero() {
+            return zero();
         }
         let s = square / lengths;
-        let ratio = SERIES.iter().rev().fold(0.0, |sum, c| sum * s + c);
-        rise * ratio / Real::sqrt(lengths)
-    } else if square > 0.0 {
-        let sine = Real::sqrt(square);
-        rise / sine * Real::atan2(sine, product)
+        let ratio = SERIES
+            .each(F::from_f64)
+            .iter()
+            .rev()
+            .fold(zero::<F>(), |sum, &c| sum * s + c);
+        rise * ratio / lengths.sqrt()
+    } else if square > zero() {
+        let sine = square.sqrt();
+        rise / sine * sine.atan2(product)
     } else {
-        0.0
+        zero()
     }
 }

@@ -9,6 +9,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+mod cells;
 #[cfg(feature = "alloc")]
 mod check;
 #[cfg(feature = "alloc")]
@@ -33,14 +34,18 @@ mod geometry;
 mod hierarchy;
 #[cfg(feature = "alloc")]
 mod join;
-#[cfg(feature = "alloc")]
 mod lambert;
+mod light;
+mod means;
+#[cfg(feature = "alloc")]
+mod mesh;
 #[cfg(feature = "alloc")]
 mod occluders;
 #[cfg(feature = "alloc")]
 mod partial;
 #[cfg(feature = "alloc")]
 mod plane;
+mod radiosity;
 mod ray;
 #[cfg(feature = "alloc")]
 mod rules;
@@ -64,12 +69,16 @@ mod vector;
 #[cfg(feature = "alloc")]
 mod visible;
 
+pub use cells::{FacePatch, Side};
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]
 pub use factors::{Factors, Groups, factors};
 pub use geometry::{Face, Geometry, Node, Triangle};
-#[cfg(feature = "alloc")]
 pub use lambert::form_factor_of_point;
+pub use means::Mean;
+#[cfg(feature = "alloc")]
+pub use mesh::Cells;
+pub use radiosity::{Point, Radiosity};
 pub use ray::Hit;
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};

@@ -20,7 +20,6 @@ pub(crate) fn dot<F: Real>(a: Vector<F>, b: Vector<F>) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-#[cfg(feature = "alloc")]
 #[inline(always)]
 pub(crate) fn cross<F: Real>(a: Vector<F>, b: Vector<F>) -> Vector<F> {
     [

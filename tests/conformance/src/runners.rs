@@ -6,7 +6,8 @@ use std::thread;
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
     DefaultGenerator, Equation, Estimator, Form, Functional, Goal, Goals, Job, Kernel, NeighbourOf,
-    RunOptions, Sampler, Source, StateSpace, Statistics, Task, Uniforms, WalkOptions, WalkSeeds,
+    RandomSource, RunOptions, Sampler, StateSpace, Statistics, Task, Uniforms, WalkOptions,
+    WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
@@ -59,8 +60,12 @@ pub trait Walkable: StateSpace {
     ) -> Option<Self::Point>;
     /// [`Kernel::kernel`].
     fn kernel(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
-    /// [`Source::source`].
-    fn source(&self, x: &Self::Point) -> Self::Scalar;
+    /// [`RandomSource::sample_source`].
+    fn sample_source(
+        &self,
+        x: &Self::Point,
+        uniforms: &mut dyn Uniforms<Self::Scalar>,
+    ) -> Self::Scalar;
 }
 
 /// Uniform numbers of any kind.
@@ -82,8 +87,8 @@ impl<E: Equation> Walkable for E {
     fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
         Kernel::kernel(self, x, y)
     }
-    fn source(&self, x: &E::Point) -> E::Scalar {
-        Source::source(self, x)
+    fn sample_source(&self, x: &E::Point, uniforms: &mut dyn Uniforms<E::Scalar>) -> E::Scalar {
+        RandomSource::sample_source(self, x, &mut AnyUniforms(uniforms))
     }
 }
 
@@ -111,9 +116,9 @@ impl<W: Walkable + ?Sized> Kernel for Any<'_, W> {
         self.0.kernel(x, y)
     }
 }
-impl<W: Walkable + ?Sized> Source for Any<'_, W> {
-    fn source(&self, x: &W::Point) -> W::Scalar {
-        self.0.source(x)
+impl<W: Walkable + ?Sized> RandomSource for Any<'_, W> {
+    fn sample_source<U: Uniforms<W::Scalar>>(&self, x: &W::Point, uniforms: &mut U) -> W::Scalar {
+        self.0.sample_source(x, uniforms)
     }
 }
 

@@ -1,8 +1,11 @@
 //! My equation passes the kit.
 
+use core::num::NonZeroU32;
+
 use fredholm_conformance::quadrature::gauss_legendre;
 use fredholm_conformance::{Description, Neighbours, Offers, examine_both};
 use fredholm_core::galerkin::{CellMap, DiagonalRule, PairKind, Partition};
+use fredholm_core::sampled::{SampledSolution, SetupOptions};
 use fredholm_core::{Located, Real};
 use fredholm_my_equation::MyEquation;
 
@@ -72,6 +75,18 @@ impl<F: Real> Neighbours for Described<F> {
         offers.pairs("all in S", diagonal(PairKind::Galerkin));
         offers.pairs("diagonal outside", diagonal(PairKind::Dropped));
         offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
+        // From steps alone: this one asks for no integrals of p or K. D = 1, the numbers that a step draws.
+        let wide = Described::<f64>::new(self.0.cells() as u32).0;
+        let options = SetupOptions {
+            samples: 64,
+            ..SetupOptions::default()
+        };
+        let solution = SampledSolution::new::<_, _, 1, 1>(&wide, &wide, &options);
+        let tables = solution.and_then(|solution| solution.for_walks::<F>());
+        let tables = tables.expect("a contraction");
+        let two = NonZeroU32::MIN.saturating_add(1);
+        let neighbour = tables.neighbour::<_, 1, 1>(&self.0, two);
+        offers.neighbour("from steps", &neighbour.expect("its tables"));
     }
 }
 

@@ -5,10 +5,13 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use crate::chains;
+use core::num::NonZeroU32;
+
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
 };
+use fredholm_core::sampled::{Sampled, StepControl};
 use fredholm_core::{
     DefaultGenerator, Estimator, Form, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler,
     Source, StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
@@ -52,6 +55,7 @@ const BROKEN: &[Entry] = &[
     ("a pair in S whose mass vanishes at an end", "collapse", |seed| examine(&Corner, seed)),
     ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
     ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
+    ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
@@ -88,6 +92,7 @@ enum Fault {
     Integral,
     Correction,
     NeighbourKernel,
+    StepIntegral,
     Narrow,
     Hole,
     Endless,
@@ -306,6 +311,7 @@ impl<F: Real> Neighbours for Broken<F> {
                 factor: self.factor(Fault::NeighbourKernel, 1.05),
             },
         );
+        self.offer_steps(offers, &tables.v);
         if self.fault == Fault::Coefficient {
             matrix[CELLS + 2] *= F::from_f64(1.01);
         }
@@ -319,6 +325,23 @@ impl<F: Real> Neighbours for Broken<F> {
             offers.coefficients("own", &self.toy.coefficients::<1>(&matrix), 0.0);
             offers.source_means("own", &right, 0.0);
         }
+    }
+}
+
+impl<F: Real> Broken<F> {
+    /// A neighbour equation from steps, with a constant as control.
+    fn offer_steps(&self, offers: &mut Offers<'_, Self>, v: &[F]) {
+        let constant = F::from_f64(0.6);
+        let control = [constant, F::zero()].repeat(CELLS);
+        let integral = [constant * self.factor(Fault::StepIntegral, 1.05)].repeat(CELLS);
+        let tables = StepControl {
+            v,
+            control: &control,
+            integral: &integral,
+            per_axis: 1,
+        };
+        let neighbour = Sampled::<_, _, 1, 1>::new(self, tables, NonZeroU32::MIN);
+        offers.neighbour("from steps", &neighbour.expect("its tables"));
     }
 }
 
@@ -352,8 +375,8 @@ impl<N: Neighbour> Neighbour for LargeKernel<'_, N> {
     fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: N::Scalar) -> N::Scalar {
         self.factor * self.inner.kernel(x, y, k)
     }
-    fn source(&self, x: &Located<N::Point>) -> N::Scalar {
-        self.inner.source(x)
+    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Scalar {
+        self.inner.source(x, draws)
     }
     fn value(&self, x: &Located<N::Point>) -> N::Scalar {
         self.inner.value(x)

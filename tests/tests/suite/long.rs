@@ -64,7 +64,7 @@ impl<F: Real> Neighbour for Exact<F> {
     fn kernel(&self, _: &Located<u32>, _: &Located<u32>, _: F) -> F {
         F::zero()
     }
-    fn source(&self, x: &Located<u32>) -> F {
+    fn source(&self, x: &Located<u32>, _: &mut dyn Uniforms<F>) -> F {
         score(other(x.point))
     }
     fn value(&self, _: &Located<u32>) -> F {

@@ -6,7 +6,7 @@ use fredholm_circle::{CircleQuadrature, MeanOver};
 use fredholm_core::galerkin::Pairs;
 use fredholm_core::{
     At, Equation, Estimator, Form, Functional, Goal, Goals, Neighbour, NeighbourOf, RunOptions,
-    WalkOptions,
+    Source, WalkOptions,
 };
 use fredholm_cube::{CubeQuadrature, Mean, model};
 use fredholm_rayon::{fill_rows, run};
@@ -117,7 +117,7 @@ fn compare<E, N, S, L, T>(
     functional: T,
     value: f64,
 ) where
-    E: Equation<Scalar = f64, Point = L::Point> + Sync,
+    E: Equation<Scalar = f64, Point = L::Point> + Source + Sync,
     N: NeighbourOf<E> + Sync,
     S: Pairs + Sync,
     L: Quadrature + Sync,

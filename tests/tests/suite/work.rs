@@ -13,7 +13,7 @@ use fredholm_core::galerkin::{
 };
 use fredholm_core::{
     Batch, Equation, Estimator, Form, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT,
-    Task, Uniforms, WalkSeeds,
+    Source, Task, Uniforms, WalkSeeds,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
 use fredholm_room::{Grading, Room, RoomPairs};
@@ -77,7 +77,7 @@ fn lines<E, N>(
     }
 }
 
-fn plain<P: Equation<Scalar = f64>>(
+fn plain<P: Equation<Scalar = f64> + Source>(
     table: &mut String,
     scene: &str,
     problem: &P,
@@ -98,7 +98,7 @@ fn preconditioned<P, C, S, const B: usize>(
     [v, g]: [&[f64]; 2],
     points: &[P::Point],
 ) where
-    P: Equation<Scalar = f64> + TransitionMoments<B> + PairIntegral<B>,
+    P: Equation<Scalar = f64> + Source + TransitionMoments<B> + PairIntegral<B>,
     C: Coefficients<B, Scalar = f64>,
     S: Pairs + Copy,
 {
@@ -118,7 +118,7 @@ fn without_pointwise<P, C, S, const B: usize>(
     [v, g]: [&[f64]; 2],
     points: &[P::Point],
 ) where
-    P: Equation<Scalar = f64> + TransitionMoments<B>,
+    P: Equation<Scalar = f64> + Source + TransitionMoments<B>,
     C: Coefficients<B, Scalar = f64>,
     S: Pairs + Copy,
 {

@@ -11,7 +11,7 @@ use core::fmt;
 use fredholm_core::galerkin::{
     CellMap, PairIntegral, TransitionMoments, buffer, collatz_wielandt_bounds,
 };
-use fredholm_core::{Equation, TransitionDensity};
+use fredholm_core::{Equation, Source, TransitionDensity};
 use fredholm_rayon::fill_rows;
 
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
@@ -51,6 +51,7 @@ const ANY: f64 = 0.5;
 /// ```
 pub trait CustomEquation:
     Equation<Point: Send + Sync>
+    + Source
     + TransitionDensity
     + CellMap
     + TransitionMoments
@@ -62,6 +63,7 @@ pub trait CustomEquation:
 
 impl<E> CustomEquation for E where
     E: Equation<Point: Send + Sync>
+        + Source
         + TransitionDensity
         + CellMap
         + TransitionMoments

@@ -1,0 +1,465 @@
+//! Walks on scenes, plain and with a neighbour equation from steps, against exact answers.
+
+use core::num::NonZeroU32;
+
+use fredholm_core::galerkin::{Basis, CellMap, Partition};
+use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
+use fredholm_core::{
+    At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, Kernel, LastStep,
+    Located, NeighbourOf, NoNeighbour, Real, STEP_LIMIT, Sampler, Source, SourceSampler,
+    StateSpace, Statistics, Task, Uniforms, WalkSeeds,
+};
+use fredholm_scene::{
+    Cells, Enclosure, Material, Mean, Point, Polygon, Radiosity, Scene, Surface, Tables, shapes,
+};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+mod common;
+use common::{Surfaces, closed_scenes};
+
+/// Most standard errors that any of the few hundred estimates of this file may be off.
+const STANDARD_ERRORS: f64 = 4.9;
+
+const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+
+/// A scene, with a material for every surface.
+fn scene<F: Real>(surfaces: &Surfaces, material: impl Fn(usize) -> Material) -> Scene {
+    let materials: Vec<[Material; 1]> = (0..surfaces.len()).map(|s| [material(s)]).collect();
+    let all: Vec<Surface<'_>> = surfaces
+        .iter()
+        .zip(&materials)
+        .map(|(polygons, materials)| Surface {
+            polygons,
+            materials,
+        })
+        .collect();
+    Scene::new::<F>(&all, Enclosure::Closed).unwrap()
+}
+
+/// Walks of one functional. (v, Φ) is computed walk by walk.
+fn walk<E, N, T>(
+    equation: &E,
+    neighbour: &N,
+    functional: &T,
+    estimator: Estimator,
+    walks: u64,
+) -> Statistics
+where
+    E: Equation,
+    N: NeighbourOf<E>,
+    T: Functional<E>,
+{
+    let task = Task {
+        equation,
+        neighbour,
+        functional,
+        control_mean: None,
+        estimator,
+        form: Form::Product,
+        seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
+        step_limit: STEP_LIMIT,
+    };
+    let mut batch = Batch::new(0, walks, walks);
+    batch.run(&task, u64::MAX).unwrap();
+    *batch.statistics()
+}
+
+/// Whether an estimate plus what is known is `expected`, in standard errors and but for rounding.
+fn check(what: &str, estimate: Estimate, known: f64, expected: f64, rounding: f64) {
+    let off = (estimate.estimate + known - expected).abs();
+    let allowed = STANDARD_ERRORS * estimate.std_error.unwrap_or(0.0) + rounding * expected.abs();
+    assert!(
+        off <= allowed,
+        "{what}: {} + {known} for {expected}, off by {off:e} of {allowed:e}",
+        estimate.estimate
+    );
+}
+
+/// Functionals on the walks of an equation for functionals of another with the same points.
+struct OnLastStep<'a, T>(&'a T);
+
+impl<E, T> Functional<LastStep<'_, E>> for OnLastStep<'_, T>
+where
+    E: StateSpace,
+    T: Functional<E>,
+{
+    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
+        self.0.start(uniforms)
+    }
+}
+
+/// v and c from the steps of a scene in f64.
+fn tables<F: Real, const B: usize>(
+    scene: &Scene,
+    cells: usize,
+    last_step: bool,
+) -> SampledTables<F> {
+    let (geometry, cells) = (Tables::new(scene), Cells::new(scene, cells).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let options = SetupOptions {
+        samples: 256,
+        ..SetupOptions::default()
+    };
+    let solution = if last_step {
+        SampledSolution::new::<_, _, 2, B>(&radiosity, &LastStep(&radiosity), &options)
+    } else {
+        SampledSolution::new::<_, _, 2, B>(&radiosity, &radiosity, &options)
+    };
+    solution.unwrap().for_walks().unwrap()
+}
+
+/// All estimates of a functional: plain and preconditioned, with and without the last step to the light, both estimators.
+/// `emission` is (F, Φ).
+fn check_all<F: Real, T, const B: usize>(
+    what: &str,
+    scene: &Scene,
+    functional: impl Fn(&Radiosity<'_, F>) -> T,
+    [emission, expected]: [f64; 2],
+    walks: u64,
+) where
+    T: for<'a> Functional<Radiosity<'a, F>>,
+{
+    let (geometry, cells) = (Tables::<F>::new(scene), Cells::new(scene, 40).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let shares = radiosity.visible_shares(8);
+    let radiosity = radiosity.with_visible_shares(&shares).unwrap();
+    let functional = functional(&radiosity);
+    let last = LastStep(&radiosity);
+    let [own, own_last] = [false, true].map(|last| tables::<F, B>(scene, 40, last));
+    let two = NonZeroU32::MIN.saturating_add(1);
+    let rounding = 1e3 * F::EPSILON.to_f64();
+    for estimator in ESTIMATORS {
+        let neighbour = own.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let all = walk(&radiosity, &neighbour, &functional, estimator, walks);
+        check(what, all.plain(), 0.0, expected, rounding);
+        check(what, all.preconditioned(), 0.0, expected, rounding);
+        // The neighbour equation changes nothing of what plain walks score.
+        let none = NoNeighbour::<Radiosity<'_, F>>::new();
+        let alone = walk(&radiosity, &none, &functional, estimator, walks);
+        assert_eq!(alone.plain(), all.plain());
+
+        let neighbour = own_last.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let functional = OnLastStep(&functional);
+        let all = walk(&last, &neighbour, &functional, estimator, walks);
+        check(what, all.plain(), emission, expected, rounding);
+        check(what, all.preconditioned(), emission, expected, rounding);
+    }
+}
+
+/// F = 1 − ρ gives u = 1 in any closed scene, whatever hides what.
+#[test]
+fn furnaces() {
+    fn check_in<F: Real, const B: usize>(which: usize) {
+        let mut rng = ChaCha8Rng::seed_from_u64(which as u64);
+        let (name, surfaces) = closed_scenes().swap_remove(which);
+        let rho: Vec<f64> = surfaces.iter().map(|_| 0.9 * rng.random::<f64>()).collect();
+        let scene = scene::<F>(&surfaces, |s| Material {
+            reflectance: rho[s],
+            emission: 1.0 - rho[s],
+        });
+        let area: f64 = scene.faces().iter().map(|face| face.area).sum();
+        let emission = scene.faces().iter().map(|face| face.emission * face.area);
+        let emission = emission.sum::<f64>() / area;
+        check_all::<F, _, B>(
+            &name,
+            &scene,
+            |_| Everywhere::<F>::new(&scene),
+            [emission, 1.0],
+            1000,
+        );
+    }
+    // The fifth has needles that are none in f32.
+    for which in [0, 1, 2, 3, 5, 6] {
+        check_in::<f64, 1>(which);
+        check_in::<f64, 3>(which);
+        check_in::<f32, 6>(which);
+    }
+}
+
+/// The mean over all faces, without borrowing an equation.
+struct Everywhere<F> {
+    tables: Tables<F>,
+    faces: Vec<u32>,
+}
+
+impl<F: Real> Everywhere<F> {
+    fn new(scene: &Scene) -> Self {
+        Self {
+            tables: Tables::new(scene),
+            faces: (0..scene.faces().len() as u32).collect(),
+        }
+    }
+}
+
+impl<F: Real> Functional<Radiosity<'_, F>> for Everywhere<F> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        let mean = Mean::new(self.tables.geometry(), &self.faces).unwrap();
+        mean.start(uniforms)
+    }
+}
+
+/// The room of the test CUBE of Khodulev and Kopylov (1996): side 10, ρ = ⅔, a point light of I = 50,000 cd in the middle.
+struct Cube<'a>(Radiosity<'a, f64>);
+
+const INTENSITY: f64 = 50_000.0;
+const CUBE_RHO: f64 = 2.0 / 3.0;
+
+impl StateSpace for Cube<'_> {
+    type Scalar = f64;
+    type Point = Point<f64>;
+}
+impl Sampler for Cube<'_> {
+    fn absorption(&self, x: &Point<f64>) -> f64 {
+        self.0.absorption(x)
+    }
+    fn step<U: Uniforms<f64>>(&self, x: &Point<f64>, uniforms: &mut U) -> Option<Point<f64>> {
+        self.0.step(x, uniforms)
+    }
+}
+impl Kernel for Cube<'_> {
+    fn kernel(&self, x: &Point<f64>, y: &Point<f64>) -> f64 {
+        self.0.kernel(x, y)
+    }
+}
+/// Luminance by direct light: ρ/π times I cos θ/r².
+impl Source for Cube<'_> {
+    fn source(&self, x: &Point<f64>) -> f64 {
+        let square: f64 = x.position.map(|c| (c - 5.0) * (c - 5.0)).iter().sum();
+        // The distance from the middle along the normal of any side is 5.
+        CUBE_RHO / core::f64::consts::PI * INTENSITY * 5.0 / square.powf(1.5)
+    }
+}
+impl Partition for Cube<'_> {
+    fn cells(&self) -> usize {
+        self.0.cells()
+    }
+    fn locate(&self, x: &Point<f64>) -> usize {
+        self.0.locate(x)
+    }
+}
+impl Basis<6> for Cube<'_> {
+    fn basis(&self, x: &Located<Point<f64>>) -> [f64; 6] {
+        self.0.basis(x)
+    }
+}
+impl CellMap for Cube<'_> {
+    const DIMENSION: usize = 2;
+    fn measure(&self, cell: usize) -> f64 {
+        self.0.measure(cell)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> Point<f64> {
+        self.0.point(cell, t)
+    }
+    fn at(&self, coordinates: &[f64]) -> Option<Point<f64>> {
+        CellMap::at(&self.0, coordinates)
+    }
+}
+
+/// Luminance in nit at the centre of a face, half-way to the middle of an edge, half-way to a corner, at the edge's middle,
+/// and at the corner, by deterministic radiosity with exact point-to-rectangle factors, within 0.1.
+#[test]
+fn five_points_of_the_cube() {
+    const EXPECTED: [([f64; 2], f64); 5] = [
+        ([5.0, 5.0], 892.8),
+        ([5.0, 2.5], 768.7),
+        ([2.5, 2.5], 686.7),
+        ([5.0, 1e-9], 565.1),
+        ([1e-9, 1e-9], 388.5),
+    ];
+    let room = shapes::room([0.0; 3], [10.0; 3]);
+    let scene = scene::<f64>(&room.surfaces, |_| Material {
+        reflectance: CUBE_RHO,
+        emission: 0.0,
+    });
+    let (geometry, cells) = (Tables::new(&scene), Cells::new(&scene, 150).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.2).unwrap();
+    let cube = Cube(radiosity);
+    let options = SetupOptions {
+        samples: 1024,
+        ..SetupOptions::default()
+    };
+    let solution = SampledSolution::new::<_, _, 2, 6>(&cube, &cube, &options).unwrap();
+    let tables = solution.for_walks::<f64>().unwrap();
+    let steps = NonZeroU32::new(4).unwrap();
+    let neighbour = tables.neighbour::<_, 2, 6>(&cube, steps).unwrap();
+    for ([x, y], expected) in EXPECTED {
+        let start = At(radiosity.at(0, [x, y, 0.0]).unwrap());
+        for estimator in ESTIMATORS {
+            let all = walk(&cube, &neighbour, &start, estimator, 4000);
+            // The reference is known to 0.1.
+            check("CUBE", all.plain(), 0.0, expected, 0.1 / expected);
+            check("CUBE", all.preconditioned(), 0.0, expected, 0.1 / expected);
+            let [plain, own] = [all.plain(), all.preconditioned()];
+            let ratio = own.std_dev.unwrap() / plain.std_dev.unwrap();
+            // Absorption scores what is left over q0; collision lowers it eight times here.
+            assert!(
+                ratio
+                    < if estimator == Estimator::Collision {
+                        0.2
+                    } else {
+                        0.5
+                    }
+            );
+        }
+    }
+    // The mean luminance by conservation of energy: Φ ρ/(π A (1 − ρ)) with Φ = 4πI and A = 600.
+    let everywhere = OnAny(Everywhere::<f64>::new(&scene));
+    let all = walk(&cube, &neighbour, &everywhere, Estimator::Collision, 20_000);
+    check("CUBE", all.preconditioned(), 0.0, 2000.0 / 3.0, 1e-12);
+}
+
+/// Starts of the walks of any equation on a scene.
+struct OnAny(Everywhere<f64>);
+
+impl Functional<Cube<'_>> for OnAny {
+    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> (Point<f64>, f64) {
+        let mean = Mean::new(self.0.tables.geometry(), &self.0.faces).unwrap();
+        mean.start(uniforms)
+    }
+}
+
+/// The mean of the last step over a face is the light that arrives there from all others, ρ Σ_j F_ij F_j by form factors,
+/// behind obstacles, too.
+#[test]
+fn last_steps_have_the_mean_of_form_factors() {
+    let (_, surfaces) = closed_scenes().swap_remove(2);
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let materials: Vec<Material> = surfaces
+        .iter()
+        .map(|_| Material {
+            reflectance: 0.9 * rng.random::<f64>(),
+            emission: rng.random::<f64>(),
+        })
+        .collect();
+    let scene = scene::<f64>(&surfaces, |s| materials[s]);
+    let direct = direct_light(&scene);
+    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 40).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let shares = radiosity.visible_shares(16);
+    let radiosity = radiosity.with_visible_shares(&shares).unwrap();
+    for (face, expected) in direct.into_iter().enumerate() {
+        let faces = [face as u32];
+        let mean = Mean::new(geometry.geometry(), &faces).unwrap();
+        let (mut sum, mut squares) = (0.0, 0.0);
+        let n = 4000;
+        for number in 0..n {
+            let seeds = WalkSeeds::<DefaultGenerator>::new(3, face as u64);
+            let mut draws = fredholm_core::RngUniforms(seeds.generator(number));
+            let (x, _) = mean.start(&mut draws);
+            let sample: f64 = radiosity.sample_last_step(&x, &mut draws);
+            sum += sample;
+            squares += sample * sample;
+        }
+        let n = n as f64;
+        let (mean, square) = (sum / n, squares / n);
+        let error = ((square - mean * mean).max(0.0) / n).sqrt();
+        let off = (mean - expected).abs();
+        assert!(
+            off <= STANDARD_ERRORS * error + 1e-9,
+            "face {face}: {mean} for {expected}"
+        );
+    }
+}
+
+/// ρ_i Σ_j F_ij F_j of every face, by form factors.
+fn direct_light(scene: &Scene) -> Vec<f64> {
+    let factors = fredholm_scene::factors(scene, 1e-9).unwrap();
+    let faces = scene.faces();
+    let light = |i: usize| {
+        let terms = faces.iter().enumerate();
+        terms
+            .map(|(j, other)| factors.factor(i, j) * other.emission)
+            .sum::<f64>()
+    };
+    (0..faces.len())
+        .map(|i| faces[i].reflectance * light(i))
+        .collect()
+}
+
+/// Every point of a cell lies in it, whatever its shape, and the means of products of polynomials are those of an
+/// orthonormal basis.
+#[test]
+fn cells_and_polynomials() {
+    // A triangle, a parallelogram and a quadrilateral that is neither, in a prism with a bent top.
+    for (name, surfaces) in closed_scenes().into_iter().take(6) {
+        let scene = scene::<f64>(&surfaces, |_| Material::BLACK);
+        let (geometry, cells) = (Tables::new(&scene), Cells::new(&scene, 60).unwrap());
+        let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+        let area: f64 = scene.faces().iter().map(|face| face.area).sum();
+        let measures = (0..radiosity.cells()).map(|cell| radiosity.measure(cell));
+        let whole = measures.sum::<f64>();
+        assert!(
+            (whole - area).abs() < 1e-10 * area,
+            "{name}: {whole} for {area}"
+        );
+        for cell in 0..radiosity.cells() {
+            check_cell(&name, &radiosity, cell);
+        }
+    }
+}
+
+fn check_cell(name: &str, radiosity: &Radiosity<'_, f64>, cell: usize) {
+    let n = 12;
+    let mut gram = [[0.0; 6]; 6];
+    for a in 0..n {
+        for b in 0..n {
+            // Near the middles of squares, off their diagonals, on which triangles meet.
+            let t = [f64::from(a) + 0.47, f64::from(b) + 0.5].map(|t| t / f64::from(n));
+            let x = radiosity.point(cell, &t);
+            assert_eq!(radiosity.locate(&x), cell, "{name}: {t:?}");
+            let psi: [f64; 6] = radiosity.basis(&Located { point: x, cell });
+            for (row, p) in gram.iter_mut().zip(psi) {
+                for (entry, q) in row.iter_mut().zip(psi) {
+                    *entry += p * q / f64::from(n * n);
+                }
+            }
+        }
+    }
+    for (i, row) in gram.iter().enumerate() {
+        for (j, &entry) in row.iter().enumerate() {
+            let expected = f64::from(u8::from(i == j));
+            // The rule's error; products of quadratics have the fourth degree.
+            assert!(
+                (entry - expected).abs() < 0.1,
+                "{name}, cell {cell}: {gram:?}"
+            );
+        }
+    }
+}
+
+/// What cannot be is refused.
+#[test]
+fn refusals() {
+    let scene = scene::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces, |_| {
+        Material::BLACK
+    });
+    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 6).unwrap());
+    for absorption in [0.0, 1.0, f64::NAN, -0.5] {
+        assert!(Radiosity::new(geometry.geometry(), &cells, absorption).is_err());
+    }
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.5).unwrap();
+    assert!(radiosity.at(0, [0.5, 0.5, 0.0]).is_ok());
+    for (face, at) in [
+        (0, [0.5, 0.5, 0.1]),
+        (0, [1.5, 0.5, 0.0]),
+        (6, [0.5, 0.5, 0.0]),
+    ] {
+        assert!(radiosity.at(face, at).is_err());
+    }
+    assert!(radiosity.at(0, [f64::NAN, 0.5, 0.0]).is_err());
+    let triangle = Polygon::Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let other = Scene::new::<f64>(
+        &[Surface {
+            polygons: &[triangle],
+            materials: &[Material::BLACK],
+        }],
+        Enclosure::Open,
+    )
+    .unwrap();
+    let of_other = Cells::new(&other, 6).unwrap();
+    assert!(Radiosity::new(geometry.geometry(), &of_other, 0.5).is_err());
+    assert!(Cells::<f64>::new(&scene, usize::MAX).is_err());
+    assert!(Mean::new(geometry.geometry(), &[]).is_err());
+    assert!(Mean::new(geometry.geometry(), &[6]).is_err());
+}
