@@ -130,7 +130,7 @@ impl<E: RandomSource> RandomSource for WithKnown<'_, E> {
     }
 }
 
-/// The same point of the neighbour equation inside.
+/// A state as the neighbour equation inside has it.
 fn inner<P: Copy, F>(x: &Located<Started<P, F>>) -> Located<P> {
     Located {
         point: x.point.point,

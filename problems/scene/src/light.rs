@@ -103,7 +103,7 @@ struct Aim<F> {
 struct Light<F> {
     /// The number of its face.
     face: u32,
-    /// Its place in the list of lights.
+    /// The place in the list of lights.
     place: usize,
     seen: Seen<F>,
     /// The form factor of the part above the horizon, whatever hides it.

@@ -1,10 +1,10 @@
 //! Means over faces.
 
-use fredholm_core::{Functional, Real, Uniforms};
+use fredholm_core::{Functional, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
 
 use crate::geometry::{Face, Geometry};
-use crate::radiosity::{Point, Radiosity};
+use crate::radiosity::Point;
 use crate::vector::{Vector, along, cross, norm, sub};
 
 /// The mean of u over some faces by area: walks start on them uniformly.
@@ -72,8 +72,19 @@ fn on_face<F: Real>(face: &Face<F>, share: F, [s, t]: [F; 2]) -> Vector<F> {
     along(along(a, s, sub(p, a)), t, sub(q, a))
 }
 
-impl<F: Real> Functional<Radiosity<'_, F>> for Mean<'_, F> {
+impl<F: Real, E> Functional<E> for Mean<'_, F>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+{
+    #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+        self.draw(uniforms)
+    }
+}
+
+impl<F: Real> Mean<'_, F> {
+    /// A start of a walk, and φ = 1: for whoever has functionals of several kinds.
+    pub fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let mut rest = uniforms.uniform() * self.area;
         let mut last = None;

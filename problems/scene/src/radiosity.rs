@@ -48,7 +48,8 @@ pub struct Point<F> {
 /// // Straight up from the floor, which is face 0.
 /// let x = room.at(0, [0.25, 0.75, 0.0])?;
 /// let y = room.step(&x, &mut Middle).unwrap();
-/// assert_eq!((y.face, y.position), (1, [0.25, 0.75, 1.0]));
+/// assert_eq!(y.face, 1);
+/// assert!((y.position[0] - 0.25).abs() < 1e-12 && y.position[2] == 1.0);
 /// # Ok::<(), fredholm_scene::SceneError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -130,34 +131,19 @@ impl<'a, F: Real> Radiosity<'a, F> {
         })
     }
 
-    /// The point of a face that is nearest to `position` on its plane.
+    /// The point of a face that is nearest to `position` on its plane; from an edge it is moved inwards, by some rounding
+    /// errors of the face's width.
     ///
     /// # Errors
-    /// [`SceneError::Point`]: there is no such face, or the position is not on it within a millionth of the face's width.
+    /// [`SceneError::Point`]: there is no such face, or the position is not [on it](Geometry::is_on).
     pub fn at(&self, face: u32, position: [f64; 3]) -> Result<Point<F>, SceneError> {
         let wrong = SceneError::Point { face };
-        let own = self.geometry.face(face).ok_or(wrong)?;
-        let position = position.map(F::from_f64);
-        let height = dot(own.normal, sub(position, own.corners[0]));
-        let width = own.area.sqrt();
-        let slack = width * Real::max(F::from_f64(1e-6), F::from_f64(64.0) * F::EPSILON);
-        let foot = along(position, -height, own.normal);
-        let polygon = own.polygon();
-        let next = polygon.iter().cycle().skip(1);
-        let is_inside = polygon.iter().zip(next).all(|(&a, &b)| {
-            let edge = sub(b, a);
-            let inwards = crate::vector::cross(own.normal, edge);
-            dot(inwards, sub(foot, a)) >= -slack * norm(edge)
-        });
-        // Written so that NaN fails.
-        if is_inside && height.abs() <= slack {
-            Ok(Point {
-                face,
-                position: foot,
-            })
-        } else {
-            Err(wrong)
-        }
+        let foot = self.geometry.foot(face, position).ok_or(wrong)?;
+        let middle = self.geometry.face(face).ok_or(wrong)?.middle();
+        // On an edge u is the limit from inside, where the face beside it has a height.
+        let share = F::from_f64(64.0) * F::EPSILON;
+        let position = along(foot, share, sub(middle, foot));
+        Ok(Point { face, position })
     }
 
     /// q0.
@@ -235,6 +221,44 @@ impl<'a, F: Real> Radiosity<'a, F> {
             s * p[1] + t * q[1] + z * normal[1],
             s * p[2] + t * q[2] + z * normal[2],
         ]
+    }
+}
+
+impl<F: Real> Geometry<'_, F> {
+    /// Whether a position is on a face, within a millionth of the face's width.
+    ///
+    /// ```
+    /// # #[cfg(feature = "alloc")] {
+    /// use fredholm_scene::{Enclosure, Scene, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// assert!(scene.geometry().is_on(0, [0.5, 0.5, 0.0]));
+    /// assert!(!scene.geometry().is_on(0, [0.5, 0.5, 0.1]));
+    /// # }
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn is_on(&self, face: u32, position: [f64; 3]) -> bool {
+        self.foot(face, position).is_some()
+    }
+
+    /// The point of a face's plane that is nearest to a position on the face.
+    fn foot(&self, face: u32, position: [f64; 3]) -> Option<Vector<F>> {
+        let own = self.face(face)?;
+        let position = position.map(F::from_f64);
+        let height = dot(own.normal, sub(position, own.corners[0]));
+        let width = own.area.sqrt();
+        let slack = width * Real::max(F::from_f64(1e-6), F::from_f64(64.0) * F::EPSILON);
+        let foot = along(position, -height, own.normal);
+        let polygon = own.polygon();
+        let next = polygon.iter().cycle().skip(1);
+        let is_inside = polygon.iter().zip(next).all(|(&a, &b)| {
+            let edge = sub(b, a);
+            let inwards = crate::vector::cross(own.normal, edge);
+            dot(inwards, sub(foot, a)) >= -slack * norm(edge)
+        });
+        // Written so that NaN fails.
+        (is_inside && height.abs() <= slack).then_some(foot)
     }
 }
 
@@ -327,7 +351,7 @@ impl<F: Real> Partition for Radiosity<'_, F> {
     }
 }
 
-/// Of degrees 0, 1 and 2: B = 1, 3 and 6.
+/// Polynomials of degree 0, 1 and 2: B = 1, 3 and 6.
 impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
     #[inline]
     fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
@@ -335,7 +359,7 @@ impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
             assert!(
                 B == 1 || B == 3 || B == 6,
                 "polynomials of degree 0, 1 or 2"
-            )
+            );
         }
         if B == 1 {
             return [one(); B];

@@ -76,19 +76,6 @@ fn check(what: &str, estimate: Estimate, known: f64, expected: f64, rounding: f6
     );
 }
 
-/// Functionals on the walks of an equation for functionals of another with the same points.
-struct OnLastStep<'a, T>(&'a T);
-
-impl<E, T> Functional<LastStep<'_, E>> for OnLastStep<'_, T>
-where
-    E: StateSpace,
-    T: Functional<E>,
-{
-    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
-        self.0.start(uniforms)
-    }
-}
-
 /// v and c from the steps of a scene in f64.
 fn tables<F: Real, const B: usize>(
     scene: &Scene,
@@ -111,37 +98,33 @@ fn tables<F: Real, const B: usize>(
 
 /// All estimates of a functional: plain and preconditioned, with and without the last step to the light, both estimators.
 /// `emission` is (F, Φ).
-fn check_all<F: Real, T, const B: usize>(
+fn check_all<F: Real, const B: usize>(
     what: &str,
     scene: &Scene,
-    functional: impl Fn(&Radiosity<'_, F>) -> T,
+    functional: &Everywhere<F>,
     [emission, expected]: [f64; 2],
     walks: u64,
-) where
-    T: for<'a> Functional<Radiosity<'a, F>>,
-{
+) {
     let (geometry, cells) = (Tables::<F>::new(scene), Cells::new(scene, 40).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let shares = radiosity.visible_shares(8);
     let radiosity = radiosity.with_visible_shares(&shares).unwrap();
-    let functional = functional(&radiosity);
     let last = LastStep(&radiosity);
     let [own, own_last] = [false, true].map(|last| tables::<F, B>(scene, 40, last));
     let two = NonZeroU32::MIN.saturating_add(1);
     let rounding = 1e3 * F::EPSILON.to_f64();
     for estimator in ESTIMATORS {
         let neighbour = own.neighbour::<_, 2, B>(&radiosity, two).unwrap();
-        let all = walk(&radiosity, &neighbour, &functional, estimator, walks);
+        let all = walk(&radiosity, &neighbour, functional, estimator, walks);
         check(what, all.plain(), 0.0, expected, rounding);
         check(what, all.preconditioned(), 0.0, expected, rounding);
         // The neighbour equation changes nothing of what plain walks score.
         let none = NoNeighbour::<Radiosity<'_, F>>::new();
-        let alone = walk(&radiosity, &none, &functional, estimator, walks);
+        let alone = walk(&radiosity, &none, functional, estimator, walks);
         assert_eq!(alone.plain(), all.plain());
 
         let neighbour = own_last.neighbour::<_, 2, B>(&radiosity, two).unwrap();
-        let functional = OnLastStep(&functional);
-        let all = walk(&last, &neighbour, &functional, estimator, walks);
+        let all = walk(&last, &neighbour, functional, estimator, walks);
         check(what, all.plain(), emission, expected, rounding);
         check(what, all.preconditioned(), emission, expected, rounding);
     }
@@ -161,10 +144,10 @@ fn furnaces() {
         let area: f64 = scene.faces().iter().map(|face| face.area).sum();
         let emission = scene.faces().iter().map(|face| face.emission * face.area);
         let emission = emission.sum::<f64>() / area;
-        check_all::<F, _, B>(
+        check_all::<F, B>(
             &name,
             &scene,
-            |_| Everywhere::<F>::new(&scene),
+            &Everywhere::new(&scene),
             [emission, 1.0],
             1000,
         );
@@ -192,10 +175,13 @@ impl<F: Real> Everywhere<F> {
     }
 }
 
-impl<F: Real> Functional<Radiosity<'_, F>> for Everywhere<F> {
+impl<F: Real, E> Functional<E> for Everywhere<F>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+{
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
         let mean = Mean::new(self.tables.geometry(), &self.faces).unwrap();
-        mean.start(uniforms)
+        mean.draw(uniforms)
     }
 }
 
@@ -304,19 +290,9 @@ fn five_points_of_the_cube() {
         }
     }
     // The mean luminance by conservation of energy: Φ ρ/(π A (1 − ρ)) with Φ = 4πI and A = 600.
-    let everywhere = OnAny(Everywhere::<f64>::new(&scene));
+    let everywhere = Everywhere::<f64>::new(&scene);
     let all = walk(&cube, &neighbour, &everywhere, Estimator::Collision, 20_000);
     check("CUBE", all.preconditioned(), 0.0, 2000.0 / 3.0, 1e-12);
-}
-
-/// Starts of the walks of any equation on a scene.
-struct OnAny(Everywhere<f64>);
-
-impl Functional<Cube<'_>> for OnAny {
-    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> (Point<f64>, f64) {
-        let mean = Mean::new(self.0.tables.geometry(), &self.0.faces).unwrap();
-        mean.start(uniforms)
-    }
 }
 
 /// The mean of the last step over a face is the light that arrives there from all others, ρ Σ_j F_ij F_j by form factors,
@@ -346,7 +322,7 @@ fn last_steps_have_the_mean_of_form_factors() {
         for number in 0..n {
             let seeds = WalkSeeds::<DefaultGenerator>::new(3, face as u64);
             let mut draws = fredholm_core::RngUniforms(seeds.generator(number));
-            let (x, _) = mean.start(&mut draws);
+            let (x, _) = mean.draw(&mut draws);
             let sample: f64 = radiosity.sample_last_step(&x, &mut draws);
             sum += sample;
             squares += sample * sample;

@@ -418,11 +418,9 @@ pub(crate) struct MergeArgs {
 
 /// The words of the kinds of problems, with what each is.
 fn kinds() -> PossibleValuesParser {
-    let scene = PossibleValue::new("scene").help("Polygons in space, for form factors");
     let values = KINDS
         .iter()
-        .map(|kind| PossibleValue::new(kind.word).help(kind.about))
-        .chain([scene]);
+        .map(|kind| PossibleValue::new(kind.word).help(kind.about));
     PossibleValuesParser::new(values)
 }
 

@@ -9,7 +9,8 @@ use crate::failure::{Ended, Failure};
 /// Prints the file of the kind of problem of this word, which the command line has checked.
 pub(crate) fn init(kind: &str) -> Result<Ended, Failure> {
     let entry = KINDS.iter().find(|entry| entry.word == kind);
-    let template = entry.map_or(fredholm_file::scene::TEMPLATE, |entry| entry.template);
+    // The command line lets no other word pass.
+    let template = entry.map_or("", |entry| entry.template);
     std::io::stdout().lock().write_all(template.as_bytes())?;
     Ok(Ended::Done)
 }

@@ -125,6 +125,8 @@ pub enum What {
     Lattice(Placed<Vec<Placed<usize>>>),
     /// The solution on a surface, at this part of its length.
     On(Placed<String>, Placed<f64>),
+    /// The solution on a surface, at this point of space.
+    Spot(Placed<String>, Placed<Vec<Placed<f64>>>),
     /// The mean of the solution over a surface.
     OverSurface(Placed<String>),
     /// The mean of the solution over several surfaces.
@@ -283,7 +285,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         return Err(section.error(format_args!(
             "target {:?} does not say what to compute: give one of \
              `at = …` (an angle, a point of the cube, a place on a surface, the name of a CSV file of these), \
-             `over = \"all\"`, `over = [from, to]` (circle), `over = \"surface\"` (room), \
+             `over = \"all\"`, `over = [from, to]` (circle), `over = \"surface\"` (room, scene), \
              `weight = \"…\"` (cube), `grid = points`",
             name.value
         )));
@@ -329,6 +331,11 @@ fn read_at(field: Field<'_, '_>) -> Result<What, InputError> {
     }
     let mut section = field.section("in `at`")?;
     let surface = section.required("surface")?.string()?;
+    let point = section.optional("point");
+    if let Some(point) = point {
+        section.finish()?;
+        return Ok(What::Spot(surface, point.numbers()?));
+    }
     let t = section.required("t")?.number()?;
     section.finish()?;
     Ok(What::On(surface, t))

@@ -8,6 +8,7 @@ use fredholm_core::galerkin::GalerkinError;
 use fredholm_cube::CubeError;
 use fredholm_rayon::RunError;
 use fredholm_room::RoomError;
+use fredholm_scene::SceneError;
 use fredholm_sphere::SphereError;
 use fredholm_variance::VarianceError;
 
@@ -41,6 +42,8 @@ pub enum Error {
     Room(RoomError),
     /// A sphere is not as it must be.
     Sphere(SphereError),
+    /// A scene in space is not as it must be.
+    Space(SceneError),
     /// An equation of a crate of its own is not as it must be.
     Equation(EquationError),
     /// The variance cannot be predicted.
@@ -259,6 +262,7 @@ impl Display for Error {
             Self::Cube(error) => error.fmt(f),
             Self::Room(error) => error.fmt(f),
             Self::Sphere(error) => error.fmt(f),
+            Self::Space(error) => error.fmt(f),
             Self::Equation(error) => error.fmt(f),
             Self::Variance(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),
@@ -361,6 +365,7 @@ impl core::error::Error for Error {
             Self::Cube(error) => Some(error),
             Self::Room(error) => Some(error),
             Self::Sphere(error) => Some(error),
+            Self::Space(error) => Some(error),
             Self::Equation(error) => error.source(),
             Self::Variance(error) => Some(error),
             Self::Run(error) => Some(error),
@@ -384,6 +389,7 @@ from!(
     Circle(CircleError),
     Room(RoomError),
     Sphere(SphereError),
+    Space(SceneError),
     Variance(VarianceError),
     Run(RunError)
 );

@@ -34,6 +34,8 @@ pub enum Region {
     Function(WeightFn),
     /// u on the part of this number, a surface say, at this share of its length.
     On(usize, f64),
+    /// u at a point of the part of this number, a surface of a scene, by its three coordinates.
+    Spot(usize, [f64; 3]),
     /// The mean of u over the part of this number.
     Part(usize),
     /// The mean of u over the parts of these numbers together.

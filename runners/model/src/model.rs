@@ -112,7 +112,10 @@ pub trait Model: Send + Sync {
 
     /// Whether a region is a point of the space, where u is: what a room has in the air is none.
     fn is_in_space(&self, region: &Region) -> bool {
-        matches!(region, Region::Angle(_) | Region::Point(_) | Region::On(..))
+        matches!(
+            region,
+            Region::Angle(_) | Region::Point(_) | Region::On(..) | Region::Spot(..)
+        )
     }
 
     /// Whether a region has an irradiance: [`WholeQuantity::Irradiance`](crate::WholeQuantity::Irradiance).

@@ -28,6 +28,7 @@ pub use fredholm_circle_model as circle;
 pub use fredholm_cube_model as cube;
 pub use fredholm_model::{cost, memory, numbers};
 pub use fredholm_room_model as room;
+pub use fredholm_scene_model as scene;
 pub use fredholm_sphere_model as sphere;
 
 pub use answer::SolveObserver;
@@ -43,6 +44,7 @@ pub use fredholm_model::{
 pub use fredholm_rayon::Observer;
 pub use report::Report;
 pub use room::RoomModel;
+pub use scene::SceneModel;
 pub use solver::{Point, SolveError, Solver};
 pub use sphere::SphereModel;
 pub use whole::{WholeFunction, WholeSummary, WholeValue};

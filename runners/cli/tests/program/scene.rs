@@ -1,4 +1,4 @@
-//! `fredholm factors` and `check` of scenes in space.
+//! `fredholm factors`, `check` and `solve` of scenes in space.
 
 use crate::common;
 
@@ -112,9 +112,9 @@ fn the_template_has_factors_and_a_picture() {
     assert!(grey.stdout.contains("0.700000"), "{}", grey.stdout);
     let svg = folder.at("scene.svg");
     let check = ended(0, &["check", &file, "--out", &svg]);
-    assert!(check.stdout.contains("12"), "{}", check.stdout);
+    assert!(check.stdout.contains("14"), "{}", check.stdout);
     let svg = std::fs::read_to_string(svg).unwrap();
-    assert_eq!(svg.matches("<polygon").count(), 12);
+    assert_eq!(svg.matches("<polygon").count(), 14);
     assert!(svg.contains(">table</text>"));
 }
 
@@ -190,8 +190,7 @@ fn what_is_wrong_is_said_with_its_place() {
     let deck = folder.file("squares.vs3", DECK);
     ended(2, &["factors", &deck, "--error", "1"]);
     ended(2, &["factors", &deck, "--out", "factors.doc"]);
-    let file = folder.file("scene.toml", &ended(0, &["init", "scene"]).stdout);
-    let refused = ended(2, &["solve", &file]);
+    let refused = ended(2, &["solve", &deck]);
     assert!(
         refused.stderr.contains("fredholm factors"),
         "{}",
@@ -224,13 +223,13 @@ fn sparse_factors_between_polygons() {
     let json: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
     let whole: Vec<Vec<f64>> = serde_json::from_value(json["factors"].clone()).unwrap();
-    assert_eq!(whole.len(), 12);
+    assert_eq!(whole.len(), 14);
     for row in &whole {
         let sum: f64 = row.iter().sum();
         assert!((sum - 1.0).abs() < 1e-5, "{row:?}");
     }
-    let found: Vec<(usize, usize, f64)> = (0..12)
-        .flat_map(|i| (0..12).map(move |j| (i, j)))
+    let found: Vec<(usize, usize, f64)> = (0..14)
+        .flat_map(|i| (0..14).map(move |j| (i, j)))
         .map(|(i, j)| (i, j, whole[i][j]))
         .filter(|entry| entry.2 != 0.0)
         .collect();
@@ -261,7 +260,7 @@ fn sparse_factors_between_polygons() {
             .map(|w| u64::from_le_bytes(w.try_into().unwrap()))
             .collect()
     };
-    assert_eq!(long(content("shape", 16)), [12, 12]);
+    assert_eq!(long(content("shape", 16)), [14, 14]);
     let first = long(content("indptr", 8 * 13));
     let columns = content("indices", 4 * found.len());
     let data = long(content("data", 8 * found.len()));
@@ -274,4 +273,177 @@ fn sparse_factors_between_polygons() {
         );
         assert_eq!(f64::from_bits(data[k]), *f);
     }
+}
+
+/// A room with a screen in it, of these materials.
+fn room_with_screen(materials: [&str; 3]) -> String {
+    let [room, screen, back] = materials;
+    format!(
+        r#"[problem]
+kind = "scene"
+[[problem.surface]]
+name = "room"
+box = [[0, 0, 0], [2, 1, 1]]
+inward = true
+{room}
+[[problem.surface]]
+name = "screen"
+polygon = [[1, 0.2, 0], [1, 0.8, 0], [1, 0.8, 0.7], [1, 0.2, 0.7]]
+{screen}
+[[problem.surface]]
+name = "back"
+polygon = [[1, 0.2, 0.7], [1, 0.8, 0.7], [1, 0.8, 0], [1, 0.2, 0]]
+{back}
+[walk]
+walks = 2000
+[[target]]
+name = "corner"
+at = [0, 0, 0]
+[[target]]
+name = "screen"
+at = {{ surface = "back", point = [1, 0.5, 0.5] }}
+[[target]]
+name = "some"
+over = ["screen", "back"]
+[[target]]
+name = "all"
+over = "all"
+"#
+    )
+}
+
+/// F = 1 - rho gives u = 1, whatever hides what: in every degree, scalar and estimator.
+#[test]
+fn a_furnace_in_space() {
+    let folder = Folder::new();
+    let materials = [0.7, 0.2, 0.5].map(|rho: f64| {
+        let emission = 1.0 - rho;
+        format!("reflectance = {rho}\nemission = {emission}")
+    });
+    let file = folder.file(
+        "furnace.toml",
+        room_with_screen([&materials[0], &materials[1], &materials[2]]),
+    );
+    for degree in ["0", "1", "2"] {
+        for (scalar, rounding) in [("f64", 1e-12), ("f32", 1e-4)] {
+            for estimator in ["absorption", "collision"] {
+                let options = [
+                    "--degree",
+                    degree,
+                    "--scalar",
+                    scalar,
+                    "--estimator",
+                    estimator,
+                ];
+                let args = [
+                    &["solve", &file, "--json", "--cells", "30"],
+                    options.as_slice(),
+                ];
+                let json = ended(0, &args.concat()).json();
+                for target in common::list(&json, "targets") {
+                    for kind in ["plain", "preconditioned"] {
+                        let off = common::number(&target[kind], "estimate") - 1.0;
+                        // Nothing but the number of walks decides whether there is an error bar.
+                        let error = target[kind]["std_error"].as_f64().unwrap_or(0.0);
+                        assert!(off.abs() <= 4.9 * error + rounding, "{options:?}: {target}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The bits do not depend on threads or parts, and walks with the neighbour equation agree with plain ones at a smaller error.
+#[test]
+fn light_behind_a_screen() {
+    let folder = Folder::new();
+    let materials = [
+        "reflectance = 0.6",
+        "reflectance = 0.5\nemission = 3",
+        "reflectance = 0.4",
+    ];
+    let file = folder.file("screen.toml", room_with_screen(materials));
+    let options = [
+        "--cells",
+        "60",
+        "--degree",
+        "1",
+        "--estimator",
+        "collision",
+        "--json",
+    ];
+    let run = |more: &[&str]| ended(0, &[&["solve", &file], options.as_slice(), more].concat());
+    let one = run(&["--threads", "1"]);
+    assert_eq!(one.timeless(), run(&["--threads", "2"]).timeless());
+    for target in common::list(&one.json(), "targets") {
+        let [plain, own] = ["plain", "preconditioned"].map(|kind| &target[kind]);
+        let difference = common::number(plain, "estimate") - common::number(own, "estimate");
+        let [plain, own] = [plain, own].map(|of| common::number(of, "std_error"));
+        assert!(difference.abs() < 4.9 * plain.hypot(own), "{target}");
+        assert!(own < 0.5 * plain, "{target}");
+    }
+    let chosen = ended(
+        0,
+        &[
+            "solve",
+            &file,
+            "--target-error",
+            "0.01",
+            "--walks",
+            "1000000",
+            "--json",
+        ],
+    )
+    .json();
+    for target in common::list(&chosen, "targets") {
+        assert!(common::number(&target["preconditioned"], "std_error") <= 0.01);
+    }
+}
+
+#[test]
+fn what_a_scene_is_not_asked() {
+    let folder = Folder::new();
+    let whole = room_with_screen(["reflectance = 0.5"; 3]);
+    let refused = |from: &str, to: &str, words: &str| {
+        assert!(whole.contains(from));
+        let file = folder.file("wrong.toml", whole.replace(from, to));
+        let ran = ended(2, &["solve", &file]);
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+    };
+    refused("at = [0, 0, 0]", "at = [0.5, 0.5, 0.5]", "is on no surface");
+    refused("at = [0, 0, 0]", "at = [0, 0]", "three coordinates");
+    refused("at = [0, 0, 0]", "grid = 10", "a `grid` is along a line");
+    refused(
+        "point = [1, 0.5, 0.5]",
+        "point = [1, 0.5, 0.9]",
+        "is not on its surface",
+    );
+    refused("point = [1, 0.5, 0.5]", "t = 0.5", "point = [x, y, z]");
+    refused(
+        "surface = \"back\"",
+        "surface = \"bakc\"",
+        "did you mean \"back\"?",
+    );
+    refused("[\"screen\", \"back\"]", "[0, 1]", "`over` must be");
+    refused(
+        "[walk]",
+        "[galerkin]\npairs = \"paper\"\n[walk]",
+        "leave `pairs` out",
+    );
+    refused("[walk]", "[galerkin]\ndegree = 3\n[walk]", "degree");
+    refused(
+        "[walk]",
+        "[galerkin]\npoints = 3\n[walk]",
+        "`points` belongs to cubes",
+    );
+    let file = folder.file("right.toml", &whole);
+    let diagnosed = ended(2, &["diagnose", &file]);
+    assert!(
+        diagnosed.stderr.contains("are not predicted"),
+        "{}",
+        diagnosed.stderr
+    );
+    // Everything is dark and nobody waits: both estimates are 0.
+    let dark = ended(0, &["solve", &file, "--cells", "20", "--json"]).json();
+    assert_eq!(dark["targets"][0]["plain"]["estimate"], 0.0);
 }

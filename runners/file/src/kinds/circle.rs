@@ -155,10 +155,12 @@ impl Kind for Circle {
                 &word.place,
                 "`over` must be \"all\", or two angles `[from, to]`",
             )),
-            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
-                &surface.place,
-                "a circle has no surfaces: they belong to rooms",
-            )),
+            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => {
+                Err(file.error(
+                    &surface.place,
+                    "a circle has no surfaces: they belong to rooms",
+                ))
+            }
             What::OverSurfaces(words) => Err(file.error(
                 &words.place,
                 "a circle has no surfaces: `over` must be \"all\", or two angles `[from, to]`",

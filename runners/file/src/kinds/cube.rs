@@ -317,10 +317,12 @@ impl Kind for Cube {
                 &word.place,
                 "`over` must be \"all\"; for a part of a cube use a `weight`",
             )),
-            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
-                &surface.place,
-                "a cube has no surfaces: they belong to rooms",
-            )),
+            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => {
+                Err(file.error(
+                    &surface.place,
+                    "a cube has no surfaces: they belong to rooms",
+                ))
+            }
             What::OverSurfaces(words) => Err(file.error(
                 &words.place,
                 "`over` must be \"all\"; for a part of a cube use a `weight`",

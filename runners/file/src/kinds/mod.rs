@@ -5,6 +5,7 @@ mod cube;
 mod functions;
 mod material;
 mod room;
+mod scene;
 mod singular;
 mod sphere;
 
@@ -20,10 +21,17 @@ use crate::{InputError, Place, ProblemFile, Resolution, What};
 pub use circle::{Circle, Emission};
 pub use cube::{Cube, KernelText};
 pub use room::{Material, Numbers, Room, Surface};
+pub use scene::Scene;
 pub use sphere::Sphere;
 
 /// All kinds of problems, in the order in which they are listed.
-pub static KINDS: &[KindEntry] = &[circle::ENTRY, cube::ENTRY, room::ENTRY, sphere::ENTRY];
+pub static KINDS: &[KindEntry] = &[
+    circle::ENTRY,
+    cube::ENTRY,
+    room::ENTRY,
+    sphere::ENTRY,
+    scene::ENTRY,
+];
 
 /// A kind of problem as files and `fredholm init` know it.
 #[derive(Debug)]
@@ -111,8 +119,6 @@ pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Arc<dyn Kind>, InputE
     let word = kind.text()?;
     match KINDS.iter().find(|entry| entry.word == word) {
         Some(entry) => (entry.read)(section),
-        None if word == "scene" => Err(kind
-            .error("a scene has form factors, which `fredholm factors` prints; it is not solved")),
         None => {
             let known: Vec<String> = KINDS.iter().map(|entry| entry.word.to_owned()).collect();
             Err(kind.error(unknown_word("kind", word, &known)))

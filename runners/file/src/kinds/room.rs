@@ -294,6 +294,10 @@ impl Kind for Room {
     /// Which surfaces there are is known where the scene is made.
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
         match what {
+            What::Spot(_, point) => Err(file.error(
+                &point.place,
+                "`point` belongs to scenes: a place on a surface of a room is `t`, its share of the length",
+            )),
             What::On(_, t) => {
                 let inside = (0.0..=1.0).contains(&t.value);
                 file.demand(t, inside, "`t` must be from 0 to 1, along the surface")
@@ -493,7 +497,7 @@ fn unknown_surface(file: &ProblemFile, name: &Placed<String>, known: &[String]) 
 }
 
 /// What is wrong with a name that no surface has.
-fn no_surface(name: &str, known: &[String]) -> String {
+pub(super) fn no_surface(name: &str, known: &[String]) -> String {
     let hint = match nearest(name, known) {
         Some(near) => format!("; did you mean \"{near}\"?"),
         None => String::new(),

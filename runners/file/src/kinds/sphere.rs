@@ -147,7 +147,7 @@ impl Kind for Sphere {
                 "a part of a sphere is not offered: use `over = \"all\"`",
             )),
             What::OverSurface(word) => Err(file.error(&word.place, "`over` must be \"all\"")),
-            What::Grid(_, Some(surface)) | What::On(surface, _) => Err(file.error(
+            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => Err(file.error(
                 &surface.place,
                 "a sphere has no other surfaces: they belong to rooms",
             )),

@@ -40,11 +40,23 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
     })?;
     let mut root = Section::new(&source, "at the top level", 0..0, tree.into_inner());
     let mut problem = root.required("problem")?.section("in `[problem]`")?;
+    // What is solved and how is nothing to form factors.
+    for other in ["galerkin", "walk", "target"] {
+        let _ = root.optional(other);
+    }
     root.finish()?;
     let kind = problem.required("kind")?;
     if kind.text()? != "scene" {
         return Err(kind.error("this is no scene: `kind` must be \"scene\""));
     }
+    of_problem(&source, problem)
+}
+
+/// Reads the rest of `[problem]`, whose `kind` is known.
+pub(crate) fn of_problem(
+    source: &Source,
+    mut problem: Section<'_, '_>,
+) -> Result<SceneFile, InputError> {
     let open = problem.optional("open").map(|f| f.boolean()).transpose()?;
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
@@ -53,7 +65,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
-        source: &source,
+        source,
         scene: SceneFile {
             open: sky.is_some() || open.is_some_and(|open| open.value),
             sky,
@@ -61,7 +73,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
         },
         known: HashMap::new(),
     };
-    reader.scene.file(name);
+    reader.scene.file(&source.name);
     if let Some(mesh) = mesh {
         reader.mesh(&mesh, &placing)?;
     }

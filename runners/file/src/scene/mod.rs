@@ -18,6 +18,7 @@ use std::path::Path;
 
 use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
 
+pub(crate) use description::of_problem;
 pub use sky::SkyBands;
 
 use crate::{InputError, Source, load};

@@ -1,0 +1,184 @@
+//! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
+
+use fredholm::scene::SceneModel;
+use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
+
+use super::room::no_surface;
+use super::{Kind, KindEntry, compact, shared};
+use crate::model::NOTHING;
+use crate::place::{InputError, Placed};
+use crate::points::numbers;
+use crate::scene::{SceneFile, TEMPLATE, of_problem};
+use crate::section::Section;
+use crate::{ProblemFile, Resolution, What};
+
+pub(super) const ENTRY: KindEntry = KindEntry {
+    word: "scene",
+    about: "Light or heat between polygons in space; form factors",
+    template: TEMPLATE,
+    read: |section| shared(read(section)),
+};
+
+/// The largest degree of polynomials on a cell.
+const MOST_DEGREE: usize = 2;
+
+/// Light or heat between polygons in space: `[problem]` with `kind = "scene"`.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The surfaces, of the file itself and of the meshes that it names.
+    pub file: SceneFile,
+}
+
+fn read(section: Section<'_, '_>) -> Result<Scene, InputError> {
+    let source = section.source;
+    Ok(Scene {
+        file: of_problem(source, section)?,
+    })
+}
+
+impl Scene {
+    fn model(&self, scalar: Scalar) -> Result<SceneModel, InputError> {
+        let scene = match scalar {
+            Scalar::F32 => self.file.scene::<f32>()?,
+            Scalar::F64 => self.file.scene::<f64>()?,
+        };
+        Ok(SceneModel::of_scene(self.names(), scene))
+    }
+
+    fn names(&self) -> Vec<String> {
+        let surfaces = self.file.surfaces.iter();
+        surfaces.map(|surface| surface.name.clone()).collect()
+    }
+
+    /// The number of the surface of this name.
+    fn find(&self, file: &ProblemFile, name: &Placed<String>) -> Result<usize, InputError> {
+        let surfaces = &self.file.surfaces;
+        let found = surfaces.iter().position(|s| s.name == name.value);
+        found.ok_or_else(|| file.error(&name.place, no_surface(&name.value, &self.names())))
+    }
+}
+
+/// Three coordinates.
+fn triple(file: &ProblemFile, at: &Placed<Vec<Placed<f64>>>) -> Result<[f64; 3], InputError> {
+    match at.value.as_slice() {
+        [x, y, z] => Ok([x.value, y.value, z.value]),
+        _ => Err(file.error(
+            &at.place,
+            "a point of a scene has three coordinates: [x, y, z]",
+        )),
+    }
+}
+
+impl Kind for Scene {
+    fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        if self.file.sky.is_some() {
+            let message =
+                "a `sky` is for form factors, `fredholm factors`: walks have no light from the sky";
+            return Err(InputError::new(format_args!(
+                "{}: {message}",
+                file.source.name
+            )));
+        }
+        match &file.galerkin.points {
+            Some(points) => {
+                let message = "`points` belongs to cubes: a scene's cells are fitted to rays";
+                Err(file.refuse(points, message))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
+        match what {
+            What::At(at) => triple(file, at).map(|_| ()),
+            What::Spot(surface, at) => {
+                self.find(file, surface)?;
+                triple(file, at).map(|_| ())
+            }
+            What::OverSurface(name) => self.find(file, name).map(|_| ()),
+            What::OverSurfaces(names) => {
+                if names.value.is_empty() {
+                    return Err(file.error(&names.place, "`over` must name at least one surface"));
+                }
+                names.value.iter().try_for_each(|name| self.find(file, name).map(|_| ()))
+            }
+            What::OverAll | What::Listed(_) => Ok(()),
+            What::On(_, t) => Err(file.error(
+                &t.place,
+                "a place on a surface in space is a point: write `at = { surface = \"name\", point = [x, y, z] }`",
+            )),
+            What::Grid(points, _) => Err(file.error(
+                &points.place,
+                "a `grid` is along a line: in a scene give points, `at = [x, y, z]`, or `at = \"points.csv\"`",
+            )),
+            What::Lattice(points) => Err(file.error(
+                &points.place,
+                "a `grid` belongs to cubes: in a scene give points, `at = [x, y, z]`, or `at = \"points.csv\"`",
+            )),
+            What::Over(from, _) => Err(file.error(
+                &from.place,
+                "`over` must be \"all\", the name of a surface, or an array of such names",
+            )),
+            What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
+        }
+    }
+
+    fn most_degree(&self) -> (usize, &'static str) {
+        (MOST_DEGREE, "in a scene")
+    }
+
+    fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
+        let model = self.model(file.walk.scalar.value)?;
+        let checked = |region: Region| {
+            let goal = Goal {
+                name: String::new(),
+                region,
+            };
+            match model.check_goals(core::slice::from_ref(&goal)) {
+                Ok(()) => Ok(goal.region),
+                Err(error) => Err(error.to_string()),
+            }
+        };
+        let targets = file.ask(|what| {
+            let region = match what {
+                What::At(at) => {
+                    let point = triple(file, at)?.to_vec();
+                    checked(Region::Point(point)).map_err(|error| file.error(&at.place, error))?
+                }
+                What::Spot(surface, at) => {
+                    let (part, point) = (self.find(file, surface)?, triple(file, at)?);
+                    checked(Region::Spot(part, point))
+                        .map_err(|error| file.error(&at.place, error))?
+                }
+                What::OverAll => Region::Whole,
+                What::OverSurface(name) => Region::Part(self.find(file, name)?),
+                What::OverSurfaces(names) => {
+                    let parts = names.value.iter().map(|name| self.find(file, name));
+                    Region::Parts(parts.collect::<Result<_, _>>()?)
+                }
+                What::Listed(path) => {
+                    return file.listed(path, &mut |fields| {
+                        let point = numbers(fields)?;
+                        checked(Region::Point(point))
+                    });
+                }
+                _ => return Ok(NOTHING),
+            };
+            Ok(vec![Ask::One(region)])
+        })?;
+        Ok((Resolution::Other(Box::new(model)), targets))
+    }
+
+    fn remarks(&self, _: &ProblemFile) -> Vec<String> {
+        self.file.remarks.clone()
+    }
+
+    /// Names, polygons and materials; not where they stand.
+    fn identity(&self, _: &ProblemFile) -> Result<String, InputError> {
+        let surfaces = self.file.surfaces.iter();
+        let all: Vec<_> = surfaces
+            .map(|surface| (&surface.name, &surface.polygons, surface.material))
+            .collect();
+        Ok(compact((self.file.open, all)))
+    }
+}

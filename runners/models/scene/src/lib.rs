@@ -1,0 +1,202 @@
+//! Light and heat between polygons in space, with sizes chosen at run time.
+
+mod partition;
+mod radius;
+mod regions;
+mod system;
+
+use core::fmt;
+
+use fredholm_model::{
+    About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
+    in_scalar,
+};
+use fredholm_scene::Surface;
+
+pub use fredholm_scene::{Enclosure, Material, Polygon, Scene, shapes};
+use partition::ScenePartition;
+
+/// An expression in which the number of functions per cell of a degree is a constant of this name.
+macro_rules! of_degree {
+    ($degree:expr, $name:ident => $then:expr) => {
+        match $degree {
+            0 => crate::of_degree!(1 as $name => $then),
+            1 => crate::of_degree!(3 as $name => $then),
+            // The model lets nothing above 2 pass.
+            _ => crate::of_degree!(6 as $name => $then),
+        }
+    };
+    ($value:literal as $name:ident => $then:expr) => {{
+        const $name: usize = $value;
+        $then
+    }};
+}
+pub(crate) use of_degree;
+
+/// The largest degree of polynomials on a cell.
+const MOST_DEGREE: usize = 2;
+
+/// Surfaces of a scene by name, each with its polygons and one material.
+///
+/// ```
+/// use fredholm::scene::{Material, NamedSurface, shapes};
+///
+/// let floor = NamedSurface {
+///     name: "floor".to_owned(),
+///     polygons: shapes::room([0.0; 3], [1.0; 3]).surfaces.swap_remove(0),
+///     material: Material { reflectance: 0.5, emission: 0.0 },
+/// };
+/// assert_eq!(floor.polygons.len(), 1);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedSurface {
+    /// The name in results.
+    pub name: String,
+    /// The polygons, counter-clockwise seen from the active side.
+    pub polygons: Vec<Polygon>,
+    /// Reflectance and emission of all of them.
+    pub material: Material,
+}
+
+/// The equation of light or heat between polygons in space.
+///
+/// Walks estimate u − F with a last step to the light in every state, by the neighbour equation of v ≈ u − F that follows
+/// from rays alone: see `fredholm_core::sampled`.
+///
+/// ```
+/// use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
+/// use fredholm::{Estimator, Scalar, SceneModel, Solver};
+///
+/// // A cube with a lamp for a ceiling: what it emits is what all absorb, 1 = ½ · 6 · the mean of u.
+/// let names = ["floor", "ceiling", "front", "back", "left", "right"];
+/// let room = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter().zip(names);
+/// let surfaces = room.map(|(polygons, name)| NamedSurface {
+///     name: name.to_owned(),
+///     polygons,
+///     material: Material { reflectance: 0.5, emission: f64::from(u8::from(name == "ceiling")) },
+/// });
+/// let cube = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64)?;
+/// let solver = Solver::new(&cube).mean().cells(24).degree(1).estimator(Estimator::Collision);
+/// let report = solver.walks(20_000).solve()?;
+/// let mean = &report.goals[0].preconditioned;
+/// assert!((mean.estimate.unwrap() - 1.0 / 3.0).abs() < 5.0 * mean.std_error.unwrap());
+/// assert!(mean.std_error < report.goals[0].plain.std_error);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone)]
+pub struct SceneModel {
+    names: Vec<String>,
+    scene: Scene,
+}
+
+impl fmt::Debug for SceneModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SceneModel")
+            .field("names", &self.names)
+            .field("faces", &self.scene.faces().len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl SceneModel {
+    /// A scene for walks in this scalar.
+    ///
+    /// # Errors
+    /// [`Error::Space`].
+    pub fn new(
+        surfaces: Vec<NamedSurface>,
+        enclosure: Enclosure,
+        scalar: Scalar,
+    ) -> Result<Self, Error> {
+        let materials: Vec<[Material; 1]> = surfaces.iter().map(|s| [s.material]).collect();
+        let all: Vec<Surface<'_>> = surfaces
+            .iter()
+            .zip(&materials)
+            .map(|(surface, materials)| Surface {
+                polygons: &surface.polygons,
+                materials,
+            })
+            .collect();
+        let scene = in_scalar!(scalar, F => Scene::new::<F>(&all, enclosure)?);
+        let names = surfaces.into_iter().map(|surface| surface.name).collect();
+        Ok(Self::of_scene(names, scene))
+    }
+
+    /// A scene that was made for the scalar of the walks, and the names of its surfaces.
+    #[must_use]
+    pub const fn of_scene(names: Vec<String>, scene: Scene) -> Self {
+        Self { names, scene }
+    }
+
+    /// The names of the surfaces.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+}
+
+impl Model for SceneModel {
+    fn about(&self) -> About {
+        About {
+            kind: "scene",
+            dimension: None,
+            most_degree: MOST_DEGREE,
+            less_memory: ": use fewer cells",
+            takes_any_cells: true,
+            counts_evaluations: false,
+        }
+    }
+
+    fn part(&self, number: usize) -> Option<&str> {
+        self.names.get(number).map(String::as_str)
+    }
+
+    fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+        goals
+            .iter()
+            .try_for_each(|goal| regions::Place::new(&self.scene, &goal.region).map(|_| ()))
+    }
+
+    /// There is no line through a scene that anybody would mean.
+    fn grid(&self, _: usize, _: Option<usize>) -> Vec<Region> {
+        Vec::new()
+    }
+
+    fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        let refuse = |subject, message: String| Err(Error::Option { subject, message });
+        if discretisation.degree > MOST_DEGREE {
+            let message = format!("in a scene functions on a cell have degree 0 to {MOST_DEGREE}");
+            return refuse(Subject::Degree, message);
+        }
+        if matches!(pairs, Pairs::Paper | Pairs::Theory) {
+            let message = "the neighbour equation of a scene comes from rays alone, with h = k for all pairs of cells: \
+                           leave `pairs` out";
+            return refuse(Subject::Pairs, message.to_owned());
+        }
+        Ok(())
+    }
+
+    fn partition<'m>(
+        &'m self,
+        discretisation: &Discretisation,
+    ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+        Ok(Box::new(ScenePartition::new(&self.scene, discretisation)?))
+    }
+
+    fn levels(&self, _: &Discretisation) -> Vec<usize> {
+        let least = self.scene.faces().len();
+        let levels = [12, 30, 60, 120, 240, 480].into_iter();
+        levels.filter(|cells| *cells >= least).collect()
+    }
+
+    /// Surfaces have two dimensions.
+    fn smooth_order(&self, degree: usize) -> f64 {
+        (degree + 1) as f64 / 2.0
+    }
+}

@@ -1,0 +1,247 @@
+//! Cells of a scene, before anything is solved.
+
+use std::sync::Arc;
+
+use fredholm_core::galerkin::{Convergence, GalerkinError};
+use fredholm_core::sampled::{CellSteps, SampledSetup, SampledSolution, SetupOptions};
+use fredholm_core::{LastStep, NoNeighbour, Real, WithKnown};
+use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::{
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, Scalar, System, Then,
+    WalkOptions, in_scalar,
+};
+use fredholm_rayon::fill_rows;
+use fredholm_scene::{Cells, Radiosity, Scene, Tables};
+
+use crate::of_degree;
+use crate::radius::second_moment_radius;
+use crate::system::{SceneSystem, with_job};
+
+/// About so many cells where nothing is said of them.
+const DEFAULT_CELLS: usize = 500;
+/// Rays of a set-up in all, divided among the cells: seconds of work and a few hundred megabytes at most.
+const RAYS: usize = 1 << 22;
+/// Rays of a cell at least, for a fit that is worth its name, and at most, beyond which it hardly gets better.
+const RAYS_OF_CELL: [usize; 2] = [256, 4096];
+/// Rays to each light from each cell, to know what share of it the cell sees.
+const SHARE_RAYS: u32 = 64;
+/// Seconds of a ray in a set-up, on the machine that this and what follows was measured on.
+const RAY: f64 = 0.7e-6;
+/// Seconds of plain walks.
+const PLAIN: WalkCost = WalkCost {
+    start: 0.3e-6,
+    step: 0.3e-6,
+    score: 0.6e-6,
+    pair: 0.0,
+    hidden_pair: 0.0,
+};
+/// Seconds of walks that follow a neighbour equation.
+const WALK: WalkCost = WalkCost {
+    score: 2.2e-6,
+    ..PLAIN
+};
+
+/// The cells of a scene in f64, and what of each light each of them sees.
+#[derive(Debug)]
+pub(crate) struct Cut {
+    tables: Tables<f64>,
+    cells: Cells<f64>,
+    shares: Vec<u8>,
+    /// The number of cells that was asked for: in another scalar they are made by it again.
+    wanted: usize,
+    pub(crate) degree: usize,
+    pub(crate) scalar: Scalar,
+}
+
+impl Cut {
+    pub(crate) fn radiosity(&self, absorption: f64) -> Result<Radiosity<'_, f64>, Error> {
+        let radiosity = Radiosity::new(self.tables.geometry(), &self.cells, absorption)?;
+        Ok(radiosity.with_visible_shares(&self.shares)?)
+    }
+}
+
+/// The tables of walks in a scalar.
+pub(crate) struct WalkTables<F> {
+    tables: Tables<F>,
+    cells: Cells<F>,
+}
+
+impl<F: Real> WalkTables<F> {
+    pub(crate) fn new(scene: &Scene, cut: &Cut) -> Result<Self, Error> {
+        Ok(Self {
+            tables: Tables::new(scene),
+            cells: Cells::new(scene, cut.wanted)?,
+        })
+    }
+
+    pub(crate) fn radiosity<'a>(
+        &'a self,
+        cut: &'a Cut,
+        absorption: f64,
+    ) -> Result<Radiosity<'a, F>, Error> {
+        let radiosity = Radiosity::new(self.tables.geometry(), &self.cells, absorption)?;
+        Ok(radiosity.with_visible_shares(&cut.shares)?)
+    }
+}
+
+/// A scene and its cells.
+#[derive(Debug)]
+pub(crate) struct ScenePartition<'m> {
+    scene: &'m Scene,
+    cut: Arc<Cut>,
+}
+
+impl<'m> ScenePartition<'m> {
+    pub(crate) fn new(scene: &'m Scene, discretisation: &Discretisation) -> Result<Self, Error> {
+        let wanted = discretisation.cells.unwrap_or(DEFAULT_CELLS);
+        let mut cut = Cut {
+            tables: Tables::new(scene),
+            cells: Cells::new(scene, wanted)?,
+            shares: Vec::new(),
+            wanted,
+            degree: discretisation.degree,
+            scalar: discretisation.scalar,
+        };
+        // q0 makes no difference to what is seen.
+        let radiosity = Radiosity::new(cut.tables.geometry(), &cut.cells, 0.5)?;
+        cut.shares = radiosity.visible_shares(SHARE_RAYS);
+        Ok(Self {
+            scene,
+            cut: Arc::new(cut),
+        })
+    }
+
+    /// Rays from every cell.
+    fn rays(&self) -> usize {
+        let [least, most] = RAYS_OF_CELL;
+        (RAYS / self.cut.cells.number()).clamp(least, most)
+    }
+
+    fn functions(&self) -> usize {
+        of_degree!(self.cut.degree, B => B)
+    }
+
+    /// v and c, cell by cell on all threads.
+    fn solve_in<const B: usize>(&self, absorption: f64) -> Result<SampledSolution, Error> {
+        let radiosity = self.cut.radiosity(absorption)?;
+        let setup = SampledSetup::<_, _, 2, B> {
+            problem: &radiosity,
+            source: &LastStep(&radiosity),
+            options: SetupOptions {
+                samples: self.rays(),
+                ..SetupOptions::default()
+            },
+        };
+        let mut steps: Vec<Option<CellSteps<B>>> = vec![None; self.cut.cells.number()];
+        fill_rows(&mut steps, 1, |cell, row| {
+            row.fill(Some(setup.steps(cell)?));
+            Ok::<(), GalerkinError>(())
+        })?;
+        let steps: Vec<CellSteps<B>> = steps.into_iter().flatten().collect();
+        let solved: (Vec<f64>, Convergence<f64>) = setup.solve(&steps)?;
+        let mut control: Vec<Vec<f64>> = vec![Vec::new(); steps.len()];
+        fill_rows(&mut control, 1, |cell, row| {
+            if let (Some(own), Some(steps)) = (row.first_mut(), steps.get(cell)) {
+                *own = setup.control(cell, steps, &solved.0)?;
+            }
+            Ok::<(), GalerkinError>(())
+        })?;
+        Ok(setup.solution(solved, control.concat()))
+    }
+
+    fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        let tables = WalkTables::<F>::new(self.scene, &self.cut)?;
+        let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
+        let last = LastStep(&radiosity);
+        let zeros = vec![0.0; request.goals.len()];
+        let none = NoNeighbour::<WithKnown<'_, LastStep<'_, Radiosity<'_, F>>>>::new();
+        with_job(
+            self.scene,
+            (&radiosity, &last, &none),
+            request,
+            &zeros,
+            &mut |job| then(&Prepared::plain(job, &zeros)),
+        )
+    }
+}
+
+impl<'m> Partitioned<'m> for ScenePartition<'m> {
+    fn cells(&self) -> usize {
+        self.cut.cells.number()
+    }
+
+    fn unknowns(&self) -> usize {
+        self.cells().saturating_mul(self.functions())
+    }
+
+    fn memory(&self, goals: &[Goal], _: Pairs) -> usize {
+        let (functions, rays) = (self.functions(), self.rays());
+        // Of every ray its cell and values, and at most as many blocks of a row; of c a quarter of the rays' number.
+        let ray = 4 + 4 * functions;
+        let block = 8 + 8 * functions * functions;
+        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16;
+        let vectors = functions * 4 * 8;
+        self.cells()
+            .saturating_mul(row + vectors)
+            .saturating_add(goals.len().saturating_mul(1024))
+    }
+
+    fn cost(&self, _: Pairs) -> Cost {
+        Cost {
+            // A ray, one to a light, and the two fits.
+            setup: 3.0 * RAY * (self.cells() * self.rays()) as f64,
+            source: 0.0,
+            moments: 0.0,
+            walk: WALK,
+            plain: PLAIN,
+        }
+    }
+
+    fn evaluations(&self, _: u32) -> f64 {
+        (self.cells() * self.rays()) as f64
+    }
+
+    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+        second_moment_radius(self.scene, absorption)
+    }
+
+    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
+        let absorption = walk.absorption;
+        // h = k.
+        fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
+            self.plain_radius(absorption)
+        })
+    }
+
+    fn check_examination(&self) -> Result<(), Error> {
+        Err(NO_PREDICTION())
+    }
+
+    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+        let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
+        Ok(Box::new(SceneSystem {
+            scene: self.scene,
+            cut: Arc::clone(&self.cut),
+            solution,
+        }))
+    }
+
+    fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+        in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then))
+    }
+}
+
+/// What is said where variances would be predicted.
+pub(crate) const NO_PREDICTION: fn() -> Error = || {
+    Error::TooMuch {
+    message: "variances of walks in a scene are not predicted: what is left is the error of fits to rays, which \
+              walks show; give `cells` and `walks`, or an error"
+        .to_owned(),
+}
+};
+
+/// No pair is pointwise by itself: all have h = k.
+pub(crate) const NO_PAIRS: PointwisePairs = PointwisePairs {
+    seen: 0.0,
+    hidden: 0.0,
+};

@@ -1,0 +1,59 @@
+//! Whether walks have a finite variance.
+
+use fredholm_core::galerkin::{CellMap, Partition, collatz_wielandt_bounds};
+use fredholm_core::{DefaultGenerator, Kernel, RngUniforms, Sampler, WalkSeeds};
+use fredholm_model::Error;
+use fredholm_scene::{Cells, Radiosity, Scene, Tables};
+
+/// Cells enough to estimate a spectral radius.
+const COARSE: usize = 300;
+/// Rays from each of them.
+const RAYS: usize = 512;
+/// Powers of the matrix.
+const POWERS: u32 = 200;
+
+/// The spectral radius of T_k²p: no more than ρ²/(1 − q0) of the largest ρ, or, where that is 1 or more, estimated by rays
+/// from few cells.
+pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64, Error> {
+    let largest = scene
+        .faces()
+        .iter()
+        .fold(0.0, |m: f64, face| m.max(face.reflectance));
+    let bound = largest * largest / (1.0 - absorption);
+    if bound < 1.0 {
+        return Ok(bound);
+    }
+    let (tables, cells) = (Tables::<f64>::new(scene), Cells::new(scene, COARSE)?);
+    let radiosity = Radiosity::new(tables.geometry(), &cells, absorption)?;
+    let rays: Vec<Vec<(usize, f64)>> = (0..radiosity.cells())
+        .map(|cell| rays(&radiosity, cell))
+        .collect();
+    let mut apply = |w: &[f64], out: &mut [f64]| {
+        for (out, rays) in out.iter_mut().zip(&rays) {
+            *out = rays.iter().map(|&(j, weight)| weight * w[j]).sum();
+        }
+    };
+    let (mut w, mut next) = (vec![1.0; rays.len()], vec![0.0; rays.len()]);
+    let [_, high] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
+    Ok(high.min(bound))
+}
+
+/// The cells to which rays from a cell lead, each with (1 − q0) k² over the number of rays.
+fn rays(radiosity: &Radiosity<'_, f64>, cell: usize) -> Vec<(usize, f64)> {
+    let seeds = WalkSeeds::<DefaultGenerator>::new(1, u64::MAX);
+    let mut draws = RngUniforms(seeds.generator(cell as u64));
+    let mut to = Vec::with_capacity(RAYS);
+    for _ in 0..RAYS {
+        let t: [f64; 2] = [
+            fredholm_core::Uniforms::uniform(&mut draws),
+            fredholm_core::Uniforms::uniform(&mut draws),
+        ];
+        let x = radiosity.point(cell, &t);
+        let survival = 1.0 - radiosity.absorption(&x);
+        if let Some(y) = radiosity.step(&x, &mut draws) {
+            let k = radiosity.kernel(&x, &y);
+            to.push((radiosity.locate(&y), survival * k * k / RAYS as f64));
+        }
+    }
+    to
+}
