@@ -96,11 +96,6 @@ pub enum Gave {
         /// The tail index of the scores, if there are enough batches for one.
         index: Option<f64>,
     },
-    /// The walks took many times as long as was predicted.
-    Unpredicted {
-        /// How many times as long.
-        times: f64,
-    },
     /// Walking tells that it would take this number of seconds more on one thread.
     TooLong {
         /// Seconds.
@@ -144,11 +139,6 @@ impl Display for Gave {
                      look for places where the kernel is large",
                 )
             }
-            Self::Unpredicted { times } => write!(
-                f,
-                "after {times:.0} times the work that was predicted; few walks missed most of the variance, which may \
-                 be infinite; error bars may mean nothing"
-            ),
             Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
                 "more walks do not lower the error of the integrals of the source; leave `exact_source` out, or use a \
                  larger `target_error`",

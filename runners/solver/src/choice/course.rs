@@ -5,9 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
+use super::MOST_SECONDS;
 use super::family::Prediction;
 use super::search::Search;
-use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
 use crate::answer::{Gave, SolveObserver, Staged};
 
@@ -18,8 +18,6 @@ const WRONG: f64 = 4.0;
 const WORTH: f64 = 2.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
-/// How many times as long as was predicted when the walks began is the end.
-const MOST_TIMES: f64 = 100.0;
 
 /// Watches walks of a setting, and looks for another one with what they tell.
 pub(super) struct Course<'a, 'm> {
@@ -106,15 +104,6 @@ impl<'a, 'm> Course<'a, 'm> {
 }
 
 impl State<'_, '_> {
-    /// The end if everything so far took many times as long as was predicted, and as many walks are left as take longer.
-    fn unpredicted(&self, walked: f64, left: f64) -> Option<End> {
-        let seconds = self.search.work() + walked;
-        let times = seconds / self.search.expected;
-        // What is nearly done is done.
-        (times > MOST_TIMES && seconds > LONG_SECONDS && left > seconds)
-            .then_some(End::Gave(Gave::Unpredicted { times }))
-    }
-
     /// Looks whether to go on. `is_known`: the tolerance does not depend on the noise of an estimate.
     fn look(&mut self, statistics: &[Statistics], walked: f64, is_known: bool) -> Option<End> {
         let setting = self.predicted.setting;
@@ -183,12 +172,9 @@ impl SolveObserver for Course<'_, '_> {
             let each = state.predicted.seconds_per_walk;
             let all: u64 = statistics.iter().map(Statistics::walks).sum();
             let walked = all as f64 * each;
-            let left = (needed - walks).max(0.0) * open.len() as f64 * each;
-            state.end = if open.iter().all(is_rounded) {
-                Some(End::Gave(Gave::Rounding))
-            } else {
-                state.unpredicted(walked, left)
-            };
+            if open.iter().all(is_rounded) {
+                state.end = Some(End::Gave(Gave::Rounding));
+            }
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {
                 state.look = 2.0 * walks;

@@ -104,7 +104,6 @@ pub fn solve<'m>(
             (Err(why), Some(last)) => return ended(last, why).map(Some),
             (next, _) => next?,
         };
-        search.expected = search.work() + best.seconds();
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
         let request = Request {
