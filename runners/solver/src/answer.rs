@@ -96,6 +96,11 @@ pub enum Gave {
         /// The tail index of the scores, if there are enough batches for one.
         index: Option<f64>,
     },
+    /// The more walks, the more of them are needed.
+    Unpredicted {
+        /// How many times as many as the first walks told.
+        times: f64,
+    },
     /// Walking tells that it would take this number of seconds more on one thread.
     TooLong {
         /// Seconds.
@@ -139,6 +144,11 @@ impl Display for Gave {
                      look for places where the kernel is large",
                 )
             }
+            Self::Unpredicted { times } => write!(
+                f,
+                "walks tell that it takes {times:.0} times as long as the first of them told; they missed most of the \
+                 variance, which may be infinite; error bars may mean nothing"
+            ),
             Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
                 "more walks do not lower the error of the integrals of the source; leave `exact_source` out, or use a \
                  larger `target_error`",

@@ -5,9 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
-use super::MOST_SECONDS;
 use super::family::Prediction;
 use super::search::Search;
+use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
 use crate::answer::{Gave, SolveObserver, Staged};
 
@@ -34,6 +34,8 @@ struct State<'a, 'm> {
     predicted: Prediction,
     /// The number of walks of a target before which no look is due.
     look: f64,
+    /// Seconds of all walks, as they told at the first look.
+    told: Option<f64>,
     end: Option<End>,
 }
 
@@ -63,6 +65,7 @@ impl<'a, 'm> Course<'a, 'm> {
                 search,
                 predicted,
                 look: 0.0,
+                told: None,
                 end: None,
             }),
         }
@@ -116,15 +119,19 @@ impl State<'_, '_> {
         let price = self.search.price(&best);
         let is_tried = best.pilot_walks >= self.search.enough(&best, walked, walks);
         let is_other = best.setting != setting && is_known;
+        let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        if !is_other || !is_tried || WORTH * price >= left {
-            return None;
+        if is_other && is_tried && WORTH * price < left {
+            self.search.walked += walked;
+            return Some(End::Other);
         }
-        self.search.walked += walked;
-        Some(End::Other)
+        // What is nearly done is done.
+        let times = now.walking / told;
+        (is_known && times > WRONG && left > walked.max(LONG_SECONDS))
+            .then_some(End::Gave(Gave::Unpredicted { times }))
     }
 }
 
