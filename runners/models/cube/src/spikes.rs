@@ -2,22 +2,14 @@
 
 use core::array::from_fn;
 
-/// The number of points x = y in which the kernel is looked at: in one dimension none is further from another than 10⁻⁴.
+use super::cost::STEPS;
+
+/// The number of points x = y in which the kernel is looked at: in one dimension neighbours are 10⁻⁴ apart at most.
 const POINTS: u32 = 16_384;
 /// The number of points of a small cube.
 const FEW: u32 = 16;
 /// The number of halvings of its side: finer ones have no digits.
 const HALVINGS: i32 = 40;
-/// Steps between points, whose multiples are spread over [0, 1]: fractions of the golden section, √2, √3, √5, √7 and √11.
-const STEPS: [f64; 6] = [
-    0.618_033_989,
-    0.414_213_562,
-    0.732_050_808,
-    0.236_067_977,
-    0.645_751_311,
-    0.316_624_790,
-];
-
 /// A point of [0, 1]^D.
 fn point<const D: usize>(number: u32) -> [f64; D] {
     from_fn(|axis| ((f64::from(number) + 0.5) * STEPS[axis]).fract())
@@ -44,9 +36,17 @@ pub(crate) fn squared_radius<const D: usize>(square: impl Fn(&[f64; D], &[f64; D
             })
         };
         let points: Vec<[f64; D]> = (0..FEW).map(cube).collect();
-        let mean = |x| points.iter().map(|y| square(x, y)).sum::<f64>() / f64::from(FEW);
-        let least = points.iter().map(mean).fold(f64::INFINITY, f64::min);
-        least * side.powi(D as i32)
+        // Without K(x, x), which may be the value of an integrable singularity.
+        let sum = |(i, x)| {
+            let others = points.iter().enumerate().filter(|&(j, _)| j != i);
+            others.map(|(_, y)| square(x, y)).sum::<f64>()
+        };
+        let least = points
+            .iter()
+            .enumerate()
+            .map(sum)
+            .fold(f64::INFINITY, f64::min);
+        least * side.powi(D as i32) / f64::from(FEW)
     };
     (1..=HALVINGS).map(within).fold(0.0, f64::max)
 }

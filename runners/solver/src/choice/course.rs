@@ -6,7 +6,7 @@ use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
 use super::family::Prediction;
-use super::search::Search;
+use super::search::{PAYS, Search};
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
 use crate::answer::{Gave, SolveObserver, Staged};
@@ -14,8 +14,6 @@ use crate::answer::{Gave, SolveObserver, Staged};
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
 const WRONG: f64 = 4.0;
-/// How many times as long as another setting this one must take for the walks so far to be given up.
-const WORTH: f64 = 2.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
 
@@ -124,7 +122,7 @@ impl State<'_, '_> {
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        if is_other && is_tried && WORTH * price < left {
+        if is_other && is_tried && PAYS * price < left {
             self.search.walked += walked;
             return Some(End::Other);
         }

@@ -264,3 +264,33 @@ impl Pilot {
             .on(self.setting.pairs, unknowns / self.unknowns)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Observed;
+
+    fn observed(estimate: f64) -> Observed {
+        Observed {
+            weight: 1.0,
+            needed: 10.0,
+            estimate,
+            walks: 300.0,
+            bound: 0.01,
+            taken: 0.0,
+            believed: 0.0,
+            doubt: 1.0,
+        }
+    }
+
+    /// A hundredth of all walks that score 1 more than others: 300 walks may miss them.
+    #[test]
+    fn an_estimate_that_is_off_tells_of_a_variance_that_was_missed() {
+        let mut pilot = observed(1.0);
+        pilot.correct([1.01 + 2e-3, 1e-3]);
+        // 0.01² · 100/0.01².
+        assert!((pilot.needed / 100.0 - 1.0).abs() < 1e-9, "{pilot:?}");
+        let mut pilot = observed(1.0);
+        pilot.correct([1.01, 0.006]);
+        assert_eq!(pilot.needed, 10.0);
+    }
+}

@@ -29,8 +29,9 @@ const CONFIRM: u64 = 2048;
 /// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
 /// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
 const SHARE: f64 = 0.25;
-/// How many times its own time a pilot must be able to save: about half of them save nothing.
-const PAYS: f64 = 2.0;
+/// How many times its own time a pilot must be able to save, and another setting to take over: about half of them save
+/// nothing.
+pub(super) const PAYS: f64 = 2.0;
 /// The variance of other walks of the same neighbour equation, in the best case, over that of known ones.
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
