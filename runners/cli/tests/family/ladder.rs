@@ -6,6 +6,7 @@
 //! A rung is not walked to its end: few walks tell its variance, more walks those of rungs that may be the best, and a rung
 //! whose set-up alone takes longer than another one is not climbed. Then the best is walked to its end.
 
+use std::collections::VecDeque;
 use std::sync::Mutex;
 
 use fredholm::answer::{Answer, Solved, Walks};
@@ -28,6 +29,9 @@ const DEGREES: [usize; 3] = [0, 2, 4];
 const ABSORPTIONS: [f64; 4] = [0.5, 0.2, 0.05, 0.01];
 /// How many times the predicted walks a rung has before it is given up.
 const MOST_TIMES: f64 = 4.0;
+
+/// Seconds of a set-up, the cells and the degree.
+type Step = (f64, usize, usize);
 
 /// How far the time of so many walks may be off.
 fn doubt(walks: u64) -> f64 {
@@ -230,9 +234,8 @@ impl<'p> Opened<'p> {
         walked.ok()
     }
 
-    /// The rungs that may be the best, after few walks: those whose set-up alone takes longer than the best, or than this
-    /// many seconds, are left out.
-    pub(crate) fn ladder(&self, cells: &[usize], tolerance: Tolerance, most: f64) -> Vec<Rung> {
+    /// The cells and degrees of the ladder, from short set-ups to long ones.
+    pub(crate) fn steps(&self, cells: &[usize]) -> VecDeque<Step> {
         let mut steps = Vec::new();
         for &cells in cells {
             for degree in DEGREES {
@@ -243,22 +246,26 @@ impl<'p> Opened<'p> {
             }
         }
         steps.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut rungs, mut best) = (Vec::new(), most);
-        for (set_up, cells, degree) in steps {
-            if rungs.is_empty() || set_up < best {
-                self.climb(cells, degree, &mut rungs);
-                let seconds = rungs.iter().map(|rung| rung.seconds(tolerance));
-                best = seconds.fold(best, f64::min);
-            }
-        }
-        rungs
+        steps.into()
     }
 
-    /// Walks of the rungs that may be the best until they are known well.
-    pub(crate) fn refine(&self, rungs: &mut [Rung], tolerance: Tolerance) {
+    /// Adds rungs whose set-up alone takes no longer than the best, or than this many seconds, and has walks of the rungs that
+    /// may be the best until they are known well.
+    pub(crate) fn refine(
+        &self,
+        rungs: &mut Vec<Rung>,
+        steps: &mut VecDeque<Step>,
+        (tolerance, most): (Tolerance, f64),
+    ) {
         loop {
             let seconds = |rung: &Rung| rung.seconds(tolerance);
             let best = rungs.iter().map(seconds).fold(f64::INFINITY, f64::min);
+            let is_next = |step: &&Step| rungs.is_empty() || step.0 < best.min(most);
+            if let Some(&(_, cells, degree)) = steps.front().filter(is_next) {
+                steps.pop_front();
+                self.climb(cells, degree, rungs);
+                continue;
+            }
             let may_be_best =
                 |rung: &&mut Rung| rung.told < WALKS[1] && rung.hopeful(tolerance) < best;
             let Some(rung) = rungs.iter_mut().find(may_be_best) else {

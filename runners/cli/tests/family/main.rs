@@ -91,11 +91,11 @@ struct Best {
 
 impl Reference {
     fn new(problem: &Problem, opened: &Opened<'_>) -> Self {
-        let asked = problem.tolerance(problem.error);
-        let mut rungs = opened.ladder(problem.cells, asked, problem.most_seconds);
-        let (mut tolerance, mut is_relaxed) = feasible(problem, &rungs);
+        let (mut rungs, mut steps) = (Vec::new(), opened.steps(problem.cells));
+        let (mut tolerance, mut is_relaxed) = (problem.tolerance(problem.error), false);
         loop {
-            opened.refine(&mut rungs, tolerance);
+            let until = (tolerance, problem.most_seconds);
+            opened.refine(&mut rungs, &mut steps, until);
             let found = feasible(problem, &rungs);
             if found.0 == tolerance {
                 break;
@@ -324,8 +324,8 @@ fn summary(all: &[Ran]) {
     let inside = deviations.iter().filter(|&&z| z <= 1.96).count();
     println!(
         "{done} of {} done, {relaxed} with a larger error than drawn; times over the best of the ladder: median \
-         {median:.2}, most {most:.2} (of measured processor time {measured:.2}, {most_measured:.2}); over the plain default ({defaults}): median {of_default:.2}, most \
-         {most_of_default:.2}; {inside} of {} within 1.96",
+         {median:.2}, most {most:.2} (of measured processor time {measured:.2}, {most_measured:.2}); over the plain \
+         default ({defaults}): median {of_default:.2}, most {most_of_default:.2}; {inside} of {} within 1.96",
         all.len(),
         deviations.len()
     );
