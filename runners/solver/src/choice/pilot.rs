@@ -105,7 +105,7 @@ impl Observed {
         }
     }
 
-    /// The number of walks if large scores were missed.
+    /// The number of walks if cells help less than observed, and if large scores were missed.
     pub(super) fn careful_walks(&self, multiple: f64) -> f64 {
         self.walks(multiple * self.doubt)
     }
