@@ -96,9 +96,9 @@ pub enum Gave {
         /// The tail index of the scores, if there are enough batches for one.
         index: Option<f64>,
     },
-    /// The walks took many times as long as was predicted.
+    /// The more walks, the more of them are needed.
     Unpredicted {
-        /// How many times as long.
+        /// How many times as many as the first walks told.
         times: f64,
     },
     /// Walking tells that it would take this number of seconds more on one thread.
@@ -146,8 +146,8 @@ impl Display for Gave {
             }
             Self::Unpredicted { times } => write!(
                 f,
-                "after {times:.0} times the work that was predicted; few walks missed most of the variance, which may \
-                 be infinite; error bars may mean nothing"
+                "walks tell that it takes {times:.0} times as long as the first of them told; they missed most of the \
+                 variance, which may be infinite; error bars may mean nothing"
             ),
             Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
                 "more walks do not lower the error of the integrals of the source; leave `exact_source` out, or use a \

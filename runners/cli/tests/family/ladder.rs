@@ -1,23 +1,54 @@
 //! A ladder of fixed settings: what a user would try who knows nothing of a problem.
 //!
 //! Times are those that the library predicts of what was counted: set-ups, states, scores. They are a function of the
-//! problem alone, as the choice is, and no machine's load is in them.
+//! problem alone, as the choice is, and no machine's load is in them. Processor seconds are measured beside them.
+//!
+//! A rung is not walked to its end: few walks tell its variance, more walks those of rungs that may be the best, and a rung
+//! whose set-up alone takes longer than another one is not climbed. Then the best is walked to its end.
+
+use std::collections::VecDeque;
+use std::sync::Mutex;
 
 use fredholm::answer::{Answer, Solved, Walks};
-use fredholm::cost::Cost;
+use fredholm::cost::WalkCost;
 use fredholm::model::{Model, Partitioned, Request};
-use fredholm::{Choices, Estimator, Goal, Pairs, Settings, Tolerance, WalkOptions};
+use fredholm::{
+    Choices, Estimator, Goal, Observer, Pairs, Settings, SolveObserver, Tolerance, WalkOptions,
+};
 use fredholm_core::{MIN_BATCHES, Statistics, next_stage};
 use fredholm_file::Resolved;
 
-/// The walks of a rung. The standard deviation that they tell is off by some per cent, where large scores are not rare.
-const WALKS: u64 = 16_384;
+/// The walks of every rung at first, and those of rungs that may be the best. Variances from N scores are believed to
+/// 4/√N, two standard deviations for a kurtosis of 17: to 12 %, and to 3 %.
+const WALKS: [u64; 2] = [1024, 16_384];
+/// The most targets that walks of rungs have: their walks are those of all others, too.
+const TARGETS: usize = 8;
 /// The degrees of the ladder.
 const DEGREES: [usize; 3] = [0, 2, 4];
 /// The values of q0 of the ladder. Those below 0.2 are for what has no finite variance with shorter walks.
 const ABSORPTIONS: [f64; 4] = [0.5, 0.2, 0.05, 0.01];
 /// How many times the predicted walks a rung has before it is given up.
 const MOST_TIMES: f64 = 4.0;
+
+/// Seconds of a set-up, the cells and the degree.
+type Step = (f64, usize, usize);
+
+/// How far the time of so many walks may be off.
+fn doubt(walks: u64) -> f64 {
+    4.0 / (walks as f64).sqrt()
+}
+
+/// Processor seconds of this thread; nothing is asserted of them.
+#[cfg(unix)]
+pub(crate) fn processor() -> f64 {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+#[cfg(not(unix))]
+pub(crate) fn processor() -> f64 {
+    f64::NAN
+}
 
 /// A fixed setting, and what few walks tell of it.
 #[derive(Clone, Debug)]
@@ -31,8 +62,13 @@ pub(crate) struct Rung {
     set_up: f64,
     /// Seconds of a walk.
     walk: f64,
-    /// The standard deviation and the estimate of every target.
+    /// Processor seconds of both, as they were measured.
+    measured: [f64; 2],
+    /// The walks of a target that tell this.
+    told: u64,
+    /// The standard deviation and the estimate of targets, each of which stands for so many.
     targets: Vec<[f64; 2]>,
+    weight: f64,
 }
 
 impl Rung {
@@ -64,13 +100,24 @@ impl Rung {
 
     /// Seconds to a tolerance.
     pub(crate) fn seconds(&self, tolerance: Tolerance) -> f64 {
-        self.set_up + self.walk * self.walks(tolerance).sum::<f64>()
+        self.set_up + self.walk * self.all_walks(tolerance)
     }
 
-    /// Seconds of these walks.
-    pub(crate) fn seconds_of(&self, all: &[Statistics]) -> f64 {
+    fn all_walks(&self, tolerance: Tolerance) -> f64 {
+        self.weight * self.walks(tolerance).sum::<f64>()
+    }
+
+    /// Seconds, and measured ones of the processor, if targets have these walks.
+    pub(crate) fn seconds_of(&self, all: &[Statistics]) -> [f64; 2] {
         let walks: u64 = all.iter().map(Statistics::walks).sum();
-        self.set_up + self.walk * walks as f64
+        let walks = self.weight * walks as f64;
+        let [set_up, walk] = self.measured;
+        [self.set_up + self.walk * walks, set_up + walk * walks]
+    }
+
+    /// Seconds to a tolerance, if they are less than walks tell by as much as they may be wrong.
+    fn hopeful(&self, tolerance: Tolerance) -> f64 {
+        self.seconds(tolerance) * (1.0 - doubt(self.told))
     }
 
     fn settings(&self, settings: &Settings) -> Settings {
@@ -98,9 +145,9 @@ impl Rung {
         let cells = problem.model.partition(&settings.discretisation()).ok()?;
         let walk = settings.walk_options();
         let answer = if self.plain {
-            problem.plain(&*cells, &walk)
+            problem.plain(&*cells, &walk, &())
         } else {
-            problem.solved(&Solved::new(&*cells, self.absorption).ok()?, &walk)
+            problem.solved(&Solved::new(&*cells, self.absorption).ok()?, &walk, &())
         };
         let all = answer?.outcome.statistics;
         let mut each = all.iter();
@@ -126,16 +173,26 @@ pub(crate) struct Opened<'p> {
     pub(crate) model: &'p dyn Model,
     pub(crate) settings: &'p Settings,
     pub(crate) goals: Vec<Goal>,
+    /// Some of the goals, evenly chosen, and the number of goals that each stands for.
+    few: Vec<Goal>,
+    weight: f64,
 }
 
 impl<'p> Opened<'p> {
     /// The goals of a problem.
     pub(crate) fn new(resolved: &'p Resolved) -> Self {
         let model = resolved.model.model();
+        let targets = &resolved.targets;
+        let kept = targets.len().min(TARGETS);
+        let few: Vec<_> = (0..kept)
+            .map(|i| targets[i * targets.len() / kept].clone())
+            .collect();
         Self {
             model,
             settings: &resolved.settings,
-            goals: fredholm::goals(model, &resolved.targets).unwrap(),
+            goals: fredholm::goals(model, targets).unwrap(),
+            few: fredholm::goals(model, &few).unwrap(),
+            weight: targets.len() as f64 / kept as f64,
         }
     }
 
@@ -149,57 +206,125 @@ impl<'p> Opened<'p> {
 
     fn request<'a>(&'a self, walk: &'a WalkOptions) -> Request<'a> {
         Request {
-            goals: &self.goals,
+            goals: &self.few,
             walk,
             only_u: false,
         }
     }
 
-    fn plain(&self, cells: &dyn Partitioned<'_>, walk: &WalkOptions) -> Option<Answer> {
+    fn plain(
+        &self,
+        cells: &dyn Partitioned<'_>,
+        walk: &WalkOptions,
+        watch: &dyn SolveObserver,
+    ) -> Option<Answer> {
         cells.check_variance(walk).ok()?;
-        let walked = self.walks().plain(cells, &self.request(walk), &());
+        let walked = self.walks().plain(cells, &self.request(walk), watch);
         walked.ok()
     }
 
-    fn solved(&self, solved: &Solved<'_>, walk: &WalkOptions) -> Option<Answer> {
+    fn solved(
+        &self,
+        solved: &Solved<'_>,
+        walk: &WalkOptions,
+        watch: &dyn SolveObserver,
+    ) -> Option<Answer> {
         solved.system.check_variance(walk).ok()?;
-        let walked = solved.walk(&self.walks(), &self.request(walk), &());
+        let walked = solved.walk(&self.walks(), &self.request(walk), watch);
         walked.ok()
     }
 
-    /// All rungs that the problem takes.
-    pub(crate) fn ladder(&self, cells: &[usize]) -> Vec<Rung> {
-        let mut rungs = Vec::new();
+    /// The cells and degrees of the ladder, from short set-ups to long ones.
+    pub(crate) fn steps(&self, cells: &[usize]) -> VecDeque<Step> {
+        let mut steps = Vec::new();
         for &cells in cells {
             for degree in DEGREES {
-                self.climb(cells, degree, &mut rungs);
+                let settings = self.on(cells, degree);
+                if let Ok(cut) = self.model.partition(&settings.discretisation()) {
+                    steps.push((cut.cost(Pairs::Default).setup, cells, degree));
+                }
             }
         }
-        rungs
+        steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+        steps.into()
     }
 
-    /// What a user takes who knows nothing: so many cells of degree 4, and everything else as it is by default.
-    pub(crate) fn plain_default(&self, cells: usize) -> Option<Rung> {
-        let mut settings = self.settings.clone();
-        settings.cells = Some(cells);
-        settings.degree = Some(4);
+    /// Adds rungs whose set-up alone takes no longer than the best, or than this many seconds, and has walks of the rungs that
+    /// may be the best until they are known well.
+    pub(crate) fn refine(
+        &self,
+        rungs: &mut Vec<Rung>,
+        steps: &mut VecDeque<Step>,
+        (tolerance, most): (Tolerance, f64),
+    ) {
+        loop {
+            let seconds = |rung: &Rung| rung.seconds(tolerance);
+            let best = rungs.iter().map(seconds).fold(f64::INFINITY, f64::min);
+            let is_next = |step: &&Step| rungs.is_empty() || step.0 < best.min(most);
+            if let Some(&(_, cells, degree)) = steps.front().filter(is_next) {
+                steps.pop_front();
+                self.climb(cells, degree, rungs);
+                continue;
+            }
+            let may_be_best =
+                |rung: &&mut Rung| rung.told < WALKS[1] && rung.hopeful(tolerance) < best;
+            let Some(rung) = rungs.iter_mut().find(may_be_best) else {
+                return;
+            };
+            let again = self.walk_again(rung);
+            // A variance that more walks find infinite ends a rung.
+            *rung = again.unwrap_or_else(|| Rung {
+                told: WALKS[1],
+                set_up: f64::INFINITY,
+                ..rung.clone()
+            });
+        }
+    }
+
+    fn walk_again(&self, rung: &Rung) -> Option<Rung> {
+        let settings = rung.settings(self.settings);
         let cut = self.model.partition(&settings.discretisation()).ok()?;
-        let mut walk = settings.walk_options();
-        walk.walks = WALKS;
-        walk.tolerance = None;
-        let answer = self.solved(&Solved::new(&*cut, walk.absorption).ok()?, &walk)?;
-        Some(rung(&answer, &cut.cost(walk.pairs), cells, 4, &walk, false))
+        let walk = WalkOptions {
+            walks: WALKS[1],
+            tolerance: None,
+            ..settings.walk_options()
+        };
+        if rung.plain {
+            return self.plain_rung(&*cut, rung.cells, &walk);
+        }
+        let (solved, set_up) = timed(|| Solved::new(&*cut, rung.absorption).ok());
+        let system = (rung.cells, rung.degree, &solved?, set_up);
+        self.solved_rung(&*cut, system, &walk)
+    }
+
+    /// What a user takes who knows nothing: this number of cells of degree 4, and everything else as it is by default.
+    pub(crate) fn plain_default(&self, cells: usize) -> Option<Rung> {
+        let settings = self.on(cells, 4);
+        let cut = self.model.partition(&settings.discretisation()).ok()?;
+        let walk = WalkOptions {
+            walks: WALKS[1],
+            tolerance: None,
+            ..settings.walk_options()
+        };
+        let (solved, set_up) = timed(|| Solved::new(&*cut, walk.absorption).ok());
+        self.solved_rung(&*cut, (cells, 4, &solved?, set_up), &walk)
+    }
+
+    fn on(&self, cells: usize, degree: usize) -> Settings {
+        Settings {
+            cells: Some(cells),
+            degree: Some(degree),
+            ..self.settings.clone()
+        }
     }
 
     /// The rungs on these cells with this degree.
     fn climb(&self, cells: usize, degree: usize, rungs: &mut Vec<Rung>) {
-        let mut settings = self.settings.clone();
-        settings.cells = Some(cells);
-        settings.degree = Some(degree);
+        let settings = self.on(cells, degree);
         let Ok(cut) = self.model.partition(&settings.discretisation()) else {
             return;
         };
-        let solved = Solved::new(&*cut, 0.5).ok();
+        let (solved, set_up) = timed(|| Solved::new(&*cut, 0.5).ok());
         let mut found = false;
         for absorption in ABSORPTIONS {
             if found && absorption < 0.2 {
@@ -207,64 +332,119 @@ impl<'p> Opened<'p> {
             }
             let mut walk = settings.walk_options();
             walk.absorption = absorption;
-            walk.walks = WALKS;
+            walk.walks = WALKS[0];
             walk.tolerance = None;
+            let before = rungs.len();
             // Plain walks are the same on all cells.
-            if degree == 0
-                && let Some(answer) = self.plain(&*cut, &walk)
-            {
-                rungs.push(rung(
-                    &answer,
-                    &cut.cost(walk.pairs),
-                    cells,
-                    degree,
-                    &walk,
-                    true,
-                ));
-                found = true;
+            if degree == 0 {
+                rungs.extend(self.plain_rung(&*cut, cells, &walk));
             }
             for pairs in [Pairs::Default, Pairs::Pointwise] {
                 walk.pairs = pairs;
-                if self.model.check(&settings.discretisation(), pairs).is_err() {
-                    continue;
-                }
-                let answer = solved
-                    .as_ref()
-                    .and_then(|solved| self.solved(solved, &walk));
-                if let Some(answer) = answer {
-                    rungs.push(rung(&answer, &cut.cost(pairs), cells, degree, &walk, false));
-                    found = true;
+                if let Some(solved) = &solved
+                    && self.model.check(&settings.discretisation(), pairs).is_ok()
+                {
+                    let system = (cells, degree, solved, set_up);
+                    rungs.extend(self.solved_rung(&*cut, system, &walk));
                 }
             }
+            found |= rungs.len() > before;
+        }
+    }
+
+    fn plain_rung(
+        &self,
+        cut: &dyn Partitioned<'_>,
+        cells: usize,
+        walk: &WalkOptions,
+    ) -> Option<Rung> {
+        let clock = Clock::default();
+        let answer = self.plain(cut, walk, &clock)?;
+        let cost = cut.cost(walk.pairs);
+        let each = (cost.plain, 0.0);
+        Some(self.rung(&answer, (true, cells, 0, walk), each, clock.seconds()))
+    }
+
+    /// The rung of a system on cells of a degree, which took so many seconds.
+    fn solved_rung(
+        &self,
+        cut: &dyn Partitioned<'_>,
+        (cells, degree, solved, seconds): (usize, usize, &Solved<'_>, f64),
+        walk: &WalkOptions,
+    ) -> Option<Rung> {
+        let clock = Clock::default();
+        let answer = self.solved(solved, walk, &clock)?;
+        let cost = cut.cost(walk.pairs);
+        let [set_up, walks] = clock.seconds();
+        let measured = [seconds + set_up, walks];
+        let each = (cost.walk, cost.setup);
+        Some(self.rung(&answer, (false, cells, degree, walk), each, measured))
+    }
+
+    /// The rung of an answer that took these processor seconds for the set-up and the walks.
+    fn rung(
+        &self,
+        answer: &Answer,
+        (plain, cells, degree, walk): (bool, usize, usize, &WalkOptions),
+        (each, set_up): (WalkCost, f64),
+        [measured, measured_walks]: [f64; 2],
+    ) -> Rung {
+        let all = &answer.outcome.statistics;
+        let of = |count: fn(&Statistics) -> u64| all.iter().map(count).sum::<u64>() as f64;
+        let walks = of(Statistics::walks);
+        let states = of(Statistics::states) / walks;
+        let found = |statistics: &Statistics| {
+            let found = statistics.preconditioned();
+            [found.std_dev.unwrap_or(f64::INFINITY), found.estimate]
+        };
+        Rung {
+            plain,
+            cells,
+            degree,
+            pairs: walk.pairs,
+            absorption: walk.absorption,
+            set_up,
+            walk: each.seconds(walk.estimator, states, answer.pointwise),
+            measured: [measured, measured_walks / walks],
+            told: walk.walks,
+            targets: all.iter().map(found).collect(),
+            weight: self.weight,
         }
     }
 }
 
-/// The rung of this answer.
-fn rung(
-    answer: &Answer,
-    cost: &Cost,
-    cells: usize,
-    degree: usize,
-    walk: &WalkOptions,
-    plain: bool,
-) -> Rung {
-    let all = &answer.outcome.statistics;
-    let of = |count: fn(&Statistics) -> u64| all.iter().map(count).sum::<u64>() as f64;
-    let states = of(Statistics::states) / of(Statistics::walks);
-    let found = |statistics: &Statistics| {
-        let found = statistics.preconditioned();
-        [found.std_dev.unwrap_or(f64::INFINITY), found.estimate]
-    };
-    let of_walk = if plain { cost.plain } else { cost.walk };
-    Rung {
-        plain,
-        cells,
-        degree,
-        pairs: walk.pairs,
-        absorption: walk.absorption,
-        set_up: if plain { 0.0 } else { cost.setup },
-        walk: of_walk.seconds(walk.estimator, states, answer.pointwise),
-        targets: all.iter().map(found).collect(),
+/// A result, and the processor seconds that it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let begun = processor();
+    (work(), processor() - begun)
+}
+
+/// Processor seconds until walks began, and after that.
+struct Clock {
+    begun: f64,
+    walking: Mutex<f64>,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self {
+            begun: processor(),
+            walking: Mutex::new(f64::NAN),
+        }
+    }
+}
+
+impl Clock {
+    fn seconds(&self) -> [f64; 2] {
+        let walking = *self.walking.lock().unwrap();
+        [walking - self.begun, processor() - walking]
+    }
+}
+
+impl Observer for Clock {}
+
+impl SolveObserver for Clock {
+    fn walking(&self) {
+        *self.walking.lock().unwrap() = processor();
     }
 }

@@ -8,7 +8,6 @@ mod ladder;
 mod problems;
 
 use core::fmt::Write as _;
-use std::time::Instant;
 
 use fredholm::answer::Answer;
 use fredholm::choice::Chosen;
@@ -17,18 +16,16 @@ use fredholm::{Choices, Error, Tolerance};
 use fredholm_core::{Statistics, StopReason};
 
 use ladder::{Opened, Rung};
-use problems::{Problem, Random};
+use problems::{MOST_ERROR, Problem, Random};
 
 /// Problems that were looked at when the choice was made, and others.
 const SEEN: u64 = 1;
-const UNSEEN: u64 = 3;
+const UNSEEN: u64 = 7;
 
 /// The problems of a half in a day's share, and in all.
 const FEW: u64 = 3;
 const ALL: u64 = 250;
 
-/// Seconds that the best of the ladder may take: the error of a problem that takes longer is made larger.
-const MOST_SECONDS: f64 = 20.0;
 /// The time of the choice is at most so many times that of the best of the ladder.
 const MOST_TIMES: f64 = 4.0;
 /// Seconds that are lost in any case: some pilots of some hundred walks.
@@ -54,12 +51,15 @@ fn run(seed: u64) {
     };
     let each = number("FREDHOLM_EACH").unwrap_or(1);
     let first = number("FREDHOLM_FIRST").unwrap_or(0);
+    // One thread: its clock is that of the work.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let pool = pool.build().unwrap();
     let mut random = Random(seed);
     let mut all = Vec::new();
     for number in 0..count {
         let problem = Problem::new(&mut random, 1000 * seed + number, long.is_some());
         if number % each == first {
-            let ran = ran(&problem);
+            let ran = pool.install(|| ran(&problem));
             println!("{seed}.{number} {}", ran.text);
             all.push(ran);
         }
@@ -83,19 +83,30 @@ struct Reference {
 struct Best {
     name: String,
     seconds: f64,
+    /// Processor seconds.
+    measured: f64,
     /// The estimate of the first target, and its standard error.
     found: [f64; 2],
 }
 
 impl Reference {
     fn new(problem: &Problem, opened: &Opened<'_>) -> Self {
-        let rungs = opened.ladder(problem.cells);
-        let (tolerance, is_relaxed) = feasible(problem, &rungs);
+        let (mut rungs, mut steps) = (Vec::new(), opened.steps(problem.cells));
+        let (mut tolerance, mut is_relaxed) = (problem.tolerance(problem.error), false);
+        loop {
+            let until = (tolerance, problem.most_seconds);
+            opened.refine(&mut rungs, &mut steps, until);
+            let found = feasible(problem, &rungs);
+            if found.0 == tolerance {
+                break;
+            }
+            (tolerance, is_relaxed) = found;
+        }
         let default = opened.plain_default(problem.default);
         Self {
             tolerance,
             is_relaxed,
-            best: best(&rungs, opened, tolerance),
+            best: best(&rungs, problem, opened, tolerance),
             default: default.map(|rung| rung.seconds(tolerance)),
         }
     }
@@ -107,6 +118,8 @@ struct Ran {
     is_relaxed: bool,
     /// The time over that of the best of the ladder, if both came to an end.
     ratio: Option<f64>,
+    /// Processor seconds over those of the best of the ladder.
+    measured: Option<f64>,
     /// The time over that of the plain default.
     of_default: Option<f64>,
     /// The difference of both estimates in standard errors.
@@ -124,7 +137,7 @@ fn ran(problem: &Problem) -> Ran {
     let mut settings = opened.settings.clone();
     settings.tolerance = Some(tolerance);
     opened.settings = &settings;
-    let start = Instant::now();
+    let start = ladder::processor();
     let goals = &opened.goals;
     let solved = fredholm::choice::solve(
         opened.model,
@@ -133,11 +146,12 @@ fn ran(problem: &Problem) -> Ran {
         &settings,
         (&(), &OnThreads),
     );
-    let measured = start.elapsed().as_secs_f64();
+    let measured = ladder::processor() - start;
     let mut ran = Ran {
         text: format!("{}, {tolerance:?}: ", problem.name),
         is_relaxed: reference.is_relaxed,
         ratio: None,
+        measured: None,
         of_default: None,
         z: None,
     };
@@ -166,11 +180,13 @@ fn ran(problem: &Problem) -> Ran {
                 let times = times(best.seconds);
                 write!(
                     text,
-                    ", {times:.2} times {:.4} s of {}",
-                    best.seconds, best.name
+                    ", {times:.2} times {:.4} s ({:.4}) of {}",
+                    best.seconds, best.measured, best.name
                 )
                 .unwrap();
                 ran.ratio = is_done.then_some(times);
+                let measured = measured / (best.measured + LEAST_SECONDS);
+                ran.measured = (is_done && measured.is_finite()).then_some(measured);
                 let found = &answer.outcome.statistics[0];
                 ran.z = deviation(found, best.found, answer.floors[0]);
             }
@@ -194,34 +210,38 @@ fn ran(problem: &Problem) -> Ran {
 fn feasible(problem: &Problem, rungs: &[Rung]) -> (Tolerance, bool) {
     let mut error = problem.error;
     loop {
-        let tolerance = if problem.relative {
-            Tolerance::Relative(error)
-        } else {
-            Tolerance::Absolute(error)
-        };
+        let tolerance = problem.tolerance(error);
         let soon = rungs
             .iter()
-            .any(|rung| rung.seconds(tolerance) < MOST_SECONDS);
-        if soon || error > 1.0 {
+            .any(|rung| rung.seconds(tolerance) < problem.most_seconds);
+        if soon || error >= MOST_ERROR {
             return (tolerance, error > problem.error);
         }
-        error *= 1.5;
+        error = (1.5 * error).min(MOST_ERROR);
     }
 }
 
 /// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many.
-fn best(rungs: &[Rung], problem: &Opened<'_>, tolerance: Tolerance) -> Option<Best> {
+fn best(
+    rungs: &[Rung],
+    problem: &Problem,
+    opened: &Opened<'_>,
+    tolerance: Tolerance,
+) -> Option<Best> {
     let mut sorted: Vec<&Rung> = rungs.iter().collect();
     sorted.sort_by(|a, b| a.seconds(tolerance).total_cmp(&b.seconds(tolerance)));
+    let soon = sorted.first()?.seconds(tolerance).max(problem.most_seconds);
     let mut soon = sorted
         .into_iter()
-        .filter(|rung| rung.seconds(tolerance) < 2.0 * MOST_SECONDS);
+        .filter(|rung| rung.seconds(tolerance) <= 2.0 * soon);
     soon.find_map(|rung| {
-        let walked = rung.run(problem, tolerance)?;
+        let walked = rung.run(opened, tolerance)?;
         let found = walked.first()?.preconditioned();
+        let [seconds, measured] = rung.seconds_of(&walked);
         Some(Best {
             name: rung.name(),
-            seconds: rung.seconds_of(&walked),
+            seconds,
+            measured,
             found: [found.estimate, found.std_error?],
         })
     })
@@ -298,13 +318,14 @@ fn summary(all: &[Ran]) {
     let relaxed = all.iter().filter(|ran| ran.is_relaxed).count();
     let [median, most] = median_and_most(all.iter().map(|ran| ran.ratio));
     let [of_default, most_of_default] = median_and_most(all.iter().map(|ran| ran.of_default));
+    let [measured, most_measured] = median_and_most(all.iter().map(|ran| ran.measured));
     let defaults = all.iter().filter(|ran| ran.of_default.is_some()).count();
     let deviations: Vec<f64> = all.iter().filter_map(|ran| ran.z).collect();
     let inside = deviations.iter().filter(|&&z| z <= 1.96).count();
     println!(
         "{done} of {} done, {relaxed} with a larger error than drawn; times over the best of the ladder: median \
-         {median:.2}, most {most:.2}; over the plain default ({defaults}): median {of_default:.2}, most \
-         {most_of_default:.2}; {inside} of {} within 1.96",
+         {median:.2}, most {most:.2} (of measured processor time {measured:.2}, {most_measured:.2}); over the plain \
+         default ({defaults}): median {of_default:.2}, most {most_of_default:.2}; {inside} of {} within 1.96",
         all.len(),
         deviations.len()
     );

@@ -1,5 +1,7 @@
 //! Random problems: a grammar of kernels and sources, circles and rooms, errors from coarse to fine.
 
+use fredholm::Tolerance;
+
 /// Numbers that look random: splitmix64.
 pub(crate) struct Random(pub(crate) u64);
 
@@ -31,6 +33,8 @@ pub(crate) struct Problem {
     pub(crate) error: f64,
     /// Whether it is in multiples of u.
     pub(crate) relative: bool,
+    /// Seconds that the best of the ladder may take: the error of a problem that takes longer is made larger.
+    pub(crate) most_seconds: f64,
     /// Cells of the ladder.
     pub(crate) cells: &'static [usize],
     /// Cells of the plain default.
@@ -41,7 +45,7 @@ impl Problem {
     /// The next problem.
     pub(crate) fn new(random: &mut Random, number: u64, long: bool) -> Self {
         let least = if long { -10.0 } else { -6.0 };
-        let error = 10_f64.powf(random.between(least, -2.0));
+        let error = 10_f64.powf(random.between(least, MOST_ERROR.log10()));
         let relative = random.next().is_multiple_of(2);
         let (name, text, (cells, default), at) = match random.next() % 5 {
             0 => circle(random),
@@ -54,15 +58,34 @@ impl Problem {
             text,
             error,
             relative,
+            most_seconds: most_seconds(number),
             cells,
             default,
         }
     }
+
+    /// A standard error as the problem asks for it.
+    pub(crate) fn tolerance(&self, error: f64) -> Tolerance {
+        if self.relative {
+            Tolerance::Relative(error)
+        } else {
+            Tolerance::Absolute(error)
+        }
+    }
 }
+
+/// The largest error, to which no other one is made larger: with many targets the least number of walks takes a second.
+pub(crate) const MOST_ERROR: f64 = 1e-2;
 
 /// The name, the file, the cells of the ladder and of the default, and a target at a place from 0 to 1.
 type Drawn = (String, String, Cells, fn(f64) -> String);
 type Cells = (&'static [usize], usize);
+
+/// From a fifth of a second to twenty, of a stream of their own: all problems together take half an hour, and some of them
+/// are long.
+fn most_seconds(number: u64) -> f64 {
+    20.0 * 10_f64.powf(Random(!number).between(-2.0, 0.0))
+}
 
 /// One problem in four has 1 to 49 targets more, whose places are of a stream of their own.
 fn with_more_targets(text: String, number: u64, at: fn(f64) -> String) -> (usize, String) {

@@ -24,10 +24,10 @@ const TIMES: f64 = 6.0;
 const BOX: f64 = 50e-9;
 /// The sweeps of a solution whose size alone matters.
 const FEW_SWEEPS: f64 = 5.0;
-/// The number of points in which the size of F is looked for, and the steps between them, whose multiples are spread over
-/// [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
+/// The number of points in which the size of F is looked for.
 const POINTS: u32 = 1000;
-const STEPS: [f64; 6] = [
+/// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
+pub(super) const STEPS: [f64; 6] = [
     0.414_213_562,
     0.732_050_808,
     0.236_067_977,

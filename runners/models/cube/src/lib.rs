@@ -15,6 +15,7 @@ mod nystrom;
 mod regions;
 mod shapes;
 mod singular;
+mod spikes;
 mod system;
 mod table;
 mod whole;
@@ -380,7 +381,7 @@ impl<'m> CubePartition<'m> {
             fill(&mut entries, n, &|i, row| cube.fill_row(rule, i, row))?;
             let dense = Dense::new(&entries, n, 1);
             let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
-            Ok(absolute_radius(&dense)?)
+            Ok(absolute_radius(&dense)?.max(spikes::squared_radius(square)))
         })
     }
 

@@ -6,7 +6,7 @@ use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
 use super::family::Prediction;
-use super::search::Search;
+use super::search::{PAYS, Search};
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
 use crate::answer::{Gave, SolveObserver, Staged};
@@ -14,12 +14,8 @@ use crate::answer::{Gave, SolveObserver, Staged};
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
 const WRONG: f64 = 4.0;
-/// How many times as long as another setting this one must take for the walks so far to be given up.
-const WORTH: f64 = 2.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
-/// How many times as long as was predicted when the walks began is the end.
-const MOST_TIMES: f64 = 100.0;
 
 /// Watches walks of a setting, and looks for another one with what they tell.
 pub(super) struct Course<'a, 'm> {
@@ -36,6 +32,8 @@ struct State<'a, 'm> {
     predicted: Prediction,
     /// The number of walks of a target before which no look is due.
     look: f64,
+    /// Seconds of all walks, as they told at the first look.
+    told: Option<f64>,
     end: Option<End>,
 }
 
@@ -65,6 +63,7 @@ impl<'a, 'm> Course<'a, 'm> {
                 search,
                 predicted,
                 look: 0.0,
+                told: None,
                 end: None,
             }),
         }
@@ -106,15 +105,6 @@ impl<'a, 'm> Course<'a, 'm> {
 }
 
 impl State<'_, '_> {
-    /// The end if everything so far took many times as long as was predicted, and as many walks are left as take longer.
-    fn unpredicted(&self, walked: f64, left: f64) -> Option<End> {
-        let seconds = self.search.work() + walked;
-        let times = seconds / self.search.expected;
-        // What is nearly done is done.
-        (times > MOST_TIMES && seconds > LONG_SECONDS && left > seconds)
-            .then_some(End::Gave(Gave::Unpredicted { times }))
-    }
-
     /// Looks whether to go on. `is_known`: the tolerance does not depend on the noise of an estimate.
     fn look(&mut self, statistics: &[Statistics], walked: f64, is_known: bool) -> Option<End> {
         let setting = self.predicted.setting;
@@ -127,15 +117,19 @@ impl State<'_, '_> {
         let price = self.search.price(&best);
         let is_tried = best.pilot_walks >= self.search.enough(&best, walked, walks);
         let is_other = best.setting != setting && is_known;
+        let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
-        if !is_other || !is_tried || WORTH * price >= left {
-            return None;
+        if is_other && is_tried && PAYS * price < left {
+            self.search.walked += walked;
+            return Some(End::Other);
         }
-        self.search.walked += walked;
-        Some(End::Other)
+        // What is nearly done is done.
+        let times = now.walking / told;
+        (is_known && times > WRONG && left > walked.max(LONG_SECONDS))
+            .then_some(End::Gave(Gave::Unpredicted { times }))
     }
 }
 
@@ -183,12 +177,9 @@ impl SolveObserver for Course<'_, '_> {
             let each = state.predicted.seconds_per_walk;
             let all: u64 = statistics.iter().map(Statistics::walks).sum();
             let walked = all as f64 * each;
-            let left = (needed - walks).max(0.0) * open.len() as f64 * each;
-            state.end = if open.iter().all(is_rounded) {
-                Some(End::Gave(Gave::Rounding))
-            } else {
-                state.unpredicted(walked, left)
-            };
+            if open.iter().all(is_rounded) {
+                state.end = Some(End::Gave(Gave::Rounding));
+            }
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {
                 state.look = 2.0 * walks;

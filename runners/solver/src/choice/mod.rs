@@ -79,7 +79,7 @@ pub fn choose<'m>(
 
 /// Chooses what the settings leave open, if they give a tolerance and no cells, and walks until the tolerance is reached.
 /// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
-/// without the tolerance where rounding leaves more, where a hundred times as many walks as predicted were not enough,
+/// without the tolerance where rounding leaves more, where walks tell of ever more walks,
 /// or where more than an hour is left, unless the settings have a number of walks or a time limit
 /// ([`Answer::gave_up`]).
 ///
@@ -104,7 +104,6 @@ pub fn solve<'m>(
             (Err(why), Some(last)) => return ended(last, why).map(Some),
             (next, _) => next?,
         };
-        search.expected = search.work() + best.seconds();
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
         let request = Request {

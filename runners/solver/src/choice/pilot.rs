@@ -17,12 +17,18 @@ const RARE: f64 = 4.0;
 /// How far few walks may be from the true variance: that of N walks that scored may be 1 + DOUBT/√N times as large, or as
 /// small. Its standard deviation is √(κ − 1)/√N with the kurtosis κ of the scores, which is 3 of a normal distribution.
 const DOUBT: f64 = 4.0;
+/// N walks that miss something tell, at 95 %, that fewer than 3/N of all walks meet it.
+const MISSED: f64 = 3.0;
+/// Standard errors beyond which two estimates are no longer of one number, at 95 %.
+const SURE: f64 = 2.0;
 
 /// Few of the targets, and the number of targets that each of them stands for.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     pub(super) goals: Vec<Goal>,
     pub(super) weights: Vec<f64>,
+    /// The numbers of the targets among those of the answer, unless points of a grid are left out.
+    numbers: Option<Vec<usize>>,
 }
 
 impl Sample {
@@ -30,8 +36,10 @@ impl Sample {
     pub(super) fn new(model: &dyn Model, targets: &[Target]) -> Result<Self, Error> {
         let count = targets.len();
         let kept = count.min(TARGETS);
-        let mut few: Vec<Target> = (0..kept)
-            .filter_map(|i| targets.get(i * count / kept).cloned())
+        let numbers: Vec<usize> = (0..kept).map(|i| i * count / kept).collect();
+        let mut few: Vec<Target> = numbers
+            .iter()
+            .filter_map(|&i| targets.get(i).cloned())
             .collect();
         let share = count as f64 / kept as f64;
         let mut weights = Vec::new();
@@ -45,9 +53,16 @@ impl Sample {
             *points = fewer;
         }
         Ok(Self {
+            numbers: (weights.len() == kept).then_some(numbers),
             goals: goals(model, &few)?,
             weights,
         })
+    }
+
+    /// These of the statistics of all targets.
+    pub(super) fn of<'a>(&self, all: &'a [Statistics]) -> Vec<&'a Statistics> {
+        let numbers = self.numbers.iter().flatten();
+        numbers.filter_map(|&i| all.get(i)).collect()
     }
 }
 
@@ -58,6 +73,11 @@ pub(super) struct Observed {
     pub(super) weight: f64,
     /// Var/E²: the number of walks that the target takes.
     needed: f64,
+    /// The estimate and the number of walks behind it.
+    estimate: f64,
+    walks: f64,
+    /// E.
+    bound: f64,
     /// The part of E² that the error of (v, Φ) takes, which no walks lower.
     taken: f64,
     /// The number of walks until enough have scored for an error to be believed.
@@ -73,6 +93,16 @@ impl Observed {
             return f64::INFINITY;
         }
         (multiple * self.needed / (1.0 - self.taken)).max(self.believed)
+    }
+
+    /// Corrects the variance by an estimate of more walks, and its standard error: if few walks missed by so much, then
+    /// scores that they did not meet, whose share is below [`MISSED`]/N, have at least the square of that over the share.
+    fn correct(&mut self, [estimate, error]: [f64; 2]) {
+        let missed = (self.estimate - estimate).abs() - SURE * error;
+        if missed > 0.0 {
+            let variance = missed.powi(2) * self.walks / MISSED;
+            self.needed = self.needed.max(variance / self.bound.powi(2));
+        }
     }
 
     /// The number of walks if cells help less than observed, and if large scores were missed.
@@ -106,10 +136,34 @@ pub(super) struct Walked<'a> {
     pub(super) rare: f64,
 }
 
+/// The estimates of the most walks so far, and their standard errors: u is the same in all settings.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    walks: u64,
+    targets: Vec<[f64; 2]>,
+}
+
+impl Known {
+    /// Learns from statistics of the targets of pilots, if they have more walks.
+    pub(super) fn learn(&mut self, all: &[&Statistics]) {
+        let walks = all.iter().map(|of| of.walks()).max().unwrap_or(0);
+        if walks > self.walks {
+            self.walks = walks;
+            let of = |of: &&Statistics| {
+                let found = of.preconditioned();
+                [found.estimate, found.std_error.unwrap_or(f64::INFINITY)]
+            };
+            self.targets = all.iter().map(of).collect();
+        }
+    }
+}
+
 /// What few walks found.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
     pub(super) setting: Setting,
+    /// Whether its targets are those of all pilots, and not those of the answer.
+    is_sampled: bool,
     pub(super) targets: Vec<Observed>,
     /// The number of walks of all targets.
     pub(super) walks: u64,
@@ -149,6 +203,9 @@ impl Pilot {
             Observed {
                 weight,
                 needed: variance / bound.powi(2),
+                estimate: found.estimate,
+                walks,
+                bound,
                 taken: match walked.of_moments {
                     Some(part) => part * part,
                     None => (statistics.control_error() / bound).powi(2),
@@ -164,6 +221,7 @@ impl Pilot {
         let states: u64 = all().map(|of| of.states()).sum();
         Self {
             setting: walked.setting,
+            is_sampled: !walked.weights.is_empty(),
             targets: all().zip(weights).map(of).collect(),
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),
@@ -181,14 +239,17 @@ impl Pilot {
             states: self.states * self.setting.absorption / setting.absorption,
             ..self.clone()
         };
-        other.multiply(multiple);
+        for target in &mut other.targets {
+            target.needed *= multiple;
+        }
         other
     }
 
-    /// Corrects the variance by a factor.
-    pub(super) fn multiply(&mut self, times: f64) {
-        for observed in &mut self.targets {
-            observed.needed *= times;
+    /// Corrects the variances by estimates of more walks.
+    pub(super) fn correct(&mut self, known: &Known) {
+        if self.is_sampled && self.walks_each < known.walks {
+            let all = self.targets.iter_mut().zip(&known.targets);
+            all.for_each(|(target, &known)| target.correct(known));
         }
     }
 
@@ -201,5 +262,35 @@ impl Pilot {
     pub(super) fn pairs(&self, unknowns: f64) -> PointwisePairs {
         self.pointwise
             .on(self.setting.pairs, unknowns / self.unknowns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Observed;
+
+    fn observed(estimate: f64) -> Observed {
+        Observed {
+            weight: 1.0,
+            needed: 10.0,
+            estimate,
+            walks: 300.0,
+            bound: 0.01,
+            taken: 0.0,
+            believed: 0.0,
+            doubt: 1.0,
+        }
+    }
+
+    /// A hundredth of all walks that score 1 more than others: 300 walks may miss them.
+    #[test]
+    fn an_estimate_that_is_off_tells_of_a_variance_that_was_missed() {
+        let mut pilot = observed(1.0);
+        pilot.correct([1.01 + 2e-3, 1e-3]);
+        // 0.01² · 100/0.01².
+        assert!((pilot.needed / 100.0 - 1.0).abs() < 1e-9, "{pilot:?}");
+        let mut pilot = observed(1.0);
+        pilot.correct([1.01, 0.006]);
+        assert_eq!(pilot.needed, 10.0);
     }
 }

@@ -14,7 +14,7 @@ use fredholm_rayon::Observer;
 
 use super::LONG_SECONDS;
 use super::family::{Family, Prediction};
-use super::pilot::{Pilot, Sample, Walked};
+use super::pilot::{Known, Pilot, Sample, Walked};
 use super::setting::Setting;
 use super::systems::Systems;
 use crate::answer::{SolveObserver, Solved, Walks};
@@ -29,8 +29,9 @@ const CONFIRM: u64 = 2048;
 /// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
 /// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
 const SHARE: f64 = 0.25;
-/// How many times its own time a pilot must be able to save: about half of them save nothing.
-const PAYS: f64 = 2.0;
+/// How many times its own time a pilot must be able to save, and another setting to take over: about half of them save
+/// nothing.
+pub(super) const PAYS: f64 = 2.0;
 /// The variance of other walks of the same neighbour equation, in the best case, over that of known ones.
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
@@ -54,6 +55,7 @@ pub(super) struct Search<'m> {
     absorptions: Vec<f64>,
     sample: Sample,
     families: Vec<Family>,
+    known: Known,
     systems: Systems<'m>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
@@ -63,8 +65,6 @@ pub(super) struct Search<'m> {
     work: f64,
     /// Seconds that pilots may take in any case.
     granted: f64,
-    /// Seconds that everything takes, as they were predicted when the walks of the answer began.
-    pub(super) expected: f64,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
     /// Whether the watch was told that the choice takes long.
@@ -96,12 +96,12 @@ impl<'m> Search<'m> {
             absorptions: candidates::absorptions(settings),
             sample: Sample::new(model, targets)?,
             families: Vec::new(),
+            known: Known::default(),
             systems: Systems::default(),
             refused: Vec::new(),
             refusal: None,
             work: 0.0,
             granted: 0.0,
-            expected: f64::INFINITY,
             walked: 0.0,
             warned: false,
             begun: Instant::now(),
@@ -205,11 +205,6 @@ impl<'m> Search<'m> {
         self.work - (best.setup - self.remaining_setup(best))
     }
 
-    /// Predicted seconds of everything so far.
-    pub(super) const fn work(&self) -> f64 {
-        self.work + self.walked
-    }
-
     fn time_limit(&self) -> f64 {
         let limit = self.settings.time_limit;
         limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64())
@@ -221,11 +216,14 @@ impl<'m> Search<'m> {
         self.families.iter_mut().find(own)
     }
 
-    /// Adds a pilot to its family.
+    /// Adds a pilot to its family, and corrects all others by what it tells of u.
     fn learn(&mut self, pilot: Pilot) {
         let setting = pilot.setting;
         if let Some(family) = self.family(&setting) {
             family.add(pilot);
+        }
+        for family in &mut self.families {
+            family.correct(&self.known);
         }
         self.extend(&setting);
     }
@@ -305,9 +303,11 @@ impl<'m> Search<'m> {
             return Err(Error::Cancelled);
         }
         let all = answer.outcome.statistics.iter().chain(&answer.others);
+        let all: Vec<&Statistics> = all.collect();
+        self.known.learn(&all);
         let walked = Walked {
             setting,
-            statistics: all.collect(),
+            statistics: all,
             weights: &self.sample.weights,
             pointwise: answer.pointwise,
             unknowns: cells.unknowns() as f64,
@@ -337,6 +337,7 @@ impl<'m> Search<'m> {
             rare: 0.0,
         };
         let pilot = Pilot::new(&walked, self.tolerance, self.model);
+        self.known.learn(&self.sample.of(statistics));
         self.learn(pilot);
         self.found()
             .find(|found| found.setting == *setting)

@@ -66,8 +66,10 @@ pub(crate) fn diagnose() -> &'static [&'static str] {
     }
 }
 
-/// Longer than any run of these tests takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Longer than any run of these tests takes on a busy machine; those of long forms take up to a minute of processor time.
+fn patience() -> Duration {
+    Duration::from_secs(if is_long() { 1200 } else { 120 })
+}
 
 /// A folder that is removed at the end of a test.
 pub(crate) struct Folder(TempDir);
@@ -197,9 +199,9 @@ pub(crate) fn wait(mut child: Child) -> Ran {
         if let Some(status) = child.try_wait().unwrap() {
             break status;
         }
-        if start.elapsed() > PATIENCE {
+        if start.elapsed() > patience() {
             child.kill().unwrap();
-            panic!("still running after {PATIENCE:?}");
+            panic!("still running after {:?}", patience());
         }
         sleep(Duration::from_millis(2));
     };

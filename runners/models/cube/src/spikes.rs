@@ -1,0 +1,77 @@
+//! Small places in which a kernel is so large that walks have an infinite variance.
+
+use core::array::from_fn;
+
+use super::cost::STEPS;
+
+/// The number of points x = y in which the kernel is looked at: in one dimension neighbours are 10⁻⁴ apart at most.
+const POINTS: u32 = 16_384;
+/// The number of points of a small cube.
+const FEW: u32 = 16;
+/// The number of halvings of its side: finer ones have no digits.
+const HALVINGS: i32 = 40;
+/// A point of [0, 1]^D.
+fn point<const D: usize>(number: u32) -> [f64; D] {
+    from_fn(|axis| ((f64::from(number) + 0.5) * STEPS[axis]).fract())
+}
+
+/// The spectral radius of w ↦ ∫ K²(x, y) w(y) dy from below, by small cubes around the point x = y in which K² is the
+/// largest: that of a part is at most that of all, and at least the least integral over it.
+pub(crate) fn squared_radius<const D: usize>(square: impl Fn(&[f64; D], &[f64; D]) -> f64) -> f64 {
+    let at = |number| {
+        let x = point(number);
+        (square(&x, &x), x)
+    };
+    let all = (0..POINTS).map(at).filter(|(square, _)| square.is_finite());
+    let Some((_, top)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return 0.0;
+    };
+    let within = |halvings: i32| {
+        let side = 0.5_f64.powi(halvings);
+        let cube = |number| {
+            let within: [f64; D] = point(number);
+            from_fn(|axis| {
+                let low = (top[axis] - 0.5 * side).clamp(0.0, 1.0 - side);
+                low + side * within[axis]
+            })
+        };
+        let points: Vec<[f64; D]> = (0..FEW).map(cube).collect();
+        // Without K(x, x), which may be the value of an integrable singularity.
+        let sum = |(i, x)| {
+            let others = points.iter().enumerate().filter(|&(j, _)| j != i);
+            others.map(|(_, y)| square(x, y)).sum::<f64>()
+        };
+        let least = points
+            .iter()
+            .enumerate()
+            .map(sum)
+            .fold(f64::INFINITY, f64::min);
+        least * side.powi(D as i32) / f64::from(FEW)
+    };
+    (1..=HALVINGS).map(within).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::squared_radius;
+
+    #[test]
+    fn a_spike_has_a_large_radius_and_an_integrable_singularity_has_none() {
+        let spike = |x: &[f64; 1], y: &[f64; 1]| {
+            let is_near = |at: f64| (at - 0.5).abs() < 1e-4;
+            if is_near(x[0]) && is_near(y[0]) {
+                1e6
+            } else {
+                0.01
+            }
+        };
+        // 10⁶ over a length of 2 · 10⁻⁴, of which a power of ½ is at least a half.
+        let radius = squared_radius(spike);
+        assert!((100.0..=200.0).contains(&radius), "{radius}");
+        let root = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs().max(1e-12).powf(-0.6);
+        let radius = squared_radius(root);
+        assert!(radius < 2.0, "{radius}");
+        let constant = squared_radius(|_: &[f64; 3], _: &[f64; 3]| 0.9);
+        assert!((0.05..0.9).contains(&constant), "{constant}");
+    }
+}
