@@ -85,6 +85,40 @@ impl<const D: usize> ProductTables<f64, D> {
         })
     }
 
+    /// The tables of a cube's kernel, of [`entries`](Self::entries) that were computed before.
+    ///
+    /// # Errors
+    /// [`CubeError::Length`]: they are not D (m (p + 1))².
+    ///
+    /// ```
+    /// use fredholm_core::galerkin::GalerkinMatrix;
+    /// use fredholm_cube::{Cube, Product, ProductTables, Rule};
+    ///
+    /// let factor = |_: usize, x: f64, y: f64| 0.5 + 0.1 * x * y;
+    /// let cube = Cube::<f64, 2, _, _>::new(Product(factor), |_: &[f64; 2]| 1.0, 3, 0.2)?;
+    /// let tables = ProductTables::new(&cube, Rule::new(2)?)?;
+    /// let again = ProductTables::from_entries(&cube, tables.entries().to_vec())?;
+    /// assert_eq!(again.mean(1, 5), tables.mean(1, 5));
+    /// # Ok::<(), fredholm_cube::CubeError>(())
+    /// ```
+    pub fn from_entries<K, S, const B: usize>(
+        cube: &Cube<f64, D, K, S, B>,
+        entries: Vec<f64>,
+    ) -> Result<Self, CubeError> {
+        let (mesh, functions) = (cube.mesh(), Functions::<D, B>::ALL);
+        let width = (mesh.per_axis() as usize).saturating_mul(functions.per_axis());
+        let expected = width.saturating_mul(width).saturating_mul(D);
+        let found = entries.len();
+        if expected != found {
+            return Err(CubeError::Length { expected, found });
+        }
+        Ok(Self {
+            mesh,
+            functions,
+            entries,
+        })
+    }
+
     /// The tables in the walk's scalar.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Views and Galerkin coefficients of all pairs of cells.
 
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use fredholm_core::array::Each;
 
@@ -40,10 +41,12 @@ pub const fn min_mass_ratio(degree: usize) -> f64 {
 /// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the
 /// smaller one by Gauss points: to rounding where the cells are apart, in halves of halves down to
 /// 1/64 of a cell where they are near, by 16 points each where a shadow is between them.
+///
+/// The tables are owned, or borrowed where they lie: [`from_tables`](Self::from_tables).
 #[derive(Clone, Debug)]
-pub struct Matrix {
-    views: Vec<u8>,
-    entries: Vec<f64>,
+pub struct Matrix<'a> {
+    views: Cow<'a, [u8]>,
+    entries: Cow<'a, [f64]>,
     cells: usize,
     functions: usize,
 }
@@ -57,7 +60,7 @@ struct Side<'a> {
     cells: &'a [Part<f64>],
 }
 
-impl Matrix {
+impl Matrix<'_> {
     /// Visibility and coefficients of all pairs of the mesh, for piecewise constants. A pair is
     /// [`Visibility::FullBounded`] where r_ij ≥ `min_mass_ratio`.
     ///
@@ -127,8 +130,8 @@ impl Matrix {
         let unknowns = cells.checked_mul(functions);
         let unknowns = unknowns.ok_or(RoomError::Memory { bytes: None })?;
         let mut matrix = Self {
-            views: buffer(square(cells)?)?,
-            entries: buffer(square(unknowns)?)?,
+            views: Cow::Owned(buffer(square(cells)?)?),
+            entries: Cow::Owned(buffer(square(unknowns)?)?),
             cells,
             functions,
         };
@@ -151,13 +154,59 @@ impl Matrix {
         }
         Ok(matrix)
     }
+}
 
+impl<'a> Matrix<'a> {
+    /// The matrix of tables that were made before: [`views`](Self::views) and [`entries`](Self::entries) of one with as
+    /// many cells and functions.
+    ///
+    /// # Errors
+    /// [`RoomError::Length`], [`RoomError::Functions`]; [`RoomError::Tables`]: a byte is no view.
+    ///
+    /// ```
+    /// use fredholm_room::Matrix;
+    ///
+    /// // Two cells that see each other wholly.
+    /// let (views, entries) = ([0, 3, 3, 0], [0.0, 0.5, 0.25, 0.0]);
+    /// let matrix = Matrix::from_tables(&views[..], &entries[..], 2, 1)?;
+    /// assert_eq!((matrix.cells(), matrix.entries()[1]), (2, 0.5));
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
+    pub fn from_tables(
+        views: impl Into<Cow<'a, [u8]>>,
+        entries: impl Into<Cow<'a, [f64]>>,
+        cells: usize,
+        functions: usize,
+    ) -> Result<Self, RoomError> {
+        let (views, entries) = (views.into(), entries.into());
+        if !(1..=MOST).contains(&functions) {
+            return Err(RoomError::Functions { functions });
+        }
+        let length = |expected: usize, found: usize| match expected == found {
+            true => Ok(()),
+            false => Err(RoomError::Length { expected, found }),
+        };
+        length(cells.saturating_mul(cells), views.len())?;
+        let unknowns = cells.saturating_mul(functions);
+        length(unknowns.saturating_mul(unknowns), entries.len())?;
+        VisibilityTable::new(&views, cells)?;
+        Ok(Self {
+            views,
+            entries,
+            cells,
+            functions,
+        })
+    }
+}
+
+impl Matrix<'_> {
     /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get
     /// less: otherwise a ρ near 1 would be no contraction.
     fn contract(&mut self, scene: &Scene, mesh: &Mesh) {
         let (n, functions) = (self.cells.max(1), self.functions);
         let rows = self
             .entries
+            .to_mut()
             .chunks_exact_mut(n * functions * functions)
             .zip(self.views.chunks_exact(n));
         for ((entries, views), &wall) in rows.zip(&mesh.walls) {
@@ -238,12 +287,12 @@ impl Matrix {
         exchange: &Block,
     ) {
         let (n, functions) = (self.cells, self.functions);
-        if let Some(place) = self.views.get_mut(i * n + j) {
+        if let Some(place) = self.views.to_mut().get_mut(i * n + j) {
             *place = view as u8;
         }
         for (a, row) in exchange.iter().take(functions).enumerate() {
             let from = (i * functions + a) * n * functions + j * functions;
-            let entries = self.entries.get_mut(from..from + functions);
+            let entries = self.entries.to_mut().get_mut(from..from + functions);
             for (entry, &exchange) in entries.unwrap_or_default().iter_mut().zip(row) {
                 *entry = reflectance * (exchange / length);
             }

@@ -16,7 +16,7 @@ use crate::{Matrix, Mesh, PolynomialRoom, RoomError, RoomPairs, Scene};
 pub fn second_moment_radius(
     scene: &Scene,
     mesh: &Mesh,
-    matrix: &Matrix,
+    matrix: &Matrix<'_>,
     absorption: f64,
 ) -> Result<f64, RoomError> {
     let (n, functions) = (matrix.cells(), matrix.functions());
@@ -46,7 +46,7 @@ pub fn second_moment_radius(
 /// [`RoomError::Galerkin`], where it is of another number of functions.
 pub fn neighbour_second_moment_radius<const B: usize>(
     polynomials: &PolynomialRoom<'_, '_, f64, B>,
-    matrix: &Matrix,
+    matrix: &Matrix<'_>,
     pairs: RoomPairs<'_>,
 ) -> Result<f64, RoomError> {
     let room = polynomials.room();
@@ -74,7 +74,7 @@ pub fn neighbour_second_moment_radius<const B: usize>(
     Ok(radius)
 }
 
-impl Matrix {
+impl Matrix<'_> {
     /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps
     /// until no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///

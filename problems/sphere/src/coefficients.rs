@@ -52,6 +52,44 @@ impl MeanTable {
         })
     }
 
+    /// The coefficients on the cells of a sphere, of [`entries`](Self::entries) that were computed before.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Length`]: they are not `bands`² × `sectors`.
+    ///
+    /// ```
+    /// use fredholm_core::galerkin::GalerkinMatrix;
+    /// use fredholm_sphere::{MeanTable, Parameters, Sphere};
+    ///
+    /// let parameters = Parameters { albedo: 0.5, asymmetry: 0.2, ..Parameters::default() };
+    /// let sphere = Sphere::<f64>::new(2, 4, &parameters)?;
+    /// let table = MeanTable::new(&sphere)?;
+    /// let again = MeanTable::from_entries(&sphere, table.entries().to_vec())?;
+    /// assert_eq!(again.mean(1, 6), table.mean(1, 6));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_entries(sphere: &Sphere<f64>, entries: Vec<f64>) -> Result<Self, GalerkinError> {
+        let (bands, sectors) = (sphere.bands() as usize, sphere.sectors() as usize);
+        let (expected, found) = (
+            bands.saturating_mul(bands.saturating_mul(sectors)),
+            entries.len(),
+        );
+        if expected != found {
+            return Err(GalerkinError::Length { expected, found });
+        }
+        Ok(Self {
+            bands,
+            sectors,
+            entries,
+        })
+    }
+
+    /// The numbers: of the band of i, the band of j, and the sectors from i to j, the last fastest.
+    #[must_use]
+    pub fn entries(&self) -> &[f64] {
+        &self.entries
+    }
+
     /// The number of kernel evaluations of [`new`](Self::new).
     #[must_use]
     pub fn evaluations(bands: u32, sectors: u32) -> f64 {

@@ -11,6 +11,7 @@ mod model;
 pub mod numbers;
 mod options;
 pub mod pairs;
+mod saved;
 mod settings;
 mod whole;
 mod written;
@@ -23,6 +24,7 @@ pub use model::{
     System, Then, WithJob, WithStarts,
 };
 pub use options::{Choice, Choices, Pairs, Scalar};
+pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use whole::{
     IMAGE_HEAD, MeanRule, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,

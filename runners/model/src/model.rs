@@ -10,7 +10,7 @@ use crate::examined::Examined;
 use crate::pairs::PairCounts;
 
 use crate::cost::{Cost, PointwisePairs};
-use crate::{Discretisation, Error, Goal, Pairs, Region, WalkOptions, WholeSystem};
+use crate::{Discretisation, Error, Goal, Pairs, Region, SavedSystem, WalkOptions, WholeSystem};
 
 /// The properties of a kind of model.
 #[derive(Clone, Copy, Debug)]
@@ -331,6 +331,15 @@ pub trait Partitioned<'m>: Send + Sync {
     /// [`Error`].
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error>;
 
+    /// Makes a system of what [`System::saved`] gave of one on the same cells: to the bit the same, in a fraction of the time.
+    ///
+    /// # Errors
+    /// [`Error::Kept`]: it does not fit these cells. [`Error::Internal`]: this kind saves no systems.
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let _ = saved;
+        Err(NO_SAVED)
+    }
+
     /// Prepares walks that follow no neighbour equation, and hands them on.
     ///
     /// # Errors
@@ -391,6 +400,11 @@ pub trait System: Send + Sync {
     /// [`Error`].
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error>;
 
+    /// What takes long to compute of the system, as plain numbers. `None`: this kind saves no systems.
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        None
+    }
+
     /// The system as one that has its whole function from one set of walks. A kind whose chain preserves no density that
     /// is known, or whose T_K nobody has written, has none: [`Model::has_whole`].
     ///
@@ -404,6 +418,8 @@ pub trait System: Send + Sync {
     }
 }
 
+/// A system of a kind that saves none.
+const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
 /// A system that has no whole function, of a model that says so.
 const NO_WHOLE: Error = Error::Internal("a system without a whole function");
 

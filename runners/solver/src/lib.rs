@@ -10,9 +10,11 @@ mod chosen;
 mod custom;
 pub mod diagnosis;
 pub mod execute;
+mod point;
 pub mod report;
 mod solver;
 pub mod sweep;
+pub mod systems;
 mod whole;
 
 /// What a model is made of.
@@ -42,9 +44,10 @@ pub use fredholm_model::{
     Region, Scalar, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
+pub use point::Point;
 pub use report::Report;
 pub use room::RoomModel;
 pub use scene::SceneModel;
-pub use solver::{Point, SolveError, Solver};
+pub use solver::{SolveError, Solver};
 pub use sphere::SphereModel;
 pub use whole::{WholeFunction, WholeSummary, WholeValue};

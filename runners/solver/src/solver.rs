@@ -5,12 +5,14 @@ use core::time::Duration;
 
 use fredholm_core::{Estimator, Form, StopReason, Tolerance};
 
-use crate::answer::{Answer, SolveObserver, Solved};
+use crate::answer::{Answer, SolveObserver};
 use crate::choice::{self, ChoiceReport, Chosen};
 use crate::diagnosis::{Diagnosis, diagnose};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
+use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
+use crate::systems::{SystemStore, Systems};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
@@ -46,6 +48,7 @@ pub struct Solver<'m> {
     asked: Vec<Asked>,
     pub(crate) watch: &'m dyn SolveObserver,
     execute: &'m dyn Execute,
+    pub(crate) systems: Systems<'m>,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -138,38 +141,6 @@ impl From<Error> for SolveError {
     }
 }
 
-/// Coordinates of a point: a number, an array or a slice of numbers.
-///
-/// An angle of a circle; the coordinates of a point of a cube; colatitude and azimuth on a sphere; in a room the place of
-/// a point in the air.
-///
-/// ```
-/// use fredholm::Point;
-///
-/// assert_eq!(Point::from(0.3), Point::from([0.3]));
-/// assert_ne!(Point::from([0.3, 0.5]), Point::from(0.3));
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Point(pub(crate) Vec<f64>);
-
-impl From<f64> for Point {
-    fn from(x: f64) -> Self {
-        Self(vec![x])
-    }
-}
-
-impl<const D: usize> From<[f64; D]> for Point {
-    fn from(x: [f64; D]) -> Self {
-        Self(x.to_vec())
-    }
-}
-
-impl From<&[f64]> for Point {
-    fn from(x: &[f64]) -> Self {
-        Self(x.to_vec())
-    }
-}
-
 impl<'m> Solver<'m> {
     /// Solver of an equation.
     pub fn new(model: &'m dyn Model) -> Self {
@@ -179,6 +150,7 @@ impl<'m> Solver<'m> {
             asked: Vec::new(),
             watch: &(),
             execute: &OnThreads,
+            systems: Systems(None),
         }
     }
 
@@ -190,6 +162,7 @@ impl<'m> Solver<'m> {
             asked: targets.into_iter().map(Asked::Target).collect(),
             watch: &(),
             execute: &OnThreads,
+            systems: Systems(None),
         }
     }
 
@@ -345,6 +318,12 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets who keeps the solved system, so that it is solved once for many processes; the number of cells must be given then.
+    pub fn systems(mut self, systems: &'m dyn SystemStore) -> Self {
+        self.systems = Systems(Some(systems));
+        self
+    }
+
     /// Walks until no standard error is above this one, in the unit of u.
     ///
     /// # Errors
@@ -369,6 +348,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn solve(&self) -> Result<Report, SolveError> {
         self.check()?;
+        self.systems.check(&self.settings)?;
         let targets = self.targets()?;
         let goals = self.goals(&targets)?;
         let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
@@ -508,8 +488,8 @@ impl<'m> Solver<'m> {
             choice: None,
         };
         let walks = execution.walks(self.model);
-        let answer = Solved::new(&*cells, walk.absorption)?.walk(&walks, &request, self.watch)?;
-        Ok((answer, count))
+        let solved = self.systems.solved(&*cells, &self.settings)?;
+        Ok((solved.walk(&walks, &request, self.watch)?, count))
     }
 
     /// Refuses settings that the equation does not take.

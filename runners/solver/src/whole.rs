@@ -13,7 +13,9 @@ use fredholm_rayon::Replicates;
 use serde::Serialize;
 
 use crate::answer::SolveObserver;
-use crate::solver::{Point, Solver};
+use crate::point::Point;
+use crate::solver::Solver;
+use crate::systems::Systems;
 use crate::{
     Choices, Error, Goal, Model, Pairs, Region, Scalar, Settings, SolveError, Subject, Tolerance,
 };
@@ -293,6 +295,7 @@ impl<'m> Solver<'m> {
             model: self.model,
             settings: &self.settings,
             watch: self.watch,
+            systems: self.systems,
         }
         .function()
     }
@@ -303,6 +306,7 @@ struct Whole<'a, 'm> {
     model: &'m dyn Model,
     settings: &'a Settings,
     watch: &'a dyn SolveObserver,
+    systems: Systems<'m>,
 }
 
 /// The walks so far, and why they ended.
@@ -352,7 +356,7 @@ impl<'m> Whole<'_, 'm> {
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
-        let system = cells.solve(walk.absorption)?.whole()?;
+        let system = self.systems.solve(&*cells, cut, walk.absorption)?.whole()?;
         let request = WholeRequest {
             walk: &walk,
             degree: self.score_degree(&*system)?,

@@ -17,7 +17,7 @@ pub struct Setup<const B: usize = 1> {
     /// Its partition.
     pub mesh: Mesh,
     /// Views and coefficients.
-    pub matrix: Matrix,
+    pub matrix: Matrix<'static>,
     /// The Galerkin solution.
     pub solution: Solution,
 }

@@ -257,7 +257,7 @@ fn some_pairs_have_what_they_have_among_all() {
         for i in 0..n {
             for j in 0..n {
                 let view = all.matrix.views().visibility(i, j);
-                let block = |matrix: &Matrix| {
+                let block = |matrix: &Matrix<'_>| {
                     let row = |a: usize| {
                         let from = (i * B + a) * n * B + j * B;
                         matrix.entries()[from..from + B].to_vec()

@@ -16,8 +16,8 @@ pub use fredholm_circle::Harmonic;
 use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    WalkOptions, in_scalar,
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
+    System, WalkOptions, in_scalar,
 };
 use light::{DARK, Light};
 use system::{CircleSystem, with_job};
@@ -411,6 +411,15 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
             cut: *self,
             tables,
             solution,
+        }))
+    }
+
+    /// The coefficients are closed forms, of tables that are made quickly.
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        Ok(Box::new(CircleSystem {
+            cut: *self,
+            tables: self.tables::<f64>()?,
+            solution: saved.fitting(self.unknowns(), Some(0), Some(0))?,
         }))
     }
 

@@ -20,7 +20,9 @@ use super::{CirclePartition, diagonal, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Goal, Pairs, Partitioned, Region, System, WholeSystem, in_scalar};
+use fredholm_model::{
+    Error, Goal, Pairs, Partitioned, Region, SavedSystem, System, WholeSystem, in_scalar,
+};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
 
 /// The tables of the coefficients, and the Galerkin solution.
@@ -363,6 +365,10 @@ impl System for CircleSystem<'_> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        Some(SavedSystem::new(&self.solution, &[]))
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

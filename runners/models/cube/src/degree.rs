@@ -1,5 +1,7 @@
 //! What takes the number of functions on a cell as a constant.
 
+use std::borrow::Cow;
+
 use fredholm_core::galerkin::{
     self, AllPointwise, Basis as _, DiagonalRule, PairTable, Partition, Piecewise, Rounded,
     Solution,
@@ -45,7 +47,7 @@ pub(super) struct Of<'a, F, const D: usize> {
     pub(super) cut: &'a CubePartition<'a>,
     pub(super) values: &'a Watched<'a, F>,
     pub(super) absorption: f64,
-    pub(super) table: &'a Table<D>,
+    pub(super) table: &'a Table<'a, D>,
     pub(super) solution: &'a Solution,
     /// The moments of F, if the source is F itself.
     pub(super) moments: Option<&'a Moments>,
@@ -60,14 +62,22 @@ pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         absorption: f64,
-    ) -> Result<Solved<D>, Error>;
+    ) -> Result<Solved<'static, D>, Error>;
+
+    /// The table of coefficients that were computed before.
+    fn table<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        entries: Cow<'a, [f64]>,
+    ) -> Result<Table<'a, D>, Error>;
 
     /// The moments of F for these walks, and the Galerkin solution of them.
     fn moments(
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         walk: &WalkOptions,
     ) -> Result<(Moments, Solution), Error>;
 
@@ -93,7 +103,7 @@ pub(super) trait AnyDegree<const D: usize>: Degree<f32, D> + Degree<f64, D> {
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         absorption: f64,
     ) -> Result<f64, Error>;
 }
@@ -165,7 +175,7 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         absorption: f64,
-    ) -> Result<Solved<D>, Error> {
+    ) -> Result<Solved<'static, D>, Error> {
         let rule = cut.rule()?;
         let cube = values.cube::<D>(cut.per_axis, absorption)?;
         let cube = cube.with_functions::<B>();
@@ -187,7 +197,7 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
             };
             fill(&mut entries, unknowns * B, &rows)?;
             Table::Dense {
-                entries,
+                entries: entries.into(),
                 cells: cube.cells(),
                 functions: B,
             }
@@ -196,11 +206,29 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
         Ok(Solved { table, solution })
     }
 
+    fn table<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        entries: Cow<'a, [f64]>,
+    ) -> Result<Table<'a, D>, Error> {
+        let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
+        if cut.functions().is_product() {
+            let entries = entries.into_owned();
+            return Ok(Table::Product(ProductTables::from_entries(&cube, entries)?));
+        }
+        Ok(Table::Dense {
+            entries,
+            cells: cube.cells(),
+            functions: B,
+        })
+    }
+
     fn moments(
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         walk: &WalkOptions,
     ) -> Result<(Moments, Solution), Error> {
         let cube = values.cube::<D>(cut.per_axis, ANY)?.with_functions::<B>();
@@ -250,7 +278,7 @@ impl<const D: usize, const B: usize> AnyDegree<D> for Smooth<B> {
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         absorption: f64,
     ) -> Result<f64, Error> {
         let cube = values.cube::<D>(cut.per_axis, absorption)?;
@@ -303,15 +331,24 @@ impl<const D: usize> AnyDegree<D> for Constants {
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
         absorption: f64,
-    ) -> Result<Solved<D>, Error> {
+    ) -> Result<Solved<'static, D>, Error> {
         AnyDegree::<D>::solve(&Smooth::<1>, cut, values, absorption)
+    }
+
+    fn table<'a>(
+        &self,
+        cut: &CubePartition<'_>,
+        values: &Watched<'_, f64>,
+        entries: Cow<'a, [f64]>,
+    ) -> Result<Table<'a, D>, Error> {
+        Smooth::<1>.table(cut, values, entries)
     }
 
     fn moments(
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         walk: &WalkOptions,
     ) -> Result<(Moments, Solution), Error> {
         Smooth::<1>.moments(cut, values, table, walk)
@@ -340,7 +377,7 @@ impl<const D: usize> AnyDegree<D> for Constants {
         &self,
         cut: &CubePartition<'_>,
         values: &Watched<'_, f64>,
-        table: &Table<D>,
+        table: &Table<'_, D>,
         absorption: f64,
     ) -> Result<f64, Error> {
         Smooth::<1>.neighbour_second_moment_radius(cut, values, table, absorption)
@@ -349,7 +386,7 @@ impl<const D: usize> AnyDegree<D> for Constants {
 
 /// w = V − F″ in the scalar of walks, and R = G_V − F″ for the V that is F″ + w then.
 fn exact<F: Real, const D: usize>(
-    table: &Table<D>,
+    table: &Table<'_, D>,
     solution: &Solution,
     moments: &Moments,
     pairs: &DiagonalRule,

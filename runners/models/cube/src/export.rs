@@ -11,7 +11,7 @@ use fredholm_model::device::{PairRule, add_dense};
 pub(super) fn cube<F: Real + Number, const D: usize>(
     [dimension, per_axis, degree]: [usize; 3],
     absorption: f64,
-    coefficients: &Table<D>,
+    coefficients: &Table<'_, D>,
     diagonal_rule: Option<DiagonalRule>,
     [v, g]: [&[F]; 2],
 ) -> TableBuilder {

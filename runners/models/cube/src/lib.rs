@@ -40,12 +40,12 @@ use fredholm_model::Deterministic;
 use fredholm_model::cost::{Cost, PointwisePairs};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    WalkOptions, in_scalar,
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
+    System, WalkOptions, in_scalar,
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
-use system::{Boxed, CubeSystem, WeightedStart, goals_of, with_job};
+use system::{Boxed, CubeSystem, Solved, WeightedStart, goals_of, with_job};
 use table::fill;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
@@ -346,6 +346,32 @@ impl<'m> CubePartition<'m> {
         }))
     }
 
+    /// The system of coefficients that were computed before.
+    fn restore_in<const D: usize>(
+        &self,
+        degree: &'static dyn AnyDegree<D>,
+        saved: SavedSystem<'m>,
+    ) -> Result<Box<dyn System + 'm>, Error> {
+        let solution = saved.fitting(self.unknowns(), self.coefficients(), Some(0))?;
+        let table = with_values::<f64, _>(self.functions(), |values| {
+            degree.table(self, values, saved.coefficients)
+        })?;
+        Ok(Box::new(CubeSystem::<'m, D> {
+            cut: *self,
+            solved: Solved { table, solution },
+            degree,
+        }))
+    }
+
+    /// The number of coefficients that a table has, if it can be had.
+    fn coefficients(&self) -> Option<usize> {
+        if !self.functions().is_product() {
+            return self.unknowns().checked_mul(self.unknowns());
+        }
+        let width = self.per_axis.checked_mul(self.degree + 1)?;
+        width.checked_mul(width)?.checked_mul(self.model.dimension)
+    }
+
     /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
     /// looked at when K' is known: it is smaller if K' is exact.
     fn squared_radius_in<const D: usize>(&self) -> Result<f64, Error> {
@@ -540,6 +566,14 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             return in_dimension!(d, D => self.solve_in::<D>(&Constants, absorption));
         }
         in_shape!(d, self.degree, D, B => self.solve_in::<D>(&Smooth::<B>, absorption))
+    }
+
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let d = self.model.dimension;
+        if self.degree == 0 {
+            return in_dimension!(d, D => self.restore_in::<D>(&Constants, saved));
+        }
+        in_shape!(d, self.degree, D, B => self.restore_in::<D>(&Smooth::<B>, saved))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

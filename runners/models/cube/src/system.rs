@@ -18,21 +18,23 @@ use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
-use fredholm_model::{Error, Pairs, Partitioned, Region, Subject, System, WholeSystem, in_scalar};
+use fredholm_model::{
+    Error, Pairs, Partitioned, Region, SavedSystem, Subject, System, WholeSystem, in_scalar,
+};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// Coefficients and Galerkin solution of a cube.
 pub(super) struct CubeSystem<'m, const D: usize> {
     pub(super) cut: CubePartition<'m>,
-    pub(super) solved: Solved<D>,
+    pub(super) solved: Solved<'m, D>,
     /// What makes neighbour equations of its degree.
     pub(super) degree: &'static dyn AnyDegree<D>,
 }
 
 /// The coefficients, and the Galerkin solution.
 #[derive(Debug)]
-pub(super) struct Solved<const D: usize> {
-    pub(super) table: Table<D>,
+pub(super) struct Solved<'a, const D: usize> {
+    pub(super) table: Table<'a, D>,
     pub(super) solution: Solution,
 }
 
@@ -423,6 +425,11 @@ impl<const D: usize> System for CubeSystem<'_, D> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        let Solved { table, solution } = &self.solved;
+        Some(SavedSystem::new(solution, table.entries()))
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

@@ -1,5 +1,7 @@
 //! Galerkin coefficients of a cube, of either kind in one type.
 
+use std::borrow::Cow;
+
 use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix};
 use fredholm_cube::{CubeError, ProductTables};
 use fredholm_rayon::fill_rows;
@@ -15,10 +17,10 @@ pub(super) fn fill(entries: &mut [f64], width: usize, rows: &Rows<'_>) -> Result
 /// Galerkin coefficients in f64: one type for both kinds, as every type has neighbour equations of its own for
 /// every dimension and degree, which take their time to compile.
 #[derive(Debug)]
-pub(super) enum Table<const D: usize> {
+pub(super) enum Table<'a, const D: usize> {
     /// The table of any kernel: (n·B)² entries.
     Dense {
-        entries: Vec<f64>,
+        entries: Cow<'a, [f64]>,
         cells: usize,
         functions: usize,
     },
@@ -26,7 +28,15 @@ pub(super) enum Table<const D: usize> {
     Product(ProductTables<f64, D>),
 }
 
-impl<const D: usize> Table<D> {
+impl<const D: usize> Table<'_, D> {
+    /// The numbers, of all kinds of tables.
+    pub(super) fn entries(&self) -> &[f64] {
+        match self {
+            Self::Dense { entries, .. } => entries,
+            Self::Product(tables) => tables.entries(),
+        }
+    }
+
     /// The table itself, if it is one of piecewise constants.
     pub(super) fn constants(&self) -> Option<Dense<'_, f64>> {
         match self {
@@ -60,14 +70,14 @@ macro_rules! either {
     };
 }
 
-impl<const D: usize, const B: usize> Coefficients<B> for Table<D> {
+impl<const D: usize, const B: usize> Coefficients<B> for Table<'_, D> {
     #[inline]
     fn left_times_block(&self, i: usize, j: usize, left: &[f64; B]) -> [f64; B] {
         either!(self, table => table.left_times_block(i, j, left), [f64::NAN; B])
     }
 }
 
-impl<const D: usize> GalerkinMatrix for Table<D> {
+impl<const D: usize> GalerkinMatrix for Table<'_, D> {
     type Scalar = f64;
 
     fn cells(&self) -> usize {

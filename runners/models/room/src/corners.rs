@@ -15,7 +15,7 @@ pub(super) fn rare<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    matrix: &Matrix,
+    matrix: &Matrix<'_>,
 ) -> Result<f64, Error> {
     // As many points as functions would lie where k − h nearly vanishes.
     rare_by::<B>(scene, mesh, choice, matrix, if B == 3 { 2 } else { 3 })
@@ -26,7 +26,7 @@ fn rare_by<const B: usize>(
     scene: &Scene,
     mesh: &Mesh,
     choice: Choice,
-    matrix: &Matrix,
+    matrix: &Matrix<'_>,
     points: usize,
 ) -> Result<f64, Error> {
     let tables = Tables::<f64>::new(scene, mesh);

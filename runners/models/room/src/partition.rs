@@ -5,8 +5,8 @@ use std::sync::Arc;
 use fredholm_core::{Form, NoNeighbour, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
-    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, System, Then, WalkOptions,
-    in_scalar,
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, System, Then,
+    WalkOptions, in_scalar,
 };
 use fredholm_room::{
     Cells, Choice, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables, Visibility,
@@ -118,7 +118,7 @@ impl<'m> RoomPartition<'m> {
     fn radius_of(
         &self,
         mesh: &Mesh,
-        matrix: &Matrix,
+        matrix: &Matrix<'_>,
         choice: Choice,
         absorption: f64,
     ) -> Result<f64, Error> {
@@ -156,7 +156,7 @@ impl<'m> RoomPartition<'m> {
         })
     }
 
-    pub(crate) fn rare(&self, pairs: Pairs, matrix: &Matrix) -> Result<f64, Error> {
+    pub(crate) fn rare(&self, pairs: Pairs, matrix: &Matrix<'_>) -> Result<f64, Error> {
         let squares = self.model.square_of_source();
         let choice = choice(pairs);
         if choice == Choice::Pointwise || squares == 0.0 {
@@ -282,6 +282,18 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn solve(&self, _: f64) -> Result<Box<dyn System + 'm>, Error> {
         Ok(Box::new(self.system()?))
+    }
+
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let (cells, functions) = (self.mesh.len(), self.cut.degree + 1);
+        let [pairs, products] = [cells, self.unknowns()].map(|n| n.checked_mul(n));
+        let solution = saved.fitting(self.unknowns(), products, pairs)?;
+        let matrix = Matrix::from_tables(saved.views, saved.coefficients, cells, functions)?;
+        Ok(Box::new(RoomSystem {
+            cut: self.clone(),
+            matrix,
+            solution,
+        }))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

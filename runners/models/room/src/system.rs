@@ -1,5 +1,7 @@
 //! A solved room: walks and predictions of every degree.
 
+use std::borrow::Cow;
+
 use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
@@ -17,14 +19,14 @@ use super::{RoomModel, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, System, WholeSystem, in_scalar};
+use fredholm_model::{Error, Pairs, Region, SavedSystem, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
 /// The coefficients of a room, and the Galerkin solution.
 #[derive(Debug)]
 pub(super) struct RoomSystem<'m> {
     pub(super) cut: RoomPartition<'m>,
-    pub(super) matrix: Matrix,
+    pub(super) matrix: Matrix<'m>,
     pub(super) solution: Solution,
 }
 
@@ -400,6 +402,13 @@ impl System for RoomSystem<'_> {
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
         in_scalar!(self.cut.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        Some(SavedSystem {
+            views: Cow::Borrowed(self.matrix.views().table()),
+            ..SavedSystem::new(&self.solution, self.matrix.entries())
+        })
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

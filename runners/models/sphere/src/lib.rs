@@ -15,8 +15,8 @@ use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
-    WalkOptions, WholeSystem, in_scalar,
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
+    System, WalkOptions, WholeSystem, in_scalar,
 };
 
 mod whole;
@@ -339,6 +339,18 @@ impl<'m> Partitioned<'m> for SpherePartition {
         }))
     }
 
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let bands = self.bands as usize;
+        let solution = saved.fitting(self.cells(), Some(bands * self.cells()), Some(0))?;
+        // No absorption matters to the table.
+        let sphere = self.sphere::<f64>(0.5)?;
+        Ok(Box::new(SphereSystem {
+            cut: *self,
+            table: MeanTable::from_entries(&sphere, saved.coefficients.into_owned())?,
+            solution,
+        }))
+    }
+
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         in_scalar!(self.scalar, F => self.plain_in::<F>(request, then))
     }
@@ -428,6 +440,10 @@ impl System for SphereSystem {
             goals: request.goals,
             place: &|site| zone(quadrature.middle(site)),
         })
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        Some(SavedSystem::new(&self.solution, self.table.entries()))
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

@@ -1,0 +1,93 @@
+//! A solved system as plain numbers, to be kept and used again.
+
+use std::borrow::Cow;
+
+use fredholm_core::galerkin::Solution;
+
+use crate::{Discretisation, Error};
+
+/// The part of a solved system that takes long to compute, as plain numbers: whoever has the same cells makes the system of
+/// it again, to the bit. Geometry, functions and whatever else follows quickly from the model is no part of it.
+///
+/// Large tables may lie elsewhere, in a file that is mapped: a system borrows them.
+///
+/// ```
+/// use fredholm::{CubeModel, Model, Settings};
+///
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// let settings = Settings { cells: Some(10), ..Settings::default() };
+/// let cells = u.partition(&settings.discretisation())?;
+/// let system = cells.solve(0.2)?;
+/// let saved = system.saved().expect("a cube has numbers to save");
+/// assert_eq!((saved.solution.v.len(), saved.coefficients.len()), (10, 100));
+/// let again = cells.restore(saved)?;
+/// assert!(again.check_variance(&settings.walk_options()).is_ok());
+/// # Ok::<(), fredholm::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SavedSystem<'a> {
+    /// The Galerkin solution.
+    pub solution: Cow<'a, Solution>,
+    /// The coefficients K', as the kind of model keeps them; empty where they are closed forms.
+    pub coefficients: Cow<'a, [f64]>,
+    /// One byte for every pair of cells: what they see of each other in a room; empty for others.
+    pub views: Cow<'a, [u8]>,
+}
+
+impl<'a> SavedSystem<'a> {
+    /// The numbers of a system whose cells do not see each other more or less.
+    #[must_use]
+    pub const fn new(solution: &'a Solution, coefficients: &'a [f64]) -> Self {
+        Self {
+            solution: Cow::Borrowed(solution),
+            coefficients: Cow::Borrowed(coefficients),
+            views: Cow::Borrowed(&[]),
+        }
+    }
+
+    /// The Galerkin solution, if the numbers are those of so many unknowns, with this number of coefficients and views.
+    ///
+    /// # Errors
+    /// [`Error::Kept`]: they are of other cells, or no finite numbers.
+    pub fn fitting(
+        &self,
+        unknowns: usize,
+        coefficients: Option<usize>,
+        views: Option<usize>,
+    ) -> Result<Solution, Error> {
+        let lengths = [
+            self.solution.v.len(),
+            self.coefficients.len(),
+            self.views.len(),
+        ];
+        let is_finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+        let bound = self.solution.radius_bound;
+        let fits = [Some(unknowns), coefficients, views] == lengths.map(Some)
+            && is_finite(&self.solution.v)
+            && is_finite(&self.coefficients)
+            // As for every solution: `Solution::new` refuses the others.
+            && 0.0 <= bound
+            && bound < 1.0;
+        if fits {
+            return Ok(self.solution.clone().into_owned());
+        }
+        Err(Error::Kept {
+            message: "the numbers of the saved system do not fit these cells: make its file again"
+                .to_owned(),
+            is_input: true,
+        })
+    }
+}
+
+/// The numbers on which a solved system depends besides its equation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystemOf {
+    /// How the space is cut.
+    pub cut: Discretisation,
+    /// The number of cells, which may be open there.
+    pub cells: usize,
+    /// The number of unknowns.
+    pub unknowns: usize,
+    /// q0, on which last digits depend.
+    pub absorption: f64,
+}

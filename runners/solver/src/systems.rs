@@ -1,0 +1,129 @@
+//! Solved systems that are kept, so that many processes need one set-up.
+
+use core::fmt::{self, Debug};
+use std::time::Instant;
+
+pub use fredholm_model::{SavedSystem, SystemOf};
+
+use crate::answer::Solved;
+use crate::{Discretisation, Error, Partitioned, Settings, Subject, System};
+
+/// Whoever keeps solved systems: in a file, for instance, that all processes of a node map.
+///
+/// ```
+/// use std::borrow::Cow;
+/// use std::sync::OnceLock;
+///
+/// use fredholm::systems::{SavedSystem, SystemOf, SystemStore};
+/// use fredholm::{CubeModel, Error, Solver, System};
+///
+/// /// One system, in memory.
+/// #[derive(Default)]
+/// struct One(OnceLock<(SystemOf, SavedSystem<'static>)>);
+/// impl SystemStore for One {
+///     fn find(&self, of: &SystemOf) -> Result<Option<SavedSystem<'_>>, Error> {
+///         let kept = self.0.get().filter(|(kept, _)| kept == of);
+///         Ok(kept.map(|(_, saved)| saved.clone()))
+///     }
+///     fn keep(&self, of: &SystemOf, system: &dyn System) -> Result<Option<SavedSystem<'_>>, Error> {
+///         let saved = system.saved().expect("cubes have numbers");
+///         let saved = SavedSystem {
+///             solution: Cow::Owned(saved.solution.into_owned()),
+///             coefficients: Cow::Owned(saved.coefficients.into_owned()),
+///             views: Cow::Owned(saved.views.into_owned()),
+///         };
+///         let _ = self.0.set((*of, saved));
+///         self.find(of)
+///     }
+/// }
+/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+/// let one = One::default();
+/// let solve = |seed| Solver::new(&u).mean().cells(4).walks(5000).seed(seed).systems(&one).solve();
+/// let (first, second) = (solve(1)?, solve(2)?);
+/// // Set up once, for both.
+/// assert_eq!(first.goals[0].galerkin, second.goals[0].galerkin);
+/// assert!(one.0.get().is_some());
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+pub trait SystemStore: Sync {
+    /// The system with these numbers. `None`: there is none yet, so that it is solved, for [`keep`](Self::keep).
+    ///
+    /// # Errors
+    /// [`Error::Kept`]: what is there is another system, or cannot be read.
+    fn find(&self, of: &SystemOf) -> Result<Option<SavedSystem<'_>>, Error>;
+
+    /// Keeps a system that was not there. What is returned takes the place of it: the numbers that other processes have, too.
+    ///
+    /// # Errors
+    /// [`Error::Kept`]: it cannot be kept.
+    fn keep(&self, of: &SystemOf, system: &dyn System) -> Result<Option<SavedSystem<'_>>, Error>;
+}
+
+/// Where systems come from: they are solved, unless somebody keeps them.
+#[derive(Clone, Copy)]
+pub(crate) struct Systems<'m>(pub(crate) Option<&'m dyn SystemStore>);
+
+impl Debug for Systems<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Systems").field(&self.0.is_some()).finish()
+    }
+}
+
+impl<'m> Systems<'m> {
+    /// Refuses a choice of the cells: what it solves are the systems of pilots.
+    pub(crate) fn check(self, settings: &Settings) -> Result<(), Error> {
+        if self.0.is_none() || settings.cells.is_some() || settings.tolerance.is_none() {
+            return Ok(());
+        }
+        Err(Error::Option {
+            subject: Subject::Cells,
+            message: "a system that is kept has a given number of cells, and with a target error they are chosen: give \
+                      `cells`, which `fredholm check` prints"
+                .to_owned(),
+        })
+    }
+
+    /// The system of these cells, timed.
+    pub(crate) fn solved(
+        self,
+        cells: &(dyn Partitioned<'m> + 'm),
+        settings: &Settings,
+    ) -> Result<Solved<'m>, Error> {
+        let start = Instant::now();
+        let absorption = settings.walk_options().absorption;
+        Ok(Solved {
+            system: self.solve(cells, settings.discretisation(), absorption)?,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// The system of these cells.
+    pub(crate) fn solve(
+        self,
+        cells: &(dyn Partitioned<'m> + 'm),
+        cut: Discretisation,
+        absorption: f64,
+    ) -> Result<Box<dyn System + 'm>, Error> {
+        let Some(store) = self.0 else {
+            return cells.solve(absorption);
+        };
+        let of = SystemOf {
+            cut,
+            cells: cells.cells(),
+            unknowns: cells.unknowns(),
+            absorption,
+        };
+        if let Some(saved) = store.find(&of)? {
+            return cells.restore(saved);
+        }
+        let system = cells.solve(absorption)?;
+        match store.keep(&of, &*system)? {
+            None => Ok(system),
+            Some(saved) => {
+                // Not both at a time.
+                drop(system);
+                cells.restore(saved)
+            }
+        }
+    }
+}
