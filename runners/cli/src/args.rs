@@ -379,6 +379,13 @@ pub(crate) struct SolveArgs {
     /// bits of a run that nothing ended
     #[arg(long, value_name = "FILE", conflicts_with = "whole")]
     pub(crate) save: Option<PathBuf>,
+    /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
+    /// if it is there. Needs a given number of cells
+    #[arg(long, value_name = "FILE", conflicts_with = "system")]
+    pub(crate) save_system: Option<PathBuf>,
+    /// Take the solved system from this file, which `--save-system` made; all processes of a machine share its tables
+    #[arg(long, value_name = "FILE")]
+    pub(crate) system: Option<PathBuf>,
     /// Run the k-th of n parts of the walks only, into the file of --save; `fredholm merge` makes one result of all
     #[arg(long, value_name = "k/n", requires = "save")]
     pub(crate) part: Option<Share>,

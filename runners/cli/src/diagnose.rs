@@ -12,11 +12,11 @@ use fredholm_plot::ShareTable;
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{Placed, ProblemFile};
-use crate::output::open_all;
 use crate::progress::{Sites, counting};
 use crate::render;
 use crate::solve::{Problem, cut, read};
 use crate::threads::with_threads;
+use fredholm_parts::output::open_all;
 use report::Report;
 
 /// The flags that were given, in place of the file's values.
@@ -55,7 +55,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let (model, goals) = (problem.model(), &problem.goals);
     let cells = cut(&problem.file, model, settings, goals)?;
     let output = match &args.out {
-        Some(dir) => Some(open_all(dir, ["diagnosis.json", "where.svg"])?),
+        Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
     let least = least_nodes(model.about().dimension, cells.cells(), settings);

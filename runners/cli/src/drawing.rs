@@ -6,7 +6,7 @@ use fredholm_plot::Drawing;
 
 use crate::failure::Failure;
 use crate::file::{ProblemFile, kinds};
-use crate::output::Output;
+use fredholm_parts::output::Output;
 
 /// Draws the surfaces of a file.
 pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
@@ -20,7 +20,7 @@ pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
     {
         return Err(refuse("the name must end in .svg"));
     }
-    let output = Output::open(out)?;
+    let output = Output::open("--out", out)?;
     let surfaces = room.all_surfaces(file)?;
     let ray = if surfaces.open {
         None
@@ -34,5 +34,5 @@ pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
         ray,
         label: label.to_owned(),
     };
-    output.finish(drawing.svg().map_err(Failure::run)?)
+    Ok(output.finish(drawing.svg().map_err(Failure::run)?)?)
 }

@@ -7,8 +7,8 @@ use fredholm::answer::Solved;
 
 use crate::args::ExportArgs;
 use crate::failure::{Ended, Failure};
-use crate::output::Output;
 use crate::solve::{Problem, cut, read};
+use fredholm_parts::output::Output;
 
 /// Runs `export`.
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
@@ -36,7 +36,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
             )));
         }
     };
-    let output = Output::open(&args.out)?;
+    let output = Output::open("--out", &args.out)?;
     let solved = Solved::new(&*cells, walk.absorption).map_err(&fail)?;
     let tables = solved
         .system

@@ -14,9 +14,9 @@ use fredholm_file::npz::Archive;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, ProblemFile};
 use crate::numbers::aligned;
-use crate::output::Output;
 use crate::sparse::Rows;
 use crate::{scene, solve};
+use fredholm_parts::output::Output;
 
 /// The most surfaces of scenes and rooms of which a table is printed.
 const WIDEST: usize = 200;
@@ -78,11 +78,13 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         Some(file) => scene::factors(args, file)?,
         None => of_room(args)?,
     };
-    let written = output.map_or(Ok(()), |(format, output)| match format {
-        Format::Json => output.finish(factors.json()?),
-        Format::Csv => output.finish_with(|file| factors.csv(file)),
-        Format::Npz => output.finish(factors.npz()?),
-        Format::View3d => output.finish(factors.view3d()),
+    let written = output.map_or(Ok(()), |(format, output)| {
+        Ok(match format {
+            Format::Json => output.finish(factors.json()?),
+            Format::Csv => output.finish_with(|file| factors.csv(file)),
+            Format::Npz => output.finish(factors.npz()?),
+            Format::View3d => output.finish(factors.view3d()),
+        }?)
     });
     let text = if args.json {
         factors.json()?
@@ -121,7 +123,7 @@ impl Format {
                 return Err(Failure::input(message));
             }
         };
-        Ok((format, Output::open(path)?))
+        Ok((format, Output::open("--out", path)?))
     }
 }
 

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use fredholm_parts::PartError;
+use fredholm_parts::output::OutputError;
 
 use crate::file::{InputError, ProblemFile};
 
@@ -91,11 +92,13 @@ impl From<InputError> for Failure {
 
 impl From<PartError> for Failure {
     fn from(error: PartError) -> Self {
-        if error.is_input {
-            Self::input(error)
-        } else {
-            Self::run(error)
-        }
+        [Self::run, Self::input][usize::from(error.is_input)](error)
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        [Self::run, Self::input][usize::from(error.is_input)](error)
     }
 }
 

@@ -12,7 +12,6 @@ mod factors;
 mod failure;
 mod init;
 mod merge;
-mod output;
 mod paper;
 mod progress;
 mod rates;
@@ -43,7 +42,7 @@ pub fn program(team: &dyn Team) -> ExitCode {
         Ok(ended) => ended.status(),
         Err(failure) => failure.report(),
     };
-    output::remove_unfinished();
+    fredholm_parts::output::remove_unfinished();
     status
 }
 
@@ -85,7 +84,7 @@ fn run(command: &Command, team: &dyn Team) -> Result<Ended, Failure> {
 
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
 fn stop_at_once() {
-    let _held = output::give_up();
+    let _held = fredholm_parts::output::give_up();
     failure::say("warning: interrupted");
     std::process::exit(130)
 }

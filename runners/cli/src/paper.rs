@@ -16,9 +16,9 @@ use serde::Serialize;
 use crate::args::PaperArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::numbers::{aligned, short, slope};
-use crate::output::{Output, open_all};
 use crate::progress::{Progress, Signals};
 use crate::threads::with_threads;
+use fredholm_parts::output::{Output, open_all};
 
 /// C = 5, D = 1, ℓ = 5.
 const LIGHT: Harmonic = Harmonic {
@@ -126,7 +126,7 @@ fn choices(seed: u64) -> (Vec<f64>, Vec<f64>) {
 pub(crate) fn paper(args: &PaperArgs, signals: &Signals) -> Result<Ended, Failure> {
     let names = ["table.csv", "table.json", "error.svg", "deviation.svg"];
     let outputs = match &args.out {
-        Some(folder) => Some(open_all(folder, names)?),
+        Some(folder) => Some(open_all("--out", folder, names)?),
         None => None,
     };
     let table = with_threads(args.common.threads, || compute(args, signals))??;
@@ -389,7 +389,7 @@ impl Table {
         csv.finish(&self.csv()?)?;
         json_file.finish(json)?;
         error.finish(&self.error_figure().svg().map_err(Failure::run)?)?;
-        deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)
+        Ok(deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.

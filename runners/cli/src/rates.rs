@@ -14,12 +14,12 @@ use serde::Serialize;
 use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{Placed, ProblemFile};
-use crate::output::{Output, open_all};
 use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
 use crate::threads::with_threads;
 use by_degree::ByDegree;
 use figures::{deviation_figure, work_figure};
+use fredholm_parts::output::{Output, open_all};
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
 const ENOUGH_WALKS: u64 = 1 << 16;
@@ -50,7 +50,7 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
         sweeps.push(sweeping);
     }
     let outputs = match &args.out {
-        Some(folder) => Some(open_all(folder, FILES)?),
+        Some(folder) => Some(open_all("--out", folder, FILES)?),
         None => None,
     };
     let (all, ended) = with_threads(args.common.threads, || run(&sweeps, signals))??;
@@ -156,7 +156,7 @@ impl Report {
         csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
         json_file.finish(json)?;
         work_file.finish(&work.svg().map_err(Failure::run)?)?;
-        deviation_file.finish(&deviation.svg().map_err(Failure::run)?)
+        Ok(deviation_file.finish(&deviation.svg().map_err(Failure::run)?)?)
     }
 }
 

@@ -17,10 +17,10 @@ use serde::Serialize;
 
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::output::Output;
 use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
 use crate::threads::with_threads;
+use fredholm_parts::output::Output;
 
 /// Walks for a pixel, and for a point of a profile, where nothing else is asked.
 const PIXEL_WALKS: u64 = 4;
@@ -123,9 +123,9 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     cells
         .check_variance(&walk)
         .map_err(Failure::of(&problem.file))?;
-    let output = Output::open(&args.out)?;
+    let output = Output::open("--out", &args.out)?;
     let errors = match &args.errors {
-        Some(path) => Some((Format::of(path)?, Output::open(path)?)),
+        Some(path) => Some((Format::of(path)?, Output::open("--out", path)?)),
         None => None,
     };
     if matches!(errors, Some((Format::Csv, _))) {

@@ -18,9 +18,9 @@ use crate::factors::{Factors, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, say};
 use crate::file;
 use crate::numbers::aligned;
-use crate::output::Output;
 use crate::sparse::Rows;
 use crate::threads::with_threads;
+use fredholm_parts::output::Output;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
 pub(crate) const ERROR: f64 = 1e-9;
@@ -275,7 +275,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
                 .map(|own| (own.name.clone(), polygons(own)))
                 .collect(),
         };
-        Output::open(path)?.finish(drawing.svg())?;
+        Output::open("--out", path)?.finish(drawing.svg())?;
     }
     let scene = file.scene::<f64>()?;
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;

@@ -8,21 +8,21 @@ use fredholm::answer::Answer;
 use fredholm::choice::choose;
 use fredholm::memory::{bytes, refuse_beyond_memory};
 use fredholm::report::Report;
-use fredholm::{Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver};
+use fredholm::{Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, Target};
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
-use fredholm_parts::{END, Header, Keeper, Share, Team, TeamWork};
+use fredholm_parts::{END, Header, Keeper, Share, SystemFile, Team, TeamWork};
 
 use crate::args::SolveArgs;
 use crate::drawing;
 use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile, What};
 use crate::numbers::short;
-use crate::output::Output;
 use crate::progress::{Progress, Signals};
 use crate::table;
 use crate::threads::with_threads;
 use crate::whole;
+use fredholm_parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -123,7 +123,7 @@ pub(crate) fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Ou
         }
         _ => return Err(refuse("the name must end in .json, .csv or .svg")),
     };
-    Ok((format, Output::open(path)?))
+    Ok((format, Output::open("--out", path)?))
 }
 
 /// A file, and what it comes to.
@@ -171,7 +171,7 @@ pub(crate) fn solve(
 ) -> Result<Ended, Failure> {
     let begun = together(team, begin(args, team), |begun| begun.header.digest())?;
     if args.whole {
-        return whole::solve(&begun.problem, &args.common, begun.output, signals);
+        return whole::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
     let work = TeamWork {
@@ -180,7 +180,7 @@ pub(crate) fn solve(
     };
     let parts = args.part.map_or(1, |part| part.of);
     let answered = with_threads(args.common.threads, || {
-        answer(problem, signals, &work, parts)
+        answer(&begun, signals, &work, parts)
     });
     let answered = together(team, answered.and_then(|answered| answered), |_| END)?;
     if !team.leads() {
@@ -222,11 +222,11 @@ pub(crate) fn show(
     output: Option<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {
     let written = output.map_or(Ok(()), |(format, output)| {
-        output.finish(match format {
+        Ok(output.finish(match format {
             Format::Json => table::json(report)?,
             Format::Csv => report.csv().map_err(Failure::run)?,
             Format::Svg(name) => table::svg(report, &name)?,
-        })
+        })?)
     });
     let text = if as_json {
         table::json(report)?
@@ -243,11 +243,24 @@ pub(crate) fn show(
 }
 
 /// A command that is about to choose, to set up and to walk.
-struct Begun<'a> {
-    problem: Problem,
+pub(crate) struct Begun<'a> {
+    pub(crate) problem: Problem,
     header: Header,
-    output: Option<(Format, Output)>,
+    pub(crate) output: Option<(Format, Output)>,
     keeper: Option<Keeper<'a>>,
+    systems: Option<SystemFile<'a>>,
+}
+
+impl Begun<'_> {
+    /// The solver of these targets.
+    pub(crate) fn solver(&self, targets: Vec<Target>) -> Solver<'_> {
+        let problem = &self.problem;
+        let solver = Solver::with(problem.model(), problem.resolved.settings.clone(), targets);
+        match &self.systems {
+            Some(systems) => solver.systems(systems),
+            None => solver,
+        }
+    }
 }
 
 fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure> {
@@ -283,11 +296,17 @@ fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure>
         }
         _ => None,
     };
+    let systems = match (&args.system, &args.save_system) {
+        (Some(path), _) => Some(SystemFile::open(path, &header, team)?),
+        (None, Some(path)) => Some(SystemFile::make(path, &header, team)?),
+        (None, None) => None,
+    };
     Ok(Begun {
         problem,
         header,
         output,
         keeper,
+        systems,
     })
 }
 
@@ -319,11 +338,12 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 
 /// Chooses what is open, sets up, walks, and says what came; `None` if that was interrupted before the walks.
 fn answer(
-    problem: &Problem,
+    begun: &Begun<'_>,
     signals: &Signals,
     work: &TeamWork<'_>,
     parts: u64,
 ) -> Result<Option<(Report, Ended)>, Failure> {
+    let problem = &begun.problem;
     let fail = Failure::of(&problem.file);
     let Resolved {
         targets, settings, ..
@@ -341,7 +361,7 @@ fn answer(
     let progress = Progress::new(most.saturating_mul(starts), signals);
     let doing = if is_chosen { "choosing" } else { "setting up" };
     progress.say(doing.to_owned());
-    let solver = Solver::with(model, settings.clone(), targets.clone());
+    let solver = begun.solver(targets.clone());
     let solved = solver.observer(&progress).execute(work).solve();
     progress.done();
     Ok(match solved {

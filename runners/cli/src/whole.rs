@@ -2,37 +2,35 @@
 
 use std::io::Write;
 
+use fredholm::SolveError;
 use fredholm::report::WholeReport;
-use fredholm::{SolveError, Solver};
 use fredholm_file::Resolved;
 
 use crate::args::Common;
 use crate::failure::{Ended, Failure, say};
-use crate::output::Output;
 use crate::progress::{Progress, Signals};
-use crate::solve::{Format, Problem};
+use crate::solve::{Begun, Format};
 use crate::table;
 use crate::threads::with_threads;
 
 /// Answers all targets of a problem from one set of walks.
 pub(crate) fn solve(
-    problem: &Problem,
+    begun: Begun<'_>,
     common: &Common,
-    output: Option<(Format, Output)>,
     signals: &Signals,
 ) -> Result<Ended, Failure> {
-    let answered = with_threads(common.threads, || answer(problem, signals))?;
+    let answered = with_threads(common.threads, || answer(&begun, signals))?;
     let Some(report) = answered? else {
         say("warning: interrupted before the walks");
         return Ok(Ended::Interrupted);
     };
     // Results that cannot be written to their file are printed nevertheless.
-    let written = output.map_or(Ok(()), |(format, output)| {
-        output.finish(match format {
+    let written = begun.output.map_or(Ok(()), |(format, output)| {
+        Ok(output.finish(match format {
             Format::Json => table::json(&report)?,
             Format::Csv => report.csv().map_err(Failure::run)?,
             Format::Svg(name) => table::whole_svg(&report, &name)?,
-        })
+        })?)
     });
     let text = if common.json {
         table::json(&report)?
@@ -55,7 +53,7 @@ pub(crate) fn solve(
         }
         "time_limit" => {
             say("warning: stopped at the time limit; these are partial results");
-            let asks_error = problem.resolved.settings.tolerance.is_some();
+            let asks_error = begun.problem.resolved.settings.tolerance.is_some();
             if asks_error {
                 Ended::ErrorNotReached
             } else {
@@ -72,13 +70,13 @@ pub(crate) fn solve(
 }
 
 /// Sets up, walks, and takes the values of all targets; `None` if that was interrupted before the walks.
-fn answer(problem: &Problem, signals: &Signals) -> Result<Option<WholeReport>, Failure> {
+fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<WholeReport>, Failure> {
+    let problem = &begun.problem;
     let fail = Failure::of(&problem.file);
     let Resolved { settings, .. } = &problem.resolved;
     let progress = Progress::new(settings.walk_options().walks, signals);
     progress.say("setting up".to_owned());
-    let solver = Solver::with(problem.model(), settings.clone(), Vec::new()).observer(&progress);
-    let whole = solver.whole();
+    let whole = begun.solver(Vec::new()).observer(&progress).whole();
     progress.done();
     match whole {
         Ok(whole) => Ok(Some(whole.report(&problem.goals).map_err(fail)?)),

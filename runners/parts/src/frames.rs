@@ -1,7 +1,7 @@
 //! Frames: records of any length, each with a checksum, one behind the other. What was being written when a process was
 //! killed has no checksum, and is no frame.
 
-use crc::{CRC_64_XZ, Crc, Table};
+use crc::{CRC_64_XZ, Crc, Digest, Table};
 
 use crate::content::Record;
 
@@ -18,6 +18,11 @@ const TAIL: usize = 8;
 /// The checksum of some bytes.
 pub(crate) fn checksum(bytes: &[u8]) -> u64 {
     CRC.checksum(bytes)
+}
+
+/// A checksum of bytes that come one after the other.
+pub(crate) fn digest() -> Digest<'static, u64, Table<16>> {
+    CRC.digest()
 }
 
 /// What a frame holds. The numbers are those of the format.

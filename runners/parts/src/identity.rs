@@ -15,6 +15,9 @@ const LONG: usize = 500;
 /// Characters around the first difference of two values that are shown.
 const SHOWN: usize = 30;
 
+/// The parts of a problem on which no solved system depends.
+const NOT_OF_THE_EQUATION: [&str; 2] = ["targets", "weights"];
+
 /// The problem of a run: all that its walks depend on before settings are chosen, and its text to read it again.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
@@ -68,6 +71,15 @@ impl Header {
     #[must_use]
     pub fn digest(&self) -> u64 {
         checksum(format!("{}{}{:?}", self.values, self.generator, self.problem).as_bytes())
+    }
+
+    /// The equation alone: what its solved systems depend on, each with a name.
+    #[must_use]
+    pub fn equation(&self) -> Vec<(String, String)> {
+        let version = ("version of results".to_owned(), self.values.to_string());
+        let problem = self.problem.iter();
+        let equation = problem.filter(|(name, _)| !NOT_OF_THE_EQUATION.contains(&name.as_str()));
+        [version].into_iter().chain(equation.cloned()).collect()
     }
 
     /// What differs from another problem; `None`: nothing that matters.
@@ -136,7 +148,7 @@ impl JobRecord {
     /// A checksum of all that the bits of a batch depend on.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        checksum(format!("{:?}", self.named()).as_bytes())
+        checksum_of(&self.named())
     }
 
     fn named(&self) -> Vec<(String, String)> {
@@ -186,8 +198,13 @@ impl JobRecord {
     }
 }
 
+/// A checksum of named values.
+pub(crate) fn checksum_of(named: &[(String, String)]) -> u64 {
+    checksum(format!("{named:?}").as_bytes())
+}
+
 /// The first of these values that differs, and how.
-fn difference(here: &[(String, String)], there: &[(String, String)]) -> Option<String> {
+pub(crate) fn difference(here: &[(String, String)], there: &[(String, String)]) -> Option<String> {
     let names = here.iter().map(|(name, _)| name);
     let other = there
         .iter()

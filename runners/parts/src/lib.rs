@@ -8,7 +8,9 @@ mod identity;
 mod keep;
 mod merge;
 mod notes;
+pub mod output;
 mod share;
+mod system;
 mod team;
 
 pub use content::{Content, Record, Run, Seconds};
@@ -19,4 +21,5 @@ pub use keep::{Keeper, Ready};
 pub use merge::{Behind, Merged, merge};
 pub use notes::options_of_the_problem;
 pub use share::{Share, ShareError};
+pub use system::{SystemContent, SystemFile};
 pub use team::{Alone, END, Team, TeamWork};

@@ -87,11 +87,13 @@ impl Merged {
 }
 
 /// Options of `solve` that say how much is done, where, and what becomes of it, with a value each.
-const NOT_OF_THE_PROBLEM: [&str; 7] = [
+const NOT_OF_THE_PROBLEM: [&str; 9] = [
     "--walks",
     "--part",
     "--after",
     "--save",
+    "--save-system",
+    "--system",
     "--out",
     "--threads",
     "--time-limit",

@@ -22,6 +22,7 @@ mod scene;
 mod solve;
 mod sphere;
 mod split;
+mod systems;
 mod terminal;
 mod theory;
 mod verify;

@@ -9,29 +9,29 @@ use std::thread::sleep;
 
 use common::{CIRCLE, Folder, Ran, circle_with, command, fredholm, is_long, list, number, wait};
 
-const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
+pub(crate) const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
     kernel = '0.5 * exp(-((x1 - y1)^2 + (x2 - y2)^2))'\nsource = '1 + x1'\n\
     [galerkin]\ncells = 4\ndegree = 1\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'weight'\nweight = 'x1 * x2'\n";
 
 /// A square with temperatures: irradiances and net fluxes have walks of their own.
-const ROOM: &str = "[problem]\nkind = 'room'\n\
+pub(crate) const ROOM: &str = "[problem]\nkind = 'room'\n\
     [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [1, 0]]\nemissivity = 0.5\ntemperature = 350\n\
     [[problem.surface]]\nname = 'others'\npoints = [[1, 0], [1, 1], [0, 1], [0, 0]]\nemissivity = 0.9\ntemperature = 290\n\
     [galerkin]\ncells = 20\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'spot'\nat = { surface = 'floor', t = 0.4 }\n";
 
-const SPHERE: &str = "[problem]\nkind = 'sphere'\nalbedo = 0.7\nasymmetry = 0.2\nemission = [1, 0.3, 0.2, 0.1]\n\
+pub(crate) const SPHERE: &str = "[problem]\nkind = 'sphere'\nalbedo = 0.7\nasymmetry = 0.2\nemission = [1, 0.3, 0.2, 0.1]\n\
     [galerkin]\ncells = 6\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'north'\nat = [0.1, 0.0]\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
 /// An exact source: (v, Φ) has an error of its own, which is no sum over walks.
-const EXACT: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * exp(-(x - y)^2)'\nsource = 'abs(x - 0.3)'\n\
+pub(crate) const EXACT: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * exp(-(x - y)^2)'\nsource = 'abs(x - 0.3)'\n\
     [galerkin]\ncells = 4\nexact_source = true\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'mean'\nover = 'all'\n";
 
 /// The JSON of a run without what the clock told.
-fn whole(problem: &str, args: &[&str]) -> String {
+pub(crate) fn whole(problem: &str, args: &[&str]) -> String {
     let folder = Folder::new();
     let ran = folder.solve(problem, &[args, &["--json"]].concat());
     assert_eq!(ran.status, Some(0), "{ran:?}");
@@ -39,7 +39,7 @@ fn whole(problem: &str, args: &[&str]) -> String {
 }
 
 /// The parts of a run, each in a file; in the order of a shuffle.
-fn parts(folder: &Folder, problem: &str, of: usize, args: &[&str]) -> Vec<String> {
+pub(crate) fn parts(folder: &Folder, problem: &str, of: usize, args: &[&str]) -> Vec<String> {
     let file = folder.file("problem.toml", problem);
     let mut paths: Vec<String> = (1..=of)
         .map(|k| {
@@ -63,7 +63,7 @@ fn parts(folder: &Folder, problem: &str, of: usize, args: &[&str]) -> Vec<String
     paths
 }
 
-fn merge(paths: &[String], args: &[&str]) -> Ran {
+pub(crate) fn merge(paths: &[String], args: &[&str]) -> Ran {
     let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
     fredholm(&[&["merge"], &paths[..], args].concat())
 }

@@ -1,5 +1,6 @@
 //! Files that are written whole or not at all.
 
+use core::fmt::{self, Display};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf, is_separator};
@@ -7,7 +8,42 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use crate::failure::Failure;
+/// Why a file is not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputError {
+    /// Which file it is, as a message begins.
+    pub file: String,
+    /// The reason.
+    pub why: String,
+    /// Whether another path would help, and not more room.
+    pub is_input: bool,
+}
+
+impl Display for OutputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file, self.why)
+    }
+}
+
+impl core::error::Error for OutputError {}
+
+impl OutputError {
+    fn refused(option: &str, path: &Path, why: &dyn Display) -> Self {
+        Self {
+            file: format!("`{option} {}`", path.display()),
+            why: why.to_string(),
+            is_input: true,
+        }
+    }
+
+    fn failed(path: &Path, why: &dyn Display) -> Self {
+        Self {
+            file: format!("cannot write {}", path.display()),
+            why: why.to_string(),
+            is_input: false,
+        }
+    }
+}
 
 /// What an abrupt end must not leave behind: temporary files, and folders that were made for them.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -19,12 +55,14 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 
 /// Removes what an abrupt end would leave behind. Files that got their names are no longer found
 /// under the old ones, and folders that are not empty stay.
-pub(crate) fn remove_unfinished() {
+pub fn remove_unfinished() {
     remove(&mut unfinished());
 }
 
-/// The same, and from now on nothing new is made: for the end of the program.
-pub(crate) fn give_up() -> MutexGuard<'static, Vec<PathBuf>> {
+/// Removes what an abrupt end would leave behind, and lets nothing new be made as long as what it returns is held: for the end
+/// of the program.
+#[must_use]
+pub fn give_up() -> MutexGuard<'static, Vec<PathBuf>> {
     let mut unfinished = unfinished();
     remove(&mut unfinished);
     unfinished
@@ -39,18 +77,19 @@ fn remove(unfinished: &mut Vec<PathBuf>) {
 /// A file that exists under its name only once it is complete. Opened before the work starts, so
 /// that a place that cannot be written to is an error at once.
 #[derive(Debug)]
-pub(crate) struct Output {
+pub struct Output {
     path: PathBuf,
     file: NamedTempFile,
 }
 
 impl Output {
-    /// Makes sure that `path` can be written.
-    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+    /// Makes sure that the path of an option, `--out` for instance, can be written.
+    ///
+    /// # Errors
+    /// [`OutputError`]: it is a folder, or nothing can be written there.
+    pub fn open(option: &str, path: &Path) -> Result<Self, OutputError> {
         let mut unfinished = unfinished();
-        let refuse = |why: &dyn core::fmt::Display| {
-            Failure::input(format_args!("`--out {}`: {why}", path.display()))
-        };
+        let refuse = |why: &dyn Display| OutputError::refused(option, path, why);
         // A file's name does not end in a separator, though `Path` does not see it.
         let bytes = path.as_os_str().as_encoded_bytes();
         let separated = bytes.last().is_some_and(|&b| is_separator(char::from(b)));
@@ -85,19 +124,23 @@ impl Output {
     }
 
     /// Writes the content and gives the file its name.
-    pub(crate) fn finish(self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// [`OutputError`]: it cannot be written.
+    pub fn finish(self, content: impl AsRef<[u8]>) -> Result<(), OutputError> {
         self.finish_with(|file| file.write_all(content.as_ref()))
     }
 
     /// Writes piece by piece what is too large to be kept, and gives the file its name.
-    pub(crate) fn finish_with(
+    ///
+    /// # Errors
+    /// [`OutputError`]: it cannot be written.
+    pub fn finish_with(
         mut self,
         write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), OutputError> {
         let path = self.path;
-        let fail = |error: &dyn core::fmt::Display| {
-            Failure::run(format_args!("cannot write {}: {error}", path.display()))
-        };
+        let fail = |error: &dyn Display| OutputError::failed(&path, error);
         write(&mut self.file)
             .and_then(|()| self.file.as_file().sync_all())
             .and_then(|()| open_to_others(&self.file))
@@ -121,11 +164,15 @@ fn open_to_others(file: &NamedTempFile) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The files of a folder, which is made if it is not there.
-pub(crate) fn open_all<const N: usize>(
+/// The files of the folder of an option, which is made if it is not there.
+///
+/// # Errors
+/// [`OutputError`]: nothing can be written there.
+pub fn open_all<const N: usize>(
+    option: &str,
     folder: &Path,
     names: [&str; N],
-) -> Result<[Output; N], Failure> {
+) -> Result<[Output; N], OutputError> {
     let mut unfinished = unfinished();
     // Folders around it too, the outermost first.
     let new = folder
@@ -136,17 +183,18 @@ pub(crate) fn open_all<const N: usize>(
     // Before they are made: of several, one may be there when another cannot be.
     unfinished.extend(new);
     fs::create_dir_all(folder).map_err(|error| {
-        Failure::input(format_args!(
-            "`--out {}`: cannot make this folder: {error}",
-            folder.display()
-        ))
+        OutputError::refused(
+            option,
+            folder,
+            &format_args!("cannot make this folder: {error}"),
+        )
     })?;
     drop(unfinished);
     let mut outputs = Vec::with_capacity(N);
     for name in names {
-        outputs.push(Output::open(&folder.join(name))?);
+        outputs.push(Output::open(option, &folder.join(name))?);
     }
     outputs
         .try_into()
-        .map_err(|_| Failure::run("as many files as names"))
+        .map_err(|_| OutputError::failed(folder, &"as many files as names"))
 }

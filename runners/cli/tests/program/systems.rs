@@ -1,0 +1,209 @@
+//! Solved systems in files: one set-up for many runs, with the bits of a set-up of each.
+
+use std::fs;
+
+use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long};
+use crate::parts::{CUBE, EXACT, ROOM, SPHERE, merge, parts, whole};
+
+/// A product in three dimensions, whose tables are those of axes.
+const PRODUCT: &str = "[problem]\nkind = 'cube'\ndimension = 3\n\
+    kernel_factors = ['0.5 * exp(-(x - y)^2)', 'exp(-(x - y)^2)', '1 - 0.3 * x * y']\nsource = '1 + x1'\n\
+    [galerkin]\ncells = 4\ndegree = 1\n[walk]\nwalks = 20000\nbatch = 256\n\
+    [[target]]\nname = 'mean'\nover = 'all'\n";
+
+/// Pointwise pairs beside those in S.
+const POINTWISE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * abs(x - y)'\n\
+    kernel_integral = '0.25 * (y - x) * abs(y - x)'\nsource = '1'\n\
+    [galerkin]\ncells = 12\n[walk]\nwalks = 20000\nbatch = 256\n[[target]]\nname = 'mean'\nover = 'all'\n";
+
+/// The problem of this degree.
+fn of_degree(problem: &str, degree: usize) -> String {
+    let problem = problem
+        .replace("degree = 0\n", "")
+        .replace("degree = 1\n", "");
+    problem.replace("[galerkin]\n", &format!("[galerkin]\ndegree = {degree}\n"))
+}
+
+fn solve(folder: &Folder, problem: &str, args: &[&str]) -> Ran {
+    let ran = folder.solve(problem, &[args, &["--json"]].concat());
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    ran
+}
+
+/// The file with `--save-system`, with it again, and by `--system`: all have the bits of a run without.
+fn has_the_same_bits(problem: &str, args: &[&str]) {
+    let folder = Folder::new();
+    let path = folder.at("system");
+    let expected = whole(problem, args);
+    for option in ["--save-system", "--save-system", "--system"] {
+        let ran = solve(&folder, problem, &[args, &[option, &path]].concat());
+        assert_eq!(ran.timeless(), expected, "{option} {args:?} {problem}");
+    }
+    // No more than the system is left.
+    assert_eq!(folder.names(), ["problem.toml", "system"]);
+}
+
+#[test]
+fn a_saved_system_has_the_bits_of_its_set_up() {
+    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, EXACT, ROOM, SPHERE] {
+        let degrees: &[usize] = match problem {
+            SPHERE | POINTWISE => &[0],
+            _ if is_long() => &[0, 1, 2],
+            EXACT => &[0],
+            _ => &[1],
+        };
+        for &degree in degrees {
+            let problem = of_degree(problem, degree);
+            let walks: &[[&str; 2]] = &[
+                ["f64", "absorption"],
+                ["f32", "collision"],
+                ["f64", "collision"],
+                ["f32", "absorption"],
+            ];
+            for [scalar, estimator] in &walks[..if is_long() { 4 } else { 2 }] {
+                has_the_same_bits(&problem, &["--scalar", scalar, "--estimator", estimator]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_saved_system_serves_other_pairs_forms_and_the_whole_function() {
+    has_the_same_bits(ROOM, &["--pairs", "pointwise"]);
+    has_the_same_bits(ROOM, &["--pairs", "theory"]);
+    has_the_same_bits(POINTWISE, &["--pairs", "theory"]);
+    has_the_same_bits(CIRCLE, &["--form", "residual"]);
+    for problem in [CIRCLE, CUBE, ROOM, SPHERE] {
+        has_the_same_bits(problem, &["--whole"]);
+    }
+}
+
+#[test]
+fn one_system_serves_all_parts_seeds_and_targets() {
+    let folder = Folder::new();
+    let path = folder.at("system");
+    let args = ["--save-system", path.as_str()];
+    let paths = parts(&folder, ROOM, 3, &args);
+    assert_eq!(merge(&paths, &["--json"]).timeless(), whole(ROOM, &[]));
+    let written = fs::read(&path).unwrap();
+    // What does not belong to the system may be other.
+    let other = ROOM
+        .replace("t = 0.4", "t = 0.7")
+        .replace("batch = 256", "batch = 512");
+    let args = ["--seed", "5", "--walks", "3000", "--pairs", "pointwise"];
+    let system = ["--system", path.as_str()];
+    let ran = solve(&folder, &other, &[&args[..], &system].concat());
+    assert_eq!(ran.timeless(), whole(&other, &args));
+    assert_eq!(fs::read(&path).unwrap(), written);
+}
+
+fn refused(ran: &Ran, words: &[&str]) {
+    assert_eq!((ran.status, ran.stdout.as_str()), (Some(2), ""), "{ran:?}");
+    for word in words {
+        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+    }
+}
+
+#[test]
+fn a_system_of_another_problem_is_refused_with_what_differs() {
+    let folder = Folder::new();
+    let path = folder.at("system");
+    solve(&folder, CIRCLE, &["--save-system", &path]);
+    let written = fs::read(&path).unwrap();
+    let others: [(&str, &[&str], &str); 7] = [
+        (
+            CIRCLE,
+            &["--cells", "22"],
+            "`cells` is 22 here and 20 there",
+        ),
+        (CIRCLE, &["--degree", "1"], "`degree` is 1 here and 0 there"),
+        (
+            CIRCLE,
+            &["--scalar", "f32"],
+            "`scalar` is f32 here and f64 there",
+        ),
+        (
+            &circle_with("absorption = 0.2", "absorption = 0.3"),
+            &[],
+            "`absorption` is 0.3 here and 0.2 there",
+        ),
+        (
+            &circle_with("[0.3, 0.7]", "[0.3, 0.6]"),
+            &[],
+            "`problem` is",
+        ),
+        (
+            &circle_with("constant = 5.0", "constant = 6.0"),
+            &[],
+            "`problem` is",
+        ),
+        (CUBE, &[], "`kind` is cube here and circle there"),
+    ];
+    for (problem, args, what) in others {
+        for option in ["--system", "--save-system"] {
+            let ran = folder.solve(problem, &[args, &[option, &path]].concat());
+            refused(&ran, &["another problem", what, option, "system"]);
+        }
+    }
+    assert_eq!(fs::read(&path).unwrap(), written);
+}
+
+#[test]
+fn what_is_no_system_is_refused_and_left_alone() {
+    let folder = Folder::new();
+    let path = folder.at("system");
+    refused(
+        &folder.solve(CIRCLE, &["--system", &path]),
+        &["cannot open it"],
+    );
+    let none = folder.at("none/system");
+    refused(
+        &folder.solve(CIRCLE, &["--save-system", &none]),
+        &["cannot write it", "there is no folder"],
+    );
+    let notes = folder.file("notes", "buy milk");
+    let empty = folder.file("empty", "");
+    solve(&folder, CIRCLE, &["--save-system", &path]);
+    let good = fs::read(&path).unwrap();
+    let mut later = good.clone();
+    later[16] = b'2';
+    let later = folder.file("later", &later);
+    let mut damaged = good.clone();
+    damaged[good.len() / 2] ^= 1;
+    let damaged = folder.file("damaged", &damaged);
+    let short = folder.file("short", &good[..good.len() - 8]);
+    let part = folder.at("part");
+    solve(&folder, CIRCLE, &["--save", &part]);
+    for option in ["--system", "--save-system"] {
+        for (path, word) in [
+            (&notes, "no solved system"),
+            (&empty, "no solved system"),
+            (&part, "no solved system"),
+            (&later, "another version of the format"),
+            (&damaged, "it is damaged"),
+            (&short, "it is damaged"),
+        ] {
+            refused(&folder.solve(CIRCLE, &[option, path]), &[word, path]);
+        }
+    }
+    assert_eq!(fs::read_to_string(&notes).unwrap(), "buy milk");
+    refused(
+        &folder.solve(CIRCLE, &["--system", &path, "--save-system", &path]),
+        &["cannot be used with"],
+    );
+    // A choice solves many systems.
+    let open = circle_with("cells = 20\n", "");
+    let ran = folder.solve(&open, &["--save-system", &none, "--target-error", "1e-3"]);
+    assert_eq!(ran.status, Some(2));
+    let new = folder.at("new");
+    let ran = folder.solve(&open, &["--save-system", &new, "--target-error", "1e-3"]);
+    refused(&ran, &["`cells`", "fredholm check"]);
+    assert!(!folder.names().contains(&"new".to_owned()));
+    assert!(
+        folder.names().iter().all(|name| !name.starts_with('.')),
+        "{:?}",
+        folder.names()
+    );
+    let merged = fredholm(&["merge", &path]);
+    refused(&merged, &["no part of a run"]);
+}
