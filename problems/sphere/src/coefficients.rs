@@ -61,7 +61,13 @@ impl MeanTable {
     /// use fredholm_core::galerkin::GalerkinMatrix;
     /// use fredholm_sphere::{MeanTable, Parameters, Sphere};
     ///
-    /// let parameters = Parameters { albedo: 0.5, asymmetry: 0.2, ..Parameters::default() };
+    /// let parameters = Parameters {
+    ///     albedo: 0.7,
+    ///     asymmetry: 0.2,
+    ///     emission: [1.0, 0.3, 0.2, 0.1],
+    ///     absorption: 0.2,
+    ///     forward: 0.0,
+    /// };
     /// let sphere = Sphere::<f64>::new(2, 4, &parameters)?;
     /// let table = MeanTable::new(&sphere)?;
     /// let again = MeanTable::from_entries(&sphere, table.entries().to_vec())?;

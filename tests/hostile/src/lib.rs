@@ -8,8 +8,10 @@
 mod bytes;
 mod memory;
 mod part;
+mod system;
 mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
 pub use part::{good_part, part, part_with_checksums};
+pub use system::{good_systems, system, system_with_checksum};
 pub use text::{deck, formula, problem_file, scene};

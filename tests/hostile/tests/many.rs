@@ -1,8 +1,8 @@
 //! Ten million inputs, as many for each reader: good ones that are spoilt, by a loop without a fuzzer.
 
 use fredholm_hostile::{
-    deck, formula, good_part, part, part_with_checksums, problem_file, scene, table,
-    table_with_checksum,
+    deck, formula, good_part, good_systems, part, part_with_checksums, problem_file, scene, system,
+    system_with_checksum, table, table_with_checksum,
 };
 
 mod seeds;
@@ -100,6 +100,19 @@ fn millions_of_parts_are_read_or_refused() {
     // The first bytes of the second are mended, too.
     let readers: [(&[u8], usize, Reader); 2] = [(&good, 0, part), (&good, 16, part_with_checksums)];
     feed(&readers, 29);
+}
+
+/// Solved systems of every kind.
+#[test]
+fn millions_of_systems_are_read_or_refused() {
+    let good = good_systems();
+    let mut readers: Vec<(&[u8], usize, Reader)> = Vec::new();
+    for good in &good {
+        readers.push((good, 0, system));
+        // Most bytes of the others are behind a checksum that is mended.
+        readers.extend([(&good[..], 24, system_with_checksum as Reader); 2]);
+    }
+    feed(&readers, 30);
 }
 
 /// Feeds spoilt inputs to each of the readers in turn.

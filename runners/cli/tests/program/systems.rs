@@ -1,8 +1,9 @@
 //! Solved systems in files: one set-up for many runs, with the bits of a set-up of each.
 
 use std::fs;
+use std::process::{Command, Stdio};
 
-use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long};
+use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long, wait};
 use crate::parts::{CUBE, EXACT, ROOM, SPHERE, merge, parts, whole};
 
 /// A product in three dimensions, whose tables are those of axes.
@@ -95,6 +96,28 @@ fn one_system_serves_all_parts_seeds_and_targets() {
     let ran = solve(&folder, &other, &[&args[..], &system].concat());
     assert_eq!(ran.timeless(), whole(&other, &args));
     assert_eq!(fs::read(&path).unwrap(), written);
+}
+
+/// A file that may have no more bytes stands for a full disk.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_no_system_behind() {
+    let folder = Folder::new();
+    // 300² numbers of eight bytes.
+    let file = folder.file("problem.toml", CUBE.replace("cells = 4", "cells = 10"));
+    let path = folder.at("system");
+    let program = env!("CARGO_BIN_EXE_fredholm");
+    let script =
+        format!("trap '' XFSZ; ulimit -f 100; exec {program} solve {file} --save-system {path}");
+    let child = Command::new("bash")
+        .args(["-c", &script])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    let ran = wait(child.unwrap());
+    assert_eq!((ran.status, ran.stdout.as_str()), (Some(1), ""), "{ran:?}");
+    assert!(ran.stderr.contains("cannot write it"), "{ran:?}");
+    assert_eq!(folder.names(), ["problem.toml"]);
 }
 
 fn refused(ran: &Ran, words: &[&str]) {

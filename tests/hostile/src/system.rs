@@ -1,0 +1,222 @@
+//! Files of solved systems.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use crc::{CRC_64_XZ, Crc, Table};
+use fredholm::circle::{Emission, Harmonic};
+use fredholm::model::Request;
+use fredholm::room::{Material, Surfaces};
+use fredholm::sphere::Parameters;
+use fredholm::systems::SavedSystem;
+use fredholm::{
+    CircleModel, CubeModel, Goal, Model, RoomModel, Scalar, Settings, SphereModel, System,
+};
+use fredholm_core::Batch;
+use fredholm_parts::SystemContent;
+
+use crate::memory::Bound;
+
+static CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);
+
+/// Bytes of the checksum at the end, and of what stands before the head.
+const SUM: usize = 8;
+const START: usize = 32;
+
+/// What reading takes: the smallest named values become two texts each, in lists that grow to twice their size.
+const MEMORY: Bound = Bound {
+    each: 128,
+    besides: 64 << 10,
+};
+
+/// An equation of every kind, and its cells.
+static MODELS: LazyLock<Vec<(Box<dyn Model>, Settings)>> = LazyLock::new(|| {
+    let wave = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let wall = Material {
+        reflectance: 0.5,
+        emission: 1.0,
+    };
+    let haze = Parameters {
+        albedo: 0.7,
+        asymmetry: 0.2,
+        emission: [1.0, 0.3, 0.2, 0.1],
+        absorption: 0.2,
+        forward: 0.0,
+    };
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    let room = RoomModel::new(Surfaces::default().with("all", &square, wall), Scalar::F64);
+    let factor = |_: usize, x: f64, y: f64| 0.5 + 0.1 * x * y;
+    let models: [(Box<dyn Model>, usize, usize); 5] = [
+        (
+            Box::new(CircleModel::new(vec![0.5], Emission::Harmonic(wave))),
+            4,
+            1,
+        ),
+        (
+            Box::new(CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0])),
+            3,
+            0,
+        ),
+        (
+            Box::new(CubeModel::from_factors::<2>(factor, |x| x[0])),
+            2,
+            1,
+        ),
+        (Box::new(room.expect("a square is a room")), 4, 0),
+        (Box::new(SphereModel::new(haze)), 2, 0),
+    ];
+    let with = |(model, cells, degree)| {
+        let settings = Settings {
+            cells: Some(cells),
+            degree: Some(degree),
+            ..Settings::default()
+        };
+        (model, settings)
+    };
+    models.into_iter().map(with).collect()
+});
+
+/// A good file of every kind of system.
+///
+/// # Panics
+/// Never: these systems are solved.
+#[must_use]
+pub fn good_systems() -> Vec<Vec<u8>> {
+    let file = |(model, settings): &(Box<dyn Model>, Settings)| {
+        let cells = model
+            .partition(&settings.discretisation())
+            .expect("few cells");
+        let system = cells.solve(0.2).expect("a solution");
+        let content = SystemContent {
+            of: vec![("kind".to_owned(), model.about().kind.to_owned())],
+            saved: system.saved().expect("numbers"),
+        };
+        let mut bytes = Vec::new();
+        content.write(&mut bytes).expect("room for some bytes");
+        bytes
+    };
+    MODELS.iter().map(file).collect()
+}
+
+/// Reads a file of a solved system, and makes the system of it, of every kind that it fits.
+///
+/// # Panics
+/// If that takes more memory than it may, if a refusal does not name the file, if what is read is written otherwise, or if
+/// walks that follow such a system do more than fail.
+pub fn system(bytes: &[u8]) {
+    let path = Path::new("a.system");
+    match MEMORY.holds(bytes.len(), || SystemContent::read(path, bytes)) {
+        Err(error) => {
+            let text = error.to_string();
+            assert!(
+                text.starts_with("a.system: ") && !text.contains(char::is_control),
+                "{text:?}"
+            );
+        }
+        Ok(content) => {
+            let mut written = Vec::new();
+            // Numbers that are none are not written.
+            if content.write(&mut written).is_ok() && is_finite(&content.saved) {
+                let again = SystemContent::read(path, &written).expect("it was written");
+                assert_eq!(again.of, content.of);
+                assert_eq!(numbers(&again.saved), numbers(&content.saved));
+            }
+            for model in MODELS.iter() {
+                restore(model, &content.saved);
+            }
+        }
+    }
+}
+
+/// Makes the system of a model's cells of these numbers, and walks once.
+fn restore((model, settings): &(Box<dyn Model>, Settings), saved: &SavedSystem<'_>) {
+    let cells = model
+        .partition(&settings.discretisation())
+        .expect("few cells");
+    let Ok(system) = cells.restore(saved.clone()) else {
+        return;
+    };
+    let again = system.saved().expect("numbers");
+    assert_eq!(numbers(&again), numbers(saved));
+    walk(&**model, settings, &*system);
+}
+
+fn walk(model: &dyn Model, settings: &Settings, system: &dyn System) {
+    let goals = [Goal {
+        name: "mean".to_owned(),
+        region: model.whole(),
+    }];
+    let request = Request {
+        goals: &goals,
+        walk: &settings.walk_options(),
+        only_u: true,
+    };
+    // Numbers of any size may overflow: that is an error of the walk.
+    let _ = system.job(&request, &mut |prepared| {
+        let mut batch = Batch::new(0, 1, 1);
+        let _ = prepared.job.run(0, &mut batch, 1);
+        Ok(())
+    });
+}
+
+fn is_finite(saved: &SavedSystem<'_>) -> bool {
+    saved.solution.convergence.residual.is_finite() && saved.solution.radius_bound.is_finite()
+}
+
+/// All numbers, as bits.
+fn numbers(saved: &SavedSystem<'_>) -> (Vec<u64>, Vec<u64>, Vec<u8>, u32, [u64; 2]) {
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect();
+    let solution = &saved.solution;
+    let (convergence, bound) = (solution.convergence, solution.radius_bound);
+    (
+        bits(&solution.v),
+        bits(&saved.coefficients),
+        saved.views.to_vec(),
+        convergence.sweeps,
+        [convergence.residual.to_bits(), bound.to_bits()],
+    )
+}
+
+/// As [`system`], with the checksum and the length of the head mended, so that what is behind them is met.
+///
+/// # Panics
+/// As [`system`].
+pub fn system_with_checksum(bytes: &[u8]) {
+    let mut mended = bytes.to_vec();
+    let Some(end) = mended.len().checked_sub(SUM).filter(|&end| end >= START) else {
+        return;
+    };
+    mended[..24].copy_from_slice(b"fredholm system 1      \n");
+    // The head ends with the first bracket that does, if there is one.
+    if let Some(length) = mended[START..end].windows(2).position(|two| two == b"]}") {
+        mended[24..START].copy_from_slice(&(length as u64 + 2).to_le_bytes());
+    }
+    let sum = CRC.checksum(&mended[..end]);
+    mended[end..].copy_from_slice(&sum.to_le_bytes());
+    system(&mended);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use fredholm_parts::SystemContent;
+
+    use super::{MODELS, good_systems, numbers, system, system_with_checksum};
+
+    #[test]
+    fn the_good_systems_are_good() {
+        for (bytes, (model, settings)) in good_systems().iter().zip(MODELS.iter()) {
+            let content = SystemContent::read(Path::new("a"), bytes).unwrap();
+            let cells = model.partition(&settings.discretisation()).unwrap();
+            let again = cells.restore(content.saved.clone()).unwrap();
+            assert_eq!(numbers(&again.saved().unwrap()), numbers(&content.saved));
+            system(bytes);
+            system_with_checksum(bytes);
+        }
+    }
+}
