@@ -174,9 +174,6 @@ fn a_file_of_other_walks_is_not_gone_on_with() {
         "{message}"
     );
     assert_eq!(fs::read(&path).unwrap(), before);
-    // While it is held nobody else writes it.
-    let held = PartFile::open(&path, &header("x"), None).unwrap_err();
-    assert!(held.message.contains("another process"), "{held}");
 }
 
 /// 200 parts by day, 10,000 with `FREDHOLM_LONG`, when it also says how long the merge took.
@@ -227,4 +224,29 @@ fn thousands_of_parts_merge() {
 /// The most bytes that were held at a time.
 fn allocated(work: impl FnOnce()) -> u64 {
     allocation_counter::measure(work).bytes_max
+}
+
+/// The lock is of the open file, so that one process may stand for two.
+#[test]
+fn a_file_that_is_held_is_refused_and_left_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("held");
+    keep(&path, None);
+    let written = fs::read(&path).unwrap();
+    let held = Keeper::open(&path, &header("x"), None).unwrap();
+    let error = Keeper::open(&path, &header("x"), None).unwrap_err();
+    assert!(
+        error.is_input && error.message.contains("another process is writing it"),
+        "{error}"
+    );
+    assert_eq!(fs::read(&path).unwrap(), written);
+    // It may be looked at meanwhile, and had when nobody holds it any more.
+    assert!(
+        merge(core::slice::from_ref(&path), None)
+            .unwrap()
+            .missing
+            .is_empty()
+    );
+    drop(held);
+    assert!(Keeper::open(&path, &header("x"), None).is_ok());
 }

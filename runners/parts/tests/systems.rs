@@ -90,3 +90,34 @@ fn numbers_that_do_not_fit_the_cells_are_refused() {
         );
     }
 }
+
+#[test]
+fn a_system_of_other_cells_or_another_equation_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("system");
+    walks(
+        4,
+        Some(&SystemFile::make(&path, &header(), &Alone).unwrap()),
+    );
+    let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    let file = open(&path).unwrap();
+    let error = Solver::new(&u)
+        .mean()
+        .cells(5)
+        .systems(&file)
+        .solve()
+        .unwrap_err();
+    assert!(
+        error.to_string().contains("`cells` is 5 here and 4 there"),
+        "{error}"
+    );
+    let other = vec![("problem".to_owned(), "x y/3, x".to_owned())];
+    let other = Header::new(other, String::new(), String::new(), String::new());
+    for open in [SystemFile::open, SystemFile::make] {
+        let error = open(&path, &other, &Alone).unwrap_err();
+        assert!(
+            error.is_input && error.message.contains("`problem` is x y/3"),
+            "{error}"
+        );
+    }
+}
