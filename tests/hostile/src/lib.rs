@@ -13,5 +13,5 @@ mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
 pub use part::{good_part, part, part_with_checksums};
-pub use system::{good_systems, system, system_with_checksum};
+pub use system::{good_systems, system, system_of_numbers, system_with_checksum};
 pub use text::{deck, formula, problem_file, scene};

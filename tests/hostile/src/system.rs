@@ -1,5 +1,6 @@
 //! Files of solved systems.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -200,13 +201,52 @@ pub fn system_with_checksum(bytes: &[u8]) {
     system(&mended);
 }
 
+/// The numbers of a good system of every kind.
+static GOOD: LazyLock<Vec<SavedSystem<'static>>> = LazyLock::new(|| {
+    let owned = |bytes: Vec<u8>| {
+        let content = SystemContent::read(Path::new("good"), &bytes).expect("a good system");
+        SavedSystem {
+            solution: Cow::Owned(content.saved.solution.into_owned()),
+            coefficients: Cow::Owned(content.saved.coefficients.into_owned()),
+            views: Cow::Owned(content.saved.views.into_owned()),
+        }
+    };
+    good_systems().into_iter().map(owned).collect()
+});
+
+/// Makes a system of good numbers that the bytes change, behind one that says of which kind, and walks once.
+///
+/// # Panics
+/// If the walk does more than fail.
+pub fn system_of_numbers(bytes: &[u8]) {
+    let Some((&kind, changes)) = bytes.split_first() else {
+        return;
+    };
+    let kind = usize::from(kind) % MODELS.len();
+    let mut saved = GOOD[kind].clone();
+    let mut changes = changes.iter().copied();
+    let solution = saved.solution.to_mut();
+    let bound = core::iter::once(&mut solution.radius_bound);
+    let numbers = bound
+        .chain(&mut solution.v)
+        .chain(saved.coefficients.to_mut());
+    for number in numbers {
+        let bits = [(); 8].map(|()| changes.next().unwrap_or(0));
+        *number = f64::from_bits(number.to_bits() ^ u64::from_be_bytes(bits));
+    }
+    for (view, change) in saved.views.to_mut().iter_mut().zip(changes) {
+        *view ^= change;
+    }
+    restore(&MODELS[kind], &saved);
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use fredholm_parts::SystemContent;
 
-    use super::{MODELS, good_systems, numbers, system, system_with_checksum};
+    use super::{MODELS, good_systems, numbers, system, system_of_numbers, system_with_checksum};
 
     #[test]
     fn the_good_systems_are_good() {
@@ -218,5 +258,6 @@ mod tests {
             system(bytes);
             system_with_checksum(bytes);
         }
+        (0..5).for_each(|kind| system_of_numbers(&[kind]));
     }
 }

@@ -2,7 +2,7 @@
 
 use fredholm_hostile::{
     deck, formula, good_part, good_systems, part, part_with_checksums, problem_file, scene, system,
-    system_with_checksum, table, table_with_checksum,
+    system_of_numbers, system_with_checksum, table, table_with_checksum,
 };
 
 mod seeds;
@@ -110,8 +110,15 @@ fn millions_of_systems_are_read_or_refused() {
     for good in &good {
         readers.push((good, 0, system));
         // Most bytes of the others are behind a checksum that is mended.
-        readers.extend([(&good[..], 24, system_with_checksum as Reader); 2]);
+        readers.push((good, 24, system_with_checksum));
     }
+    // No change of any number, behind the byte of a kind.
+    let kinds = [0, 1, 2, 3, 4].map(|kind| [&[kind][..], &[0; 80]].concat());
+    readers.extend(
+        kinds
+            .iter()
+            .map(|kind| (&kind[..], 1, system_of_numbers as Reader)),
+    );
     feed(&readers, 30);
 }
 

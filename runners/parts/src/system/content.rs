@@ -80,18 +80,12 @@ impl<'a> SystemContent<'a> {
     /// # Errors
     /// [`PartError`]: it is no system, or of another version, or damaged.
     pub fn read(path: &Path, bytes: &'a [u8]) -> Result<Self, PartError> {
+        Self::of_whole(path, check_whole(path, bytes)?)
+    }
+
+    /// Reads bytes that [`check_whole`] let pass.
+    pub(crate) fn of_whole(path: &Path, summed: &'a [u8]) -> Result<Self, PartError> {
         let refuse = |message: &str| PartError::refused(path, message);
-        check_magic(path, bytes)?;
-        let damaged = || {
-            refuse(
-                "it is damaged: its checksum is wrong, so that a byte was lost or changed; remove it, and make it again \
-                 with `--save-system`",
-            )
-        };
-        let (summed, sum) = bytes.split_last_chunk::<SUM>().ok_or_else(damaged)?;
-        if checksum(summed) != u64::from_le_bytes(*sum) {
-            return Err(damaged());
-        }
         let contradiction = || refuse("its lengths contradict each other: make it again");
         let head = part(summed, MAGIC.len()..START).and_then(|bytes| bytes.first_chunk());
         let length = head.and_then(|length| usize::try_from(u64::from_le_bytes(*length)).ok());
@@ -212,6 +206,22 @@ fn numbers(bytes: &[u8]) -> Cow<'_, [f64]> {
     }
     let (each, _) = bytes.as_chunks::<8>();
     Cow::Owned(each.iter().map(|x| f64::from_le_bytes(*x)).collect())
+}
+
+/// The bytes before the checksum, if that is right: looked at once, as it takes every byte.
+///
+/// # Errors
+/// [`PartError`]: it is no system, of another version, or damaged.
+pub(crate) fn check_whole<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], PartError> {
+    check_magic(path, bytes)?;
+    match bytes.split_last_chunk::<SUM>() {
+        Some((summed, sum)) if checksum(summed) == u64::from_le_bytes(*sum) => Ok(summed),
+        _ => Err(PartError::refused(
+            path,
+            "it is damaged: its checksum is wrong, so that a byte was lost or changed; remove it, and make it again with \
+             `--save-system`",
+        )),
+    }
 }
 
 /// Refuses what does not begin as a system does.

@@ -10,7 +10,7 @@ use fredholm::{Choices, Error, System};
 use crate::error::PartError;
 use crate::identity::{Header, checksum_of, difference};
 use crate::output::{Output, OutputError};
-use crate::system::SystemContent;
+use crate::system::content::{SystemContent, check_whole};
 use crate::team::Team;
 
 /// The option of a file that is made if it is not there.
@@ -46,7 +46,8 @@ pub struct SystemFile<'a> {
     output: Mutex<Option<Output>>,
     /// Whether a file that is not there is made.
     makes: bool,
-    map: OnceLock<FileBuffer>,
+    /// The file, and its bytes before the checksum.
+    map: OnceLock<(FileBuffer, usize)>,
 }
 
 impl core::fmt::Debug for SystemFile<'_> {
@@ -64,7 +65,7 @@ impl<'a> SystemFile<'a> {
     /// [`PartError`]: it is not there, no system, damaged, or of another equation.
     pub fn open(path: &Path, header: &Header, team: &'a dyn Team) -> Result<Self, PartError> {
         let file = Self::new(path, header, team, false);
-        file.check(file.map()?)?;
+        file.check()?;
         Ok(file)
     }
 
@@ -78,7 +79,7 @@ impl<'a> SystemFile<'a> {
             return Ok(file);
         }
         if path.exists() {
-            file.check(file.map()?)?;
+            file.check()?;
         } else {
             let output = Output::open(MAKE, path).map_err(|error| file.not_written(error))?;
             *file.output() = Some(output);
@@ -108,21 +109,23 @@ impl<'a> SystemFile<'a> {
         }
     }
 
-    /// The bytes of the file, mapped.
-    fn map(&self) -> Result<&[u8], PartError> {
-        if let Some(map) = self.map.get() {
-            return Ok(map);
+    /// The content of the file, which is mapped and looked at as a whole once.
+    fn content(&self) -> Result<SystemContent<'_>, PartError> {
+        if let Some((map, length)) = self.map.get() {
+            return SystemContent::of_whole(&self.path, &map[..*length]);
         }
         let map = FileBuffer::open(&self.path).map_err(|error| {
             let message = format_args!("cannot open it: {error}");
             PartError::refused(&self.path, message)
         })?;
-        Ok(self.map.get_or_init(|| map))
+        let length = check_whole(&self.path, &map)?.len();
+        let (map, length) = self.map.get_or_init(|| (map, length));
+        SystemContent::of_whole(&self.path, &map[..*length])
     }
 
     /// Refuses a file of another equation, before anything is set up.
-    fn check(&self, bytes: &[u8]) -> Result<(), PartError> {
-        let mut of = SystemContent::read(&self.path, bytes)?.of;
+    fn check(&self) -> Result<(), PartError> {
+        let mut of = self.content()?.of;
         of.truncate(self.equation.len());
         self.refuse(difference(&self.equation, &of))
     }
@@ -139,7 +142,7 @@ impl<'a> SystemFile<'a> {
 
     /// The system of the file, which must be this one.
     fn system(&self, of: &SystemOf) -> Result<SavedSystem<'_>, PartError> {
-        let content = SystemContent::read(&self.path, self.map()?)?;
+        let content = self.content()?;
         self.refuse(difference(&self.named(of), &content.of))?;
         Ok(content.saved)
     }
