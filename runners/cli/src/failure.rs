@@ -59,6 +59,15 @@ impl Failure {
         }
     }
 
+    /// A file that cannot be read or written; whether another one would help.
+    fn of_file(is_input: bool, error: impl Display) -> Self {
+        if is_input {
+            Self::input(error)
+        } else {
+            Self::run(error)
+        }
+    }
+
     /// Says it on stderr and gives the status.
     pub(crate) fn report(&self) -> ExitCode {
         match self {
@@ -92,13 +101,13 @@ impl From<InputError> for Failure {
 
 impl From<PartError> for Failure {
     fn from(error: PartError) -> Self {
-        [Self::run, Self::input][usize::from(error.is_input)](error)
+        Self::of_file(error.is_input, error)
     }
 }
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        [Self::run, Self::input][usize::from(error.is_input)](error)
+        Self::of_file(error.is_input, error)
     }
 }
 

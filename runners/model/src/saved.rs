@@ -66,8 +66,7 @@ impl<'a> SavedSystem<'a> {
             && is_finite(&self.solution.v)
             && is_finite(&self.coefficients)
             // As for every solution: `Solution::new` refuses the others.
-            && 0.0 <= bound
-            && bound < 1.0;
+            && (0.0..1.0).contains(&bound);
         if fits {
             return Ok(self.solution.clone().into_owned());
         }

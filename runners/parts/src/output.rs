@@ -61,7 +61,6 @@ pub fn remove_unfinished() {
 
 /// Removes what an abrupt end would leave behind, and lets nothing new be made as long as what it returns is held: for the end
 /// of the program.
-#[must_use]
 pub fn give_up() -> MutexGuard<'static, Vec<PathBuf>> {
     let mut unfinished = unfinished();
     remove(&mut unfinished);
