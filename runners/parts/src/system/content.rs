@@ -1,6 +1,5 @@
 //! The content of a file with a solved system.
 
-use core::ops::Range;
 use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
@@ -87,7 +86,9 @@ impl<'a> SystemContent<'a> {
     pub(crate) fn of_whole(path: &Path, summed: &'a [u8]) -> Result<Self, PartError> {
         let refuse = |message: &str| PartError::refused(path, message);
         let contradiction = || refuse("its lengths contradict each other: make it again");
-        let head = part(summed, MAGIC.len()..START).and_then(|bytes| bytes.first_chunk());
+        let head = summed
+            .get(MAGIC.len()..START)
+            .and_then(|bytes| bytes.first_chunk());
         let length = head.and_then(|length| usize::try_from(u64::from_le_bytes(*length)).ok());
         let (text, rest) = length
             .and_then(|length| summed[START..].split_at_checked(length))
@@ -191,10 +192,6 @@ impl Summed<'_> {
     fn fill_up(&mut self) -> io::Result<()> {
         self.write(&[0; ALIGNMENT][..self.length.wrapping_neg() % ALIGNMENT])
     }
-}
-
-fn part(bytes: &[u8], range: Range<usize>) -> Option<&[u8]> {
-    bytes.get(range)
 }
 
 /// The numbers of these bytes, where they lie if they can be read there.
