@@ -69,7 +69,7 @@ struct Head {
 pub struct SystemContent<'a> {
     /// What the system depends on, each with a name.
     pub of: Vec<(String, String)>,
-    /// Its numbers.
+    /// The numbers of the system.
     pub saved: SavedSystem<'a>,
 }
 
