@@ -36,7 +36,7 @@ fn has_the_same_bits(problem: &str, args: &[&str]) {
     let folder = Folder::new();
     let path = folder.at("system");
     // Several batches.
-    let args = &[args, &["--walks", "3000"]].concat();
+    let args: &[&str] = &[args, &["--walks", "3000"]].concat();
     let expected = whole(problem, args);
     for option in ["--save-system", "--save-system", "--system"] {
         let ran = solve(&folder, problem, &[args, &[option, &path]].concat());
