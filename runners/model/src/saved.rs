@@ -20,7 +20,7 @@ use crate::{Discretisation, Error};
 /// let system = cells.solve(0.2)?;
 /// let saved = system.saved().expect("a cube has numbers to save");
 /// assert_eq!((saved.solution.v.len(), saved.coefficients.len()), (10, 100));
-/// let again = cells.restore(saved)?;
+/// let again = cells.restore(saved.into_owned())?;
 /// assert!(again.check_variance(&settings.walk_options()).is_ok());
 /// # Ok::<(), fredholm::Error>(())
 /// ```
@@ -42,6 +42,16 @@ impl<'a> SavedSystem<'a> {
             solution: Cow::Borrowed(solution),
             coefficients: Cow::Borrowed(coefficients),
             views: Cow::Borrowed(&[]),
+        }
+    }
+
+    /// Copies the numbers, so that they borrow nothing.
+    #[must_use]
+    pub fn into_owned(self) -> SavedSystem<'static> {
+        SavedSystem {
+            solution: Cow::Owned(self.solution.into_owned()),
+            coefficients: Cow::Owned(self.coefficients.into_owned()),
+            views: Cow::Owned(self.views.into_owned()),
         }
     }
 

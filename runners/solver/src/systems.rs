@@ -11,7 +11,6 @@ use crate::{Discretisation, Error, Partitioned, Settings, Subject, System};
 /// Whoever keeps solved systems: in a file, for instance, that all processes of a node map.
 ///
 /// ```
-/// use std::borrow::Cow;
 /// use std::sync::OnceLock;
 ///
 /// use fredholm::systems::{SavedSystem, SystemOf, SystemStore};
@@ -27,12 +26,7 @@ use crate::{Discretisation, Error, Partitioned, Settings, Subject, System};
 ///     }
 ///     fn keep(&self, of: &SystemOf, system: &dyn System) -> Result<Option<SavedSystem<'_>>, Error> {
 ///         let saved = system.saved().expect("cubes have numbers");
-///         let saved = SavedSystem {
-///             solution: Cow::Owned(saved.solution.into_owned()),
-///             coefficients: Cow::Owned(saved.coefficients.into_owned()),
-///             views: Cow::Owned(saved.views.into_owned()),
-///         };
-///         let _ = self.0.set((*of, saved));
+///         let _ = self.0.set((*of, saved.into_owned()));
 ///         self.find(of)
 ///     }
 /// }

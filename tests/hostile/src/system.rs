@@ -1,6 +1,5 @@
 //! Files of solved systems.
 
-use std::borrow::Cow;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -205,11 +204,7 @@ pub fn system_with_checksum(bytes: &[u8]) {
 static GOOD: LazyLock<Vec<SavedSystem<'static>>> = LazyLock::new(|| {
     let owned = |bytes: Vec<u8>| {
         let content = SystemContent::read(Path::new("good"), &bytes).expect("a good system");
-        SavedSystem {
-            solution: Cow::Owned(content.saved.solution.into_owned()),
-            coefficients: Cow::Owned(content.saved.coefficients.into_owned()),
-            views: Cow::Owned(content.saved.views.into_owned()),
-        }
+        content.saved.into_owned()
     };
     good_systems().into_iter().map(owned).collect()
 });
