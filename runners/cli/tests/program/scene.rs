@@ -234,7 +234,7 @@ fn sparse_factors_between_polygons() {
         .filter(|entry| entry.2 != 0.0)
         .collect();
     // Neither the ceiling nor the lid sees itself, and half of the sides of a box look away from a wall.
-    assert!(found.len() < 100, "{}", found.len());
+    assert!(found.len() < 130, "{}", found.len());
     let csv = std::fs::read_to_string(csv).unwrap();
     let name = |k: usize| json["surfaces"][k].as_str().unwrap().to_owned();
     let lines = csv.lines().skip(1).zip(&found);
@@ -261,10 +261,10 @@ fn sparse_factors_between_polygons() {
             .collect()
     };
     assert_eq!(long(content("shape", 16)), [14, 14]);
-    let first = long(content("indptr", 8 * 13));
+    let first = long(content("indptr", 8 * 15));
     let columns = content("indices", 4 * found.len());
     let data = long(content("data", 8 * found.len()));
-    assert_eq!(first[12], found.len() as u64);
+    assert_eq!(first[14], found.len() as u64);
     for (k, (i, j, f)) in found.iter().enumerate() {
         assert!((first[*i]..first[*i + 1]).contains(&(k as u64)));
         assert_eq!(
