@@ -249,9 +249,15 @@ where
             });
             fit.add(&self.problem.basis(&x), &omega, value);
         })?;
-        let mut control = buffer(power::<D>(per_axis) * (B + D))?;
+        let mut control = buffer(self.coefficients())?;
         fit.solve(&mut control);
         Ok(control)
+    }
+
+    /// The number of coefficients of c on a cell: B + D of each box.
+    #[must_use]
+    pub fn coefficients(&self) -> usize {
+        power::<D>(self.per_axis()) * (B + D)
     }
 
     /// m.
@@ -386,7 +392,7 @@ impl SampledSolution {
             steps.push(setup.steps(cell)?);
         }
         let solved = setup.solve(&steps)?;
-        let per_cell = power::<D>(setup.per_axis()) * (B + D);
+        let per_cell = setup.coefficients();
         let mut control = reserve(cells.saturating_mul(per_cell))?;
         for (cell, steps) in steps.iter().enumerate() {
             control.extend(setup.control(cell, steps, &solved.0)?);
@@ -398,6 +404,12 @@ impl SampledSolution {
     #[must_use]
     pub fn v(&self) -> &[f64] {
         &self.v
+    }
+
+    /// c: the B + D coefficients of every box of every cell, in this order.
+    #[must_use]
+    pub fn control(&self) -> &[f64] {
+        &self.control
     }
 
     /// How the iteration for v ended; the residual is the relative change of v in the last sweep.

@@ -18,6 +18,7 @@ const PUBLISHED: [&str; 19] = [
     "runners/models/circle/src",
     "runners/models/cube/src",
     "runners/models/room/src",
+    "runners/models/scene/src",
     "runners/models/sphere/src",
     "runners/parts/src",
     "runners/plot/src",

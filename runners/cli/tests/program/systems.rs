@@ -17,6 +17,14 @@ const POINTWISE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 
     kernel_integral = '0.25 * (y - x) * abs(y - x)'\nsource = '1'\n\
     [galerkin]\ncells = 12\n[walk]\nwalks = 20000\nbatch = 256\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
+/// A cube with a lamp for a floor.
+const SCENE: &str = "[problem]\nkind = 'scene'\n[[problem.surface]]\nname = 'room'\npolygons = [\
+    [[0,0,1],[0,1,1],[1,1,1],[1,0,1]], [[0,0,0],[0,0,1],[1,0,1],[1,0,0]], [[0,1,0],[1,1,0],[1,1,1],[0,1,1]], \
+    [[0,0,0],[0,1,0],[0,1,1],[0,0,1]], [[1,0,0],[1,0,1],[1,1,1],[1,1,0]]]\nreflectance = 0.5\n\
+    [[problem.surface]]\nname = 'lamp'\npolygon = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nemission = 1\n\
+    [galerkin]\ncells = 24\n[walk]\nwalks = 20000\nbatch = 256\n\
+    [[target]]\nname = 'a'\nat = [0.5, 0.5, 1]\n[[target]]\nname = 'b'\nover = 'room'\n";
+
 /// The problem of this degree.
 fn of_degree(problem: &str, degree: usize) -> String {
     let problem = problem
@@ -48,7 +56,7 @@ fn has_the_same_bits(problem: &str, args: &[&str]) {
 
 #[test]
 fn a_saved_system_has_the_bits_of_its_set_up() {
-    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, EXACT, ROOM, SPHERE] {
+    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, EXACT, ROOM, SPHERE, SCENE] {
         let degrees: &[usize] = match problem {
             SPHERE | POINTWISE => &[0],
             _ if is_long() => &[0, 1, 2],

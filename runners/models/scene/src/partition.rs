@@ -7,8 +7,8 @@ use fredholm_core::sampled::{CellSteps, SampledSetup, SampledSolution, SetupOpti
 use fredholm_core::{LastStep, NoNeighbour, Real, WithKnown};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
-    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, Scalar, System, Then,
-    WalkOptions, in_scalar,
+    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, Scalar,
+    System, Then, WalkOptions, in_scalar,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_scene::{Cells, Radiosity, Scene, Tables};
@@ -84,6 +84,10 @@ impl<F: Real> WalkTables<F> {
     }
 }
 
+/// The set-up from rays, of B functions on a cell.
+type Setup<'a, const B: usize> =
+    SampledSetup<'a, Radiosity<'a, f64>, LastStep<'a, Radiosity<'a, f64>>, 2, B>;
+
 /// A scene and its cells.
 #[derive(Debug)]
 pub(crate) struct ScenePartition<'m> {
@@ -121,17 +125,26 @@ impl<'m> ScenePartition<'m> {
         of_degree!(self.cut.degree, B => B)
     }
 
-    /// v and c, cell by cell on all threads.
-    fn solve_in<const B: usize>(&self, absorption: f64) -> Result<SampledSolution, Error> {
-        let radiosity = self.cut.radiosity(absorption)?;
-        let setup = SampledSetup::<_, _, 2, B> {
-            problem: &radiosity,
-            source: &LastStep(&radiosity),
+    /// The set-up of v and c.
+    fn setup<'a, const B: usize>(
+        &self,
+        last: &'a LastStep<'a, Radiosity<'a, f64>>,
+    ) -> Setup<'a, B> {
+        SampledSetup {
+            problem: last.0,
+            source: last,
             options: SetupOptions {
                 samples: self.rays(),
                 ..SetupOptions::default()
             },
-        };
+        }
+    }
+
+    /// v and c, cell by cell on all threads.
+    fn solve_in<const B: usize>(&self, absorption: f64) -> Result<SampledSolution, Error> {
+        let radiosity = self.cut.radiosity(absorption)?;
+        let last = LastStep(&radiosity);
+        let setup = self.setup::<B>(&last);
         let mut steps: Vec<Option<CellSteps<B>>> = vec![None; self.cut.cells.number()];
         fill_rows(&mut steps, 1, |cell, row| {
             row.fill(Some(setup.steps(cell)?));
@@ -219,6 +232,26 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
         let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
+        Ok(Box::new(SceneSystem {
+            scene: self.scene,
+            cut: Arc::clone(&self.cut),
+            solution,
+        }))
+    }
+
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let solution = of_degree!(self.cut.degree, B => {
+            // No absorption matters to the numbers of boxes and functions.
+            let radiosity = self.cut.radiosity(0.5)?;
+            let last = LastStep(&radiosity);
+            let setup = self.setup::<B>(&last);
+            let coefficients = self.cells() * setup.coefficients();
+            let solution = saved.fitting(self.unknowns(), Some(coefficients), Some(0))?;
+            setup.solution(
+                (solution.v, solution.convergence),
+                saved.coefficients.into_owned(),
+            )
+        });
         Ok(Box::new(SceneSystem {
             scene: self.scene,
             cut: Arc::clone(&self.cut),

@@ -1,14 +1,16 @@
 //! A solved scene, and its walks.
 
 use core::num::NonZeroU32;
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use fredholm_core::galerkin::{CellMap, Partition};
+use fredholm_core::galerkin::{CellMap, Partition, Solution};
 use fredholm_core::sampled::SampledSolution;
 use fredholm_core::{Goals, Job, KnownPart, LastStep, Neighbour, Real, Started, WithKnown};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::{
-    Error, Examined, Pairs, Prepared, Request, Subject, System, Then, WalkOptions, in_scalar,
+    Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
+    in_scalar,
 };
 use fredholm_scene::{Point, Radiosity, Scene};
 
@@ -146,6 +148,18 @@ impl System for SceneSystem<'_> {
         _: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         Err(NO_PREDICTION())
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        Some(SavedSystem {
+            solution: Cow::Owned(Solution {
+                v: self.solution.v().to_vec(),
+                convergence: self.solution.convergence(),
+                radius_bound: self.largest_reflectance(),
+            }),
+            coefficients: Cow::Borrowed(self.solution.control()),
+            views: Cow::Borrowed(&[]),
+        })
     }
 
     fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {
