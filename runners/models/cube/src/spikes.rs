@@ -46,6 +46,8 @@ pub(crate) fn squared_radius<const D: usize>(square: impl Fn(&[f64; D], &[f64; D
             .enumerate()
             .map(sum)
             .fold(f64::INFINITY, f64::min);
+        // Where K is no number this tells nothing: that is found when coefficients are computed.
+        let least = if least.is_finite() { least } else { 0.0 };
         least * side.powi(D as i32) / f64::from(FEW)
     };
     (1..=HALVINGS).map(within).fold(0.0, f64::max)
@@ -71,6 +73,8 @@ mod tests {
         let root = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs().max(1e-12).powf(-0.6);
         let radius = squared_radius(root);
         assert!(radius < 2.0, "{radius}");
+        let hole = |_: &[f64; 1], y: &[f64; 1]| if y[0] > 0.999 { f64::NAN } else { y[0] };
+        assert!(squared_radius(hole) < 1.0);
         let constant = squared_radius(|_: &[f64; 3], _: &[f64; 3]| 0.9);
         assert!((0.05..0.9).contains(&constant), "{constant}");
     }
