@@ -339,10 +339,9 @@ fn descriptions() {
     assert!(is_description(TEMPLATE));
     assert!(!is_description("[problem]\nkind = \"room\""));
     let scene = parse_description("a.toml", TEMPLATE).unwrap();
-    assert_eq!(
-        names(&scene),
-        [("floor", 1), ("ceiling", 1), ("walls", 4), ("table", 6)]
-    );
+    let without_lamp = [("floor", 1), ("ceiling", 1), ("walls", 4), ("table", 6)];
+    let lamp = [("lamp", 1), ("lamp's back", 1)];
+    assert_eq!(names(&scene), [&without_lamp[..], &lamp].concat());
     assert_eq!(scene.surfaces[3].material.reflectance, 0.4);
     assert!(scene.scene::<f64>().is_ok());
     let plate = "[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"plate\"\nscale = 2\nrotate = [90, 0, \
@@ -436,7 +435,11 @@ fn skies() {
 /// The template's room is symmetrical in x and in y: a quarter of it has the whole's form factors.
 #[test]
 fn symmetry_planes() {
-    let whole = parse_description("a.toml", TEMPLATE).unwrap();
+    // The quarter has no lamp.
+    let lamp = TEMPLATE
+        .find("[[problem.surface]]\nname = \"lamp\"")
+        .unwrap();
+    let whole = parse_description("a.toml", &TEMPLATE[..lamp]).unwrap();
     let quarter = "[problem]\nkind = \"scene\"\nsymmetry = { x = 2, y = 1.5 }\n\
                    [[problem.surface]]\nname = \"floor\"\npolygon = [[0, 0, 0], [2, 0, 0], [2, 1.5, 0], [0, 1.5, 0]]\n\
                    [[problem.surface]]\nname = \"ceiling\"\npolygon = [[0, 0, 2.5], [0, 1.5, 2.5], [2, 1.5, 2.5], [2, 0, 2.5]]\n\
