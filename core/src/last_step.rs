@@ -1,9 +1,12 @@
 //! The last step of a walk, drawn from the source.
 
+use num_traits::zero;
+
 use crate::galerkin::{Basis, CellMap, Partition};
 use crate::{Kernel, Located, RandomSource, Sampler, StateSpace, TransitionDensity, Uniforms};
 
-/// An equation whose source can be sampled: points y with a density l(x, y) that is large where K(x, y) F(y) is.
+/// An equation whose source, or a part F_s of it, can be sampled: points y with a density l(x, y) that is large where
+/// K(x, y) F_s(y) is.
 ///
 /// Where F is large on a small part of X only, few walks end there: "the last step of the walk should be modified in such a
 /// way that x_m always hits a light source" (Heinrich 1995, section 5).
@@ -13,18 +16,25 @@ use crate::{Kernel, Located, RandomSource, Sampler, StateSpace, TransitionDensit
     note = "implement `SourceSampler`: a random number with mean (T_K F)(x), K(x, y) F(y)/l(x, y) of a y of density l"
 )]
 pub trait SourceSampler: Sampler + Kernel {
-    /// A random number whose mean is (T_K F)(x) = ∫ K(x, y) F(y) dμ(y).
+    /// A random number whose mean is (T_K F_s)(x) = ∫ K(x, y) F_s(y) dμ(y).
     fn sample_last_step<U: Uniforms<Self::Scalar>>(
         &self,
         x: &Self::Point,
         uniforms: &mut U,
     ) -> Self::Scalar;
+
+    /// F − F_s: what walks score where they meet it. 0 if all of F is sampled.
+    #[inline(always)]
+    fn rest_of_source(&self, x: &Self::Point) -> Self::Scalar {
+        let _ = x;
+        zero()
+    }
 }
 
-/// The equation w = T_K w + T_K F of w = u − F, with an estimate of T_K F by a last step to the source in every state that
-/// scores. It has the chain and the kernel of the equation u = T_K u + F, and its cells.
+/// The equation w = T_K w + T_K F_s + F − F_s of w = u − F_s, with an estimate of T_K F_s by a last step to the source in every
+/// state that scores. It has the chain and the kernel of the equation u = T_K u + F, and its cells.
 ///
-/// (u, Φ) = (F, Φ) + (w, Φ), and (F, Φ) is known.
+/// (u, Φ) = (F_s, Φ) + (w, Φ), and (F_s, Φ) is known.
 ///
 /// ```
 /// use fredholm_core::{Kernel, LastStep, RandomSource, Sampler, SourceSampler, StateSpace, Uniforms};
@@ -108,7 +118,7 @@ impl<E: Kernel> Kernel for LastStep<'_, E> {
 impl<E: SourceSampler> RandomSource for LastStep<'_, E> {
     #[inline]
     fn sample_source<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> E::Scalar {
-        self.0.sample_last_step(x, uniforms)
+        self.0.rest_of_source(x) + self.0.sample_last_step(x, uniforms)
     }
 }
 

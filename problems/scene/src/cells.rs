@@ -34,6 +34,8 @@ pub struct Side<F> {
     pub patch: u32,
     /// The number of its patches, 1 or 2.
     pub patches: u32,
+    /// The emission that walks score where they meet the face: of a light 0, as the last step leads to it.
+    pub emission: F,
 }
 
 impl<F: Real> FacePatch<F> {

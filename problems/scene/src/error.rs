@@ -36,8 +36,10 @@ pub enum SceneError {
     /// A coordinate is infinite or NaN, or so large or small that products of distances are no
     /// numbers of the scalar.
     Coordinate(Place),
-    /// A reflectance is NaN or outside [0, 1), which an emissivity outside (0, 1] makes it, too.
+    /// A reflectance is NaN or outside [0, 1], which an emissivity outside [0, 1] makes it, too.
     Reflectance(Place),
+    /// A closed scene in which no polygon absorbs has no solution, or many.
+    NothingAbsorbs,
     /// An emission is infinite or NaN, or a temperature is NaN, negative or beyond the scalar.
     Emission(Place),
     /// A polygon is thinner than four times the scene's smallest distance.
@@ -172,7 +174,7 @@ impl SceneError {
             ),
             Self::Reflectance(place) => write!(
                 f,
-                "{place}: the reflectance must be at least 0 and below 1 (an emissivity above 0 and at most 1)"
+                "{place}: the reflectance must be from 0 to 1 (an emissivity above 0 and at most 1)"
             ),
             Self::Emission(place) => write!(
                 f,
@@ -254,6 +256,9 @@ impl fmt::Display for SceneError {
             Self::Materials { surface } => write!(
                 f,
                 "surface {surface} needs one material, or one for each of its polygons"
+            ),
+            Self::NothingAbsorbs => f.write_str(
+                "nothing absorbs: at least one surface of a closed scene needs a reflectance below 1, or a temperature",
             ),
             Self::TooMany => write!(f, "a scene has at most 2^32 - 2 polygons and vertices"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),

@@ -63,6 +63,7 @@ mod silhouette;
 mod sky;
 #[cfg(feature = "alloc")]
 mod sparse;
+mod starts;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;
@@ -77,6 +78,8 @@ pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::form_factor_of_point;
 pub use means::Mean;
 #[cfg(feature = "alloc")]
+pub use means::areas;
+#[cfg(feature = "alloc")]
 pub use mesh::Cells;
 pub use radiosity::{Point, Radiosity};
 pub use ray::Hit;
@@ -88,5 +91,6 @@ pub use sights::{Row, Sights};
 pub use sky::{Patch, Sky, SkyFactors, SkyRow};
 #[cfg(feature = "alloc")]
 pub use sparse::SparseFactors;
+pub use starts::{Air, Irradiance};
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

@@ -192,7 +192,7 @@ impl<F: Real> Radiosity<'_, F> {
     /// has the right mean, since r has the mean 1, where l is the density of y. a is the share of the light that the cell
     /// sees: where that is all or nothing, there is no variance. y is uniform in the solid angle of a triangle that is
     /// near (Arvo 1995), and on the polygon if it is far.
-    fn sample_direct<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
+    pub(crate) fn sample_direct<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
         let mut choice = Choice {
             uniform: uniforms.uniform(),
             sum: zero(),
@@ -207,15 +207,17 @@ impl<F: Real> Radiosity<'_, F> {
                 .geometry
                 .face(light.face)
                 .map_or(zero(), |l| l.emission);
-            if choice.takes(emission * light.factor) {
-                chosen = Some(light);
+            // What takes light away has an emission below 0.
+            let sign = one::<F>().copysign(emission);
+            if choice.takes(sign * emission * light.factor) {
+                chosen = Some((light, sign));
             }
         }
-        let Some(light) = chosen else {
+        let Some((light, sign)) = chosen else {
             return zero();
         };
         let [s, t] = point;
-        choice.sum * self.sample_visible(x, &light, [choice.uniform, s, t])
+        sign * choice.sum * self.sample_visible(x, &light, [choice.uniform, s, t])
     }
 
     /// The mean of a + r (V − a) over a ray to a light, or over several in half-shadow.
@@ -381,5 +383,11 @@ impl<F: Real> SourceSampler for Radiosity<'_, F> {
     #[inline]
     fn sample_last_step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
         self.reflectance(x) * self.sample_direct(x, uniforms)
+    }
+
+    #[inline]
+    fn rest_of_source(&self, x: &Point<F>) -> F {
+        let side = self.sides.get(x.face as usize);
+        side.map_or(F::NAN, |side| side.emission)
     }
 }

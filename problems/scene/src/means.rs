@@ -3,6 +3,7 @@
 use fredholm_core::{Functional, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
 
+use crate::SceneError;
 use crate::geometry::{Face, Geometry};
 use crate::radiosity::Point;
 use crate::vector::{Vector, along, cross, norm, sub};
@@ -10,43 +11,80 @@ use crate::vector::{Vector, along, cross, norm, sub};
 /// The mean of u over some faces by area: walks start on them uniformly.
 ///
 /// ```
-/// use fredholm_scene::{Enclosure, Mean, Scene, shapes};
+/// use fredholm_scene::{Enclosure, Mean, Scene, areas, shapes};
 ///
 /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
 /// let geometry = scene.geometry();
 /// // Of floor and one side, and of all.
-/// assert_eq!(Mean::new(geometry, &[0, 2])?.area(), 3.0);
-/// assert_eq!(Mean::new(geometry, &[0, 1, 2, 3, 4, 5])?.area(), 10.0);
+/// assert_eq!(Mean::new(geometry, &[0, 2], &areas(geometry, &[0, 2])?)?.area(), 3.0);
+/// let all = [0, 1, 2, 3, 4, 5];
+/// assert_eq!(Mean::new(geometry, &all, &areas(geometry, &all)?)?.area(), 10.0);
 /// # Ok::<(), fredholm_scene::SceneError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Mean<'a, F> {
     geometry: Geometry<'a, F>,
     faces: &'a [u32],
+    /// The area of each face with all before it.
+    ends: &'a [F],
     area: F,
 }
 
+/// The area of every one of these faces together with all before it: where [`Mean`] looks for a start by bisection.
+///
+/// # Errors
+/// [`SceneError::Face`]: there is no such face.
+///
+/// ```
+/// use fredholm_scene::{Enclosure, Scene, areas, shapes};
+///
+/// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
+/// assert_eq!(areas(scene.geometry(), &[0, 2, 3])?, [1.0, 3.0, 5.0]);
+/// # Ok::<(), fredholm_scene::SceneError>(())
+/// ```
+#[cfg(feature = "alloc")]
+pub fn areas<F: Real>(
+    geometry: Geometry<'_, F>,
+    faces: &[u32],
+) -> Result<alloc::vec::Vec<F>, SceneError> {
+    // In f64, as sums of many small areas lose digits in f32.
+    let mut sum = 0.0;
+    let mut end = |&number: &u32| {
+        let none = SceneError::Face {
+            face: number as usize,
+        };
+        sum += geometry.face(number).ok_or(none)?.area.to_f64();
+        Ok(F::from_f64(sum))
+    };
+    faces.iter().map(&mut end).collect()
+}
+
 impl<'a, F: Real> Mean<'a, F> {
-    /// The mean over these faces.
+    /// The mean over these faces, whose [`areas`] are `ends`.
     ///
     /// # Errors
-    /// [`SceneError::Face`](crate::SceneError::Face): there is no such face; [`SceneError::Empty`](crate::SceneError::Empty):
-    /// there is none.
-    pub fn new(geometry: Geometry<'a, F>, faces: &'a [u32]) -> Result<Self, crate::SceneError> {
-        let mut area = zero::<F>();
-        for &number in faces {
-            let face = geometry.face(number);
-            let none = crate::SceneError::Face {
-                face: number as usize,
-            };
-            area += face.ok_or(none)?.area;
+    /// [`SceneError::Face`]: there is no such face; [`SceneError::Empty`]: there is none; [`SceneError::Length`]: not one
+    /// end for every face.
+    pub fn new(
+        geometry: Geometry<'a, F>,
+        faces: &'a [u32],
+        ends: &'a [F],
+    ) -> Result<Self, SceneError> {
+        let (expected, found) = (faces.len(), ends.len());
+        if expected != found {
+            return Err(SceneError::Length { expected, found });
         }
-        if faces.is_empty() {
-            return Err(crate::SceneError::Empty);
+        let missing = faces.iter().find(|&&face| geometry.face(face).is_none());
+        if let Some(&face) = missing {
+            return Err(SceneError::Face {
+                face: face as usize,
+            });
         }
+        let area = *ends.last().ok_or(SceneError::Empty)?;
         Ok(Self {
             geometry,
             faces,
+            ends,
             area,
         })
     }
@@ -86,26 +124,20 @@ impl<F: Real> Mean<'_, F> {
     /// A start of a walk, and φ = 1: for whoever has functionals of several kinds.
     pub fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
-        let mut rest = uniforms.uniform() * self.area;
-        let mut last = None;
-        for &number in self.faces {
-            let Some(face) = self.geometry.face(number) else {
-                continue;
-            };
-            last = Some((number, face, rest / face.area));
-            if rest < face.area {
-                break;
-            }
-            rest -= face.area;
-        }
-        let start = last.map(|(face, polygon, share)| Point {
-            face,
-            position: on_face(polygon, share, numbers),
+        let at = uniforms.uniform() * self.area;
+        // Rounding may lead behind the last.
+        let place = self.ends.partition_point(|&end| end <= at);
+        let place = place.min(self.faces.len().saturating_sub(1));
+        let before = place.checked_sub(1).and_then(|i| self.ends.get(i)).copied();
+        let number = self.faces.get(place).copied().unwrap_or(u32::MAX);
+        let position = self.geometry.face(number).map_or([F::NAN; 3], |face| {
+            let share = (at - before.unwrap_or(zero())) / face.area;
+            on_face(face, share, numbers)
         });
-        let nowhere = Point {
-            face: u32::MAX,
-            position: [F::NAN; 3],
+        let start = Point {
+            face: number,
+            position,
         };
-        (start.unwrap_or(nowhere), one())
+        (start, one())
     }
 }

@@ -77,7 +77,14 @@ impl<F: Real> Cells<F> {
         if !(wanted <= MOST as f64) {
             return Err(SceneError::Cells);
         }
-        for (face, number) in scene.faces().iter().zip(0..) {
+        all.lights = lights(scene.faces());
+        let mut rest: Vec<f64> = scene.faces().iter().map(|face| face.emission).collect();
+        for &light in &all.lights {
+            if let Some(emission) = rest.get_mut(light as usize) {
+                *emission = 0.0;
+            }
+        }
+        for (face, emission) in scene.faces().iter().zip(rest) {
             let first = all.patches.len() as u32;
             for shape in shapes(face) {
                 let patch = patch(&shape, size, all.cells);
@@ -90,10 +97,8 @@ impl<F: Real> Cells<F> {
                 tangents: tangents.map(|t| t.map(F::from_f64)),
                 patch: first,
                 patches: all.patches.len() as u32 - first,
+                emission: F::from_f64(emission),
             });
-            if face.emission != 0.0 {
-                all.lights.push(number);
-            }
         }
         Ok(all)
     }
@@ -103,6 +108,56 @@ impl<F: Real> Cells<F> {
     pub const fn number(&self) -> usize {
         self.cells as usize
     }
+}
+
+/// Time that a light takes in a last step, over the time of a step: what of it is above the horizon, and Lambert's sum.
+const TIME_OF_LIGHT: f64 = 0.1;
+
+/// The faces to which the last step leads. What emits besides is scored where walks meet it.
+///
+/// With the light that a ray meets on a face by chance, and its area over that of all, its score has about the variance
+/// Σ F² a − (Σ F a)² over what is no light. All else varies about as much as the square of the light that was reflected. The
+/// brightest for their size become lights, as many as make variance times time least: a small lamp is one, and of walls that
+/// all are warm none.
+fn lights(faces: &[Face<f64>]) -> Vec<u32> {
+    let area: f64 = faces.iter().map(|face| face.area).sum();
+    let mean = |of: &dyn Fn(&Face<f64>) -> f64| {
+        let sum: f64 = faces.iter().map(|face| face.area * of(face)).sum();
+        sum / area
+    };
+    let reflectance = mean(&|face| face.reflectance);
+    let (mut first, mut second) = (
+        mean(&|face| face.emission),
+        mean(&|face| face.emission * face.emission),
+    );
+    let reflected = reflectance * mean(&|face| face.emission.abs()) / (1.0 - reflectance);
+    let least = reflected * reflected;
+    let size = |number: u32| {
+        faces
+            .get(number as usize)
+            .map_or(0.0, |face| face.area * face.emission * face.emission)
+    };
+    let mut order: Vec<u32> = (0..faces.len() as u32).filter(|&n| size(n) > 0.0).collect();
+    // The sort is stable, so that equal ones stay in the order of faces.
+    order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    let work = |first: f64, second: f64, number: usize| {
+        let variance = least + Real::max(second - first * first, 0.0);
+        variance * (1.0 + TIME_OF_LIGHT * number as f64)
+    };
+    let (mut best, mut taken) = (work(first, second, 0), 0);
+    for (number, &light) in (1..).zip(&order) {
+        if let Some(face) = faces.get(light as usize) {
+            first -= face.area * face.emission / area;
+            second -= size(light) / area;
+        }
+        let now = work(first, second, number);
+        if now < best {
+            (best, taken) = (now, number);
+        }
+    }
+    order.truncate(taken);
+    order.sort_unstable();
+    order
 }
 
 /// The origin and the spans of a patch, and whether it is a triangle.

@@ -18,7 +18,7 @@ pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 /// The reflectance and emission of a face: u = F + ρ H, where H is the irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// The reflectance ρ ∈ [0, 1).
+    /// The reflectance ρ ∈ [0, 1]; with 1 everywhere nothing absorbs, and there is no such closed scene.
     pub reflectance: f64,
     /// The emission F, in the unit of u.
     pub emission: f64,
@@ -49,6 +49,27 @@ impl Material {
                 f64::NAN
             },
         }
+    }
+
+    /// A surface from which the net flux q is given, in the unit of u: u = q + H, so ρ = 1 and F = q, whatever its
+    /// emissivity. With q = 0 it is adiabatic.
+    ///
+    /// ```
+    /// let heater = fredholm_scene::Material::flux(100.0);
+    /// assert_eq!(heater.net_flux(250.0), 100.0);
+    /// ```
+    #[must_use]
+    pub const fn flux(net_flux: f64) -> Self {
+        Self {
+            reflectance: 1.0,
+            emission: net_flux,
+        }
+    }
+
+    /// The net flux out of the surface: F − (1 − ρ)H, which for a grey body is ε(σT⁴ − H).
+    #[must_use]
+    pub const fn net_flux(&self, irradiance: f64) -> f64 {
+        self.emission - (1.0 - self.reflectance) * irradiance
     }
 }
 
@@ -245,6 +266,9 @@ impl Scene {
         scene.index(margin);
         if enclosure == Enclosure::Closed {
             crate::closed::check(&scene)?;
+            if scene.faces.iter().all(|face| face.reflectance >= 1.0) {
+                return Err(SceneError::NothingAbsorbs);
+            }
         }
         Ok(scene)
     }
@@ -474,7 +498,7 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
 
 fn check_material<F: Real>(material: &Material, place: Place) -> Result<(), SceneError> {
     let reflectance = F::from_f64(material.reflectance);
-    let possible = F::from_f64(0.0)..F::from_f64(1.0);
+    let possible = F::from_f64(0.0)..=F::from_f64(1.0);
     if !possible.contains(&reflectance) {
         return Err(SceneError::Reflectance(place));
     }

@@ -6,6 +6,7 @@ mod error;
 mod examined;
 pub mod finite;
 mod goal;
+pub mod heat;
 pub mod memory;
 mod model;
 pub mod numbers;

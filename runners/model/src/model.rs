@@ -62,6 +62,11 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The unit of net fluxes of whole surfaces: watts, in the plane per metre of depth.
+    fn flux_unit(&self) -> &'static str {
+        "W/m"
+    }
+
     /// The place of a point in the drawing, where a region says it otherwise: in metres, of a room.
     fn position(&self, region: &Region) -> Option<Vec<f64>> {
         let _ = region;
@@ -241,7 +246,7 @@ pub struct Flux {
     pub name: String,
     /// The number of walks.
     pub walks: u64,
-    /// The net flux in W per metre of depth; `None` where its material changes.
+    /// The net flux in the [flux unit](Model::flux_unit); `None` where its material changes.
     pub net_flux: Option<Estimate>,
     /// Whether that is given, so that it takes no walks.
     pub is_given: bool,

@@ -249,8 +249,11 @@ pub struct EstimateReport {
 pub struct EnergyReport {
     /// The net flux of every surface.
     pub surfaces: Vec<SurfaceReport>,
-    /// The sum of all net fluxes, in W per metre of depth: 0 in a closed room.
+    /// The sum of all net fluxes: 0 in a closed room.
     pub energy_balance: Option<EstimateReport>,
+    /// The unit of all of them: W, or W per metre of depth.
+    #[serde(skip)]
+    pub unit: &'static str,
 }
 
 /// The net flux of one surface.
@@ -260,7 +263,7 @@ pub struct SurfaceReport {
     pub name: String,
     /// The number of walks; 0 if the net flux is given.
     pub walks: u64,
-    /// The net flux out of the surface, in W per metre of depth; `None` if its material changes.
+    /// The net flux out of the surface; `None` if its material changes.
     pub net_flux: Option<EstimateReport>,
     /// Whether that is given, and no result.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
@@ -362,7 +365,7 @@ impl Report {
             walk_seconds: answer.walk_seconds,
             choice: choice.cloned(),
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
-            energy: EnergyReport::new(answer.derived.fluxes),
+            energy: EnergyReport::new(answer.derived.fluxes, run.model.flux_unit()),
             goals: reports,
         }
     }
@@ -519,12 +522,9 @@ impl EstimateReport {
     }
 }
 
-/// The unit of net fluxes of surfaces: watts per metre of depth.
-const PER_DEPTH: &str = "W/m";
-
 impl EnergyReport {
     /// The report of these fluxes, if there are any.
-    fn new(fluxes: Vec<Flux>) -> Option<Self> {
+    fn new(fluxes: Vec<Flux>, unit: &'static str) -> Option<Self> {
         if fluxes.is_empty() {
             return None;
         }
@@ -540,7 +540,7 @@ impl EnergyReport {
                 std_error: squares.map(f64::sqrt),
                 std_dev: None,
             };
-            EstimateReport::new(sum, walks, Some(PER_DEPTH))
+            EstimateReport::new(sum, walks, Some(unit))
         });
         let surface = |flux: Flux| SurfaceReport {
             name: flux.name,
@@ -548,13 +548,14 @@ impl EnergyReport {
             net_flux: flux.net_flux.map(|estimate| {
                 // A given flux is known without walks.
                 let walks = flux.walks.max(u64::from(flux.is_given));
-                EstimateReport::new(estimate, walks, Some(PER_DEPTH))
+                EstimateReport::new(estimate, walks, Some(unit))
             }),
             is_given: flux.is_given,
         };
         Some(Self {
             surfaces: fluxes.into_iter().map(surface).collect(),
             energy_balance,
+            unit,
         })
     }
 }

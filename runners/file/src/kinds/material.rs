@@ -34,11 +34,9 @@ pub(super) const COLD: f64 = 60.0;
 /// 0 °C in kelvin.
 const FREEZING: f64 = 273.15;
 
-/// Reads temperatures in kelvin: numbers, or text with a unit, "19 C" or "292 K"; one, or an array of them.
-pub(super) fn read_temperatures(
-    field: &Field<'_, '_>,
-) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
-    let one = |field: &Field<'_, '_>| match &field.value {
+/// Reads a temperature in kelvin: a number, or text with a unit, "19 C" or "292 K".
+pub(crate) fn read_temperature(field: &Field<'_, '_>) -> Result<Placed<f64>, InputError> {
+    match &field.value {
         DeValue::String(text) => {
             let value = kelvin(text).ok_or_else(|| {
                 field.error(
@@ -48,15 +46,24 @@ pub(super) fn read_temperatures(
             Ok(Placed::file(field.span.clone(), value))
         }
         _ => field.number(),
-    };
+    }
+}
+
+/// Reads temperatures in kelvin: one, or an array of them.
+pub(super) fn read_temperatures(
+    field: &Field<'_, '_>,
+) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
     match &field.value {
         DeValue::Array(array) => {
             let items = array.iter().enumerate();
-            let values = items.map(|(index, item)| one(&field.element(index, item)));
+            let values = items.map(|(index, item)| read_temperature(&field.element(index, item)));
             let values = values.collect::<Result<_, _>>()?;
             Ok(Placed::file(field.span.clone(), values))
         }
-        DeValue::String(_) => Ok(Placed::file(field.span.clone(), vec![one(field)?])),
+        DeValue::String(_) => Ok(Placed::file(
+            field.span.clone(),
+            vec![read_temperature(field)?],
+        )),
         _ => field.numbers(),
     }
 }
@@ -73,12 +80,12 @@ fn kelvin(text: &str) -> Option<f64> {
 }
 
 /// What an emissivity is.
-pub(super) fn is_emissivity(emissivity: f64) -> bool {
+pub(crate) fn is_emissivity(emissivity: f64) -> bool {
     emissivity > 0.0 && emissivity <= 1.0
 }
 
 /// What is said of one that is none.
-pub(super) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that \
+pub(crate) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that \
      gives and takes no heat has `net_flux = 0`)";
 
 /// The numbers of a key, or a default.

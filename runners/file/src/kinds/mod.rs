@@ -3,7 +3,7 @@
 mod circle;
 mod cube;
 mod functions;
-mod material;
+pub(crate) mod material;
 mod room;
 mod scene;
 mod singular;

@@ -1,6 +1,6 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
-use fredholm::scene::SceneModel;
+use fredholm::scene::{SceneModel, Temperatures};
 use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
 
 use super::room::no_surface;
@@ -42,7 +42,15 @@ impl Scene {
             Scalar::F32 => self.file.scene::<f32>()?,
             Scalar::F64 => self.file.scene::<f64>()?,
         };
-        Ok(SceneModel::of_scene(self.names(), scene))
+        let model = SceneModel::of_scene(self.names(), scene);
+        if !self.file.heat {
+            return Ok(model);
+        }
+        let surfaces = self.file.surfaces.iter();
+        Ok(model.with_heat(Temperatures {
+            emissivities: surfaces.map(|surface| surface.emissivity).collect(),
+            net_fluxes: !self.file.without_fluxes,
+        }))
     }
 
     fn names(&self) -> Vec<String> {
@@ -173,12 +181,20 @@ impl Kind for Scene {
         self.file.remarks.clone()
     }
 
-    /// Names, polygons and materials; not where they stand.
+    /// Names, polygons and materials, and whether they are of heat; not where they stand.
     fn identity(&self, _: &ProblemFile) -> Result<String, InputError> {
         let surfaces = self.file.surfaces.iter();
         let all: Vec<_> = surfaces
-            .map(|surface| (&surface.name, &surface.polygons, surface.material))
+            .map(|surface| {
+                (
+                    &surface.name,
+                    &surface.polygons,
+                    surface.material,
+                    surface.emissivity,
+                )
+            })
             .collect();
-        Ok(compact((self.file.open, all)))
+        let file = &self.file;
+        Ok(compact((file.open, file.heat, file.without_fluxes, all)))
     }
 }

@@ -8,6 +8,7 @@ use fredholm_scene::{Material, Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
 use super::{MAX_POLYGONS, SceneFile, SceneSurface, sky, symmetry};
+use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -62,6 +63,10 @@ pub(crate) fn of_problem(
     let placing = Placing::read(&mut problem)?;
     let planes = symmetry::read(&mut problem)?;
     let sky = sky::read(&mut problem, open.as_ref())?;
+    let net_fluxes = problem
+        .optional("net_fluxes")
+        .map(|f| f.boolean())
+        .transpose()?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -69,6 +74,7 @@ pub(crate) fn of_problem(
         scene: SceneFile {
             open: sky.is_some() || open.is_some_and(|open| open.value),
             sky,
+            without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
             ..SceneFile::default()
         },
         known: HashMap::new(),
@@ -252,7 +258,10 @@ impl Reader<'_> {
             return Err(self.error(&name.place, message));
         }
         let mut own = SceneSurface::new(name.value.clone());
-        own.material = material.unwrap_or(Material::BLACK);
+        if let Some(given) = material {
+            self.scene.heat |= given.is_heat;
+            own.give(&given);
+        }
         let at = self.scene.surfaces.len();
         self.known.insert(name.value.clone(), at);
         self.scene.surfaces.push(own);
@@ -362,18 +371,15 @@ impl Reader<'_> {
     }
 
     /// The material of a surface of the mesh.
-    fn change(
-        &mut self,
-        name: &Placed<String>,
-        material: Option<Material>,
-    ) -> Result<(), InputError> {
+    fn change(&mut self, name: &Placed<String>, material: Option<Given>) -> Result<(), InputError> {
         let found = self
             .known
             .get(&name.value)
             .and_then(|&at| self.scene.surfaces.get_mut(at));
         if let Some(surface) = found {
-            if let Some(material) = material {
-                surface.material = material;
+            if let Some(given) = material {
+                self.scene.heat |= given.is_heat;
+                surface.give(&given);
             }
             return Ok(());
         }
@@ -406,64 +412,101 @@ fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
     surface
 }
 
+/// What a surface does with light.
+struct Given {
+    material: Material,
+    /// The emissivity of a surface from which the net flux is given, if it is known.
+    emissivity: Option<f64>,
+    /// Whether u is in W/m².
+    is_heat: bool,
+}
+
 /// What a surface does with light; `None` if nothing is said.
-fn material(section: &mut Section<'_, '_>) -> Result<Option<Material>, InputError> {
-    let keys = ["reflectance", "emission", "emissivity", "temperature"];
-    let [reflectance, emission, emissivity, temperature] = keys.map(|key| section.optional(key));
+fn material(section: &mut Section<'_, '_>) -> Result<Option<Given>, InputError> {
+    let keys = [
+        "reflectance",
+        "emission",
+        "emissivity",
+        "temperature",
+        "net_flux",
+    ];
+    let [reflectance, emission, emissivity, temperature, net_flux] =
+        keys.map(|key| section.optional(key));
     let light = reflectance.as_ref().or(emission.as_ref());
-    let grey = emissivity.as_ref().or(temperature.as_ref());
+    let heat = temperature.as_ref().or(net_flux.as_ref());
+    let grey = emissivity.as_ref().or(heat);
     if let (Some(_), Some(field)) = (light, grey) {
-        return Err(field
-            .error("give either `reflectance` and `emission`, or `emissivity` and `temperature`"));
+        return Err(field.error(
+            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
+        ));
     }
-    let number = |field: &Option<Field<'_, '_>>,
-                  default: f64,
-                  good: &dyn Fn(f64) -> bool,
-                  message: &str| match field {
-        Some(field) => {
-            let value = field.number()?.value;
-            if good(value) {
-                Ok(value)
-            } else {
-                Err(field.error(message))
-            }
-        }
-        None => Ok(default),
-    };
+    if let (Some(_), Some(field)) = (&temperature, &net_flux) {
+        return Err(field.error(
+            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
+        ));
+    }
+    let emissivity = number(&emissivity, &is_emissivity, EMISSIVITY)?;
+    if let Some(flux) = number(&net_flux, &f64::is_finite, "a net flux must be finite")? {
+        return Ok(Some(Given {
+            material: Material::flux(flux),
+            emissivity,
+            is_heat: true,
+        }));
+    }
     if grey.is_some() {
-        let good = |e: f64| e > 0.0 && e <= 1.0;
-        let emissivity = number(
-            &emissivity,
-            1.0,
-            &good,
-            "an emissivity must be more than 0 and at most 1",
-        )?;
-        let good = |t: f64| (0.0..=1e6).contains(&t);
-        let temperature = number(
-            &temperature,
-            0.0,
-            &good,
-            "a temperature must be from 0 to a million kelvin",
-        )?;
-        return Ok(Some(Material::grey(emissivity, temperature)));
+        let kelvin = match &temperature {
+            Some(field) => {
+                let kelvin = read_temperature(field)?.value;
+                if !(0.0..=1e6).contains(&kelvin) {
+                    let message = "a temperature must be from 0 to a million kelvin";
+                    return Err(field.error(message));
+                }
+                kelvin
+            }
+            None => 0.0,
+        };
+        return Ok(Some(Given {
+            material: Material::grey(emissivity.unwrap_or(1.0), kelvin),
+            emissivity: None,
+            is_heat: true,
+        }));
     }
-    let good = |r: f64| (0.0..1.0).contains(&r);
-    let reflectance = number(
-        &reflectance,
-        0.0,
-        &good,
-        "a reflectance must be at least 0 and less than 1",
-    )?;
-    let emission = number(
-        &emission,
-        0.0,
-        &f64::is_finite,
-        "an emission must be finite",
-    )?;
-    Ok(light.is_some().then_some(Material {
-        reflectance,
-        emission,
+    let good = |r: f64| (0.0..=1.0).contains(&r);
+    let reflectance = number(&reflectance, &good, "a reflectance must be from 0 to 1")?;
+    let emission = number(&emission, &f64::is_finite, "an emission must be finite")?;
+    let is_given = reflectance.is_some() || emission.is_some();
+    Ok(is_given.then_some(Given {
+        material: Material {
+            reflectance: reflectance.unwrap_or(0.0),
+            emission: emission.unwrap_or(0.0),
+        },
+        emissivity: None,
+        is_heat: false,
     }))
+}
+
+impl SceneSurface {
+    fn give(&mut self, given: &Given) {
+        self.material = given.material;
+        self.emissivity = given.emissivity;
+    }
+}
+
+/// The number of a key that may be left out.
+fn number(
+    field: &Option<Field<'_, '_>>,
+    good: &dyn Fn(f64) -> bool,
+    message: &str,
+) -> Result<Option<f64>, InputError> {
+    let Some(field) = field else {
+        return Ok(None);
+    };
+    let value = field.number()?.value;
+    if good(value) {
+        Ok(Some(value))
+    } else {
+        Err(field.error(message))
+    }
 }
 
 /// Three numbers.

@@ -42,6 +42,10 @@ pub struct SceneFile {
     pub open: bool,
     /// The sky of an open scene, if the file has one.
     pub sky: Option<SkyBands>,
+    /// Whether temperatures or net fluxes are given: u is in W/m² then.
+    pub heat: bool,
+    /// Whether the net fluxes of all surfaces are left out although there are temperatures.
+    pub without_fluxes: bool,
     /// Remarks on what was changed while reading, for people.
     pub remarks: Vec<String>,
     /// The files that polygons stand in.
@@ -57,6 +61,8 @@ pub struct SceneSurface {
     pub polygons: Vec<Polygon>,
     /// The material of all of them.
     pub material: Material,
+    /// The emissivity, if the net flux is given and this is known.
+    pub emissivity: Option<f64>,
     /// Where each polygon stands: a file, and a line or another number of it.
     places: Vec<(u32, u32)>,
 }
@@ -68,6 +74,7 @@ impl SceneSurface {
             name: name.into(),
             polygons: Vec::new(),
             material: Material::BLACK,
+            emissivity: None,
             places: Vec::new(),
         }
     }

@@ -19,6 +19,7 @@ pub use field::{Field, FieldRequest, Spot, Stretch};
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
+use fredholm_model::heat::Surfaces as Optical;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{About, Derived, Heat};
 use fredholm_model::{
@@ -343,7 +344,7 @@ impl Model for RoomModel {
     }
 
     fn has_irradiance(&self, region: &Region) -> bool {
-        !heat::is_in_air(region)
+        !self.is_in_air(region)
     }
 
     fn has_own_irradiance(&self, region: &Region) -> bool {
@@ -351,8 +352,8 @@ impl Model for RoomModel {
     }
 
     fn flux_parts(&self) -> Vec<(usize, bool)> {
-        let of = |surface| (surface, self.surfaces.is_flux_given(surface));
-        self.flux_surfaces().map(of).collect()
+        let of = |surface| (surface, self.is_flux_given(surface));
+        self.flux_surfaces().into_iter().map(of).collect()
     }
 
     fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
@@ -364,10 +365,6 @@ impl Model for RoomModel {
     }
 
     fn besides(&self, goals: &[Goal]) -> usize {
-        let regions = self.regions(goals, false);
-        let own = regions
-            .iter()
-            .filter(|region| self.takes_walks(region, false));
-        regions.len() - goals.len() + own.count()
+        Optical::besides(self, goals)
     }
 }

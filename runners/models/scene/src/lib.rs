@@ -1,5 +1,6 @@
 //! Light and heat between polygons in space, with sizes chosen at run time.
 
+mod heat;
 mod partition;
 mod radius;
 mod regions;
@@ -7,9 +8,11 @@ mod system;
 
 use core::fmt;
 
+use fredholm_core::{Estimate, Statistics};
+use fredholm_model::heat::Surfaces as Optical;
 use fredholm_model::{
-    About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
-    in_scalar,
+    About, Derived, Discretisation, Error, Goal, Heat, Model, Pairs, Partitioned, Region, Scalar,
+    Subject, in_scalar,
 };
 use fredholm_scene::Surface;
 
@@ -87,6 +90,25 @@ pub struct NamedSurface {
 pub struct SceneModel {
     names: Vec<String>,
     scene: Scene,
+    heat: Option<Temperatures>,
+}
+
+/// What a scene of temperatures and net fluxes has besides its materials.
+///
+/// ```
+/// use fredholm::scene::Temperatures;
+///
+/// // Of two surfaces, from the second of which the net flux is given.
+/// let of_heat = Temperatures { emissivities: vec![None, Some(0.9)], net_fluxes: true };
+/// assert_eq!(of_heat.emissivities.len(), 2);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Temperatures {
+    /// The emissivity of every surface from which the net flux is given, if it is known: it tells the temperature there, and
+    /// nothing else.
+    pub emissivities: Vec<Option<f64>>,
+    /// Whether the net fluxes of all surfaces are wanted.
+    pub net_fluxes: bool,
 }
 
 impl fmt::Debug for SceneModel {
@@ -125,7 +147,20 @@ impl SceneModel {
     /// A scene that was made for the scalar of the walks, and the names of its surfaces.
     #[must_use]
     pub const fn of_scene(names: Vec<String>, scene: Scene) -> Self {
-        Self { names, scene }
+        Self {
+            names,
+            scene,
+            heat: None,
+        }
+    }
+
+    /// The scene as one of heat: u is in W/m², and results are net fluxes and temperatures, too.
+    #[must_use]
+    pub fn with_heat(self, of_heat: Temperatures) -> Self {
+        Self {
+            heat: Some(of_heat),
+            ..self
+        }
     }
 
     /// The names of the surfaces.
@@ -157,6 +192,14 @@ impl Model for SceneModel {
         self.names.get(number).map(String::as_str)
     }
 
+    fn unit(&self) -> Option<&'static str> {
+        self.heat.as_ref().map(|_| "W/m2")
+    }
+
+    fn flux_unit(&self) -> &'static str {
+        "W"
+    }
+
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         goals
             .iter()
@@ -186,13 +229,42 @@ impl Model for SceneModel {
         &'m self,
         discretisation: &Discretisation,
     ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
-        Ok(Box::new(ScenePartition::new(&self.scene, discretisation)?))
+        Ok(Box::new(ScenePartition::new(self, discretisation)?))
     }
 
     fn levels(&self, _: &Discretisation) -> Vec<usize> {
         let least = self.scene.faces().len();
         let levels = [12, 30, 60, 120, 240, 480].into_iter();
         levels.filter(|cells| *cells >= least).collect()
+    }
+
+    fn is_in_space(&self, region: &Region) -> bool {
+        matches!(region, Region::Spot(..) | Region::Point(_)) && !self.is_in_air(region)
+    }
+
+    fn has_irradiance(&self, region: &Region) -> bool {
+        !self.is_in_air(region)
+    }
+
+    fn has_own_irradiance(&self, region: &Region) -> bool {
+        self.takes_walks(region, false)
+    }
+
+    fn flux_parts(&self) -> Vec<(usize, bool)> {
+        let of = |surface| (surface, self.is_flux_given(surface));
+        self.flux_surfaces().into_iter().map(of).collect()
+    }
+
+    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
+        self.heat_of(region, u, irradiance)
+    }
+
+    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        self.derived(goals, statistics)
+    }
+
+    fn besides(&self, goals: &[Goal]) -> usize {
+        Optical::besides(self, goals)
     }
 
     /// Surfaces have two dimensions.

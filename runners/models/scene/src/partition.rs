@@ -8,11 +8,12 @@ use fredholm_core::{LastStep, NoNeighbour, Real, WithKnown};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, Scalar,
-    System, Then, WalkOptions, in_scalar,
+    Subject, System, Then, WalkOptions, in_scalar,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_scene::{Cells, Radiosity, Scene, Tables};
 
+use crate::SceneModel;
 use crate::of_degree;
 use crate::radius::second_moment_radius;
 use crate::system::{SceneSystem, with_job};
@@ -91,12 +92,16 @@ type Setup<'a, const B: usize> =
 /// A scene and its cells.
 #[derive(Debug)]
 pub(crate) struct ScenePartition<'m> {
-    scene: &'m Scene,
+    model: &'m SceneModel,
     cut: Arc<Cut>,
 }
 
 impl<'m> ScenePartition<'m> {
-    pub(crate) fn new(scene: &'m Scene, discretisation: &Discretisation) -> Result<Self, Error> {
+    pub(crate) fn new(
+        model: &'m SceneModel,
+        discretisation: &Discretisation,
+    ) -> Result<Self, Error> {
+        let scene = model.scene();
         let wanted = discretisation.cells.unwrap_or(DEFAULT_CELLS);
         let mut cut = Cut {
             tables: Tables::new(scene),
@@ -110,7 +115,7 @@ impl<'m> ScenePartition<'m> {
         let radiosity = Radiosity::new(cut.tables.geometry(), &cut.cells, 0.5)?;
         cut.shares = radiosity.visible_shares(SHARE_RAYS);
         Ok(Self {
-            scene,
+            model,
             cut: Arc::new(cut),
         })
     }
@@ -163,16 +168,18 @@ impl<'m> ScenePartition<'m> {
     }
 
     fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        let tables = WalkTables::<F>::new(self.scene, &self.cut)?;
+        let tables = WalkTables::<F>::new(self.model.scene(), &self.cut)?;
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let zeros = vec![0.0; request.goals.len()];
         let none = NoNeighbour::<WithKnown<'_, LastStep<'_, Radiosity<'_, F>>>>::new();
+        let places = self.model.places(request)?;
         with_job(
-            self.scene,
+            (self.model, &places),
             (&radiosity, &last, &none),
             request,
-            &zeros,
+            // Walks that follow no neighbour equation have 0 in place of v.
+            &vec![Some(0.0); places.len()],
             &mut |job| then(&Prepared::plain(job, &zeros)),
         )
     }
@@ -215,7 +222,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
-        second_moment_radius(self.scene, absorption)
+        second_moment_radius(self.model.scene(), absorption)
     }
 
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
@@ -227,13 +234,13 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn check_examination(&self) -> Result<(), Error> {
-        Err(NO_PREDICTION())
+        Err(no_prediction())
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
         let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
         Ok(Box::new(SceneSystem {
-            scene: self.scene,
+            model: self.model,
             cut: Arc::clone(&self.cut),
             solution,
         }))
@@ -253,7 +260,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
             )
         });
         Ok(Box::new(SceneSystem {
-            scene: self.scene,
+            model: self.model,
             cut: Arc::clone(&self.cut),
             solution,
         }))
@@ -265,13 +272,14 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
 }
 
 /// What is said where variances would be predicted.
-pub(crate) const NO_PREDICTION: fn() -> Error = || {
-    Error::TooMuch {
-    message: "variances of walks in a scene are not predicted: what is left is the error of fits to rays, which \
-              walks show; give `cells` and `walks`, or an error"
-        .to_owned(),
+pub(crate) fn no_prediction() -> Error {
+    Error::Option {
+        subject: Subject::Problem,
+        message: "variances of walks in a scene are not predicted: what is left is the error of fits to rays, which walks \
+                  show; give `cells` and `walks`, or an error"
+            .to_owned(),
+    }
 }
-};
 
 /// No pair is pointwise by itself: all have h = k.
 pub(crate) const NO_PAIRS: PointwisePairs = PointwisePairs {

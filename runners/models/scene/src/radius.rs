@@ -1,7 +1,7 @@
 //! Whether walks have a finite variance.
 
 use fredholm_core::galerkin::{CellMap, Partition, collatz_wielandt_bounds};
-use fredholm_core::{DefaultGenerator, Kernel, RngUniforms, Sampler, WalkSeeds};
+use fredholm_core::{DefaultGenerator, Kernel, RngUniforms, Sampler, Uniforms, WalkSeeds};
 use fredholm_model::Error;
 use fredholm_scene::{Cells, Radiosity, Scene, Tables};
 
@@ -23,10 +23,22 @@ pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64
     if bound < 1.0 {
         return Ok(bound);
     }
+    let high = estimated(scene, absorption, |k| k * k)?;
+    Ok(high.min(bound))
+}
+
+/// The spectral radius of T_K, estimated by rays from few cells.
+pub(crate) fn radius(scene: &Scene) -> Result<f64, Error> {
+    // K = (1 − q0) k, whatever q0.
+    estimated(scene, 0.5, |k| k)
+}
+
+/// The spectral radius of (1 − q0) p times a function of k.
+fn estimated(scene: &Scene, absorption: f64, of_k: fn(f64) -> f64) -> Result<f64, Error> {
     let (tables, cells) = (Tables::<f64>::new(scene), Cells::new(scene, COARSE)?);
     let radiosity = Radiosity::new(tables.geometry(), &cells, absorption)?;
     let rays: Vec<Vec<(usize, f64)>> = (0..radiosity.cells())
-        .map(|cell| rays(&radiosity, cell))
+        .map(|cell| rays(&radiosity, cell, of_k))
         .collect();
     let mut apply = |w: &[f64], out: &mut [f64]| {
         for (out, rays) in out.iter_mut().zip(&rays) {
@@ -35,24 +47,21 @@ pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64
     };
     let (mut w, mut next) = (vec![1.0; rays.len()], vec![0.0; rays.len()]);
     let [_, high] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
-    Ok(high.min(bound))
+    Ok(high)
 }
 
-/// The cells to which rays from a cell lead, each with (1 − q0) k² over the number of rays.
-fn rays(radiosity: &Radiosity<'_, f64>, cell: usize) -> Vec<(usize, f64)> {
+/// The cells to which rays from a cell lead, each with (1 − q0) times the function of k over the number of rays.
+fn rays(radiosity: &Radiosity<'_, f64>, cell: usize, of_k: fn(f64) -> f64) -> Vec<(usize, f64)> {
     let seeds = WalkSeeds::<DefaultGenerator>::new(1, u64::MAX);
     let mut draws = RngUniforms(seeds.generator(cell as u64));
     let mut to = Vec::with_capacity(RAYS);
     for _ in 0..RAYS {
-        let t: [f64; 2] = [
-            fredholm_core::Uniforms::uniform(&mut draws),
-            fredholm_core::Uniforms::uniform(&mut draws),
-        ];
+        let t: [f64; 2] = [draws.uniform(), draws.uniform()];
         let x = radiosity.point(cell, &t);
         let survival = 1.0 - radiosity.absorption(&x);
         if let Some(y) = radiosity.step(&x, &mut draws) {
             let k = radiosity.kernel(&x, &y);
-            to.push((radiosity.locate(&y), survival * k * k / RAYS as f64));
+            to.push((radiosity.locate(&y), survival * of_k(k) / RAYS as f64));
         }
     }
     to

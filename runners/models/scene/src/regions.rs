@@ -1,13 +1,14 @@
 //! What may be asked of a scene.
 
-use fredholm_core::{At, Functional, Real, Uniforms};
+use fredholm_core::{At, Functional, KnownPart, Real, Started, StateSpace, Uniforms, WithKnown};
 use fredholm_model::{Error, Region};
-use fredholm_scene::{Mean, Point, Radiosity, Scene};
+use fredholm_scene::{Air, Irradiance, Mean, Point, Radiosity, Scene, areas};
 
-/// A point, or the faces over which a mean is.
+/// A point of a face, a point between the faces, or the faces over which a mean is.
 #[derive(Clone, Debug)]
 pub(crate) enum Place {
     Point(u32, [f64; 3]),
+    Air([f64; 3]),
     Faces(Vec<u32>),
 }
 
@@ -31,74 +32,130 @@ impl Place {
                 Ok(Self::Faces(all))
             }
             Region::Spot(part, position) => {
-                let found = on_any(scene, faces(*part)?, *position);
-                match found {
+                let geometry = scene.geometry();
+                let mut own = faces(*part)?.map(|face| face as u32);
+                match own.find(|&face| geometry.is_on(face, *position)) {
                     Some(face) => Ok(Self::Point(face, *position)),
                     None => wrong(format!("the point {position:?} is not on its surface")),
                 }
             }
             Region::Point(coordinates) => match *coordinates.as_slice() {
-                [x, y, z] => match on_any(scene, 0..scene.faces().len(), [x, y, z]) {
+                [x, y, z] => match scene.face_at([x, y, z]) {
                     Some(face) => Ok(Self::Point(face, [x, y, z])),
-                    None => wrong(format!("the point {:?} is on no surface", [x, y, z])),
+                    None if scene.is_between([x, y, z]) => Ok(Self::Air([x, y, z])),
+                    None => wrong(format!(
+                        "the point {:?} is neither on a surface nor between them",
+                        [x, y, z]
+                    )),
                 },
                 _ => wrong("a point of a scene has three coordinates".to_owned()),
             },
             _ => wrong(
-                "a scene has points on its surfaces, means over them, and the mean over all"
+                "a scene has points on its surfaces and between them, means over surfaces, and the mean over all"
                     .to_owned(),
             ),
         }
     }
 
-    /// (F, Φ).
-    pub(crate) fn emission(&self, scene: &Scene) -> f64 {
-        let faces = scene.faces();
+    /// (F, Φ) of the emission that is known where a walk starts: that of lights, to which the last step leads.
+    pub(crate) fn known<F: Real>(&self, radiosity: &Radiosity<'_, F>) -> f64 {
         match self {
-            Self::Point(face, _) => faces.get(*face as usize).map_or(f64::NAN, |f| f.emission),
+            Self::Point(face, _) => radiosity.emission_of_light(*face).to_f64(),
+            // Every walk knows its own.
+            Self::Air(_) => 0.0,
             Self::Faces(numbers) => {
-                let all = || numbers.iter().filter_map(|face| faces.get(*face as usize));
-                let area: f64 = all().map(|face| face.area).sum();
-                all().map(|face| face.area * face.emission).sum::<f64>() / area
+                let (mut sum, mut areas) = (0.0, 0.0);
+                for &number in numbers {
+                    let face = radiosity.geometry().faces().get(number as usize);
+                    let area = face.map_or(f64::NAN, |face| face.area.to_f64());
+                    sum += area * radiosity.emission_of_light(number).to_f64();
+                    areas += area;
+                }
+                sum / areas
             }
         }
     }
 
-    /// Where walks start.
+    /// Where a mean over faces looks for starts.
+    pub(crate) fn areas<F: Real>(&self, radiosity: &Radiosity<'_, F>) -> Result<Vec<F>, Error> {
+        Ok(match self {
+            Self::Faces(faces) => areas(radiosity.geometry(), faces)?,
+            _ => Vec::new(),
+        })
+    }
+
+    /// Where walks start, with the [`areas`](Self::areas) of the place.
     pub(crate) fn start<'a, F: Real>(
         &'a self,
-        radiosity: &Radiosity<'a, F>,
+        radiosity: &'a Radiosity<'a, F>,
+        ends: &'a [F],
     ) -> Result<Start<'a, F>, Error> {
-        Ok(match self {
-            Self::Point(face, position) => Start::Point(At(radiosity.at(*face, *position)?)),
-            Self::Faces(faces) => Start::Mean(Mean::new(radiosity.geometry(), faces)?),
-        })
+        let known = F::from_f64(self.known(radiosity));
+        let functional = match self {
+            Self::Point(face, position) => On::Point(At(radiosity.at(*face, *position)?)),
+            Self::Faces(faces) => On::Mean(Mean::new(radiosity.geometry(), faces, ends)?),
+            Self::Air(position) => {
+                let position = position.map(F::from_f64);
+                return Ok(Start::Air(Air {
+                    radiosity,
+                    position,
+                }));
+            }
+        };
+        Ok(Start::On(KnownPart { functional, known }))
     }
 }
 
-/// The first of some faces on which a position is.
-fn on_any(scene: &Scene, mut faces: core::ops::Range<usize>, position: [f64; 3]) -> Option<u32> {
-    let geometry = scene.geometry();
-    faces
-        .find(|&face| geometry.is_on(face as u32, position))
-        .map(|face| face as u32)
-}
-
-/// Where walks start.
-pub(crate) enum Start<'a, F> {
+/// Where walks for u start on faces.
+#[derive(Clone, Copy)]
+pub(crate) enum On<'a, F> {
     Point(At<Point<F>>),
     Mean(Mean<'a, F>),
 }
 
-impl<F: Real, E> Functional<E> for Start<'_, F>
+impl<F: Real, E> Functional<E> for On<'_, F>
 where
-    E: fredholm_core::StateSpace<Scalar = F, Point = Point<F>>,
+    E: StateSpace<Scalar = F, Point = Point<F>>,
 {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
         match self {
             Self::Point(At(x)) => (*x, F::from_f64(1.0)),
             Self::Mean(mean) => mean.draw(uniforms),
+        }
+    }
+}
+
+/// Where walks start: for u, for what arrives at faces, and for what a point between them sees.
+#[derive(Clone, Copy)]
+pub(crate) enum Start<'a, F> {
+    On(KnownPart<On<'a, F>, F>),
+    Irradiance(Irradiance<'a, F, On<'a, F>>),
+    Air(Air<'a, F>),
+}
+
+impl<'a, F: Real> Start<'a, F> {
+    /// Where walks start for the irradiance of what these walks are for.
+    pub(crate) fn irradiance(self, radiosity: &'a Radiosity<'a, F>) -> Self {
+        match self {
+            Self::On(KnownPart { functional: of, .. }) => {
+                Self::Irradiance(Irradiance { radiosity, of })
+            }
+            other => other,
+        }
+    }
+}
+
+impl<'e, F: Real, E> Functional<WithKnown<'e, E>> for Start<'_, F>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        match self {
+            Self::On(known) => Functional::<WithKnown<'e, E>>::start(known, uniforms),
+            Self::Irradiance(irradiance) => irradiance.draw::<E, U>(uniforms),
+            Self::Air(air) => air.draw(uniforms),
         }
     }
 }

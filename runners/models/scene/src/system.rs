@@ -6,18 +6,20 @@ use std::sync::Arc;
 
 use fredholm_core::galerkin::{CellMap, Partition, Solution};
 use fredholm_core::sampled::SampledSolution;
-use fredholm_core::{Goals, Job, KnownPart, LastStep, Neighbour, Real, Started, WithKnown};
+use fredholm_core::{Goals, Job, LastStep, Neighbour, Real, Started, WithKnown};
 use fredholm_embedded::TableBuilder;
+use fredholm_model::heat::Surfaces as _;
 use fredholm_model::{
     Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
     in_scalar,
 };
-use fredholm_scene::{Point, Radiosity, Scene};
+use fredholm_scene::{Air, Point, Radiosity};
 
+use crate::SceneModel;
 use crate::of_degree;
-use crate::partition::{Cut, NO_PAIRS, NO_PREDICTION, WalkTables};
-use crate::radius::second_moment_radius;
-use crate::regions::Place;
+use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
+use crate::radius::{radius, second_moment_radius};
+use crate::regions::{Place, Start};
 
 /// Rays of a score. Of 1, 4 and 16 this has the least error at equal time in an empty cube and in a Cornell box, at degrees
 /// 0 and 1 with 600 to 5,000 cells, or nearly so.
@@ -25,7 +27,7 @@ const STEPS: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
 
 /// v and c of a scene.
 pub(crate) struct SceneSystem<'m> {
-    pub(crate) scene: &'m Scene,
+    pub(crate) model: &'m SceneModel,
     pub(crate) cut: Arc<Cut>,
     pub(crate) solution: SampledSolution,
 }
@@ -36,7 +38,7 @@ impl SceneSystem<'_> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let tables = WalkTables::<F>::new(self.scene, &self.cut)?;
+        let tables = WalkTables::<F>::new(self.model.scene(), &self.cut)?;
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let vectors = self.solution.for_walks::<F>()?;
@@ -45,30 +47,48 @@ impl SceneSystem<'_> {
         let neighbour = WithKnown(&sampled);
         let wide = self.cut.radiosity(request.walk.absorption)?;
         let v: Vec<f64> = vectors.v().iter().map(|v| v.to_f64()).collect();
+        let places = self.model.places(request)?;
         let mut galerkin = Vec::with_capacity(request.goals.len());
-        for goal in request.goals {
-            let place = Place::new(self.scene, &goal.region)?;
-            galerkin.push(match place {
+        let mut control_means = Vec::with_capacity(places.len());
+        for place in &places {
+            let known = place.known(&radiosity);
+            let value = |start| neighbour.value(&neighbour.locate(start)).to_f64();
+            let mean = match *place {
                 Place::Point(face, position) => {
                     let point = radiosity.at(face, position)?;
-                    let known = F::from_f64(place.emission(self.scene));
-                    let start = neighbour.locate(Started { point, known });
-                    neighbour.value(&start).to_f64()
+                    let known = F::from_f64(known);
+                    Some(value(Started { point, known }))
                 }
-                Place::Faces(ref faces) => place.emission(self.scene) + mean::<B>(&wide, faces, &v),
-            });
+                Place::Faces(ref faces) => Some(known + mean::<B>(&wide, faces, &v)),
+                Place::Air(_) => None,
+            };
+            control_means.push(mean);
+            if galerkin.len() < request.goals.len() {
+                galerkin.push(match (mean, place) {
+                    (None, Place::Air(position)) => {
+                        let position = position.map(F::from_f64);
+                        let air = Air {
+                            radiosity: &radiosity,
+                            position,
+                        };
+                        seen_of(&air, &value)
+                    }
+                    (mean, _) => mean.unwrap_or(f64::NAN),
+                });
+            }
         }
+        let radius_bound = self.radius_bound()?;
         with_job(
-            self.scene,
+            (self.model, &places),
             (&radiosity, &last, &neighbour),
             request,
-            &galerkin,
+            &control_means,
             &mut |job| {
                 then(&Prepared {
                     job,
                     galerkin: &galerkin,
                     largest: fredholm_model::numbers::largest(vectors.v()),
-                    radius_bound: self.largest_reflectance(),
+                    radius_bound,
                     convergence: self.solution.convergence(),
                     pointwise: NO_PAIRS,
                     neighbour_second_moment_radius: None,
@@ -78,18 +98,43 @@ impl SceneSystem<'_> {
         )
     }
 
-    fn largest_reflectance(&self) -> f64 {
-        let faces = self.scene.faces().iter();
-        faces.fold(0.0, |m: f64, face| m.max(face.reflectance))
+    /// The largest ρ if it is below 1; otherwise the radius as rays from few cells have it.
+    fn radius_bound(&self) -> Result<f64, Error> {
+        let faces = self.model.scene().faces().iter();
+        let largest = faces.fold(0.0, |m: f64, face| m.max(face.reflectance));
+        if largest < 1.0 {
+            Ok(largest)
+        } else {
+            radius(self.model.scene())
+        }
     }
+}
+
+/// Directions along each of two coordinates in which v is looked at from a point in the air.
+const LOOKS: u32 = 64;
+
+/// (v, Φ) of a point in the air, about: what rays in many directions meet.
+fn seen_of<F: Real>(air: &Air<'_, F>, value: &dyn Fn(Started<Point<F>, F>) -> f64) -> f64 {
+    let middle = |i: u32| F::from_f64((f64::from(i) + 0.5) / f64::from(LOOKS));
+    let looks = (0..LOOKS * LOOKS).map(|i| {
+        let (start, phi) = air.at([middle(i / LOOKS), middle(i % LOOKS)]);
+        phi.to_f64() * value(start)
+    });
+    looks.sum::<f64>() / f64::from(LOOKS * LOOKS)
 }
 
 /// The mean of v over some faces: ψ_0 = 1, and the other functions have the mean 0.
 fn mean<const B: usize>(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]) -> f64 {
+    let mut is_in = vec![false; radiosity.geometry().faces().len()];
+    for &face in faces {
+        if let Some(is_in) = is_in.get_mut(face as usize) {
+            *is_in = true;
+        }
+    }
     let (mut sum, mut area) = (0.0, 0.0);
     for cell in 0..radiosity.cells() {
         let face = radiosity.point(cell, &[0.5, 0.25]).face;
-        if faces.contains(&face) {
+        if is_in.get(face as usize) == Some(&true) {
             let measure = radiosity.measure(cell);
             sum += measure * v.get(cell * B).copied().unwrap_or(f64::NAN);
             area += measure;
@@ -98,31 +143,42 @@ fn mean<const B: usize>(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]
     sum / area
 }
 
-/// Prepares the walks of all goals, (v, Φ) of which is known.
+/// Prepares the walks of all places, (v, Φ) of which is known or not, and of irradiances that do not follow from u there.
 pub(crate) fn with_job<'a, F: Real, N>(
-    scene: &Scene,
+    (model, places): (&SceneModel, &'a [Place]),
     (radiosity, last, neighbour): (&'a Radiosity<'a, F>, &LastStep<'a, Radiosity<'a, F>>, &N),
     request: &Request<'_>,
-    galerkin: &[f64],
+    control_means: &[Option<f64>],
     then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
 ) -> Result<(), Error>
 where
     N: Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync,
 {
-    let places = request
-        .goals
+    let ends = places
         .iter()
-        .map(|goal| Place::new(scene, &goal.region))
-        .collect::<Result<Vec<Place>, Error>>()?;
-    let mut goals = Vec::with_capacity(places.len());
-    for (place, &galerkin) in places.iter().zip(galerkin) {
-        goals.push(fredholm_core::Goal {
-            functional: KnownPart {
-                functional: place.start(radiosity)?,
-                known: F::from_f64(place.emission(scene)),
-            },
-            control_mean: Some(galerkin),
-        });
+        .map(|place| place.areas(radiosity))
+        .collect::<Result<Vec<Vec<F>>, Error>>()?;
+    let starts = places
+        .iter()
+        .zip(&ends)
+        .map(|(place, ends)| place.start(radiosity, ends))
+        .collect::<Result<Vec<Start<'_, F>>, Error>>()?;
+    let mut goals: Vec<_> = starts
+        .iter()
+        .zip(control_means)
+        .map(|(&functional, &control_mean)| fredholm_core::Goal {
+            functional,
+            control_mean,
+        })
+        .collect();
+    let regions = model.regions(request.goals, request.only_u);
+    for (region, start) in regions.iter().zip(&starts) {
+        if model.takes_walks(region, request.only_u) {
+            goals.push(fredholm_core::Goal {
+                functional: start.irradiance(radiosity),
+                control_mean: None,
+            });
+        }
     }
     let options = request.walk.for_core();
     let equation = WithKnown(last);
@@ -133,7 +189,7 @@ impl System for SceneSystem<'_> {
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
         let absorption = walk.absorption;
         fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
-            second_moment_radius(self.scene, absorption)
+            second_moment_radius(self.model.scene(), absorption)
         })
     }
 
@@ -147,7 +203,7 @@ impl System for SceneSystem<'_> {
         _: usize,
         _: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        Err(NO_PREDICTION())
+        Err(no_prediction())
     }
 
     fn saved(&self) -> Option<SavedSystem<'_>> {
@@ -155,7 +211,8 @@ impl System for SceneSystem<'_> {
             solution: Cow::Owned(Solution {
                 v: self.solution.v().to_vec(),
                 convergence: self.solution.convergence(),
-                radius_bound: self.largest_reflectance(),
+                // As it follows from the scene, it is not read again.
+                radius_bound: self.radius_bound().unwrap_or(f64::NAN),
             }),
             coefficients: Cow::Borrowed(self.solution.control()),
             views: Cow::Borrowed(&[]),

@@ -21,7 +21,7 @@ impl Report {
         let columns = COLUMNS.iter().copied();
         let columns = columns.chain(coordinates.iter().map(String::as_str));
         let columns: Vec<&str> = match &self.energy {
-            Some(_) => columns.chain(FLUX_COLUMNS).collect(),
+            Some(energy) => columns.chain(flux_columns(energy)).collect(),
             None => columns.collect(),
         };
         writer.write_record(&columns).map_err(|_| FAILED)?;
@@ -40,7 +40,7 @@ impl Report {
             let mut row = vec![String::new(); columns.len()];
             row[0] = name;
             row[WALKS] = walks;
-            let last = columns.len() - FLUX_COLUMNS.len();
+            let last = columns.len() - 2;
             let numbers = [flux.estimate, flux.std_error];
             for (to, number) in row[last..].iter_mut().zip(numbers) {
                 *to = number.map_or(String::new(), |x| x.to_string());
@@ -88,7 +88,12 @@ pub(super) struct CsvPlace<'a> {
 }
 
 /// The columns of the net fluxes of whole surfaces, which have rows of their own.
-pub(super) const FLUX_COLUMNS: [&str; 2] = ["net_flux_per_metre", "net_flux_per_metre_std_error"];
+pub(super) fn flux_columns(energy: &EnergyReport) -> [&'static str; 2] {
+    match energy.unit {
+        "W/m" => ["net_flux_per_metre", "net_flux_per_metre_std_error"],
+        _ => ["net_flux_in_all", "net_flux_in_all_std_error"],
+    }
+}
 /// The number of the column of walks.
 const WALKS: usize = 7;
 

@@ -272,9 +272,15 @@ impl EnergyReport {
             None => "its material changes".to_owned(),
         };
         let mut rows = vec![
-            ["net flux out of", "W per metre"]
-                .map(str::to_owned)
-                .to_vec(),
+            [
+                "net flux out of",
+                match self.unit {
+                    "W/m" => "W per metre",
+                    unit => unit,
+                },
+            ]
+            .map(str::to_owned)
+            .to_vec(),
         ];
         for surface in &self.surfaces {
             rows.push(vec![surface.name.clone(), flux(surface)]);

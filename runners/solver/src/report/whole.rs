@@ -5,8 +5,8 @@ use fredholm_model::numbers::{aligned, short, with_error};
 use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
-use super::csv::{CsvPlace, FLUX_COLUMNS, fluxes, of_columns, places, record, text};
-use super::{Coordinates, EnergyReport, EstimateReport, Over, PER_DEPTH};
+use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
+use super::{Coordinates, EnergyReport, EstimateReport, Over};
 use crate::{Error, Goal, Model, Region, WholeFunction, WholeSummary, WholeValue};
 
 /// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
@@ -186,11 +186,8 @@ impl WholeReport {
         let coordinates = of_columns(self.summary.problem, self.summary.dimension);
         let columns = COLUMNS.iter().map(|&name| name.to_owned());
         let fluxes: Vec<_> = self.energy.iter().flat_map(fluxes).collect();
-        let more: &[&str] = if fluxes.is_empty() {
-            &[]
-        } else {
-            &FLUX_COLUMNS
-        };
+        let more = self.energy.as_ref().map(flux_columns);
+        let more = more.as_ref().map_or(&[][..], |more| more.as_slice());
         let mut head: Vec<String> = columns.chain(coordinates.iter().cloned()).collect();
         let width = head.len();
         head.extend(more.iter().map(|&name| name.to_owned()));
@@ -396,10 +393,11 @@ impl WholeFunction<'_> {
                 is_given,
             });
         let all = values.last().map(estimate);
+        let unit = self.model().flux_unit();
         Ok(
-            EnergyReport::new(fluxes.collect()).map(|energy| EnergyReport {
+            EnergyReport::new(fluxes.collect(), unit).map(|energy| EnergyReport {
                 // Errors of one set of walks depend on each other.
-                energy_balance: all.map(|all| EstimateReport::new(all, walks, Some(PER_DEPTH))),
+                energy_balance: all.map(|all| EstimateReport::new(all, walks, Some(unit))),
                 ..energy
             }),
         )

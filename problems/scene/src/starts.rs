@@ -1,0 +1,237 @@
+//! Starts of walks other than points and means of u: what arrives at a face, and what a point in the air sees.
+
+use fredholm_core::{Functional, Real, Sampler, Started, StateSpace, Uniforms, WithKnown};
+use num_traits::{one, zero};
+
+use crate::radiosity::{Point, Radiosity};
+use crate::ray::Backs;
+use crate::vector::Vector;
+
+/// The irradiance H of the points of another functional,
+///
+/// ```text
+/// (H, Φ),  H(x) = ∫ u(y) cos θ_x cos θ_y V(x, y)/(π |x − y|²) dA(y),
+/// ```
+///
+/// also where nothing is reflected: u = F + ρ H says nothing of H there. A walk starts where a ray of a cosine-distributed
+/// direction from x arrives; the light of lights is estimated in x itself, as in all other states.
+#[derive(Clone, Copy, Debug)]
+pub struct Irradiance<'a, F, T> {
+    /// The equation.
+    pub radiosity: &'a Radiosity<'a, F>,
+    /// The functional of which x is a start.
+    pub of: T,
+}
+
+/// φ of a walk that has left the scene with its first ray: next to what is known there its score is nothing.
+const LEFT: f64 = 1.0 / (1_u64 << 60) as f64;
+
+impl<F: Real, T> Irradiance<'_, F, T> {
+    /// A start of a walk, with what is known of its score, and φ.
+    pub fn draw<E, U>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F)
+    where
+        E: StateSpace<Scalar = F, Point = Point<F>>,
+        T: Functional<E>,
+        U: Uniforms<F>,
+    {
+        let (x, phi) = self.of.start(uniforms);
+        let known = self.radiosity.sample_direct(&x, uniforms);
+        match self.radiosity.step(&x, uniforms) {
+            Some(point) => (Started { point, known }, phi),
+            None => {
+                let left = F::from_f64(LEFT);
+                let known = known / left;
+                (Started { point: x, known }, phi * left)
+            }
+        }
+    }
+}
+
+impl<'e, F: Real, E, T> Functional<WithKnown<'e, E>> for Irradiance<'_, F, T>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+    T: Functional<E>,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        self.draw::<E, U>(uniforms)
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl crate::Scene {
+    /// The face [on which](crate::Geometry::is_on) a position is; of several that which comes first.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// // Floor and ceiling are 0 and 1.
+    /// assert_eq!(scene.face_at([0.5, 0.5, 1.0]), Some(1));
+    /// assert_eq!(scene.face_at([0.5, 0.0, 0.0]), Some(0));
+    /// assert_eq!(scene.face_at([0.5, 0.5, 0.5]), None);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn face_at(&self, position: [f64; 3]) -> Option<u32> {
+        let geometry = self.geometry();
+        let all = self.nodes.first()?;
+        // No face is wider.
+        let slack = 1e-6 * crate::vector::norm(crate::vector::sub(all.high, all.low));
+        let mut found: Option<u32> = None;
+        geometry.visit(
+            &mut |node| {
+                (0..3).any(|k| {
+                    !(position[k] >= node.low[k] - slack && position[k] <= node.high[k] + slack)
+                })
+            },
+            &mut |triangle| {
+                let is_first = found.is_none_or(|found| triangle.face < found);
+                if is_first && geometry.is_on(triangle.face, position) {
+                    found = Some(triangle.face);
+                }
+            },
+        );
+        found
+    }
+
+    /// Whether a position is between the surfaces: whether a ray from there meets a face's active side. In a closed scene
+    /// one ray tells.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// assert!(scene.is_between([0.5, 0.2, 0.9]));
+    /// assert!(!scene.is_between([0.5, 0.2, 1.1]));
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn is_between(&self, position: [f64; 3]) -> bool {
+        let meets = |direction| {
+            let hit = self
+                .geometry()
+                .nearest(None, position, direction, Backs::Block);
+            hit.is_some_and(|hit| !hit.back)
+        };
+        if self.enclosure() == crate::Enclosure::Closed {
+            return meets([0.36, 0.48, 0.8]);
+        }
+        // Of equal height each, by the golden angle about the axis.
+        (0..OPEN_RAYS).any(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(OPEN_RAYS);
+            let r = Real::sqrt(1.0 - z * z);
+            let angle = 2.399_963_229_728_653 * f64::from(i);
+            meets([r * Real::cos(angle), r * Real::sin(angle), z])
+        })
+    }
+}
+
+/// Rays that look for a surface where light may leave.
+#[cfg(feature = "alloc")]
+const OPEN_RAYS: u32 = 1024;
+
+/// The mean of u over all directions in which a point between the surfaces sees them, (1/4π) ∫ u dω: σT⁴ of the mean
+/// radiant temperature T, where u is heat. Directions in which light leaves count with u = 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Air<'a, F> {
+    /// The equation.
+    pub radiosity: &'a Radiosity<'a, F>,
+    /// The place.
+    pub position: [F; 3],
+}
+
+impl<F: Real> Air<'_, F> {
+    /// A start of a walk, with what is known of its score, and φ.
+    pub fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        let numbers = [uniforms.uniform(), uniforms.uniform()];
+        self.at(numbers)
+    }
+
+    /// The start of a walk that two numbers in [0, 1) give.
+    pub fn at(&self, [a, b]: [F; 2]) -> (Started<Point<F>, F>, F) {
+        // Archimedes: the height is uniform.
+        let z = one::<F>() - F::from_f64(2.0) * a;
+        let angle = F::from_f64(2.0) * F::PI * b;
+        let r = Real::max(one::<F>() - z * z, zero()).sqrt();
+        self.radiosity
+            .seen(self.position, [r * angle.cos(), r * angle.sin(), z])
+            .unwrap_or_else(|| self.radiosity.nowhere())
+    }
+}
+
+impl<F: Real> Radiosity<'_, F> {
+    /// The walk for u of what a ray meets that starts between the surfaces, with the emission that is known there, and φ = 1.
+    /// `None`: it meets nothing, or, where light may leave, a face from behind. In a closed scene, faces are not met from
+    /// behind.
+    #[must_use]
+    pub fn seen(&self, from: [F; 3], direction: [F; 3]) -> Option<(Started<Point<F>, F>, F)> {
+        let backs = if self.geometry.is_open() {
+            Backs::Block
+        } else {
+            Backs::Pass
+        };
+        self.met(from, direction, backs)
+    }
+
+    /// What a camera sees in this direction: [`seen`](Self::seen), but no back hides what is behind it, so that one may look
+    /// into a room from outside.
+    #[must_use]
+    pub fn seen_through_backs(
+        &self,
+        from: [F; 3],
+        direction: [F; 3],
+    ) -> Option<(Started<Point<F>, F>, F)> {
+        self.met(from, direction, Backs::Pass)
+    }
+
+    fn met(
+        &self,
+        from: Vector<F>,
+        direction: Vector<F>,
+        backs: Backs,
+    ) -> Option<(Started<Point<F>, F>, F)> {
+        let hit = self.geometry.nearest(None, from, direction, backs)?;
+        if hit.back {
+            return None;
+        }
+        let point = Point {
+            face: hit.face,
+            position: hit.point,
+        };
+        let known = self.emission_of_light(hit.face);
+        Some((Started { point, known }, one()))
+    }
+
+    /// The emission of a face if it is a light, to which the last step leads: it is known where a walk starts. Otherwise 0.
+    #[must_use]
+    pub fn emission_of_light(&self, face: u32) -> F {
+        let own = self.geometry.face(face);
+        let side = self.sides.get(face as usize);
+        match (own, side) {
+            (Some(own), Some(side)) => own.emission - side.emission,
+            _ => F::NAN,
+        }
+    }
+
+    /// A walk that scores nothing.
+    fn nowhere(&self) -> (Started<Point<F>, F>, F) {
+        let middle = self.geometry.face(0).map(|face| face.middle());
+        let point = Point {
+            face: 0,
+            position: middle.unwrap_or([F::NAN; 3]),
+        };
+        let known = zero();
+        (Started { point, known }, zero())
+    }
+}
+
+impl<'e, F: Real, E> Functional<WithKnown<'e, E>> for Air<'_, F>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        self.draw(uniforms)
+    }
+}

@@ -1,0 +1,238 @@
+//! Irradiances, net fluxes and temperatures: what light and heat between surfaces say besides u.
+
+use fredholm_core::{Estimate, Statistics};
+
+use crate::{Derived, Flux, Goal, Heat, Region};
+
+/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
+const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+/// A material: u = F + ρ H, where H is the irradiance.
+///
+/// ```
+/// use fredholm_model::heat::Optics;
+///
+/// let grey = Optics { reflectance: 0.1, emission: 400.0 };
+/// assert_eq!(grey.net_flux(300.0), 130.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optics {
+    /// The reflectance ρ.
+    pub reflectance: f64,
+    /// The emission F, in the unit of u.
+    pub emission: f64,
+}
+
+impl Optics {
+    /// The net flux out of the surface: F − (1 − ρ)H.
+    #[must_use]
+    pub const fn net_flux(&self, irradiance: f64) -> f64 {
+        self.emission - (1.0 - self.reflectance) * irradiance
+    }
+
+    /// H = (u − F)/ρ.
+    fn irradiance(&self, u: Estimate) -> Estimate {
+        let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
+        Estimate {
+            estimate: (u.estimate - self.emission) / self.reflectance,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        }
+    }
+}
+
+/// Surfaces between which light or heat goes: what tells a kind's irradiances and net fluxes.
+pub trait Surfaces {
+    /// Whether temperatures or net fluxes are given: u is in W/m² then.
+    fn is_heat(&self) -> bool;
+
+    /// Whether all light that leaves surfaces arrives at surfaces.
+    fn is_closed(&self) -> bool;
+
+    /// Whether a region is a point between the surfaces.
+    fn is_in_air(&self, region: &Region) -> bool;
+
+    /// The one material of a region, if it has one.
+    fn optics(&self, region: &Region) -> Option<Optics>;
+
+    /// The one emissivity of a region from which the net flux is given, if it is known.
+    fn emissivity(&self, region: &Region) -> Option<f64>;
+
+    /// The surfaces whose net fluxes are results.
+    fn flux_surfaces(&self) -> Vec<usize>;
+
+    /// Whether the net flux is given from all of a surface.
+    fn is_flux_given(&self, surface: usize) -> bool;
+
+    /// The net flux out of a surface from which it is given: the integral of it.
+    fn given_flux(&self, surface: usize) -> Option<f64>;
+
+    /// The name of a surface.
+    fn name(&self, surface: usize) -> &str;
+
+    /// The length or the area of a surface.
+    fn size(&self, surface: usize) -> Option<f64>;
+
+    /// The regions of the goals, then every surface whose net flux takes walks.
+    fn regions(&self, goals: &[Goal], only_u: bool) -> Vec<Region> {
+        let mut regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
+        if !only_u {
+            let surfaces = self.flux_surfaces().into_iter();
+            let walked = surfaces.filter(|&surface| !self.is_flux_given(surface));
+            regions.extend(walked.map(Region::Part));
+        }
+        regions
+    }
+
+    /// Whether the irradiance of a region takes walks of its own.
+    fn takes_walks(&self, region: &Region, only_u: bool) -> bool {
+        // In the air there is no surface on which light falls.
+        !only_u && !self.is_in_air(region) && self.through_radiosity(region).is_none()
+    }
+
+    /// The number of functionals that a job has besides its goals.
+    fn besides(&self, goals: &[Goal]) -> usize {
+        let regions = self.regions(goals, false);
+        let own = regions
+            .iter()
+            .filter(|region| self.takes_walks(region, false));
+        regions.len() - goals.len() + own.count()
+    }
+
+    /// How the irradiance of a region follows from u there, if it does: H = (u − F)/ρ.
+    fn through_radiosity(&self, region: &Region) -> Option<Optics> {
+        match region {
+            // All light that leaves surfaces of a closed room arrives at surfaces.
+            Region::Whole if self.is_closed() => Some(Optics {
+                emission: 0.0,
+                reflectance: 1.0,
+            }),
+            region => self
+                .optics(region)
+                .filter(|optics| optics.reflectance > 0.0),
+        }
+    }
+
+    /// Irradiances and net fluxes from the statistics of all walks: those of the regions, then those of irradiances that
+    /// take walks of their own.
+    fn derived(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        let regions = self.regions(goals, false);
+        if statistics.len() < regions.len() {
+            // Nothing but u was asked for.
+            return Derived::default();
+        }
+        let (radiosities, own) = statistics.split_at(regions.len());
+        let mut own = own.iter();
+        let (mut heat, mut walked_fluxes) = (Vec::new(), Vec::new());
+        for (i, (region, u)) in regions.iter().zip(radiosities).enumerate() {
+            let through = self.through_radiosity(region);
+            let walked = match through {
+                Some(_) => Some(u),
+                None if self.is_in_air(region) => None,
+                None => own.next(),
+            };
+            let estimate = walked.map(Statistics::preconditioned);
+            let irradiance = match through {
+                Some(through) => estimate.map(|u| through.irradiance(u)),
+                None => estimate,
+            };
+            if i < goals.len() {
+                heat.push(self.heat_of(region, u.preconditioned(), irradiance));
+            } else {
+                walked_fluxes.push((walked.map_or(0, Statistics::walks), irradiance));
+            }
+        }
+        let mut walked_fluxes = walked_fluxes.into_iter();
+        let fluxes = self.flux_surfaces().into_iter().map(|surface| {
+            let is_given = self.is_flux_given(surface);
+            let (walks, irradiance) = match is_given {
+                true => (0, None),
+                false => walked_fluxes.next().unwrap_or((0, None)),
+            };
+            Flux {
+                name: self.name(surface).to_owned(),
+                walks,
+                net_flux: if is_given {
+                    self.given_flux(surface).map(|estimate| Estimate {
+                        estimate,
+                        std_error: Some(0.0),
+                        std_dev: Some(0.0),
+                    })
+                } else {
+                    // The flux of its length or area.
+                    let size = self.size(surface);
+                    size.and_then(|size| self.net_flux(&Region::Part(surface), irradiance, size))
+                },
+                is_given,
+            }
+        });
+        let fluxes = fluxes.collect();
+        Derived { heat, fluxes }
+    }
+
+    /// What follows from u of a region and from its irradiance, which follows from u where it is not given.
+    fn heat_of(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
+        let in_air = self.is_in_air(region).then(|| self.temperature(u));
+        let through = || Some(self.through_radiosity(region)?.irradiance(u));
+        let irradiance = irradiance.or_else(through);
+        Heat {
+            irradiance,
+            net_flux: self.net_flux(region, irradiance, 1.0),
+            is_flux_given: self.is_heat() && self.is_reflecting(region),
+            temperature: self.surface_temperature(region, u),
+            radiant_temperature: in_air.flatten(),
+        }
+    }
+
+    /// Whether a region reflects all: whether its net flux is given.
+    fn is_reflecting(&self, region: &Region) -> bool {
+        let optics = self.optics(region);
+        optics.is_some_and(|optics| optics.reflectance >= 1.0)
+    }
+
+    /// The temperature in kelvin of surfaces from which the net flux q is given: εσT⁴ = u − (1 − ε)H = εu + (1 − ε)q.
+    fn surface_temperature(&self, region: &Region, u: Estimate) -> Option<Estimate> {
+        let q = self.optics(region)?.emission;
+        if !self.is_reflecting(region) {
+            return None;
+        }
+        let hidden = match q == 0.0 {
+            true => 0.0,
+            false => q * (1.0 / self.emissivity(region)? - 1.0),
+        };
+        self.temperature(Estimate {
+            estimate: u.estimate + hidden,
+            ..u
+        })
+    }
+
+    /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant
+    /// temperature.
+    fn temperature(&self, u: Estimate) -> Option<Estimate> {
+        let mean = Some(u.estimate).filter(|&mean| self.is_heat() && mean > 0.0)?;
+        let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
+        let scale = |x: Option<f64>| x.map(|x| 0.25 * temperature / mean * x);
+        Some(Estimate {
+            estimate: temperature,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        })
+    }
+
+    /// The net flux out of this length or area of a region, if there are temperatures.
+    fn net_flux(
+        &self,
+        region: &Region,
+        irradiance: Option<Estimate>,
+        size: f64,
+    ) -> Option<Estimate> {
+        let h = irradiance.filter(|_| self.is_heat())?;
+        let optics = self.optics(region)?;
+        let scale = |x: Option<f64>| x.map(|x| (1.0 - optics.reflectance) * size * x);
+        Some(Estimate {
+            estimate: size * optics.net_flux(h.estimate),
+            std_error: scale(h.std_error),
+            std_dev: scale(h.std_dev),
+        })
+    }
+}

@@ -1,0 +1,104 @@
+//! What of a scene tells its irradiances and net fluxes.
+
+use fredholm_model::heat::{Optics, Surfaces};
+use fredholm_model::{Error, Region, Request};
+use fredholm_scene::{Enclosure, Face};
+
+use crate::SceneModel;
+use crate::regions::Place;
+
+impl SceneModel {
+    /// The places of the goals of a request, then those of surfaces whose net fluxes take walks.
+    pub(crate) fn places(&self, request: &Request<'_>) -> Result<Vec<Place>, Error> {
+        let regions = self.regions(request.goals, request.only_u);
+        let place = |region| Place::new(&self.scene, region);
+        regions.iter().map(place).collect()
+    }
+
+    fn faces(&self, surface: usize) -> &[Face<f64>] {
+        let own = self.scene.faces_of(surface).ok();
+        own.and_then(|own| self.scene.faces().get(own))
+            .unwrap_or(&[])
+    }
+
+    /// The surfaces of a region: of a point the first on which it is.
+    fn surfaces_of(&self, region: &Region) -> Vec<usize> {
+        match region {
+            Region::Spot(surface, _) | Region::Part(surface) => vec![*surface],
+            Region::Parts(surfaces) => surfaces.clone(),
+            Region::Whole => (0..self.names.len()).collect(),
+            Region::Point(_) => match Place::new(&self.scene, region) {
+                Ok(Place::Point(face, _)) => {
+                    let place = self.scene.place(face as usize);
+                    place.map(|place| place.surface).into_iter().collect()
+                }
+                _ => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
+    /// What all of some things have in common.
+    fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
+        let first = all.next()?;
+        all.all(|other| other == first).then_some(first)
+    }
+}
+
+impl Surfaces for SceneModel {
+    fn is_heat(&self) -> bool {
+        self.heat.is_some()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.scene.enclosure() == Enclosure::Closed
+    }
+
+    fn is_in_air(&self, region: &Region) -> bool {
+        matches!(region, Region::Point(_))
+            && matches!(Place::new(&self.scene, region), Ok(Place::Air(_)))
+    }
+
+    fn optics(&self, region: &Region) -> Option<Optics> {
+        let surfaces = self.surfaces_of(region);
+        let faces = surfaces.iter().flat_map(|&surface| self.faces(surface));
+        Self::common(faces.map(|face| Optics {
+            reflectance: face.reflectance,
+            emission: face.emission,
+        }))
+    }
+
+    fn emissivity(&self, region: &Region) -> Option<f64> {
+        let own = &self.heat.as_ref()?.emissivities;
+        let surfaces = self.surfaces_of(region);
+        let known = surfaces
+            .iter()
+            .map(|&surface| own.get(surface).copied().flatten());
+        Self::common(known).flatten()
+    }
+
+    /// All, with temperatures, unless they are left out.
+    fn flux_surfaces(&self) -> Vec<usize> {
+        let wanted = self.heat.as_ref().is_some_and(|heat| heat.net_fluxes);
+        (0..if wanted { self.names.len() } else { 0 }).collect()
+    }
+
+    fn is_flux_given(&self, surface: usize) -> bool {
+        self.faces(surface)
+            .iter()
+            .all(|face| face.reflectance >= 1.0)
+    }
+
+    fn given_flux(&self, surface: usize) -> Option<f64> {
+        let faces = self.faces(surface).iter();
+        Some(faces.map(|face| face.area * face.emission).sum())
+    }
+
+    fn name(&self, surface: usize) -> &str {
+        self.names.get(surface).map_or("", String::as_str)
+    }
+
+    fn size(&self, surface: usize) -> Option<f64> {
+        self.scene.area(surface).ok()
+    }
+}
