@@ -13,7 +13,7 @@ use fredholm_core::{
     NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT, Statistics, Task, WalkSeeds,
 };
 use fredholm_scene::{
-    Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, shapes,
+    Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, areas, shapes,
 };
 
 type Failed = Box<dyn core::error::Error>;
@@ -175,7 +175,8 @@ fn main() -> Result<(), Failed> {
     let shares = room.visible_shares(64);
     let room = room.with_visible_shares(&shares)?;
     let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
-    let mean = Mean::new(tables.geometry(), &faces)?;
+    let ends = areas(tables.geometry(), &faces)?;
+    let mean = Mean::new(tables.geometry(), &faces, &ends)?;
     let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
     let points: Vec<Point<f64>> = (0..POINTS).map(|_| mean.draw(&mut draws).0).collect();
     println!("{name}, {} cells", cells.number());

@@ -7,10 +7,11 @@ use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, Kernel, LastStep,
     Located, NeighbourOf, NoNeighbour, Real, STEP_LIMIT, Sampler, Source, SourceSampler,
-    StateSpace, Statistics, Task, Uniforms, WalkSeeds,
+    StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
 };
 use fredholm_scene::{
-    Cells, Enclosure, Material, Mean, Point, Polygon, Radiosity, Scene, Surface, Tables, shapes,
+    Air, Cells, Enclosure, Irradiance, Material, Mean, Point, Polygon, Radiosity, Scene, Surface,
+    Tables, areas, form_factor_of_point, shapes,
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -96,13 +97,12 @@ fn tables<F: Real, const B: usize>(
     solution.unwrap().for_walks().unwrap()
 }
 
-/// All estimates of a functional: plain and preconditioned, with and without the last step to the light, both estimators.
-/// `emission` is (F, Φ).
+/// All estimates of the mean over all: plain and preconditioned, with and without the last step to the light, both estimators.
 fn check_all<F: Real, const B: usize>(
     what: &str,
     scene: &Scene,
     functional: &Everywhere<F>,
-    [emission, expected]: [f64; 2],
+    expected: f64,
     walks: u64,
 ) {
     let (geometry, cells) = (Tables::<F>::new(scene), Cells::new(scene, 40).unwrap());
@@ -110,6 +110,7 @@ fn check_all<F: Real, const B: usize>(
     let shares = radiosity.visible_shares(8);
     let radiosity = radiosity.with_visible_shares(&shares).unwrap();
     let last = LastStep(&radiosity);
+    let emission = of_lights(&radiosity);
     let [own, own_last] = [false, true].map(|last| tables::<F, B>(scene, 40, last));
     let two = NonZeroU32::MIN.saturating_add(1);
     let rounding = 1e3 * F::EPSILON.to_f64();
@@ -130,6 +131,17 @@ fn check_all<F: Real, const B: usize>(
     }
 }
 
+/// The mean of the emission of lights over all.
+fn of_lights<F: Real>(radiosity: &Radiosity<'_, F>) -> f64 {
+    let (mut sum, mut areas) = (0.0, 0.0);
+    for (face, number) in radiosity.geometry().faces().iter().zip(0..) {
+        let area = face.area.to_f64();
+        sum += area * radiosity.emission_of_light(number).to_f64();
+        areas += area;
+    }
+    sum / areas
+}
+
 /// F = 1 − ρ gives u = 1 in any closed scene, whatever hides what.
 #[test]
 fn furnaces() {
@@ -141,16 +153,7 @@ fn furnaces() {
             reflectance: rho[s],
             emission: 1.0 - rho[s],
         });
-        let area: f64 = scene.faces().iter().map(|face| face.area).sum();
-        let emission = scene.faces().iter().map(|face| face.emission * face.area);
-        let emission = emission.sum::<f64>() / area;
-        check_all::<F, B>(
-            &name,
-            &scene,
-            &Everywhere::new(&scene),
-            [emission, 1.0],
-            1000,
-        );
+        check_all::<F, B>(&name, &scene, &Everywhere::new(&scene), 1.0, 1000);
     }
     // The fifth has needles that are none in f32.
     for which in [0, 1, 2, 3, 5, 6] {
@@ -164,13 +167,18 @@ fn furnaces() {
 struct Everywhere<F> {
     tables: Tables<F>,
     faces: Vec<u32>,
+    ends: Vec<F>,
 }
 
 impl<F: Real> Everywhere<F> {
     fn new(scene: &Scene) -> Self {
+        let tables = Tables::new(scene);
+        let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
+        let ends = areas(tables.geometry(), &faces).unwrap();
         Self {
-            tables: Tables::new(scene),
-            faces: (0..scene.faces().len() as u32).collect(),
+            tables,
+            faces,
+            ends,
         }
     }
 }
@@ -180,7 +188,7 @@ where
     E: StateSpace<Scalar = F, Point = Point<F>>,
 {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        let mean = Mean::new(self.tables.geometry(), &self.faces).unwrap();
+        let mean = Mean::new(self.tables.geometry(), &self.faces, &self.ends).unwrap();
         mean.draw(uniforms)
     }
 }
@@ -301,22 +309,27 @@ fn five_points_of_the_cube() {
 fn last_steps_have_the_mean_of_form_factors() {
     let (_, surfaces) = closed_scenes().swap_remove(2);
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let materials: Vec<Material> = surfaces
-        .iter()
-        .map(|_| Material {
-            reflectance: 0.9 * rng.random::<f64>(),
-            emission: rng.random::<f64>(),
+    // Of few that emit each is a light, one of which takes light away.
+    let materials: Vec<Material> = (0..surfaces.len())
+        .map(|s| Material {
+            reflectance: 0.3 * rng.random::<f64>(),
+            emission: match s % 3 {
+                0 => 1.0 + rng.random::<f64>(),
+                1 if s == 1 => -1.0,
+                _ => 0.0,
+            },
         })
         .collect();
     let scene = scene::<f64>(&surfaces, |s| materials[s]);
-    let direct = direct_light(&scene);
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 40).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let shares = radiosity.visible_shares(16);
     let radiosity = radiosity.with_visible_shares(&shares).unwrap();
+    let direct = direct_light(&scene, &radiosity);
     for (face, expected) in direct.into_iter().enumerate() {
         let faces = [face as u32];
-        let mean = Mean::new(geometry.geometry(), &faces).unwrap();
+        let ends = areas(geometry.geometry(), &faces).unwrap();
+        let mean = Mean::new(geometry.geometry(), &faces, &ends).unwrap();
         let (mut sum, mut squares) = (0.0, 0.0);
         let n = 4000;
         for number in 0..n {
@@ -338,19 +351,22 @@ fn last_steps_have_the_mean_of_form_factors() {
     }
 }
 
-/// ρ_i Σ_j F_ij F_j of every face, by form factors.
-fn direct_light(scene: &Scene) -> Vec<f64> {
+/// ρ_i Σ_j F_ij F_j of every face over all lights, by form factors.
+fn direct_light(scene: &Scene, radiosity: &Radiosity<'_, f64>) -> Vec<f64> {
     let factors = fredholm_scene::factors(scene, 1e-9).unwrap();
-    let faces = scene.faces();
+    let of_lights: Vec<f64> = (0..scene.faces().len() as u32)
+        .map(|face| radiosity.emission_of_light(face))
+        .collect();
+    let lights = of_lights.iter().filter(|&&emission| emission != 0.0);
+    assert!(lights.count() > 1);
     let light = |i: usize| {
-        let terms = faces.iter().enumerate();
+        let terms = of_lights.iter().enumerate();
         terms
-            .map(|(j, other)| factors.factor(i, j) * other.emission)
+            .map(|(j, emission)| factors.factor(i, j) * emission)
             .sum::<f64>()
     };
-    (0..faces.len())
-        .map(|i| faces[i].reflectance * light(i))
-        .collect()
+    let faces = scene.faces().iter().enumerate();
+    faces.map(|(i, face)| face.reflectance * light(i)).collect()
 }
 
 /// Every point of a cell lies in it, whatever its shape, and the means of products of polynomials are those of an
@@ -404,6 +420,84 @@ fn check_cell(name: &str, radiosity: &Radiosity<'_, f64>, cell: usize) {
     }
 }
 
+/// What arrives at black surfaces, and what a point in the air sees, for every light: one, that which is far, none.
+#[test]
+fn irradiances_and_points_in_the_air() {
+    let room = shapes::room([0.0; 3], [1.0; 3]).surfaces;
+    // Black but for the ceiling's light, which is 2 of the sky's colour, and a wall that takes light away.
+    let emission = [0.0, 2.0, 0.0, -0.5, 0.0, 0.0];
+    let scene = scene::<f64>(&room, |s| Material {
+        reflectance: 0.0,
+        emission: emission[s],
+    });
+    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let x = [0.3, 0.6, 0.0];
+    let faces = scene.faces();
+    let seen = |face: usize| form_factor_of_point(x, [0.0, 0.0, 1.0], faces[face].polygon());
+    let expected: f64 = (1..6).map(|face| emission[face] * seen(face)).sum();
+    let start = Irradiance {
+        radiosity: &radiosity,
+        of: At(radiosity.at(0, x).unwrap()),
+    };
+    let middle = Air {
+        radiosity: &radiosity,
+        position: [0.5; 3],
+    };
+    let last = LastStep(&radiosity);
+    let own = tables::<f64, 3>(&scene, 24, true);
+    let sampled = own
+        .neighbour::<_, 2, 3>(&radiosity, NonZeroU32::MIN)
+        .unwrap();
+    let (equation, neighbour) = (WithKnown(&last), WithKnown(&sampled));
+    for estimator in ESTIMATORS {
+        let at_floor = walk(&equation, &neighbour, &start, estimator, 20_000);
+        // A sixth of all directions leads to every side.
+        let in_air = walk(&equation, &neighbour, &middle, estimator, 20_000);
+        for (statistics, expected) in [(at_floor, expected), (in_air, 1.5 / 6.0)] {
+            check("plain", statistics.plain(), 0.0, expected, 1e-9);
+            check("own", statistics.preconditioned(), 0.0, expected, 1e-9);
+        }
+    }
+}
+
+/// Of light that leaves, directly or after it was reflected, nothing comes back: two plates that face each other.
+#[test]
+fn irradiance_of_what_is_open() {
+    let plates = shapes::room([0.0; 3], [1.0; 3]).surfaces;
+    let surface = |polygons, materials| Surface {
+        polygons,
+        materials,
+    };
+    let [black, light] = [0.0, 1.0].map(|emission| {
+        [Material {
+            reflectance: 0.0,
+            emission,
+        }]
+    });
+    let surfaces = [surface(&plates[0], &black), surface(&plates[1], &light)];
+    let scene = Scene::new::<f64>(&surfaces, Enclosure::Open).unwrap();
+    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 8).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let x = [0.2, 0.4, 0.0];
+    let of = At(radiosity.at(0, x).unwrap());
+    let expected = form_factor_of_point(x, [0.0, 0.0, 1.0], scene.faces()[1].polygon());
+    let last = LastStep(&radiosity);
+    let equation = WithKnown(&last);
+    let none = NoNeighbour::<WithKnown<'_, LastStep<'_, Radiosity<'_, f64>>>>::new();
+    let start = Irradiance {
+        radiosity: &radiosity,
+        of,
+    };
+    for estimator in ESTIMATORS {
+        let statistics = walk(&equation, &none, &start, estimator, 10_000);
+        check("open", statistics.plain(), 0.0, expected, 1e-9);
+    }
+    // From below the lower plate nothing but its back is seen; from the side a part of both.
+    assert!(!scene.is_between([0.5, 0.5, -0.5]));
+    assert!(scene.is_between([1.5, 0.5, 0.5]));
+}
+
 /// What cannot be is refused.
 #[test]
 fn refusals() {
@@ -436,6 +530,8 @@ fn refusals() {
     let of_other = Cells::new(&other, 6).unwrap();
     assert!(Radiosity::new(geometry.geometry(), &of_other, 0.5).is_err());
     assert!(Cells::<f64>::new(&scene, usize::MAX).is_err());
-    assert!(Mean::new(geometry.geometry(), &[]).is_err());
-    assert!(Mean::new(geometry.geometry(), &[6]).is_err());
+    assert!(Mean::new(geometry.geometry(), &[], &[]).is_err());
+    assert!(Mean::new(geometry.geometry(), &[6], &[1.0]).is_err());
+    assert!(Mean::new(geometry.geometry(), &[5], &[]).is_err());
+    assert!(areas(geometry.geometry(), &[6]).is_err());
 }

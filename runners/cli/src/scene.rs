@@ -91,7 +91,8 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     let own: Vec<f64> = file
         .surfaces
         .iter()
-        .map(|s| 1.0 - s.material.reflectance)
+        // Of a surface from which the net flux is given it may be known.
+        .map(|s| s.emissivity.unwrap_or(1.0 - s.material.reflectance))
         .collect();
     let places: Vec<Place> = (0..scene.faces().len())
         .filter_map(|f| scene.place(f))

@@ -353,6 +353,102 @@ fn a_furnace_in_space() {
     }
 }
 
+/// All at one temperature: nothing flows, also through a surface that gives no heat, and all have that temperature.
+#[test]
+fn an_isothermal_room() {
+    let folder = Folder::new();
+    let text = room_with_screen([
+        "emissivity = 0.8\ntemperature = \"26.85 C\"",
+        "temperature = 300",
+        "net_flux = 0\nemissivity = 0.5",
+    ]);
+    let air = "[[target]]\nname = \"air\"\nat = [1.5, 0.5, 0.5]\n";
+    let file = folder.file("isothermal.toml", format!("{text}{air}"));
+    let black = 5.670_374_419e-8 * 300_f64.powi(4);
+    let close = |of: &serde_json::Value, expected: f64| {
+        let off = (common::number(of, "estimate") - expected).abs();
+        let allowed = 4.9 * of["std_error"].as_f64().unwrap_or(0.0) + 1e-9 * black;
+        assert!(off <= allowed, "{of} for {expected}");
+        assert!(allowed < 0.25 * black, "{of}");
+    };
+    for estimator in ["absorption", "collision"] {
+        let args = [
+            "solve",
+            &file,
+            "--estimator",
+            estimator,
+            "--json",
+            "--cells",
+            "40",
+        ];
+        let json = ended(0, &args).json();
+        let [corner, screen, some, all, air] = &common::list(&json, "targets")[..] else {
+            panic!("{json}")
+        };
+        for target in [corner, screen, all, air] {
+            for kind in ["plain", "preconditioned"] {
+                close(&target[kind], black);
+            }
+        }
+        close(&corner["irradiance"], black);
+        close(&corner["net_flux"], 0.0);
+        close(&screen["temperature"], 300.0);
+        assert_eq!(screen["net_flux"]["estimate"], 0.0);
+        // Two materials have no net flux in common, but an irradiance.
+        assert!(some["net_flux"].is_null());
+        close(&some["irradiance"], black);
+        close(&air["radiant_temperature"], 300.0);
+        for surface in common::list(&json, "surfaces") {
+            assert_eq!(surface["net_flux"]["unit"], "W");
+            close(&surface["net_flux"], 0.0);
+        }
+    }
+}
+
+/// What a heater gives arrives elsewhere: the energy balance.
+#[test]
+fn a_heater() {
+    let folder = Folder::new();
+    let text = room_with_screen([
+        "emissivity = 0.8\ntemperature = 290",
+        "emissivity = 0.9\ntemperature = 300",
+        "net_flux = 500",
+    ]);
+    let file = folder.file("heater.toml", text);
+    let options = ["--walks", "20000", "--cells", "60", "--degree", "1"];
+    let json = ended(
+        0,
+        &[&["solve", &file, "--json"], options.as_slice()].concat(),
+    )
+    .json();
+    let energy = &json;
+    let balance = &energy["energy_balance"];
+    let [off, error] = ["estimate", "std_error"].map(|of| common::number(balance, of));
+    assert!(off.abs() <= 4.9 * error && error < 10.0, "{balance}");
+    let back = &common::list(energy, "surfaces")[2];
+    // 0.6 by 0.7.
+    let given = common::number(&back["net_flux"], "estimate");
+    assert!(
+        (given - 210.0).abs() < 1e-9 && back["is_given"] == true,
+        "{back}"
+    );
+    // Without its emissivity nobody knows its temperature.
+    let screen = &common::list(&json, "targets")[1];
+    assert!(screen["temperature"].is_null(), "{screen}");
+    let csv = folder.at("heater.csv");
+    ended(
+        0,
+        &[
+            "solve", &file, "--walks", "500", "--cells", "30", "--out", &csv,
+        ],
+    );
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        csv.contains("net_flux_in_all") && csv.contains("net flux out of back"),
+        "{csv}"
+    );
+}
+
 /// The bits do not depend on threads or parts, and walks with the neighbour equation agree with plain ones at a smaller error.
 #[test]
 fn light_behind_a_screen() {
@@ -410,7 +506,11 @@ fn what_a_scene_is_not_asked() {
         let ran = ended(2, &["solve", &file]);
         assert!(ran.stderr.contains(words), "{}", ran.stderr);
     };
-    refused("at = [0, 0, 0]", "at = [0.5, 0.5, 0.5]", "is on no surface");
+    refused(
+        "at = [0, 0, 0]",
+        "at = [0.5, 0.5, 1.5]",
+        "is neither on a surface nor between them",
+    );
     refused("at = [0, 0, 0]", "at = [0, 0]", "three coordinates");
     refused("at = [0, 0, 0]", "grid = 10", "a `grid` is along a line");
     refused(
