@@ -214,8 +214,9 @@ impl<F: Real> Radiosity<'_, F> {
         }
     }
 
-    /// A walk that scores nothing.
-    fn nowhere(&self) -> (Started<Point<F>, F>, F) {
+    /// A start of a walk that scores nothing: φ = 0.
+    #[must_use]
+    pub fn nowhere(&self) -> (Started<Point<F>, F>, F) {
         let middle = self.geometry.face(0).map(|face| face.middle());
         let point = Point {
             face: 0,

@@ -104,6 +104,9 @@ within obstacles, is blank. The same file gives the same bytes for any number of
 targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which \
 would be dots in the picture.
 
+Of a scene in space the picture is what a camera sees: light in greys, white where all but a fiftieth is darker, heat in \
+colours. A pixel is the mean of u over it, unbiased.
+
   fredholm render FILE.toml -o field.csv           the numbers behind the pixels
   fredholm render FILE.toml --profile -o walls.svg  u along all walls, with a band of ±2 standard errors")]
     Render(RenderArgs),
@@ -229,7 +232,7 @@ pub(crate) struct DiagnoseArgs {
 /// Options of `render`.
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// The problem file of a room (TOML)
+    /// The problem file of a room or of a scene in space (TOML)
     pub(crate) file: PathBuf,
     /// Where to write: .png, .svg, or .csv for the numbers
     #[arg(short, long, value_name = "FILE")]
@@ -237,7 +240,19 @@ pub(crate) struct RenderArgs {
     /// Pixels: the width of a picture; of its numbers, .csv, along the longer side of the room
     #[arg(long, value_name = "PIXELS", default_value_t = 900, value_parser = clap::value_parser!(u16).range(16..=8000))]
     pub(crate) width: u16,
-    /// Walks for each pixel [default: 4], or for each point of --profile [default: 1000]
+    /// Scenes: the height of what the camera sees; --width is its width [default: three quarters of it]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=8000))]
+    pub(crate) height: Option<u16>,
+    /// Scenes: the place of the camera [default: outside; it sees through the backs of surfaces]
+    #[arg(long, value_name = "X,Y,Z", value_parser = position, allow_hyphen_values = true)]
+    pub(crate) from: Option<[f64; 3]>,
+    /// Scenes: a point in the middle of the picture [default: the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = position, allow_hyphen_values = true)]
+    pub(crate) towards: Option<[f64; 3]>,
+    /// Scenes: degrees between the lower and the upper edge of the picture [default: 40]
+    #[arg(long, value_name = "DEGREES")]
+    pub(crate) angle: Option<f64>,
+    /// Walks for each pixel [default: 4, of scenes 16], or for each point of --profile [default: 1000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) walks: Option<u64>,
     /// Colours by the logarithm, at most four decades
@@ -250,13 +265,8 @@ pub(crate) struct RenderArgs {
     /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]
     #[arg(long, conflicts_with = "side_by_side")]
     pub(crate) whole: bool,
-    /// With --whole: where to write a picture of the standard errors, .png or .svg
-    #[arg(
-        long,
-        value_name = "FILE",
-        requires = "whole",
-        conflicts_with = "profile"
-    )]
+    /// Where to write a picture of the standard errors, .png or .svg
+    #[arg(long, value_name = "FILE", conflicts_with = "profile")]
     pub(crate) errors: Option<PathBuf>,
     /// Plain walks that take as long beside it; the picture then depends on how fast the machine is
     #[arg(long)]
@@ -459,6 +469,14 @@ fn range(text: &str) -> Result<[f64; 2], String> {
         (Ok(low), Ok(high)) if low < high && (high - low).is_finite() => Ok([low, high]),
         _ => Err("a range is two numbers, the smaller first: 200:500".to_owned()),
     }
+}
+
+/// Three coordinates.
+fn position(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|x| x.trim().parse().ok());
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    let three = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    three.ok_or_else(|| "a position is three numbers: 1,2.5,0".to_owned())
 }
 
 /// A degree of the circle.

@@ -1,6 +1,7 @@
-//! `fredholm render`: a picture of a room with its light.
+//! `fredholm render`: a picture of a room with its light, or of a scene as a camera sees it.
 
 mod profile;
+mod view;
 
 use core::ops::Range;
 use std::io::Write;
@@ -65,10 +66,13 @@ struct Summary {
     /// Whether all pixels are from one set of walks, by the whole function.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     whole: bool,
-    /// Those within the room.
+    /// Whether it is what a camera sees.
+    #[serde(skip)]
+    is_view: bool,
+    /// Those within the room, or which see a surface.
     inside: usize,
     cells: usize,
-    /// Of what is seen between the walls.
+    /// Of what is seen.
     least: f64,
     largest: f64,
     preconditioned: Noise,
@@ -87,10 +91,14 @@ struct Noise {
 
 impl Noise {
     fn of(field: &Field) -> Self {
+        Self::new(&field.air, field.walks, field.seconds)
+    }
+
+    fn new(spots: &[Spot], walks: u64, seconds: f64) -> Self {
         Self {
-            walks: field.walks,
-            std_error: root_mean_square(field.air.iter().map(|spot| spot.error)),
-            seconds: field.seconds,
+            walks,
+            std_error: root_mean_square(spots.iter().map(|spot| spot.error)),
+            seconds,
         }
     }
 }
@@ -110,13 +118,7 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     }
     let file = solve::read(&args.file, |_| ())?;
     let problem = Problem::new(file, None)?;
-    let Resolution::Room(room) = &problem.resolved.model else {
-        return Err(Failure::input(format_args!(
-            "{}: pictures are of rooms: `kind = \"room\"`; the profile of a circle or of a cube is \
-             a target with a `grid`, and `solve --out` draws it",
-            args.file.display()
-        )));
-    };
+    view::refuse(args, &problem.resolved.model)?;
     let settings = &problem.resolved.settings;
     let cells = solve::cut(&problem.file, problem.model(), settings, &problem.goals)?;
     let walk = settings.walk_options();
@@ -133,14 +135,17 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
             "`--errors` is a picture: write a .png or .svg",
         ));
     }
-    let picturing = Picturing {
-        args,
-        problem: &problem,
-        room,
-        signals,
-        errors: errors.as_ref().map(|(format, _)| *format),
+    let errors_format = errors.as_ref().map(|(format, _)| *format);
+    let work = || match &problem.resolved.model {
+        Resolution::Room(room) => {
+            Picturing::new(args, &problem, &**room, signals, errors_format).content(&*cells, format)
+        }
+        Resolution::Scene(scene) => {
+            let picturing = Picturing::new(args, &problem, &**scene, signals, errors_format);
+            view::content(&picturing, &*cells, format)
+        }
+        Resolution::Other(_) => Err(Failure::input("pictures are of rooms and scenes").into()),
     };
-    let work = || picturing.content(&*cells, format);
     let (content, error_map, text) = match with_threads(args.common.threads, work)? {
         Ok(done) => done,
         Err(Cut::Interrupted) => {
@@ -175,10 +180,10 @@ impl From<Failure> for Cut {
 }
 
 /// What a picture is made of.
-struct Picturing<'a> {
+struct Picturing<'a, M> {
     args: &'a RenderArgs,
     problem: &'a Problem,
-    room: &'a RoomModel,
+    model: &'a M,
     signals: &'a Signals,
     /// The format of the picture of the standard errors.
     errors: Option<Format>,
@@ -187,7 +192,23 @@ struct Picturing<'a> {
 /// What goes into the file, what goes into that of the errors, and what is said of them.
 type Content = (Vec<u8>, Vec<u8>, String);
 
-impl Picturing<'_> {
+impl<'a, M> Picturing<'a, M> {
+    const fn new(
+        args: &'a RenderArgs,
+        problem: &'a Problem,
+        model: &'a M,
+        signals: &'a Signals,
+        errors: Option<Format>,
+    ) -> Self {
+        Self {
+            args,
+            problem,
+            model,
+            signals,
+            errors,
+        }
+    }
+
     /// Walks for each place, or of a whole function.
     fn walks(&self, each: u64) -> u64 {
         let default = if self.args.whole { WHOLE_WALKS } else { each };
@@ -204,6 +225,16 @@ impl Picturing<'_> {
         self.problem.resolved.settings.walk_options()
     }
 
+    /// What was wrong, unless it was interrupted.
+    fn cut(&self, error: Error) -> Cut {
+        match error {
+            Error::Cancelled => Cut::Interrupted,
+            error => Cut::Failed(Failure::of(&self.problem.file)(error)),
+        }
+    }
+}
+
+impl Picturing<'_, RoomModel> {
     fn field(
         &self,
         request: &FieldRequest<'_>,
@@ -212,15 +243,12 @@ impl Picturing<'_> {
         let cut = self.problem.resolved.settings.discretisation();
         let walking = || progress.walking();
         let fields = if self.args.whole {
-            let field = self.room.whole_field(&cut, request, progress, &walking);
+            let field = self.model.whole_field(&cut, request, progress, &walking);
             field.map(|field| (field, None))
         } else {
-            self.room.field(&cut, request, progress, &walking)
+            self.model.field(&cut, request, progress, &walking)
         };
-        fields.map_err(|error| match error {
-            Error::Cancelled => Cut::Interrupted,
-            error => Cut::Failed(Failure::of(&self.problem.file)(error)),
-        })
+        fields.map_err(|error| self.cut(error))
     }
 
     fn content(&self, cells: &dyn Partitioned<'_>, format: Format) -> Result<Content, Cut> {
@@ -250,12 +278,12 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn picture(
-    picturing: &Picturing<'_>,
+    picturing: &Picturing<'_, RoomModel>,
     cells: &dyn Partitioned<'_>,
     format: Format,
 ) -> Result<Content, Cut> {
     let args = picturing.args;
-    let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
+    let (surfaces, scene) = (picturing.model.surfaces(), picturing.model.scene());
     let settings = &picturing.problem.resolved.settings;
     let canvas = canvas(args, scene, surfaces.heat, format)?;
     let pieces = canvas.pieces();
@@ -287,6 +315,7 @@ fn picture(
         height: canvas.height(),
         origin: None,
         whole: args.whole,
+        is_view: false,
         inside: seen().filter(|value| !value.is_nan()).count(),
         cells: cells.unknowns() / (settings.discretisation().degree + 1),
         least: seen().fold(f64::INFINITY, f64::min),
@@ -313,7 +342,7 @@ fn picture(
         captions: captions(&field, &scale, args.range.is_some(), surfaces.heat),
         width: Some(usize::from(args.width)),
         unit: if surfaces.heat { "m" } else { "" },
-        names: &names(picturing.room),
+        names: &names(picturing.model),
     };
     let heading = |name: &str, field: &Field| {
         let plural = if field.walks == 1 { "" } else { "s" };
@@ -331,7 +360,7 @@ fn picture(
     summary.origin = Some(picture.origin(args.side_by_side));
     let text = summary.text(args.common.json)?;
     let errors = match picturing.errors {
-        Some(format) => error_map(&picture, &field, format)?,
+        Some(format) => error_map(&picture, &field, args.whole, format)?,
         None => Vec::new(),
     };
     Ok((drawn(&picture, &panels, format)?, errors, text))
@@ -349,7 +378,12 @@ fn drawn(
 }
 
 /// The same picture of the standard errors.
-fn error_map(picture: &RoomPicture<'_>, field: &Field, format: Format) -> Result<Vec<u8>, Failure> {
+fn error_map(
+    picture: &RoomPicture<'_>,
+    field: &Field,
+    is_whole: bool,
+    format: Format,
+) -> Result<Vec<u8>, Failure> {
     let errors = |spots: &[Spot]| spots.iter().map(|spot| spot.error).collect();
     let shown = Shown {
         air: errors(&field.air),
@@ -359,13 +393,16 @@ fn error_map(picture: &RoomPicture<'_>, field: &Field, format: Format) -> Result
         scale: Scale::new(shown.air.iter().copied(), shown.walls.iter().copied(), true),
         legend: "error",
         stefan_boltzmann: None,
-        captions: vec![format!(
-            "Standard errors of the picture, from {} walks for all of it.",
-            field.walks
-        )],
+        captions: vec![error_caption(field.walks, is_whole)],
         ..picture.clone()
     };
     drawn(&picture, &[shown.panel(None)], format)
+}
+
+/// What a picture of standard errors shows.
+fn error_caption(walks: u64, is_whole: bool) -> String {
+    let each = if is_whole { "for all of it" } else { "a pixel" };
+    format!("Standard errors of the picture, from {walks} walks {each}.")
 }
 
 /// The pixels: of a picture as wide as asked for, or over the room where their numbers are wanted.
@@ -544,8 +581,12 @@ impl Summary {
             text.push('\n');
             return Ok(text);
         }
+        let [within, seen] = match self.is_view {
+            true => ["that see a surface", "seen"],
+            false => ["within the room", "seen between the walls"],
+        };
         let mut text = format!(
-            "{} x {} pixels, {} within the room; {} cells\nseen between the walls: {} to {}\n",
+            "{} x {} pixels, {} {within}; {} cells\n{seen}: {} to {}\n",
             self.width,
             self.height,
             self.inside,

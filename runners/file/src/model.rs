@@ -3,6 +3,7 @@
 use core::fmt::{self, Debug};
 
 use fredholm::room::RoomModel;
+use fredholm::scene::SceneModel;
 use fredholm::{Ask, Error, Model, Settings, Subject, Target, Tolerance};
 
 use crate::{InputError, Place, Placed, ProblemFile, What};
@@ -22,6 +23,8 @@ pub struct Resolved {
 pub enum Resolution {
     /// Light or heat in a room, of which there are pictures too.
     Room(Box<RoomModel>),
+    /// Light or heat in space, of which a camera takes pictures.
+    Scene(Box<SceneModel>),
     /// Any other model.
     Other(Box<dyn Model>),
 }
@@ -32,6 +35,7 @@ impl Resolution {
     pub fn model(&self) -> &dyn Model {
         match self {
             Self::Room(model) => &**model,
+            Self::Scene(model) => &**model,
             Self::Other(model) => &**model,
         }
     }

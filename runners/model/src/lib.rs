@@ -14,6 +14,7 @@ mod options;
 pub mod pairs;
 mod saved;
 mod settings;
+mod spot;
 mod whole;
 mod written;
 
@@ -27,6 +28,7 @@ pub use model::{
 pub use options::{Choice, Choices, Pairs, Scalar};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
+pub use spot::{BLANK, Spot};
 pub use whole::{
     IMAGE_HEAD, MeanRule, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
     only_u, refined_mean, v_of_walks,

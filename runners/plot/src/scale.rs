@@ -8,6 +8,8 @@ pub struct Scale {
     low: f64,
     high: f64,
     log: bool,
+    /// Whether colours are greys, as bright as the numbers are large.
+    grey: bool,
 }
 
 /// The decades of a logarithmic scale at most.
@@ -36,14 +38,30 @@ impl Scale {
         } else {
             0.0
         };
-        Self { low, high, log }
+        Self {
+            low,
+            high,
+            log,
+            grey: false,
+        }
     }
 
     /// A scale from one number to another, which must be finite and more, and for a logarithmic one both above 0.
     #[must_use]
     pub fn between(low: f64, high: f64, log: bool) -> Option<Self> {
         let good = low < high && (high - low).is_finite() && (!log || low > 0.0);
-        good.then_some(Self { low, high, log })
+        good.then_some(Self {
+            low,
+            high,
+            log,
+            grey: false,
+        })
+    }
+
+    /// The same scale in greys, as a photograph has them: what sends out twice the light shines twice as bright.
+    #[must_use]
+    pub const fn in_greys(self) -> Self {
+        Self { grey: true, ..self }
     }
 
     /// The smallest number that has a colour of its own.
@@ -75,9 +93,12 @@ impl Scale {
         }
     }
 
-    /// The colour of a number: perceptually uniform, and the table's 256 joined by lines.
+    /// The colour of a number: perceptually uniform, and the table's 256 joined by lines; or its grey.
     pub(crate) fn colour(&self, value: f64) -> [u8; 3] {
         const LAST: usize = 255;
+        if self.grey {
+            return [(255.0 * encoded(self.part(value))).round() as u8; 3];
+        }
         let place = self.part(value) * LAST as f64;
         let below = place.floor().min(LAST as f64 - 1.0);
         let entry = |i: usize| {
@@ -99,6 +120,15 @@ impl Scale {
     /// Round numbers along the scale.
     pub(crate) fn ticks(&self) -> Vec<f64> {
         ticks(self.low, self.high, self.log)
+    }
+}
+
+/// The number that makes a screen this bright, from 0 to 1 (IEC 61966-2-1, sRGB).
+fn encoded(brightness: f64) -> f64 {
+    if brightness <= 0.003_130_8 {
+        12.92 * brightness
+    } else {
+        1.055 * brightness.powf(1.0 / 2.4) - 0.055
     }
 }
 

@@ -2,7 +2,7 @@
 
 use fredholm::Partitioned;
 use fredholm::numbers::short;
-use fredholm::room::{FieldRequest, Stretch};
+use fredholm::room::{FieldRequest, RoomModel, Stretch};
 use fredholm_plot::{Piece, ProfilePlot};
 
 use super::{Content, Cut, Format, PROFILE_WALKS, Picturing, number_or_nothing, root_mean_square};
@@ -13,12 +13,12 @@ const POINTS: f64 = 600.0;
 
 /// The figure or its table, and what is said of it.
 pub(crate) fn content(
-    picturing: &Picturing<'_>,
+    picturing: &Picturing<'_, RoomModel>,
     cells: &dyn Partitioned<'_>,
     format: Format,
 ) -> Result<Content, Cut> {
     let args = picturing.args;
-    let (surfaces, scene) = (picturing.room.surfaces(), picturing.room.scene());
+    let (surfaces, scene) = (picturing.model.surfaces(), picturing.model.scene());
     let geometry = scene.geometry();
     let walls = geometry.walls();
     let total: f64 = walls.iter().map(|wall| wall.length).sum();

@@ -382,7 +382,7 @@ fn an_isothermal_room() {
             "40",
         ];
         let json = ended(0, &args).json();
-        let [corner, screen, some, all, air] = &common::list(&json, "targets")[..] else {
+        let [corner, screen, some, all, air] = common::list(&json, "targets") else {
             panic!("{json}")
         };
         for target in [corner, screen, all, air] {
@@ -447,6 +447,100 @@ fn a_heater() {
         csv.contains("net_flux_in_all") && csv.contains("net flux out of back"),
         "{csv}"
     );
+}
+
+/// A furnace looks the same from everywhere, and its picture has one grey; what a pixel says is what a target says.
+#[test]
+fn what_a_camera_sees() {
+    let folder = Folder::new();
+    let even = room_with_screen(["reflectance = 0.7\nemission = 0.3"; 3]);
+    let file = folder.file("furnace.toml", even);
+    let at = |name: &str| folder.at(name);
+    let small = ["--width", "24", "--height", "16", "--walks", "8"];
+    let render = |status: i32, file: &str, out: &str, more: &[&str]| {
+        let args = [&["render", file, "-o", out], small.as_slice(), more].concat();
+        ended(status, &args)
+    };
+    let numbers = at("seen.csv");
+    let inside = [
+        "--from",
+        "0.2,0.3,0.4",
+        "--towards",
+        "2,0.5,0.5",
+        "--angle",
+        "60",
+    ];
+    for threads in ["1", "2"] {
+        let before = std::fs::read(&numbers).ok();
+        let more = [inside.as_slice(), &["--threads", threads]].concat();
+        let said = render(0, &file, &numbers, &more).stdout;
+        assert!(
+            said.contains("24 x 16 pixels, 384 that see a surface"),
+            "{said}"
+        );
+        let after = std::fs::read(&numbers).unwrap();
+        assert!(before.is_none_or(|before| before == after));
+    }
+    let text = std::fs::read_to_string(&numbers).unwrap();
+    assert_eq!(text.lines().next(), Some("column,row,seen,std_error"));
+    for line in text.lines().skip(1) {
+        let fields: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        // v is 1 but for where its iteration ended, and few walks find the rest.
+        assert!((fields[2] - 1.0).abs() <= 1e-5, "{line}");
+    }
+    // Light from a screen: a pixel far from edges has the radiosity of the point in its middle.
+    let lit = room_with_screen(["reflectance = 0.5", "emission = 3", "reflectance = 0.2"]);
+    let lit = lit.replace("at = [0, 0, 0]", "at = [0.4, 0.5, 0]");
+    let file = folder.file("lit.toml", lit);
+    let above = [
+        "--from",
+        "0.4,0.5,0.9",
+        "--towards",
+        "0.4,0.5,0",
+        "--angle",
+        "0.5",
+    ];
+    let more = [above.as_slice(), &["--walks", "200"]].concat();
+    let args = [
+        "render", &file, "-o", &numbers, "--width", "16", "--height", "16",
+    ];
+    ended(0, &[args.as_slice(), more.as_slice()].concat());
+    let text = std::fs::read_to_string(&numbers).unwrap();
+    let seen: Vec<f64> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+        .collect();
+    let mean = seen.iter().sum::<f64>() / seen.len() as f64;
+    let deviation = seen.iter().map(|x| (x - mean).powi(2)).sum::<f64>().sqrt() / seen.len() as f64;
+    let options = ["--estimator", "collision", "--walks", "20000", "--json"];
+    let json = ended(0, &[&["solve", &file], options.as_slice()].concat()).json();
+    let corner = &common::list(&json, "targets")[0]["preconditioned"];
+    let error = common::number(corner, "std_error").hypot(deviation);
+    let off = mean - common::number(corner, "estimate");
+    // Over the picture, a hundredth of the room's height wide, u changes by less than its error.
+    assert!(off.abs() <= 4.9 * error, "{mean} for {corner}");
+    let pictures = [at("a.png"), at("a.svg"), at("errors.png")];
+    let beside = ["--side-by-side", "--errors", &pictures[2]];
+    let said = render(0, &file, &pictures[0], &beside).stdout;
+    assert!(said.contains("plain: "), "{said}");
+    render(0, &file, &pictures[1], &["--log"]);
+    assert!(std::fs::read(&pictures[2]).unwrap().starts_with(b"\x89PNG"));
+    let refused = [
+        (["--profile", "--json"], "are for rooms"),
+        (["--from", "1,2"], "three numbers"),
+        (["--angle", "180"], "less than 180 degrees"),
+        (
+            ["--towards", "nan,0,0"],
+            "looks from one point towards another",
+        ),
+    ];
+    for (more, words) in refused {
+        let ran =
+            common::fredholm(&[&["render", &file, "-o", &pictures[0]], more.as_slice()].concat());
+        assert_ne!(ran.status, Some(0));
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+    }
 }
 
 /// The bits do not depend on threads or parts, and walks with the neighbour equation agree with plain ones at a smaller error.

@@ -174,7 +174,7 @@ impl Kind for Scene {
             };
             Ok(vec![Ask::One(region)])
         })?;
-        Ok((Resolution::Other(Box::new(model)), targets))
+        Ok((Resolution::Scene(Box::new(model)), targets))
     }
 
     fn remarks(&self, _: &ProblemFile) -> Vec<String> {

@@ -3,40 +3,16 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimate, Functional, Neighbour, NoNeighbour, Real, STEP_LIMIT,
-    Statistics, Task, WalkSeeds,
+    At, Batch, DefaultGenerator, Functional, Neighbour, NoNeighbour, Real, STEP_LIMIT, Statistics,
+    Task, WalkSeeds,
 };
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_room::{Enclosure, Point, Room, Seen};
 
 use super::RoomModel;
 use super::system::RoomSystem;
-use fredholm_model::Request;
+use fredholm_model::{BLANK, Request, Spot};
 use fredholm_model::{Discretisation, Error, Goal, WalkOptions, in_scalar};
-
-/// A value and its standard error.
-#[derive(Clone, Copy, Debug)]
-pub struct Spot {
-    /// The value; NaN where there is no room.
-    pub value: f64,
-    /// The standard error; NaN where it is not known.
-    pub error: f64,
-}
-
-/// Nothing is there.
-pub(super) const BLANK: Spot = Spot {
-    value: f64::NAN,
-    error: f64::NAN,
-};
-
-impl From<Estimate> for Spot {
-    fn from(estimate: Estimate) -> Self {
-        Self {
-            value: estimate.estimate,
-            error: estimate.std_error.unwrap_or(f64::NAN),
-        }
-    }
-}
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,8 @@ mod whole;
 use fredholm_core::{Estimate, Statistics};
 use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
 
-pub use field::{Field, FieldRequest, Spot, Stretch};
+pub use field::{Field, FieldRequest, Stretch};
+pub use fredholm_model::Spot;
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 

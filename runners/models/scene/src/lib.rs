@@ -5,6 +5,7 @@ mod partition;
 mod radius;
 mod regions;
 mod system;
+mod view;
 
 use core::fmt;
 
@@ -18,6 +19,7 @@ use fredholm_scene::Surface;
 
 pub use fredholm_scene::{Enclosure, Material, Polygon, Scene, shapes};
 use partition::ScenePartition;
+pub use view::{Camera, View, ViewRequest};
 
 /// An expression in which the number of functions per cell of a degree is a constant of this name.
 macro_rules! of_degree {

@@ -167,6 +167,15 @@ impl<'m> ScenePartition<'m> {
         Ok(setup.solution(solved, control.concat()))
     }
 
+    pub(crate) fn system(&self, absorption: f64) -> Result<SceneSystem<'m>, Error> {
+        let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
+        Ok(SceneSystem {
+            model: self.model,
+            cut: Arc::clone(&self.cut),
+            solution,
+        })
+    }
+
     fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let tables = WalkTables::<F>::new(self.model.scene(), &self.cut)?;
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
@@ -238,12 +247,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
-        let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
-        Ok(Box::new(SceneSystem {
-            model: self.model,
-            cut: Arc::clone(&self.cut),
-            solution,
-        }))
+        Ok(Box::new(self.system(absorption)?))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {

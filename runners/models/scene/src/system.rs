@@ -23,7 +23,7 @@ use crate::regions::{Place, Start};
 
 /// Rays of a score. Of 1, 4 and 16 this has the least error at equal time in an empty cube and in a Cornell box, at degrees
 /// 0 and 1 with 600 to 5,000 cells, or nearly so.
-const STEPS: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
+pub(crate) const STEPS: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
 
 /// v and c of a scene.
 pub(crate) struct SceneSystem<'m> {

@@ -12,8 +12,9 @@ use fredholm_rayon::{Observer, Replicates, fill_rows};
 use fredholm_room::{Enclosure, Seen};
 
 use super::{MOST_DEGREE, RoomField, RoomWhole};
-use crate::field::{BLANK, Field, FieldRequest, Spot, is_inside};
+use crate::field::{Field, FieldRequest, is_inside};
 use crate::{RoomModel, of_degree};
+use fredholm_model::{BLANK, Spot};
 
 /// Replicates: an error bar of 16 is uncertain by 18 %, which no colour tells.
 const REPLICATES: usize = 16;
