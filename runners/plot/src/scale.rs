@@ -58,7 +58,7 @@ impl Scale {
         })
     }
 
-    /// The same scale in greys, as a photograph has them: what sends out twice the light shines twice as bright.
+    /// A scale in greys, as a photograph has them: what sends out twice the light shines twice as bright.
     #[must_use]
     pub const fn in_greys(self) -> Self {
         Self { grey: true, ..self }
