@@ -1,5 +1,6 @@
 //! Seconds of form factors: `times cube M E` for the unit cube of 6 M² squares with a centred block of 6 (M/2)², `times
 //! canyon N E T` for a street canyon whose squares are 1/N of a storey wide, on T threads; E is the error behind obstacles.
+//! `times obj N` prints the canyon as an OBJ file: groups `ground` and `building1` to `building14`.
 //!
 //! ```text
 //! cargo run --release -p fredholm-scene --features alloc --example times -- cube 8 1e-9
@@ -185,6 +186,28 @@ fn street(n: usize, error: f64, threads: usize, every: usize) {
     );
 }
 
+/// The canyon as an OBJ file.
+fn obj(n: usize) {
+    let mut vertices = 0;
+    for (number, polygons) in canyon(n).iter().enumerate() {
+        match number {
+            0 => println!("g ground"),
+            _ => println!("g building{number}"),
+        }
+        for polygon in polygons {
+            let corners = polygon.points();
+            for [x, y, z] in corners {
+                println!("v {x} {y} {z}");
+            }
+            let numbers: Vec<String> = (1..=corners.len())
+                .map(|k| (vertices + k).to_string())
+                .collect();
+            println!("f {}", numbers.join(" "));
+            vertices += corners.len();
+        }
+    }
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = args.iter().map(String::as_str).collect();
@@ -199,6 +222,7 @@ fn main() {
             number(threads) as usize,
             1,
         ),
+        ["obj", n] => obj(number(n) as usize),
         // Every so many-th row only, for a forecast.
         ["canyon", n, error, threads, every] => {
             street(
@@ -208,6 +232,6 @@ fn main() {
                 number(every) as usize,
             );
         }
-        _ => println!("times cube M E [FINER] | times canyon N E T [EVERY]"),
+        _ => println!("times cube M E [FINER] | times canyon N E T [EVERY] | times obj N"),
     }
 }
