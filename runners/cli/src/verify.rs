@@ -5,12 +5,11 @@
 //! the preconditioned and of the plain estimate; what is computed exactly must have every digit that
 //! was printed; rates and sizes that depend on choices which nobody printed have a stated latitude.
 
-mod published;
-
 use std::io::Write;
 use std::time::Instant;
 
 use fredholm_core::{Estimate, Statistics, StopReason};
+use fredholm_published::{Check, Factors, Size, Walks, chapters};
 use serde::Serialize;
 
 use crate::args::{Common, PaperArgs};
@@ -24,55 +23,6 @@ use crate::{deck, factors, paper, rates, solve};
 /// An estimate agrees if it is at most so many of its standard errors off. By chance a right one is
 /// further off once in 16,000 seeds; the seeds are fixed.
 const STANDARD_ERRORS: f64 = 4.0;
-
-/// Numbers of one source.
-struct Chapter {
-    source: &'static str,
-    checks: Vec<Check>,
-}
-
-/// What is computed, and the numbers that must come out.
-enum Check {
-    /// u at the targets of a problem.
-    Walks(Walks),
-    /// Form factors of a room.
-    Factors(Factors),
-    /// The experiment of Heinrich 1995, section 5.
-    Experiment(Vec<Size>),
-    /// The rates of Heinrich and Mathé 1993 in so many dimensions.
-    Exponents(usize),
-}
-
-/// A problem file without its targets, and the targets.
-struct Walks {
-    name: String,
-    file: String,
-    targets: Vec<Known>,
-}
-
-/// A target, its place in the words of a problem file, and (u, Φ).
-struct Known {
-    name: String,
-    place: String,
-    expected: f64,
-}
-
-/// A room as a problem file or a View2D deck, and form factors from a surface to another.
-struct Factors {
-    name: String,
-    deck: bool,
-    text: String,
-    pairs: Vec<(String, String, f64)>,
-    precision: f64,
-}
-
-/// √Var^mc and √Var^pmc on n cells.
-#[derive(Clone, Copy)]
-struct Size {
-    cells: usize,
-    plain: f64,
-    preconditioned: f64,
-}
 
 /// One number beside ours. Names are a promise; fields may be added.
 #[derive(Debug, Serialize)]
@@ -156,10 +106,10 @@ pub(crate) fn verify(args: &Common, signals: &Signals) -> Result<Ended, Failure>
 /// are printed as soon as they are there.
 fn run(args: &Common, signals: &Signals) -> Result<(Vec<Row>, usize), Failure> {
     let mut rows: Vec<Row> = Vec::new();
-    for chapter in published::chapters() {
+    for chapter in chapters() {
         let begin = rows.len();
         for check in &chapter.checks {
-            rows.extend(check.rows(chapter.source, args, signals)?);
+            rows.extend(rows_of(check, chapter.source, args, signals)?);
             if signals.interrupted() {
                 break;
             }
@@ -186,20 +136,18 @@ fn table(rows: &[Row]) -> String {
     aligned(&lines)
 }
 
-impl Check {
-    /// Its rows; fewer where it was interrupted.
-    fn rows(
-        &self,
-        source: &'static str,
-        args: &Common,
-        signals: &Signals,
-    ) -> Result<Vec<Row>, Failure> {
-        match self {
-            Self::Walks(walks) => walks.rows(source, signals),
-            Self::Factors(factors) => factors.rows(source),
-            Self::Experiment(sizes) => experiment(sizes, source, args, signals),
-            Self::Exponents(dimension) => exponents(*dimension, source, signals),
-        }
+/// The rows of a check; fewer where it was interrupted.
+fn rows_of(
+    check: &Check,
+    source: &'static str,
+    args: &Common,
+    signals: &Signals,
+) -> Result<Vec<Row>, Failure> {
+    match check {
+        Check::Walks(walks) => rows_of_walks(walks, source, signals),
+        Check::Factors(factors) => rows_of_factors(factors, source),
+        Check::Experiment(sizes) => experiment(sizes, source, args, signals),
+        Check::Exponents(dimension) => exponents(*dimension, source, signals),
     }
 }
 
@@ -210,56 +158,64 @@ fn built_in(name: &str, text: &str) -> Result<ProblemFile, Failure> {
     Ok(file)
 }
 
-impl Walks {
-    fn rows(&self, source: &'static str, signals: &Signals) -> Result<Vec<Row>, Failure> {
-        let targets = self.targets.iter();
-        let targets = targets.map(|t| format!("[[target]]\nname = '{}'\n{}\n", t.name, t.place));
-        let text = self.file.clone() + &targets.collect::<String>();
-        let file = built_in(&self.name, &text)?;
-        let problem = solve::Problem::new(file, None)?;
-        let walks = problem.resolved.settings.walk_options().walks;
-        let progress = Progress::new(walks.saturating_mul(self.targets.len() as u64), signals);
-        progress.say(self.name.clone());
-        let answer = solve::walk(&problem, &progress)?;
-        progress.done();
-        if answer.outcome.stop != StopReason::Done {
-            return Ok(Vec::new());
-        }
-        // Rooms put targets of their own before the file's where there are temperatures; these have none.
-        let found = answer.outcome.statistics.iter().zip(&answer.floors);
-        Ok(self
-            .targets
-            .iter()
-            .zip(found)
-            .map(|(target, (statistics, &floor))| {
-                let case = format!("{}: {}", self.name, target.name);
-                Row::of_walks(source, case, target.expected, statistics, floor)
-            })
-            .collect())
+/// u at the targets of a problem.
+fn rows_of_walks(
+    published: &Walks,
+    source: &'static str,
+    signals: &Signals,
+) -> Result<Vec<Row>, Failure> {
+    let targets = published.targets.iter();
+    let targets = targets.map(|t| format!("[[target]]\nname = '{}'\n{}\n", t.name, t.place));
+    let text = published.file.clone() + &targets.collect::<String>();
+    let file = built_in(&published.name, &text)?;
+    let problem = solve::Problem::new(file, None)?;
+    let walks = problem.resolved.settings.walk_options().walks;
+    let progress = Progress::new(
+        walks.saturating_mul(published.targets.len() as u64),
+        signals,
+    );
+    progress.say(published.name.clone());
+    let answer = solve::walk(&problem, &progress)?;
+    progress.done();
+    if answer.outcome.stop != StopReason::Done {
+        return Ok(Vec::new());
     }
+    // Rooms put targets of their own before the file's where there are temperatures; these have none.
+    let found = answer.outcome.statistics.iter().zip(&answer.floors);
+    Ok(published
+        .targets
+        .iter()
+        .zip(found)
+        .map(|(target, (statistics, &floor))| {
+            let case = format!("{}: {}", published.name, target.name);
+            Row::of_walks(source, case, target.expected, statistics, floor)
+        })
+        .collect())
 }
 
-impl Factors {
-    fn rows(&self, source: &'static str) -> Result<Vec<Row>, Failure> {
-        let factors = if self.deck {
-            factors::of_deck(&deck::parse_named(&self.name, self.text.clone())?)?
-        } else {
-            factors::of_file(&self.name, &built_in(&self.name, &self.text)?)?
-        };
-        let index = |wanted: &str| factors.surfaces.iter().position(|name| name == wanted);
-        let entry = |from, to| {
-            let row = factors.factors.whole_row(index(from)?);
-            row.get(index(to)?).copied()
-        };
-        let allowed = Allowed::Difference(self.precision);
-        let pairs = self.pairs.iter();
-        Ok(pairs
-            .map(|(from, to, expected)| {
-                let case = format!("{}: {from} -> {to}", self.name);
-                Row::compared(source, case, *expected, entry(from, to), allowed)
-            })
-            .collect())
-    }
+/// Form factors of a room.
+fn rows_of_factors(published: &Factors, source: &'static str) -> Result<Vec<Row>, Failure> {
+    let factors = if published.deck {
+        factors::of_deck(&deck::parse_named(&published.name, published.text.clone())?)?
+    } else {
+        factors::of_file(
+            &published.name,
+            &built_in(&published.name, &published.text)?,
+        )?
+    };
+    let index = |wanted: &str| factors.surfaces.iter().position(|name| name == wanted);
+    let entry = |from, to| {
+        let row = factors.factors.whole_row(index(from)?);
+        row.get(index(to)?).copied()
+    };
+    let allowed = Allowed::Difference(published.precision);
+    let pairs = published.pairs.iter();
+    Ok(pairs
+        .map(|(from, to, expected)| {
+            let case = format!("{}: {from} -> {to}", published.name);
+            Row::compared(source, case, *expected, entry(from, to), allowed)
+        })
+        .collect())
 }
 
 /// √Var^pmc against n: the paper's own falls like n^−0.95 from n = 10 to 1000. 40 other choices of
@@ -485,7 +441,7 @@ impl Allowed {
 mod tests {
     use fredholm_core::Estimate;
 
-    use super::{Allowed, Row, is_near, published};
+    use super::{Allowed, Row, chapters, is_near};
 
     fn row(expected: f64, got: Option<f64>, allowed: Allowed) -> Row {
         Row::compared("", String::new(), expected, got, allowed)
@@ -521,6 +477,6 @@ mod tests {
 
     #[test]
     fn every_source_has_numbers() {
-        assert!(published::chapters().iter().all(|c| !c.checks.is_empty()));
+        assert!(chapters().iter().all(|c| !c.checks.is_empty()));
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 20] = [
+const PUBLISHED: [&str; 21] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
@@ -22,6 +22,7 @@ const PUBLISHED: [&str; 20] = [
     "runners/models/sphere/src",
     "runners/parts/src",
     "runners/plot/src",
+    "runners/published/src",
     "runners/rayon/src",
     "runners/solver/src",
     "tests/conformance/src",

@@ -2,10 +2,10 @@
 
 use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, LN_2, PI};
 
-use super::super::Check;
-use super::{known, walks};
+use crate::Check;
+use crate::chapters::{known, walks};
 
-pub(super) fn harmonics() -> Vec<Check> {
+pub(crate) fn harmonics() -> Vec<Check> {
     let arcs = "[problem]\nkind = 'circle'\n\
                 reflectance = [0.3, 0.7, 0.0, 0.55, 0.74, 0.1, 0.62, 0.25, 0.48, 0.4]\n";
     let paper = |s: f64| 5.0 + (5.0 * s).sin();
@@ -71,7 +71,7 @@ pub(super) fn harmonics() -> Vec<Check> {
 /// rho = 1/2, and F = 1 on the first quarter of the circle. F has the mean 1/4 and the coefficients
 /// sin(k pi/4)/(k pi) e^(-ik pi/4); those of u are 1/(1 - rho/(1 - 4 k^2)) times as large, and
 /// u - F has terms that fall like k^-3.
-pub(super) fn lamp() -> Check {
+pub(crate) fn lamp() -> Check {
     const TERMS: i32 = 20_000;
     let ratio = |k: i32| {
         let eigenvalue = 1.0 / (1.0 - 4.0 * f64::from(k) * f64::from(k));
@@ -101,7 +101,7 @@ pub(super) fn lamp() -> Check {
 }
 
 /// lambda x(s) - int K(s,t) x(t) dt = lambda x - Kx, divided by lambda.
-pub(super) fn models() -> Vec<Check> {
+pub(crate) fn models() -> Vec<Check> {
     let one = |name: &str, problem: &str, targets| {
         walks(
             name,

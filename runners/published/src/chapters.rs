@@ -1,13 +1,16 @@
-//! The numbers: typed in from where they were published or derived, none computed by this project's
-//! libraries, and the problem files that ask for them.
+//! The chapters, in the order of the page.
 
-mod equations;
-mod rooms;
+use crate::{Chapter, Check, Known, Size, Walks, equations, rooms};
 
-use super::{Chapter, Check, Known, Size, Walks};
-
-/// Everything that is compared, in the order of the page.
-pub(super) fn chapters() -> Vec<Chapter> {
+/// Everything that was published, chapter by chapter.
+///
+/// ```
+/// let all = fredholm_published::chapters();
+/// let numbers: usize = all.iter().map(|chapter| chapter.checks.len()).sum();
+/// assert!(all[0].source.starts_with("Heinrich 1995") && numbers > 20);
+/// ```
+#[must_use]
+pub fn chapters() -> Vec<Chapter> {
     vec![
         Chapter {
             source: "Heinrich 1995, section 5, (57) and (58): F such that u = C + D sin(l s)",
@@ -49,7 +52,7 @@ pub(super) fn chapters() -> Vec<Chapter> {
 }
 
 /// A target, its words in a file, and its value.
-fn known(name: &str, place: &str, expected: f64) -> Known {
+pub(crate) fn known(name: &str, place: &str, expected: f64) -> Known {
     Known {
         name: name.to_owned(),
         place: place.to_owned(),
@@ -58,7 +61,7 @@ fn known(name: &str, place: &str, expected: f64) -> Known {
 }
 
 /// Walks on the problem with these sections before its targets.
-fn walks(name: &str, file: &str, targets: Vec<Known>) -> Check {
+pub(crate) fn walks(name: &str, file: &str, targets: Vec<Known>) -> Check {
     Check::Walks(Walks {
         name: name.to_owned(),
         file: file.to_owned(),

@@ -2,8 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use super::super::{Check, Factors};
-use super::{known, walks};
+use crate::chapters::{known, walks};
+use crate::{Check, Factors};
 
 /// One unit of the last digit of numbers with twelve decimals, of which it is not known whether they
 /// were rounded or cut.
@@ -50,7 +50,7 @@ fn factors_within(
     })
 }
 
-pub(super) fn strings() -> Vec<Check> {
+pub(crate) fn strings() -> Vec<Check> {
     let box_of = |width: f64, height: f64| {
         let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
         outline(&corners, &["floor", "right", "top", "left"])
@@ -117,7 +117,7 @@ const BLOCK: [(&str, [[f64; 2]; 2]); 4] = [
     ("block right", [[0.75, 0.75], [0.75, 0.25]]),
 ];
 
-pub(super) fn obstacles() -> Vec<Check> {
+pub(crate) fn obstacles() -> Vec<Check> {
     let names = [
         "bottom",
         "right",
@@ -198,7 +198,7 @@ S 12        1 10   0   0   0   0.9   S12
 End of data
 ";
 
-pub(super) fn facet() -> Check {
+pub(crate) fn facet() -> Check {
     let row = |from: &str, to: &[(usize, f64)]| {
         let pair = |&(to, value): &(usize, f64)| (from.to_owned(), format!("S{to}"), value);
         to.iter().map(pair).collect::<Vec<_>>()
@@ -250,7 +250,7 @@ fn room_walks(cells: usize, pairs: &str, walks: u32, seed: u32) -> String {
     )
 }
 
-pub(super) fn rooms() -> Vec<Check> {
+pub(crate) fn rooms() -> Vec<Check> {
     let sides = [
         ("bottom", 0.3, 0.0),
         ("right", 0.6, 1.0),
