@@ -301,7 +301,11 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
         let polygons = surface.polygons.len();
         rows.push(vec![
             surface.name.clone(),
-            format!("{polygons} polygons, area {area}"),
+            // Nobody means the last digits of a sum.
+            match ((1e6 * area).round() / 1e6, polygons) {
+                (area, 1) => format!("1 polygon, area {area}"),
+                (area, _) => format!("{polygons} polygons, area {area}"),
+            },
         ]);
     }
     let mut stdout = std::io::stdout().lock();

@@ -389,12 +389,17 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress<'_>) -> Result<Answer,
 
 /// Runs `check`.
 pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Result<Ended, Failure> {
-    if let Some(scene) = crate::scene::read(path)? {
-        return crate::scene::check(&scene, out);
+    let scene = crate::scene::read(path)?;
+    if let Some(scene) = &scene {
+        let ended = crate::scene::check(scene, out)?;
+        // Others are for form factors alone.
+        if !scene.has_targets || scene.sky.is_some() {
+            return Ok(ended);
+        }
     }
     let file = read(path, |_| ())?;
     // Before what is drawn is refused.
-    if let Some(out) = out {
+    if let Some(out) = out.filter(|_| scene.is_none()) {
         drawing::draw(&file, out)?;
     }
     let problem = Problem::new(file, None)?;
@@ -427,7 +432,10 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         }
     };
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
-    let mut rows = vec![("problem", model.about().kind.to_owned())];
+    let mut rows = Vec::new();
+    if scene.is_none() {
+        rows.push(("problem", model.about().kind.to_owned()));
+    }
     let neighbour = [
         ("cells", cells.cells_text()),
         ("degree", settings.discretisation().degree.to_string()),

@@ -42,15 +42,19 @@ pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let mut root = Section::new(&source, "at the top level", 0..0, tree.into_inner());
     let mut problem = root.required("problem")?.section("in `[problem]`")?;
     // What is solved and how is nothing to form factors.
-    for other in ["galerkin", "walk", "target"] {
+    for other in ["galerkin", "walk"] {
         let _ = root.optional(other);
     }
+    let has_targets = root.optional("target").is_some();
     root.finish()?;
     let kind = problem.required("kind")?;
     if kind.text()? != "scene" {
         return Err(kind.error("this is no scene: `kind` must be \"scene\""));
     }
-    of_problem(&source, problem)
+    Ok(SceneFile {
+        has_targets,
+        ..of_problem(&source, problem)?
+    })
 }
 
 /// Reads the rest of `[problem]`, whose `kind` is known.

@@ -46,6 +46,8 @@ pub struct SceneFile {
     pub heat: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
     pub without_fluxes: bool,
+    /// Whether it is a file that asks for more than form factors.
+    pub has_targets: bool,
     /// Remarks on what was changed while reading, for people.
     pub remarks: Vec<String>,
     /// The files that polygons stand in.
