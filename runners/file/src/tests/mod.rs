@@ -58,7 +58,7 @@ const PROBLEM: &str = "reflectance = [0.3, 0.7]\nemission = [1, 0, 2]";
 const TARGET: &str = "name = \"a\"\nat = 0";
 
 fn circle(file: &ProblemFile) -> &Circle {
-    let circle = file.problem_as();
+    let circle = file.problem.as_circle();
     circle.unwrap_or_else(|| panic!("{:?}", file.problem))
 }
 
