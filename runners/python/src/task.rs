@@ -454,10 +454,7 @@ fn model_of(
     caller: &Arc<Caller>,
     file: &ProblemFile,
 ) -> PyResult<Box<dyn Model>> {
-    let domain = file
-        .problem
-        .as_cube()
-        .and_then(|cube| cube.domain.as_ref());
+    let domain = file.problem.as_cube().and_then(|cube| cube.domain.as_ref());
     let domain: Vec<[f64; 2]> = domain.map_or(Vec::new(), |domain| {
         domain.value.iter().map(|interval| interval.value).collect()
     });

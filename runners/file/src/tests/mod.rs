@@ -6,7 +6,7 @@ mod text;
 mod values;
 
 use super::*;
-use crate::kinds::{Circle, Cube, Emission, KernelText};
+use crate::kinds::{Circle, Emission, KernelText};
 
 /// A file with every key.
 const FULL: &str = r#"# every key
