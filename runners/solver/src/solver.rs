@@ -20,6 +20,8 @@ use fredholm_model::{Ask, Target, goals};
 
 /// Points in which a diagnosis takes integrals, if nothing is said of them.
 const NODES: usize = 2000;
+/// The fewest points that say something, as for the program.
+const LEAST_NODES: usize = 10;
 
 /// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
 ///
@@ -424,8 +426,8 @@ impl<'m> Solver<'m> {
         self.diagnose_in(NODES)
     }
 
-    /// Predicts as [`diagnose`](Self::diagnose) does, with integrals in this number of points in place of 2,000, or in more if
-    /// there are many cells. Time and memory grow with its square.
+    /// Predicts as [`diagnose`](Self::diagnose) does, with integrals in this number of points in place of 2,000: in 10 at least,
+    /// and in more if there are many cells. Time and memory grow with its square.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -433,6 +435,7 @@ impl<'m> Solver<'m> {
         self.check()?;
         let goals = self.goals(&self.targets()?)?;
         let (model, settings) = (self.model, &self.settings);
+        let nodes = nodes.max(LEAST_NODES);
         Ok(diagnose(model, &goals, settings, nodes, self.watch)?)
     }
 
