@@ -175,10 +175,14 @@ impl<F: Real> Neighbours for Described<F> {
     }
 }
 
-/// One seed takes some 20 s: 48 cells of 144 nodes. `FREDHOLM_LONG` asks for three.
+/// The kit's work grows with the square of the cells, of 144 nodes each.
+fn long() -> bool {
+    std::env::var_os("FREDHOLM_LONG").is_some()
+}
+
+/// One seed by day, three with `FREDHOLM_LONG`.
 fn seeds() -> core::ops::RangeInclusive<u64> {
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
-    1..=if long { 3 } else { 1 }
+    1..=if long() { 3 } else { 1 }
 }
 
 fn passes(name: &str, bands: u32, sectors: u32, parameters: Parameters) {
@@ -193,7 +197,10 @@ fn passes(name: &str, bands: u32, sectors: u32, parameters: Parameters) {
 
 #[test]
 fn scattering_passes_the_kit() {
-    passes("sphere, 6 bands, 8 sectors", 6, 8, SCATTERING);
+    passes("sphere, 4 bands, 6 sectors", 4, 6, SCATTERING);
+    if long() {
+        passes("sphere, 6 bands, 8 sectors", 6, 8, SCATTERING);
+    }
 }
 
 #[test]
@@ -202,7 +209,10 @@ fn a_constant_comes_out_constant() {
         emission: [1.0, 0.0, 0.0, 0.0],
         ..SCATTERING
     };
-    passes("sphere, constant, 4 bands, 8 sectors", 4, 8, parameters);
+    passes("sphere, constant, 3 bands, 5 sectors", 3, 5, parameters);
+    if long() {
+        passes("sphere, constant, 4 bands, 8 sectors", 4, 8, parameters);
+    }
 }
 
 #[test]

@@ -5,13 +5,13 @@ use std::path::Path;
 use fredholm_plot::Drawing;
 
 use crate::failure::Failure;
-use crate::file::{ProblemFile, kinds};
+use crate::file::ProblemFile;
 use fredholm_parts::output::Output;
 
 /// Draws the surfaces of a file.
 pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
     let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", out.display()));
-    let Some(room) = file.problem_as::<kinds::Room>() else {
+    let Some(room) = file.problem.as_room() else {
         return Err(refuse("drawings are of rooms: `kind = \"room\"`"));
     };
     if out

@@ -12,7 +12,7 @@ use crate::deck::{self, Deck};
 use fredholm_file::npz::Archive;
 
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, ProblemFile};
+use crate::file::ProblemFile;
 use crate::numbers::aligned;
 use crate::sparse::Rows;
 use crate::{scene, solve};
@@ -170,7 +170,7 @@ pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
 
 /// The form factors of the problem file of this name, which must be a room.
 pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
-    let Some(own) = file.problem_as::<file::kinds::Room>() else {
+    let Some(own) = file.problem.as_room() else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));

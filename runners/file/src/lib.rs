@@ -13,7 +13,6 @@ pub mod scene;
 mod section;
 mod validate;
 
-use core::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -136,13 +135,6 @@ pub enum What {
 }
 
 impl ProblemFile {
-    /// The section `[problem]`, if it is of this kind.
-    #[must_use]
-    pub fn problem_as<K: Kind>(&self) -> Option<&K> {
-        let problem: &dyn Any = &*self.problem;
-        problem.downcast_ref()
-    }
-
     /// Remarks on values that are allowed and hardly meant, one line each.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use crate::{Chapter, Check, Known, Size, Walks, equations, rooms};
 
-/// Everything that was published, chapter by chapter.
+/// All numbers that were published, in chapters.
 ///
 /// ```
 /// let all = fredholm_published::chapters();

@@ -306,7 +306,7 @@ impl Task {
     fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let py = options.py();
         let opened = self.open(options, &Arc::default())?;
-        let Some(room) = opened.file.problem_as::<fredholm_file::kinds::Room>() else {
+        let Some(room) = opened.file.problem.as_room() else {
             let message = "form factors are those of rooms and scenes".to_owned();
             return Err(exception(py, "InputError", message));
         };
@@ -454,9 +454,7 @@ fn model_of(
     caller: &Arc<Caller>,
     file: &ProblemFile,
 ) -> PyResult<Box<dyn Model>> {
-    let domain = file
-        .problem_as::<fredholm_file::kinds::Cube>()
-        .and_then(|cube| cube.domain.as_ref());
+    let domain = file.problem.as_cube().and_then(|cube| cube.domain.as_ref());
     let domain: Vec<[f64; 2]> = domain.map_or(Vec::new(), |domain| {
         domain.value.iter().map(|interval| interval.value).collect()
     });

@@ -84,7 +84,7 @@ fn fewest(n: u32, p: f64, tail: f64) -> u32 {
 /// Student's t of 63 degrees of freedom at 97.5 %.
 const T: f64 = 1.998_34;
 
-/// **Bands cover**: at one point in 95 of 100 cases, and everywhere at once in at least as many; by day 40 seeds of each
+/// **Bands cover**: at one point in 95 of 100 cases, and everywhere at once in at least as many; by day 20 seeds of each
 /// problem and all together, in the long form 1,000 of each and each by itself.
 ///
 /// Of n cases so few cover with a probability of 10⁻⁴, and of pointwise intervals as many. Bands and intervals that are 9 %
@@ -93,7 +93,7 @@ const T: f64 = 1.998_34;
 /// 0.075))²/0.025² = 5,100 cases: five problems have 5,000, of which the binomial law is asked itself.
 #[test]
 fn bands_cover() {
-    let seeds = if long() { 1000 } else { 40 };
+    let seeds = if long() { 1000 } else { 20 };
     let (mut all, mut count) = ([0; 4], 0);
     for case in cases() {
         let mut found = [0_u32; 4];
@@ -191,7 +191,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
 #[test]
 fn functionals_are_unbiased() {
     const MOST: f64 = 5.6;
-    let walks = if long() { 1 << 24 } else { 1 << 16 };
+    let walks = if long() { 1 << 24 } else { 1 << 15 };
     for case in cases() {
         let functionals = functionals(&case);
         let regions: Vec<Region> = functionals

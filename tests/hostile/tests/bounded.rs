@@ -143,7 +143,7 @@ proptest! {
 }
 
 /// What recurses would overflow the stack, what is quadratic would not end, and what takes much memory for
-/// each byte shows here how much.
+/// each byte shows here how much. By day in every second piece behind a beginning, and in the others behind the next.
 #[test]
 fn what_is_repeated_a_hundred_thousand_times_is_no_other() {
     let heads = [
@@ -158,8 +158,12 @@ fn what_is_repeated_a_hundred_thousand_times_is_no_other() {
         "0,", "[0,0],", "[[],", "{a=", "\"\",", "-(", "sin(", "x+", "x ", "1?1:", "[[a]]\n",
         "[a.a]\n",
     ];
-    for head in heads {
-        for piece in PIECES.into_iter().chain(more) {
+    let long = std::env::var_os("FREDHOLM_LONG").is_some();
+    for (i, head) in heads.into_iter().enumerate() {
+        for (j, piece) in PIECES.into_iter().chain(more).enumerate() {
+            if !long && (i + j) % 2 == 1 {
+                continue;
+            }
             let mut bytes = head.as_bytes().to_vec();
             bytes.extend(piece.repeat(100_000 / piece.len()).bytes());
             problem_file(&bytes);

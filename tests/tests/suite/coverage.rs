@@ -369,7 +369,8 @@ fn intervals_contain_the_exact_value_as_often_as_they_say() {
         &|| room("block, u = 1", &glowing, seeds, walks),
     ];
     let mut dishonest = Vec::new();
-    for scene in scenes {
+    // Every second scene by day.
+    for scene in scenes.into_iter().step_by(if long() { 1 } else { 2 }) {
         for row in scene() {
             println!("{row}");
             if !(low..=high).contains(&row.covered) {

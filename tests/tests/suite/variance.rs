@@ -312,10 +312,12 @@ fn on_cube<const D: usize, const B: usize>(cells: usize) {
 #[test]
 fn cubes() {
     on_cube::<1, 1>(20);
-    on_cube::<1, 4>(20);
-    on_cube::<2, 1>(10);
     on_cube::<2, 10>(5);
-    on_cube::<3, 1>(6);
+    if long() {
+        on_cube::<1, 4>(20);
+        on_cube::<2, 1>(10);
+        on_cube::<3, 1>(6);
+    }
 }
 
 #[test]
@@ -325,7 +327,10 @@ fn rooms() {
         (furnished(), 400),
         (doorway(), 300),
         (facet(), 300),
-    ] {
+    ]
+    .into_iter()
+    .take(if long() { 4 } else { 2 })
+    {
         let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
         for choice in [Choice::Default, Choice::Paper] {
             setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {

@@ -271,7 +271,7 @@ fn an_interrupt_keeps_what_is_done_and_the_same_command_goes_on() {
     let file = folder.file("problem.toml", CIRCLE);
     let save = folder.at("run");
     let args = [
-        "solve", &file, "--json", "--save", &save, "--walks", "3000000",
+        "solve", &file, "--json", "--save", &save, "--walks", "1500000",
     ];
     let child = command(&args).spawn().unwrap();
     while fs::metadata(&save).map_or(0, |found| found.len()) < 20_000 {
@@ -293,19 +293,19 @@ fn an_interrupt_keeps_what_is_done_and_the_same_command_goes_on() {
     assert_eq!(front.status, Some(3), "{front:?}");
     assert!(number(&list(&front.json(), "targets")[0], "walks") > 0.0);
     let ran = fredholm(&args).quietly(0);
-    assert_eq!(ran.timeless(), whole(CIRCLE, &["--walks", "3000000"]));
+    assert_eq!(ran.timeless(), whole(CIRCLE, &["--walks", "1500000"]));
     // More walks go on with it, too.
     let more = fredholm(&[
-        "solve", &file, "--json", "--save", &save, "--walks", "3100000",
+        "solve", &file, "--json", "--save", &save, "--walks", "1600000",
     ]);
     assert_eq!(
         more.quietly(0).timeless(),
-        whole(CIRCLE, &["--walks", "3100000"])
+        whole(CIRCLE, &["--walks", "1600000"])
     );
     let length = fs::metadata(&save).unwrap().len();
-    // Nothing is run twice: six targets, 6055 batches of each, 136 bytes, and what stands before them.
+    // Nothing is run twice: six targets, 3125 batches of each, 136 bytes, and what stands before them.
     assert!(
-        (6 * 6055 * 136..6 * 6070 * 136 + 20_000).contains(&length),
+        (6 * 3125 * 136..6 * 3140 * 136 + 20_000).contains(&length),
         "{length}"
     );
 }

@@ -87,6 +87,10 @@ fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
 }
 
 impl Kind for Circle {
+    fn as_circle(&self) -> Option<&Self> {
+        Some(self)
+    }
+
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let Self {
             reflectance,

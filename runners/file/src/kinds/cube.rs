@@ -282,6 +282,10 @@ impl Cube {
 }
 
 impl Kind for Cube {
+    fn as_cube(&self) -> Option<&Self> {
+        Some(self)
+    }
+
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let dimension = self.dimension.value;
         file.demand(

@@ -9,7 +9,6 @@ mod scene;
 mod singular;
 mod sphere;
 
-use core::any::Any;
 use core::fmt::Debug;
 use std::sync::Arc;
 
@@ -47,7 +46,7 @@ pub struct KindEntry {
 }
 
 /// `[problem]` as a file has it, of one kind.
-pub trait Kind: Any + Debug + Send + Sync {
+pub trait Kind: Debug + Send + Sync {
     /// Checks `[problem]`, and what it asks of the rest of the file.
     ///
     /// # Errors
@@ -97,6 +96,21 @@ pub trait Kind: Any + Debug + Send + Sync {
         Ok(compact(self))
     }
 
+    /// The section as that of a circle, if it is one.
+    fn as_circle(&self) -> Option<&Circle> {
+        None
+    }
+
+    /// The section as that of a cube, if it is one.
+    fn as_cube(&self) -> Option<&Cube> {
+        None
+    }
+
+    /// The section as that of a room, if it is one: drawings and form factors are of rooms.
+    fn as_room(&self) -> Option<&Room> {
+        None
+    }
+
     /// Whether there are walls, whose cells may be graded and cut at shadows.
     fn has_walls(&self) -> bool {
         false
@@ -127,6 +141,6 @@ pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Arc<dyn Kind>, InputE
 }
 
 /// What was read, of whichever kind.
-fn shared<K: Kind>(read: Result<K, InputError>) -> Result<Arc<dyn Kind>, InputError> {
+fn shared<K: Kind + 'static>(read: Result<K, InputError>) -> Result<Arc<dyn Kind>, InputError> {
     Ok(Arc::new(read?))
 }

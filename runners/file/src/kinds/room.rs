@@ -264,6 +264,10 @@ impl Room {
 }
 
 impl Kind for Room {
+    fn as_room(&self) -> Option<&Self> {
+        Some(self)
+    }
+
     /// What surfaces ask of one another is checked where the scene is made.
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         if self.surfaces.is_empty() && self.deck.is_none() {

@@ -11,7 +11,7 @@ fn cube(problem: &str, rest: &str, target: &str) -> String {
 fn a_cube_in_every_spelling() {
     let of = |text: &str| {
         let file = good(text);
-        let cube = file.problem_as::<Cube>().cloned();
+        let cube = file.problem.as_cube().cloned();
         cube.unwrap_or_else(|| panic!("{:?}", file.problem))
     };
     let plain = of(&cube(
@@ -176,9 +176,7 @@ fn what_domains_refuse() {
     };
     let all = "over = 'all'";
     let file = good(&of("[[-1, 1], [0, 3.5]]", "at = [-1, 3.5]"));
-    let domain = file
-        .problem_as::<Cube>()
-        .and_then(|cube| cube.domain.clone());
+    let domain = file.problem.as_cube().and_then(|cube| cube.domain.clone());
     assert!(domain.is_some_and(|domain| domain.value[1].value == [0.0, 3.5]));
     fails(
         &of("[-1, 1]", all),

@@ -6,7 +6,7 @@ mod text;
 mod values;
 
 use super::*;
-use crate::kinds::{Circle, Cube, Emission, KernelText};
+use crate::kinds::{Circle, Emission, KernelText};
 
 /// A file with every key.
 const FULL: &str = r#"# every key
@@ -58,7 +58,7 @@ const PROBLEM: &str = "reflectance = [0.3, 0.7]\nemission = [1, 0, 2]";
 const TARGET: &str = "name = \"a\"\nat = 0";
 
 fn circle(file: &ProblemFile) -> &Circle {
-    let circle = file.problem_as();
+    let circle = file.problem.as_circle();
     circle.unwrap_or_else(|| panic!("{:?}", file.problem))
 }
 

@@ -230,7 +230,7 @@ fn a_diagnosis_predicts_the_deviations_of_walks() {
             .walks(WALKS);
         let of_seed = |seed| solver.clone().seed(seed).solve().unwrap();
         let reports: Vec<_> = (0..GROUPS).map(of_seed).collect();
-        let predicted = solver.diagnose().unwrap();
+        let predicted = solver.diagnose_in(800).unwrap();
         for (number, predicted) in predicted.targets.iter().enumerate() {
             let goals = reports.iter().map(|report| &report.goals[number]);
             let plain = measured(goals.clone().map(|goal| goal.plain.std_dev.unwrap()));
