@@ -62,6 +62,9 @@ pub struct RayControl<'a, F> {
     pub cumulative: &'a [F],
 }
 
+/// Intervals, boxes and growing sums of probabilities of a stretch.
+type Parts<'a, F> = (&'a [Interval<F>], &'a [RayBox<F>], &'a [F]);
+
 /// What is seen from a point.
 struct View<'a, F> {
     /// ψ of the place in the stretch.
@@ -160,7 +163,7 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
 
     /// Intervals, boxes and probabilities of a stretch.
     #[inline]
-    fn stretch(&self, number: usize) -> Option<(&'n [Interval<F>], &'n [RayBox<F>], &'n [F])> {
+    fn stretch(&self, number: usize) -> Option<Parts<'n, F>> {
         let control = &self.control;
         let [own, next, ..] = control.stretches.get(number..)? else {
             return None;
