@@ -45,6 +45,12 @@ pub trait Neighbour: StateSpace {
 
     /// v(x).
     fn value(&self, x: &Located<Self::Point>) -> Self::Scalar;
+
+    /// G(x), and the variance of what [`source`](Self::source) draws for it: what a prediction before any walk asks for,
+    /// and it may take long. Whoever draws overrides it; otherwise it is G(x) and 0.
+    fn source_moments(&self, x: &Located<Self::Point>) -> [Self::Scalar; 2] {
+        [self.source(x, &mut NoDraws), num_traits::zero()]
+    }
 }
 
 /// No numbers at all, for the G of neighbour equations that draw none: whoever draws gets NaN.

@@ -123,7 +123,7 @@ impl Analysis<'_> {
         let integral = |of: &dyn Fn(&Node) -> f64| nodes().map(|x| x.weight * of(x)).sum::<f64>();
         let difference = |x: &Node| {
             let difference = x.source - x.neighbour_source;
-            scored(difference * difference, x.absorption)
+            scored(difference * difference + x.noise, x.absorption)
         };
         let squares = |x: &Node| x.squares.iter().sum::<f64>();
         let scores = |x: &Node| [x.source, x.neighbour_source].each(f64::abs);

@@ -63,6 +63,8 @@ pub struct Values {
     pub source: f64,
     /// G(x).
     pub neighbour_source: f64,
+    /// The variance of what is drawn for G(x); 0 where nothing is.
+    pub noise: f64,
     /// v(x).
     pub value: f64,
 }

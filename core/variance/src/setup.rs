@@ -5,7 +5,7 @@ use core::fmt;
 use core::ops::Range;
 
 use fredholm_core::galerkin::{PairKind, Pairs, buffer, reserve};
-use fredholm_core::{Kernel, Located, Neighbour, NoDraws, Sampler, Source, StateSpace};
+use fredholm_core::{Kernel, Located, Neighbour, Sampler, Source, StateSpace};
 
 use crate::{
     Density, Origin, Position, Quadrature, Start, Transition, Values, VarianceError, VarianceModel,
@@ -152,14 +152,19 @@ where
             absorption: f64::NAN,
             source: f64::NAN,
             neighbour_source: f64::NAN,
+            noise: f64::NAN,
             value: f64::NAN,
         };
         let (equation, neighbour) = (self.setup.equation, self.setup.neighbour);
-        self.point(point).map_or(missing, |x| Values {
-            absorption: equation.absorption(&x.point),
-            source: equation.source(&x.point),
-            neighbour_source: neighbour.source(x, &mut NoDraws),
-            value: neighbour.value(x),
+        self.point(point).map_or(missing, |x| {
+            let [neighbour_source, noise] = neighbour.source_moments(x);
+            Values {
+                absorption: equation.absorption(&x.point),
+                source: equation.source(&x.point),
+                neighbour_source,
+                noise,
+                value: neighbour.value(x),
+            }
         })
     }
 

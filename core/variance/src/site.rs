@@ -75,6 +75,8 @@ pub struct Node {
     pub source: f64,
     /// G(x).
     pub neighbour_source: f64,
+    /// The variance of what is drawn for G(x).
+    pub noise: f64,
     /// v(x).
     pub value: f64,
     /// r(x) = F − G + T_Dp v.

@@ -26,12 +26,15 @@ pub(crate) fn total_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
 
 /// The sources of s and c.
 pub(crate) fn second_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
-    let (g, difference) = (x.neighbour_source, x.difference());
+    // Of a G that is drawn it is the mean square of what is drawn, and of its difference from F.
+    let (g, difference, noise) = (x.neighbour_source, x.difference(), x.noise);
     match estimator {
-        Estimator::Absorption => [g * g, difference * g].each(|s| scored(s, x.absorption)),
+        Estimator::Absorption => {
+            [g * g + noise, difference * g - noise].each(|s| scored(s, x.absorption))
+        }
         Estimator::Collision => [
-            g * (2.0 * x.value - g),
-            difference * x.value + g * (x.error - difference),
+            g * (2.0 * x.value - g) + noise,
+            difference * x.value + g * (x.error - difference) - noise,
         ],
     }
 }
@@ -46,7 +49,7 @@ pub(crate) fn residual_seconds(x: &Node) -> [f64; 2] {
 pub(crate) fn square_source(estimator: Estimator, x: &Node) -> f64 {
     let difference = x.difference();
     match estimator {
-        Estimator::Absorption => scored(difference * difference, x.absorption),
-        Estimator::Collision => difference * (2.0 * x.error - difference),
+        Estimator::Absorption => scored(difference * difference + x.noise, x.absorption),
+        Estimator::Collision => difference * (2.0 * x.error - difference) + x.noise,
     }
 }

@@ -35,6 +35,9 @@ mod panels;
 mod polynomials;
 #[cfg(feature = "alloc")]
 mod quadrature;
+#[cfg(feature = "alloc")]
+mod ray_setup;
+mod rays;
 mod room;
 #[cfg(feature = "alloc")]
 mod scene;
@@ -66,6 +69,9 @@ pub use pairs::{Choice, RoomPairs, Visibility, VisibilityTable};
 pub use polynomials::PolynomialRoom;
 #[cfg(feature = "alloc")]
 pub use quadrature::RoomQuadrature;
+#[cfg(feature = "alloc")]
+pub use ray_setup::{CellRays, RaySetup, RayTables};
+pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Stretch};
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Scene, Surface};

@@ -1,7 +1,9 @@
 //! Piecewise polynomials of any degree on the walls.
 
 use fredholm_core::array::Each;
-use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
+use fredholm_core::galerkin::{
+    Basis, CellMap, PairIntegral, Partition, TransitionMoments, legendre,
+};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -176,5 +178,29 @@ impl<F: Real, const B: usize> PairIntegral<B> for PolynomialRoom<'_, '_, F, B> {
     fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
         let reflectance = self.room.reflectance(&x.point);
         self.form_factors(&x.point, j).each(|f| reflectance * f)
+    }
+}
+
+impl<F: Real, const B: usize> CellMap for PolynomialRoom<'_, '_, F, B> {
+    const DIMENSION: usize = 1;
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.room.table().length(cell).to_f64()
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        let t = t.first().copied().unwrap_or(f64::NAN);
+        let point = self.room.inside(cell, F::from_f64(t));
+        point.unwrap_or_else(|| self.room.point_at(usize::MAX, zero()))
+    }
+
+    /// The point of a wall at a fraction of it: the coordinates are the wall's number and the fraction.
+    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
+        match *coordinates {
+            [wall, fraction] if wall >= 0.0 && wall as usize as f64 == wall => {
+                self.room.point(wall as usize, fraction).ok()
+            }
+            _ => None,
+        }
     }
 }

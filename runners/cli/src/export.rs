@@ -14,8 +14,8 @@ use fredholm_parts::output::Output;
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |_| ())?;
     let pairs = &file.galerkin.pairs;
-    if pairs.value == Pairs::Theory {
-        let message = "a device knows pairs by a rule, not one by one: export with \"default\", \"pointwise\" \
+    if matches!(pairs.value, Pairs::Theory | Pairs::Rays) {
+        let message = "a device knows pairs by a rule, not one by one, and no rays: export with \"default\", \"pointwise\" \
                        or \"paper\"";
         return Err(file.refuse(pairs, message).into());
     }

@@ -2,6 +2,8 @@
 
 use fredholm_core::{Estimator, Form};
 
+use crate::{Error, Subject};
+
 /// How the neighbour equation treats pairs of cells.
 ///
 /// ```
@@ -19,6 +21,8 @@ pub enum Pairs {
     Pointwise,
     /// Every pair by itself in S, pointwise or left out, for the least predicted variance × time.
     Theory,
+    /// No pairs: h = k everywhere, and G from one ray. In rooms.
+    Rays,
 }
 
 /// The floating-point type of walks.
@@ -105,6 +109,23 @@ pub trait Choices: Copy + PartialEq + 'static {
     }
 }
 
+impl Pairs {
+    /// What models of no room say to pairs that are rays.
+    ///
+    /// # Errors
+    /// [`Error::Option`]: they are.
+    pub fn refuse_rays(self) -> Result<(), Error> {
+        if self != Self::Rays {
+            return Ok(());
+        }
+        Err(Error::Option {
+            subject: Subject::Pairs,
+            message: "\"rays\" are for rooms, where a step is a ray and vertices say where it jumps: use \"default\""
+                .to_owned(),
+        })
+    }
+}
+
 impl Choices for Pairs {
     const ALL: &'static [Choice<Self>] = &[
         Choice {
@@ -129,6 +150,11 @@ impl Choices for Pairs {
             word: "theory",
             help: "Every pair for itself in S, pointwise or left out: as the predicted variance times the time of a \
                    walk is least. Takes longer to set up, by some thirty evaluations of every pair",
+        },
+        Choice {
+            value: Self::Rays,
+            word: "rays",
+            help: "Room: no pairs, and one ray a score in their place. A walk takes as long for many cells as for few",
         },
     ];
 }

@@ -107,6 +107,8 @@ impl<'x, F: Real, const B: usize> Neighbours<B> for Curved<'x, '_, F, B> {
             let v = &self.setup.solution;
             offers.galerkin_solution("own", &v.v, self.claim / (1.0 - v.radius_bound));
         }
+        self.setup
+            .with_rays::<F, _>(|neighbour| offers.neighbour("own, rays", neighbour));
         for choice in [Choice::Paper, Choice::Default] {
             self.setup
                 .with_polynomials::<F, _>(choice, |_, neighbour, _, _| {

@@ -321,6 +321,8 @@ impl<'a, F: Real> Neighbours for Described<'a, F> {
             offers.galerkin_solution("own", &v.v, claim / (1.0 - v.radius_bound));
         }
         // With all pairs pointwise there is no coefficient to be the room's own.
+        self.setup
+            .with_rays::<F, _>(|neighbour| offers.neighbour("own, rays", neighbour));
         for choice in [Choice::Paper, Choice::Default] {
             self.setup.with::<F, _>(choice, |_, neighbour, _, _| {
                 offers.neighbour::<RoomNeighbour<'_, F>>(&format!("own, {choice:?}"), neighbour);

@@ -3,8 +3,8 @@
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, Piecewise, PointwiseSource, Solution, rounded};
 use fredholm_room::{
-    Choice, Grading, MIN_MASS_RATIO, Matrix, Mesh, PolynomialRoom, Room, RoomError, RoomPairs,
-    Scene, Tables, min_mass_ratio,
+    Choice, Grading, MIN_MASS_RATIO, Matrix, Mesh, PolynomialRoom, RayNeighbour, RaySetup,
+    RayTables, Room, RoomError, RoomPairs, Scene, Tables, min_mass_ratio,
 };
 
 use super::{ABSORPTION, Drawing};
@@ -78,6 +78,34 @@ impl<const B: usize> Setup<B> {
         let dense = Dense::new(&entries, self.matrix.cells(), B).unwrap();
         let neighbour = Piecewise::with_pointwise(&polynomials, &dense, pairs, &v, &g).unwrap();
         then(&polynomials, &neighbour, &v, tables.lengths())
+    }
+}
+
+impl<const B: usize> Setup<B> {
+    /// The neighbour equation from rays alone.
+    ///
+    /// # Panics
+    /// If there is no such neighbour equation.
+    pub fn with_rays<F: Real, R>(
+        &self,
+        then: impl FnOnce(&RayNeighbour<'_, '_, '_, F, B>) -> R,
+    ) -> R {
+        let views = self.matrix.views();
+        let wide = Tables::<f64>::new(&self.scene, &self.mesh);
+        let room = Room::new(wide.geometry(), wide.cells(), views, ABSORPTION).unwrap();
+        let polynomials = room.with_functions::<B>();
+        let setup = RaySetup::new(&polynomials, &self.solution.v).unwrap();
+        let cells = (0..self.mesh.len()).map(|cell| setup.cell(cell).unwrap());
+        let rays = RayTables::new(cells.collect())
+            .unwrap()
+            .rounded::<F>()
+            .unwrap();
+
+        let tables = Tables::<F>::new(&self.scene, &self.mesh);
+        let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
+        let polynomials = room.with_functions::<B>();
+        let v = self.solution.rounded::<F>().unwrap();
+        then(&rays.neighbour(&polynomials, &v).unwrap())
     }
 }
 

@@ -85,7 +85,7 @@ fn defaults() {
 
 #[test]
 fn words_of_the_file() {
-    for (word, pairs) in ["paper", "default", "pointwise", "theory"]
+    for (word, pairs) in ["paper", "default", "pointwise", "theory", "rays"]
         .iter()
         .zip(Pairs::ALL)
     {

@@ -192,6 +192,7 @@ impl Model for CircleModel {
     }
 
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        pairs.refuse_rays()?;
         if discretisation.degree > 0 && pairs == Pairs::Paper {
             // A sample without a step within a cell looks as if there were no variance left.
             let message = "\"paper\" leaves steps within a cell out: with a `degree` above 0 they are what is \
@@ -313,7 +314,8 @@ const fn diagonal(pairs: Pairs) -> Option<PairKind> {
         Pairs::Paper => Some(PairKind::Dropped),
         // From the theory the diagonal is pointwise too where that matters.
         Pairs::Default | Pairs::Theory => Some(PairKind::Pointwise),
-        Pairs::Pointwise => None,
+        // Rays are refused.
+        Pairs::Pointwise | Pairs::Rays => None,
     }
 }
 

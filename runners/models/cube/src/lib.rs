@@ -169,6 +169,7 @@ impl Model for CubeModel {
     }
 
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        pairs.refuse_rays()?;
         let refuse = |subject, message: &str| {
             let message = message.to_owned();
             Err(Error::Option { subject, message })

@@ -1,6 +1,6 @@
 //! The walls of a room, cut into cells, and what they cost.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use fredholm_core::{Form, NoNeighbour, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
@@ -49,6 +49,13 @@ const HIDDEN_PAIR: f64 = 60e-9;
 /// Seconds that cells close by take besides in a score if all pairs are pointwise.
 const NEAR: f64 = 460e-9;
 const NEAR_DEGREE: f64 = 180e-9;
+/// Seconds of a score by a ray besides the ray, and of the directions of vertices for every level of the hierarchy; and of
+/// a cell's boxes in the set-up, as many rays.
+const RAYS_SCORE: f64 = 60e-9;
+const RAYS_DIRECTIONS: f64 = 25e-9;
+const RAYS_OF_CELL: f64 = 1500.0;
+/// Bytes of a cell's boxes, of which it seldom has more.
+const RAYS_BYTES: usize = 24 << 10;
 
 impl RoomModel {
     /// Cuts the walls into cells.
@@ -89,6 +96,7 @@ impl<'m> RoomPartition<'m> {
             cut: self.clone(),
             matrix,
             solution,
+            rays: OnceLock::new(),
         })
     }
 
@@ -210,7 +218,12 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {
         let theory = fredholm_model::pairs::memory(pairs, self.mesh.len(), self.cut.degree + 2);
-        memory(self.mesh.len(), self.cut.degree).saturating_add(theory)
+        let rays = match pairs {
+            Pairs::Rays => self.mesh.len().saturating_mul(RAYS_BYTES),
+            _ => 0,
+        };
+        let tables = memory(self.mesh.len(), self.cut.degree);
+        tables.saturating_add(theory).saturating_add(rays)
     }
 
     fn cost(&self, pairs: Pairs) -> Cost {
@@ -235,7 +248,12 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             hidden_pair: HIDDEN_PAIR * depth,
             ..plain
         };
+        let rays = WalkCost {
+            score: SCORE + ray + RAYS_SCORE + RAYS_DIRECTIONS * depth,
+            ..plain
+        };
         let walk = match (choice(pairs), self.cut.degree) {
+            _ if pairs == Pairs::Rays => rays,
             (Choice::Pointwise, 0) => pointwise,
             (Choice::Pointwise, _) => WalkCost {
                 score: SCORE + NEAR + degree * NEAR_DEGREE,
@@ -247,9 +265,13 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
                 ..pointwise
             },
         };
+        let boxes = match pairs {
+            Pairs::Rays => RAYS_OF_CELL * n * ray,
+            _ => 0.0,
+        };
         Cost {
-            setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE,
-            source: SOURCE * (n * (degree + 1.0)).powi(2),
+            setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE + boxes,
+            source: SOURCE * (n * (degree + 1.0)).powi(2) + boxes,
             moments: 0.0,
             walk,
             plain,
@@ -257,6 +279,9 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        if pairs == Pairs::Rays {
+            return Ok(PointwisePairs::default());
+        }
         let coarse = self.coarse_mesh()?;
         let matrix = Matrix::new(&self.model.scene, &coarse, min_mass_ratio(self.cut.degree))?;
         let (views, choice) = (matrix.views(), choice(pairs));
@@ -293,6 +318,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             cut: self.clone(),
             matrix,
             solution,
+            rays: OnceLock::new(),
         }))
     }
 
@@ -306,7 +332,8 @@ pub(crate) const fn choice(pairs: Pairs) -> Choice {
     match pairs {
         Pairs::Paper => Choice::Paper,
         Pairs::Default | Pairs::Theory => Choice::Default,
-        Pairs::Pointwise => Choice::Pointwise,
+        // h = k.
+        Pairs::Pointwise | Pairs::Rays => Choice::Pointwise,
     }
 }
 

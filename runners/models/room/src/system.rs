@@ -1,12 +1,14 @@
 //! A solved room: walks and predictions of every degree.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    Choice, Irradiance, Matrix, Point, Room, RoomPairs, RoomQuadrature, Seen, Tables,
+    CellRays, Choice, Irradiance, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
+    RoomQuadrature, Seen, Tables,
 };
 use fredholm_variance::{
     Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
@@ -20,8 +22,9 @@ use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::Surfaces as _;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, SavedSystem, System, WholeSystem, in_scalar};
+use fredholm_model::{Error, Pairs, Region, SavedSystem, Subject, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
+use fredholm_rayon::fill_rows;
 
 /// The coefficients of a room, and the Galerkin solution.
 #[derive(Debug)]
@@ -29,6 +32,8 @@ pub(super) struct RoomSystem<'m> {
     pub(super) cut: RoomPartition<'m>,
     pub(super) matrix: Matrix<'m>,
     pub(super) solution: Solution,
+    /// What cells see, for walks whose G takes a ray: the same for all walks.
+    pub(super) rays: OnceLock<RayTables<f64>>,
 }
 
 /// A neighbour equation of any degree.
@@ -43,6 +48,8 @@ pub(super) struct Setup<'s, F> {
     pub(super) choice: Choice,
     /// The kinds of all pairs, where they are chosen one by one.
     pub(super) kinds: Option<Vec<u8>>,
+    /// What cells see, where G takes a ray in place of pairs.
+    pub(super) rays: Option<RayTables<F>>,
     /// The Galerkin solution.
     pub(super) v: Vec<F>,
     pub(super) g: Vec<F>,
@@ -80,10 +87,36 @@ impl RoomSystem<'_> {
             absorption,
             choice,
             kinds,
+            rays: match pairs {
+                Pairs::Rays => Some(self.rays()?.rounded()?),
+                _ => None,
+            },
             v: self.solution.rounded()?,
             g,
             system: self,
         })
+    }
+
+    /// What cells see, made at the first call.
+    fn rays(&self) -> Result<&RayTables<f64>, Error> {
+        if let Some(rays) = self.rays.get() {
+            return Ok(rays);
+        }
+        let tables = Tables::<f64>::new(&self.cut.model.scene, &self.cut.mesh);
+        let views = self.matrix.views();
+        // q0 makes no difference to what is seen.
+        let room = Room::new(tables.geometry(), tables.cells(), views, 0.5)?;
+        let mut cells = vec![CellRays::default(); self.cut.mesh.len()];
+        of_degree!(self.cut.cut.degree, B => {
+            let polynomials = room.with_functions::<B>();
+            let setup = RaySetup::new(&polynomials, &self.solution.v)?;
+            fill_rows(&mut cells, 1, |cell, row| {
+                row.fill(setup.cell(cell)?);
+                Ok::<(), RoomError>(())
+            })?;
+        });
+        let rays = RayTables::new(cells)?;
+        Ok(self.rays.get_or_init(|| rays))
     }
 
     /// Sets up with the pairs that are asked for, one by one if they come from the theory.
@@ -270,6 +303,12 @@ impl RoomSystem<'_> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
+        if pairs == Pairs::Rays {
+            return Err(Error::Option {
+                subject: Subject::Pairs,
+                message: "a device has pairs of cells and no rays: use \"default\"".to_owned(),
+            });
+        }
         let setup = self.set_up::<F>(pairs, None, absorption)?;
         export::room(&setup, &self.cut.model.scene)
     }
@@ -286,6 +325,9 @@ impl<F: Real> Setup<'_, F> {
     /// Pointwise pairs of a row.
     fn pointwise(&self) -> Result<PointwisePairs, Error> {
         let (views, cells) = (self.system.matrix.views(), self.tables.cells());
+        if self.rays.is_some() {
+            return Ok(PointwisePairs::default());
+        }
         Ok(match self.pairs()? {
             AnyPairs::Table(pairs) => pointwise_pairs(&cells, views, &pairs),
             _ => pointwise_pairs(&cells, views, &self.by_views()),
@@ -311,6 +353,9 @@ impl<F: Real> Setup<'_, F> {
         let coefficients = Rounded::new(&dense);
         let (v, g) = (&self.v, &self.g);
         let irradiance = |x: &Point<F>| polynomials.irradiance_of(x, v);
+        if let Some(rays) = &self.rays {
+            return then(&rays.neighbour(&polynomials, v)?, &irradiance);
+        }
         match self.pairs()? {
             AnyPairs::Table(pairs) => then(
                 &Piecewise::with_pointwise(&polynomials, &coefficients, pairs, v, g)?,

@@ -282,8 +282,8 @@ class Problem:
         cells, degree : int
             Cells (of a cube, per axis) and degree of the Galerkin solution.
         pairs, estimator, form, scalar : str
-            Pairs of cells ("default", "paper", "pointwise", "theory"), "absorption" or "collision", "residual" or
-            "product", "f64" or "f32".
+            Pairs of cells ("default", "paper", "pointwise", "theory", "rays"), "absorption" or "collision", "residual"
+            or "product", "f64" or "f32".
         absorption : float
             The probability that a walk is absorbed in a state.
         exact_source : bool

@@ -441,6 +441,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
         self.check_single()?;
+        pairs.refuse_rays()?;
         let refuse = |subject, message: &str| {
             let message = message.to_owned();
             Err(Error::Option { subject, message })

@@ -1,0 +1,564 @@
+//! Tables of the control variate of a neighbour equation with h = k.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::array::Each;
+use fredholm_core::galerkin::{Basis, Partition, legendre, reserve};
+
+use crate::geometry::{Wall, lambert};
+use crate::rays::{
+    GAUSS, Interval, PRODUCTS, RayBox, RayControl, RayNeighbour, Stretch, TERMS, each_interval,
+    omega_of, products,
+};
+use crate::vector::{Vector, dot, sub};
+use crate::{Point, PolynomialRoom, RoomError};
+
+/// How often a cell is halved, where its two ends see different walls: what is left of an end of a shadow is 1/64 of it.
+const HALVINGS: u32 = 6;
+/// Boxes are no wider than this part of all directions: a jump within one is not overlooked.
+const WIDEST: f64 = 1.0 / 16.0;
+/// The most boxes of a stretch: twice as many cost twice the set-up, and less than a tenth of the standard deviation.
+const BOXES: usize = 256;
+/// The most intervals of a stretch, whose ends are all computed in a score. Of more the narrowest are parts of others.
+const INTERVALS: usize = 48;
+/// The standard deviation of G relative to the residual of v, which no ray can mend, at which boxes are narrow enough: a
+/// variance of a quarter of its square.
+const NOISE: f64 = 0.5;
+/// The part of the probabilities that follows widths alone, so that no ray weighs more than five times the mean.
+const EVEN: f64 = 0.2;
+/// The least width for that part, relative to the mean: a box that is empty where it was looked at may be none elsewhere.
+const LEAST: f64 = 0.01;
+/// The points from which the residual of v is looked at.
+const PROBES: usize = 128;
+
+/// The set-up of a [`RayNeighbour`], cell by cell.
+///
+/// ```
+/// use fredholm_core::galerkin::Partition;
+/// use fredholm_core::{At, Batch, Estimator, Form, STEP_LIMIT, Task, WalkSeeds};
+/// use fredholm_room::{
+///     Enclosure, Grading, Material, Matrix, Mesh, RaySetup, RayTables, Room, Scene, Surface, Tables,
+/// };
+///
+/// let grey = [Material { reflectance: 0.5, emission: 0.0 }];
+/// let lamp = [Material { reflectance: 0.1, emission: 1.0 }];
+/// let surfaces = [
+///     Surface { points: &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], materials: &grey },
+///     Surface { points: &[[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]], materials: &lamp },
+/// ];
+/// let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed)?;
+/// let mesh = Mesh::new::<f64>(&scene, 60, Grading::default())?;
+/// let matrix = Matrix::with_functions(&scene, &mesh, 0.5, 2)?;
+/// let v = matrix.solve(&scene, &mesh, 1e-14, 1000)?.v;
+///
+/// let tables = Tables::<f64>::new(&scene, &mesh);
+/// let room = Room::new(tables.geometry(), tables.cells(), matrix.views(), 0.5)?;
+/// let polynomials = room.with_functions::<2>();
+/// let setup = RaySetup::new(&polynomials, &v)?;
+/// let cells = (0..polynomials.cells()).map(|i| setup.cell(i)).collect::<Result<Vec<_>, _>>()?;
+/// let rays = RayTables::new(cells)?;
+/// let neighbour = rays.neighbour(&polynomials, &v)?;
+///
+/// // Radiosity in the middle of the floor by 10,000 walks.
+/// let start = At(room.point(0, 0.5)?);
+/// let task = Task {
+///     equation: &room,
+///     neighbour: &neighbour,
+///     functional: &start,
+///     control_mean: None,
+///     estimator: Estimator::Absorption,
+///     form: Form::Product,
+///     seeds: <WalkSeeds>::new(1, 0),
+///     step_limit: STEP_LIMIT,
+/// };
+/// let mut batch = Batch::new(0, 10_000, 10_000);
+/// batch.run(&task, u64::MAX)?;
+/// let (plain, best) = (batch.statistics().plain(), batch.statistics().preconditioned());
+/// assert!(best.std_error.unwrap() < plain.std_error.unwrap() / 100.0);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct RaySetup<'s, 'r, 'a, const B: usize> {
+    polynomials: &'s PolynomialRoom<'r, 'a, f64, B>,
+    v: &'s [f64],
+    /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough.
+    noise: f64,
+}
+
+/// The tables of one cell.
+#[derive(Clone, Debug, Default)]
+pub struct CellRays {
+    /// With numbers from 0.
+    stretches: Vec<Stretch<f64>>,
+    intervals: Vec<Interval<f64>>,
+    boxes: Vec<RayBox<f64>>,
+    cumulative: Vec<f64>,
+}
+
+/// A vertex at which another wall begins to be seen, and its ω.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    omega: f64,
+    vertex: u32,
+    position: Vector<f64>,
+}
+
+/// A box, and what was learned of it.
+#[derive(Clone, Copy, Debug)]
+struct Fitted {
+    ray_box: RayBox<f64>,
+    /// Its mean width as seen from the stretch, in ω.
+    width: f64,
+    /// That times the root mean square of v − c.
+    share: f64,
+}
+
+/// A node of a stretch: where it is, and what it sees.
+struct Viewpoint {
+    x: Point<f64>,
+    psi: [f64; TERMS],
+    weight: f64,
+    /// Where intervals begin, and their widths.
+    intervals: Vec<[f64; 2]>,
+}
+
+impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
+    /// A set-up for v, which has B numbers for every cell. Looks from a few points at how good it is.
+    ///
+    /// # Errors
+    /// [`RoomError::Length`].
+    pub fn new(
+        polynomials: &'s PolynomialRoom<'r, 'a, f64, B>,
+        v: &'s [f64],
+    ) -> Result<Self, RoomError> {
+        let (expected, found) = (polynomials.cells() * B, v.len());
+        if expected != found {
+            return Err(RoomError::Length { expected, found });
+        }
+        let mut setup = Self {
+            polynomials,
+            v,
+            noise: 0.0,
+        };
+        setup.noise = NOISE * setup.residual();
+        Ok(setup)
+    }
+
+    /// The root mean square of v − T_k v − F over ρ, over the walls.
+    fn residual(&self) -> f64 {
+        let room = self.polynomials.room();
+        let cells = self.polynomials.cells();
+        let (mut sum, mut all) = (0.0, 0.0);
+        for probe in 0..PROBES.min(cells) {
+            let cell = probe * cells / PROBES.min(cells);
+            // One of the zeros of no low Legendre polynomial, another from probe to probe.
+            let t = 0.06 + 0.88 * ((probe as f64 * 0.618_033_988_749_894_9) % 1.0);
+            let Some(x) = room.inside(cell, t) else {
+                continue;
+            };
+            let Some(wall) = room.geometry().wall(x.wall() as u32) else {
+                continue;
+            };
+            if wall.reflectance > 0.0 {
+                let emitted = (self.value(&x) - wall.emission) / wall.reflectance;
+                let residual = emitted - self.polynomials.irradiance_of(&x, self.v);
+                let length = room.table().length(cell);
+                sum += length * residual * residual;
+                all += length;
+            }
+        }
+        if all > 0.0 {
+            Real::sqrt(sum / all)
+        } else {
+            0.0
+        }
+    }
+
+    fn value(&self, x: &Point<f64>) -> f64 {
+        let cell = self.polynomials.locate(x);
+        let psi = self
+            .polynomials
+            .basis(&fredholm_core::Located { point: *x, cell });
+        let own = self.v.get(cell * B..).unwrap_or(&[]);
+        own.iter().zip(psi).map(|(v, psi)| v * psi).sum()
+    }
+
+    /// v where a ray leads; 0 where it leaves.
+    fn seen(&self, x: &Point<f64>, omega: f64) -> f64 {
+        let y = self.polynomials.room().scatter(x, omega);
+        y.map_or(0.0, |y| self.value(&y))
+    }
+
+    /// The tables of a cell.
+    ///
+    /// # Errors
+    /// [`RoomError::Galerkin`]: no memory.
+    pub fn cell(&self, cell: usize) -> Result<CellRays, RoomError> {
+        let mut parts = Vec::new();
+        self.split(cell, [0.0, 1.0], HALVINGS, &mut parts);
+        let mut rays = CellRays::default();
+        for part in parts {
+            self.stretch(cell, part, &mut rays);
+        }
+        Ok(rays)
+    }
+
+    /// Halves a part of a cell until both ends of each see the same walls, or it is small.
+    fn split(&self, cell: usize, part: [f64; 2], halvings: u32, out: &mut Vec<[f64; 2]>) {
+        let [from, to] = part;
+        // In a corner itself everything is seen under no angle.
+        let inset = 1e-6 * (to - from);
+        let vertices = |t: f64| {
+            let edges = self.edges(cell, t).into_iter();
+            edges.map(|edge| edge.vertex).collect::<Vec<u32>>()
+        };
+        if halvings == 0 || vertices(from + inset) == vertices(to - inset) {
+            out.push(part);
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        self.split(cell, [from, middle], halvings - 1, out);
+        self.split(cell, [middle, to], halvings - 1, out);
+    }
+
+    /// The vertices at which another wall begins to be seen from a place in a cell, in the order of their ω.
+    fn edges(&self, cell: usize, t: f64) -> Vec<Edge> {
+        let room = self.polynomials.room();
+        let geometry = room.geometry();
+        let Some(x) = room.inside(cell, t) else {
+            return Vec::new();
+        };
+        let Some(own) = geometry.wall(x.wall() as u32) else {
+            return Vec::new();
+        };
+        let mut all: Vec<Edge> = Vec::new();
+        for wall in geometry.walls() {
+            for (&position, &vertex) in wall.ends.iter().zip(&wall.vertices) {
+                let ahead = dot(own.normal(), sub(position, x.position())) > 0.0;
+                if ahead && !own.vertices.contains(&vertex) {
+                    let omega = omega_of(x.position(), own.tangent, position);
+                    all.push(Edge {
+                        omega,
+                        vertex,
+                        position,
+                    });
+                }
+            }
+        }
+        all.sort_by(|a, b| a.omega.total_cmp(&b.omega).then(a.vertex.cmp(&b.vertex)));
+        all.dedup_by_key(|edge| edge.vertex);
+        self.changes(&x, own, &all)
+    }
+
+    /// Those of the vertices at which another wall is seen: between two neighbours in the list it is one wall.
+    fn changes(&self, x: &Point<f64>, own: &Wall<f64>, all: &[Edge]) -> Vec<Edge> {
+        let geometry = self.polynomials.room().geometry();
+        let sees = |omega: f64| {
+            let hit = geometry.cast(x.wall() as u32, x.position(), lambert(own, omega));
+            hit.map(|hit| hit.wall)
+        };
+        let mut kept: Vec<Edge> = Vec::new();
+        let mut before: Option<(Option<u32>, Option<&Edge>)> = None;
+        let ends = all.iter().map(Some).chain([None]);
+        let mut from = 0.0;
+        for edge in ends {
+            let to = edge.map_or(1.0, |edge| edge.omega);
+            if to > from {
+                let wall = sees(0.5 * (from + to));
+                if let Some((old, Some(at))) = before
+                    && old != wall
+                {
+                    kept.push(*at);
+                }
+                before = Some((wall, edge));
+            } else if let Some((_, at)) = &mut before {
+                *at = edge;
+            }
+            from = to;
+        }
+        while kept.len() >= INTERVALS {
+            let omega = |k: usize| kept.get(k).map_or(1.0, |edge: &Edge| edge.omega);
+            let width = |k: &usize| omega(*k + 1) - omega(*k);
+            let narrowest = (0..kept.len()).min_by(|a, b| width(a).total_cmp(&width(b)));
+            kept.remove(narrowest.unwrap_or(0));
+        }
+        kept
+    }
+
+    /// Adds a part of a cell to its tables.
+    fn stretch(&self, cell: usize, [from, to]: [f64; 2], rays: &mut CellRays) {
+        let edges = self.edges(cell, 0.5 * (from + to));
+        let ends = edges.iter().map(|edge| edge.position).chain([[0.0; 2]]);
+        let mut intervals: Vec<Interval<f64>> = ends
+            .map(|end| Interval {
+                end,
+                mean: [0.0; TERMS],
+            })
+            .collect();
+        let nodes: Vec<Viewpoint> = self.viewpoints(cell, [from, to], &intervals);
+        let mut boxes: Vec<Fitted> = Vec::new();
+        for number in 0..intervals.len() as u32 {
+            let whole = RayBox {
+                interval: number,
+                from: 0.0,
+                width: 1.0,
+                control: [0.0; PRODUCTS],
+            };
+            boxes.push(self.fitted(whole, &nodes));
+        }
+        loop {
+            let noise: f64 = boxes.iter().map(|fitted| fitted.share).sum();
+            let is_wide = |fitted: &Fitted| fitted.width > WIDEST;
+            let worst = match boxes.iter().position(is_wide) {
+                Some(wide) => Some(wide),
+                None if noise > self.noise => {
+                    let numbers = boxes.iter().enumerate();
+                    let worst = numbers.max_by(|a, b| a.1.share.total_cmp(&b.1.share));
+                    worst.map(|(number, _)| number)
+                }
+                None => None,
+            };
+            let Some(worst) = worst.filter(|_| boxes.len() < BOXES) else {
+                break;
+            };
+            let halves = boxes[worst].ray_box.halves();
+            boxes.splice(worst..=worst, halves.map(|half| self.fitted(half, &nodes)));
+        }
+        for Fitted { ray_box, .. } in &boxes {
+            if let Some(interval) = intervals.get_mut(ray_box.interval as usize) {
+                interval.add(ray_box);
+            }
+        }
+        rays.stretches.push(Stretch {
+            from,
+            interval: rays.intervals.len() as u32,
+            ray_box: rays.boxes.len() as u32,
+        });
+        rays.cumulative.extend(cumulative(&boxes));
+        rays.intervals.extend(intervals);
+        rays.boxes.extend(boxes.iter().map(|fitted| fitted.ray_box));
+    }
+
+    /// The nodes of a part of a cell.
+    fn viewpoints(
+        &self,
+        cell: usize,
+        [from, to]: [f64; 2],
+        intervals: &[Interval<f64>],
+    ) -> Vec<Viewpoint> {
+        let room = self.polynomials.room();
+        let at = |(t, weight): (f64, f64)| {
+            let x = room.inside(cell, from + t * (to - from))?;
+            let wall = room.geometry().wall(x.wall() as u32)?;
+            let mut own = Vec::with_capacity(intervals.len());
+            each_interval(intervals, x.position(), wall.tangent, |_, from, width| {
+                own.push([from, width]);
+            });
+            Some(Viewpoint {
+                x,
+                psi: legendre(t + t - 1.0),
+                weight,
+                intervals: own,
+            })
+        };
+        GAUSS.into_iter().filter_map(at).collect()
+    }
+
+    /// A box with its c: the projection of v(y(x, ω)) by Gauss points in x and ω.
+    fn fitted(&self, mut ray_box: RayBox<f64>, nodes: &[Viewpoint]) -> Fitted {
+        let mut samples: Vec<(f64, [f64; PRODUCTS], f64)> = Vec::with_capacity(16);
+        let (mut mean_width, mut squares) = (0.0, 0.0);
+        ray_box.control = [0.0; PRODUCTS];
+        for node in nodes {
+            let own = node.intervals.get(ray_box.interval as usize);
+            let &[from, width] = own.unwrap_or(&[0.0; 2]);
+            mean_width += node.weight * width * ray_box.width;
+            for (place, weight) in GAUSS {
+                let omega = from + width * (ray_box.from + ray_box.width * place);
+                let (value, terms) = (self.seen(&node.x, omega), products(&node.psi, place));
+                let weight = node.weight * weight;
+                for (c, term) in ray_box.control.iter_mut().zip(terms) {
+                    *c += weight * value * term;
+                }
+                samples.push((weight, terms, value));
+            }
+        }
+        for (weight, terms, value) in samples {
+            let fit: f64 = ray_box.control.iter().zip(terms).map(|(c, t)| c * t).sum();
+            squares += weight * (value - fit) * (value - fit);
+        }
+        Fitted {
+            ray_box,
+            width: mean_width,
+            share: mean_width * Real::sqrt(squares),
+        }
+    }
+}
+
+impl RayBox<f64> {
+    /// Its two halves, whose places are exact in every scalar.
+    fn halves(&self) -> [Self; 2] {
+        let width = 0.5 * self.width;
+        [self.from, self.from + width].each(|from| Self {
+            from,
+            width,
+            ..*self
+        })
+    }
+}
+
+impl<F: Real> Interval<F> {
+    /// Adds a box's part of the mean of c: the functions of s have none but the first.
+    fn add(&mut self, ray_box: &RayBox<F>) {
+        let [constant, _, _, first, _, second] = ray_box.control;
+        let terms = [constant, first, second];
+        for (mean, term) in self.mean.iter_mut().zip(terms) {
+            *mean += ray_box.width * term;
+        }
+    }
+}
+
+/// Probabilities of boxes, as growing sums: by what v − c is in them, and a part by their widths.
+fn cumulative(boxes: &[Fitted]) -> Vec<f64> {
+    let least = LEAST / boxes.len() as f64;
+    let width = |fitted: &Fitted| fitted.width.max(least);
+    let widths: f64 = boxes.iter().map(width).sum();
+    let shares: f64 = boxes.iter().map(|fitted| fitted.share).sum();
+    let even = if shares > 0.0 { EVEN } else { 1.0 };
+    let mut sum = 0.0;
+    let mut sums: Vec<f64> = Vec::with_capacity(boxes.len());
+    for fitted in boxes {
+        sum += even * width(fitted) / widths;
+        if shares > 0.0 {
+            sum += (1.0 - even) * fitted.share / shares;
+        }
+        sums.push(sum);
+    }
+    if let Some(last) = sums.last_mut() {
+        *last = 1.0;
+    }
+    sums
+}
+
+/// The tables of a [`RayNeighbour`].
+#[derive(Clone, Debug)]
+pub struct RayTables<F> {
+    first: Vec<u32>,
+    stretches: Vec<Stretch<F>>,
+    intervals: Vec<Interval<F>>,
+    boxes: Vec<RayBox<F>>,
+    cumulative: Vec<F>,
+}
+
+impl RayTables<f64> {
+    /// The tables of all cells, in their order.
+    ///
+    /// # Errors
+    /// [`RoomError::Memory`]: more than 2³² − 1 boxes, or no memory.
+    pub fn new(cells: Vec<CellRays>) -> Result<Self, RoomError> {
+        let count = |of: fn(&CellRays) -> usize| cells.iter().map(of).sum::<usize>();
+        let boxes = count(|cell| cell.boxes.len());
+        if u32::try_from(boxes).is_err() {
+            return Err(RoomError::Memory { bytes: None });
+        }
+        let mut all = Self {
+            first: reserve(cells.len() + 1)?,
+            stretches: reserve(count(|cell| cell.stretches.len()) + 1)?,
+            intervals: reserve(count(|cell| cell.intervals.len()))?,
+            boxes: reserve(boxes)?,
+            cumulative: reserve(boxes)?,
+        };
+        for cell in cells {
+            let (interval, ray_box) = (all.intervals.len() as u32, all.boxes.len() as u32);
+            all.first.push(all.stretches.len() as u32);
+            let own = cell.stretches.iter().map(|stretch| Stretch {
+                interval: interval + stretch.interval,
+                ray_box: ray_box + stretch.ray_box,
+                ..*stretch
+            });
+            all.stretches.extend(own);
+            all.intervals.extend(cell.intervals);
+            all.boxes.extend(cell.boxes);
+            all.cumulative.extend(cell.cumulative);
+        }
+        all.first.push(all.stretches.len() as u32);
+        all.stretches.push(Stretch {
+            from: 0.0,
+            interval: all.intervals.len() as u32,
+            ray_box: all.boxes.len() as u32,
+        });
+        Ok(all)
+    }
+
+    /// The tables in the scalar of the walks: c is rounded, and its means are those of c as rounded.
+    ///
+    /// # Errors
+    /// [`RoomError::Memory`].
+    pub fn rounded<F: Real>(&self) -> Result<RayTables<F>, RoomError> {
+        let to = F::from_f64;
+        let mut all = RayTables {
+            first: self.first.clone(),
+            stretches: reserve(self.stretches.len())?,
+            intervals: reserve(self.intervals.len())?,
+            boxes: reserve(self.boxes.len())?,
+            cumulative: reserve(self.cumulative.len())?,
+        };
+        all.stretches
+            .extend(self.stretches.iter().map(|stretch| Stretch {
+                from: to(stretch.from),
+                interval: stretch.interval,
+                ray_box: stretch.ray_box,
+            }));
+        all.intervals
+            .extend(self.intervals.iter().map(|interval| Interval {
+                end: interval.end.each(to),
+                mean: [F::zero(); TERMS],
+            }));
+        all.boxes.extend(self.boxes.iter().map(|ray_box| RayBox {
+            interval: ray_box.interval,
+            from: to(ray_box.from),
+            width: to(ray_box.width),
+            control: ray_box.control.each(to),
+        }));
+        all.cumulative
+            .extend(self.cumulative.iter().map(|&sum| to(sum)));
+        let stretches = all.stretches.iter().zip(all.stretches.iter().skip(1));
+        for (own, next) in stretches {
+            let boxes = all.boxes.get(own.ray_box as usize..next.ray_box as usize);
+            for ray_box in boxes.unwrap_or(&[]) {
+                let interval = own.interval as usize + ray_box.interval as usize;
+                if let Some(interval) = all.intervals.get_mut(interval) {
+                    interval.add(ray_box);
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+impl<F: Real> RayTables<F> {
+    /// The tables, borrowed.
+    #[must_use]
+    pub fn control(&self) -> RayControl<'_, F> {
+        RayControl {
+            first: &self.first,
+            stretches: &self.stretches,
+            intervals: &self.intervals,
+            boxes: &self.boxes,
+            cumulative: &self.cumulative,
+        }
+    }
+
+    /// The neighbour equation of v with these tables.
+    ///
+    /// # Errors
+    /// [`RoomError::Length`], [`RoomError::Tables`]: v or the tables are those of other cells.
+    pub fn neighbour<'n, 'r, 'a, const B: usize>(
+        &'n self,
+        polynomials: &'n PolynomialRoom<'r, 'a, F, B>,
+        v: &'n [F],
+    ) -> Result<RayNeighbour<'n, 'r, 'a, F, B>, RoomError> {
+        RayNeighbour::new(polynomials, v, self.control())
+    }
+}
