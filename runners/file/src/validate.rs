@@ -39,10 +39,15 @@ impl ProblemFile {
     /// An error about a value; one given by a flag is shown with the flag.
     pub fn refuse<T: Debug>(&self, placed: &Placed<T>, message: impl Display) -> InputError {
         match placed.place {
-            // Debug, since Display writes 1e-300 with all its zeros.
-            Place::Flag(flag) => InputError {
-                rendered: format!("`{flag} {:?}`: {message}", placed.value),
-            },
+            // Debug, since Display writes 1e-300 with all its zeros; words of a flag are small.
+            Place::Flag(flag) => {
+                let value = format!("{:?}", placed.value);
+                let is_word = value.len() > 3 && value.chars().all(char::is_alphabetic);
+                let value = if is_word { value.to_lowercase() } else { value };
+                InputError {
+                    rendered: format!("`{flag} {value}`: {message}"),
+                }
+            }
             _ => self.error(&placed.place, message),
         }
     }
