@@ -89,7 +89,7 @@ pub struct RaySetup<'s, 'r, 'a, const B: usize> {
 /// The tables of one cell.
 #[derive(Clone, Debug, Default)]
 pub struct CellRays {
-    /// With numbers from 0.
+    /// Stretches, whose numbers of intervals and boxes begin at 0.
     stretches: Vec<Stretch<f64>>,
     intervals: Vec<Interval<f64>>,
     boxes: Vec<RayBox<f64>>,
@@ -108,9 +108,9 @@ struct Edge {
 #[derive(Clone, Copy, Debug)]
 struct Fitted {
     ray_box: RayBox<f64>,
-    /// Its mean width as seen from the stretch, in ω.
+    /// The box's mean width as seen from the stretch, in ω.
     width: f64,
-    /// That times the root mean square of v − c.
+    /// The width times the root mean square of v − c.
     share: f64,
 }
 
@@ -251,7 +251,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         self.changes(&x, own, &all)
     }
 
-    /// Those of the vertices at which another wall is seen: between two neighbours in the list it is one wall.
+    /// The vertices at which another wall is seen: between two neighbours in the list it is one wall.
     fn changes(&self, x: &Point<f64>, own: &Wall<f64>, all: &[Edge]) -> Vec<Edge> {
         let geometry = self.polynomials.room().geometry();
         let sees = |omega: f64| {

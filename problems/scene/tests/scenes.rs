@@ -100,7 +100,7 @@ fn numbers_that_are_none() {
     for (material, error) in [
         (
             Material {
-                reflectance: 1.0,
+                reflectance: 1.0 + f64::EPSILON,
                 ..GREY
             },
             SceneError::Reflectance(place(0, 0)),
@@ -120,7 +120,7 @@ fn numbers_that_are_none() {
             SceneError::Reflectance(place(0, 0)),
         ),
         (
-            Material::grey(0.0, 300.0),
+            Material::grey(-0.1, 300.0),
             SceneError::Reflectance(place(0, 0)),
         ),
         (
@@ -152,6 +152,19 @@ fn numbers_that_are_none() {
             error
         );
     }
+    // Insulated surfaces reflect all; where all do, and nothing leaves, there is no steady state.
+    let insulated = |enclosure| {
+        let surfaces = polygons.iter().map(|polygons| Surface {
+            polygons,
+            materials: &[const { Material::flux(0.0) }],
+        });
+        Scene::new::<f64>(&surfaces.collect::<Vec<_>>(), enclosure)
+    };
+    assert!(insulated(Enclosure::Open).is_ok());
+    assert_eq!(
+        insulated(Enclosure::Closed).unwrap_err(),
+        SceneError::NothingAbsorbs
+    );
     let surface = Surface {
         polygons: &polygons[0],
         materials: &[GREY, GREY],

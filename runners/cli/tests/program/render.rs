@@ -360,7 +360,16 @@ fn the_errors_of_a_whole_function_are_a_picture() {
         refused(&render(&folder, &grey(), "c.png", args), &[word]);
     };
     refused_with(&["--whole", "--side-by-side"], "--side-by-side");
-    refused_with(&["--errors", "e.png"], "--whole");
+    // Pixels with walks of their own have errors, too.
+    let own = folder.at("own.png");
+    render(
+        &folder,
+        &grey(),
+        "d.png",
+        &["--width", "300", "--errors", &own],
+    )
+    .quietly(0);
+    assert_eq!(decode(own.as_ref()).0, picture.0);
     refused_with(&["--whole", "--errors", "e.csv"], ".png or .svg");
     refused_with(&["--whole", "--errors", "e.txt"], ".png or .svg");
 }

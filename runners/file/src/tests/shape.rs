@@ -270,7 +270,7 @@ fn wrong_types() {
         6,
         9,
         "'x'",
-        &["\"paper\", \"default\", \"pointwise\" or \"theory\""],
+        &["\"paper\", \"default\", \"pointwise\", \"theory\" or \"rays\""],
     );
     fails("problem = 5", 1, 11, "5", &["`problem` must be a table"]);
     let one = small(PROBLEM, "", "", TARGET);
