@@ -397,7 +397,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
 }
 
 impl RayBox<f64> {
-    /// Its two halves, whose places are exact in every scalar.
+    /// The two halves of the box, whose places are exact in every scalar.
     fn halves(&self) -> [Self; 2] {
         let width = 0.5 * self.width;
         [self.from, self.from + width].each(|from| Self {

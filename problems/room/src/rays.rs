@@ -40,7 +40,7 @@ pub struct RayBox<F> {
     pub interval: u32,
     /// Where it begins, as a fraction of the interval.
     pub from: F,
-    /// Its width, as a fraction of the interval.
+    /// The width of the box, as a fraction of the interval.
     pub width: F,
     /// c: the coefficients of 1, s, s², x, x s and x², each product of normalised Legendre polynomials of the place x in
     /// the stretch and s in the box.
