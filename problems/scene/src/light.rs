@@ -183,7 +183,7 @@ impl<F: Real> Radiosity<'_, F> {
     /// by a ray, or several in half-shadow.
     ///
     /// What reached it if nothing were hidden is known, Σ_l F_l F_x→l of the parts of lights above the horizon. One light is
-    /// chosen by its part, and a point y on it, and with any number a,
+    /// chosen by |F_l| F_x→l, with the sign of its F_l, and a point y on it, and with any number a,
     ///
     /// ```text
     /// Σ_l F_l F_x→l (a + r (V(x, y) − a)),    r = (cos θ_x cos θ_y/(π |x − y|²))/(l(x, y) F_x→l),

@@ -41,8 +41,9 @@ impl Optics {
     }
 }
 
-/// Surfaces between which light or heat goes: what tells a kind's irradiances and net fluxes.
-pub trait Surfaces {
+/// Radiative exchange between surfaces: what of a kind tells its irradiances, net fluxes and temperatures. What follows from
+/// that is provided.
+pub trait RadiativeExchange {
     /// Whether temperatures or net fluxes are given: u is in W/m² then.
     fn is_heat(&self) -> bool;
 

@@ -7,6 +7,7 @@ use fredholm_variance::Start;
 use serde::Serialize;
 
 use crate::examined::Examined;
+use crate::heat::RadiativeExchange;
 use crate::pairs::PairCounts;
 
 use crate::cost::{Cost, PointwisePairs};
@@ -123,26 +124,39 @@ pub trait Model: Send + Sync {
         )
     }
 
+    /// The surfaces between which light or heat goes, if there are some: they have irradiances and net fluxes.
+    fn exchange(&self) -> Option<&dyn RadiativeExchange> {
+        None
+    }
+
     /// Whether a region has an irradiance: [`WholeQuantity::Irradiance`](crate::WholeQuantity::Irradiance).
     fn has_irradiance(&self, region: &Region) -> bool {
-        let _ = region;
-        false
+        self.exchange()
+            .is_some_and(|surfaces| !surfaces.is_in_air(region))
     }
 
     /// The parts whose net fluxes are results, and whether these are given.
     fn flux_parts(&self) -> Vec<(usize, bool)> {
-        Vec::new()
+        let of = |surfaces: &dyn RadiativeExchange| {
+            let parts = surfaces.flux_surfaces().into_iter();
+            parts
+                .map(|part| (part, surfaces.is_flux_given(part)))
+                .collect()
+        };
+        self.exchange().map_or_else(Vec::new, of)
     }
 
     /// Whether the irradiance of a region does not follow from u there.
     fn has_own_irradiance(&self, region: &Region) -> bool {
-        self.has_irradiance(region)
+        self.exchange()
+            .is_some_and(|surfaces| surfaces.takes_walks(region, false))
     }
 
     /// What follows from u of a region and from its irradiance, which need not be given where it follows from u.
     fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
-        let _ = (region, u, irradiance);
-        Heat::default()
+        self.exchange().map_or_else(Heat::default, |surfaces| {
+            surfaces.heat_of(region, u, irradiance)
+        })
     }
 
     /// (u, Φ), if it is known.
@@ -206,14 +220,15 @@ pub trait Model: Send + Sync {
     /// What the statistics of a job say besides u: irradiances and net fluxes. They are those of the goals, and then of
     /// what [`Model::besides`] counts.
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
-        let _ = (goals, statistics);
-        Derived::default()
+        self.exchange().map_or_else(Derived::default, |surfaces| {
+            surfaces.derived(goals, statistics)
+        })
     }
 
     /// The number of functionals that a job has besides its goals.
     fn besides(&self, goals: &[Goal]) -> usize {
-        let _ = goals;
-        0
+        self.exchange()
+            .map_or(0, |surfaces| surfaces.besides(goals))
     }
 }
 

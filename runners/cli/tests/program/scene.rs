@@ -624,6 +624,11 @@ fn what_a_scene_is_not_asked() {
         "[galerkin]\npairs = \"paper\"\n[walk]",
         "leave `pairs` out",
     );
+    refused(
+        "[walk]",
+        "[galerkin]\npairs = \"rays\"\n[walk]",
+        "leave `pairs` out",
+    );
     refused("[walk]", "[galerkin]\ndegree = 3\n[walk]", "degree");
     refused(
         "[walk]",

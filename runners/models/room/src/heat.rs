@@ -1,7 +1,7 @@
 //! What of a room tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::heat::{Optics, Surfaces};
+use fredholm_model::heat::{Optics, RadiativeExchange};
 use fredholm_room::{Enclosure, Material};
 
 use super::RoomModel;
@@ -28,7 +28,7 @@ impl RoomModel {
     }
 }
 
-impl Surfaces for RoomModel {
+impl RadiativeExchange for RoomModel {
     fn is_heat(&self) -> bool {
         self.surfaces.heat
     }

@@ -12,7 +12,6 @@ mod surfaces;
 mod system;
 mod whole;
 
-use fredholm_core::{Estimate, Statistics};
 use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
 
 pub use field::{Field, FieldRequest, Stretch};
@@ -20,9 +19,9 @@ pub use fredholm_model::Spot;
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
-use fredholm_model::heat::Surfaces as Optical;
+use fredholm_model::About;
+use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{About, Derived, Heat};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
 };
@@ -344,28 +343,7 @@ impl Model for RoomModel {
         matches!(region, Region::On(..))
     }
 
-    fn has_irradiance(&self, region: &Region) -> bool {
-        !self.is_in_air(region)
-    }
-
-    fn has_own_irradiance(&self, region: &Region) -> bool {
-        self.takes_walks(region, false)
-    }
-
-    fn flux_parts(&self) -> Vec<(usize, bool)> {
-        let of = |surface| (surface, self.is_flux_given(surface));
-        self.flux_surfaces().into_iter().map(of).collect()
-    }
-
-    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
-        self.heat_of(region, u, irradiance)
-    }
-
-    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
-        self.derived(goals, statistics)
-    }
-
-    fn besides(&self, goals: &[Goal]) -> usize {
-        Optical::besides(self, goals)
+    fn exchange(&self) -> Option<&dyn RadiativeExchange> {
+        Some(self)
     }
 }

@@ -20,7 +20,7 @@ use super::whole::RoomWhole;
 use super::{RoomModel, export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::heat::Surfaces as _;
+use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{Error, Pairs, Region, SavedSystem, Subject, System, WholeSystem, in_scalar};
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};

@@ -1,6 +1,6 @@
 //! What of a scene tells its irradiances and net fluxes.
 
-use fredholm_model::heat::{Optics, Surfaces};
+use fredholm_model::heat::{Optics, RadiativeExchange};
 use fredholm_model::{Error, Region, Request};
 use fredholm_scene::{Enclosure, Face};
 
@@ -45,7 +45,7 @@ impl SceneModel {
     }
 }
 
-impl Surfaces for SceneModel {
+impl RadiativeExchange for SceneModel {
     fn is_heat(&self) -> bool {
         self.heat.is_some()
     }

@@ -9,11 +9,10 @@ mod view;
 
 use core::fmt;
 
-use fredholm_core::{Estimate, Statistics};
-use fredholm_model::heat::Surfaces as Optical;
+use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
-    About, Derived, Discretisation, Error, Goal, Heat, Model, Pairs, Partitioned, Region, Scalar,
-    Subject, in_scalar,
+    About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
+    in_scalar,
 };
 use fredholm_scene::Surface;
 
@@ -219,7 +218,7 @@ impl Model for SceneModel {
             let message = format!("in a scene functions on a cell have degree 0 to {MOST_DEGREE}");
             return refuse(Subject::Degree, message);
         }
-        if matches!(pairs, Pairs::Paper | Pairs::Theory) {
+        if matches!(pairs, Pairs::Paper | Pairs::Theory | Pairs::Rays) {
             let message = "the neighbour equation of a scene comes from rays alone, with h = k for all pairs of cells: \
                            leave `pairs` out";
             return refuse(Subject::Pairs, message.to_owned());
@@ -237,36 +236,20 @@ impl Model for SceneModel {
     fn levels(&self, _: &Discretisation) -> Vec<usize> {
         let least = self.scene.faces().len();
         let levels = [12, 30, 60, 120, 240, 480].into_iter();
-        levels.filter(|cells| *cells >= least).collect()
+        let mut levels: Vec<usize> = levels.filter(|cells| *cells >= least).collect();
+        if levels.is_empty() {
+            // Every face is a cell.
+            levels.push(least);
+        }
+        levels
     }
 
     fn is_in_space(&self, region: &Region) -> bool {
         matches!(region, Region::Spot(..) | Region::Point(_)) && !self.is_in_air(region)
     }
 
-    fn has_irradiance(&self, region: &Region) -> bool {
-        !self.is_in_air(region)
-    }
-
-    fn has_own_irradiance(&self, region: &Region) -> bool {
-        self.takes_walks(region, false)
-    }
-
-    fn flux_parts(&self) -> Vec<(usize, bool)> {
-        let of = |surface| (surface, self.is_flux_given(surface));
-        self.flux_surfaces().into_iter().map(of).collect()
-    }
-
-    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
-        self.heat_of(region, u, irradiance)
-    }
-
-    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
-        self.derived(goals, statistics)
-    }
-
-    fn besides(&self, goals: &[Goal]) -> usize {
-        Optical::besides(self, goals)
+    fn exchange(&self) -> Option<&dyn RadiativeExchange> {
+        Some(self)
     }
 
     /// Surfaces have two dimensions.

@@ -15,7 +15,7 @@ use fredholm_scene::{Cells, Radiosity, Scene, Tables};
 
 use crate::SceneModel;
 use crate::of_degree;
-use crate::radius::second_moment_radius;
+use crate::radius::{radius, second_moment_radius};
 use crate::system::{SceneSystem, with_job};
 
 /// About so many cells where nothing is said of them.
@@ -173,6 +173,7 @@ impl<'m> ScenePartition<'m> {
             model: self.model,
             cut: Arc::clone(&self.cut),
             solution,
+            radius_bound: radius(self.model.scene())?,
         })
     }
 
@@ -267,6 +268,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
             model: self.model,
             cut: Arc::clone(&self.cut),
             solution,
+            radius_bound: radius(self.model.scene())?,
         }))
     }
 

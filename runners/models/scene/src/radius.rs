@@ -15,10 +15,7 @@ const POWERS: u32 = 200;
 /// The spectral radius of T_k²p: no more than ρ²/(1 − q0) of the largest ρ, or, where that is 1 or more, estimated by rays
 /// from few cells.
 pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64, Error> {
-    let largest = scene
-        .faces()
-        .iter()
-        .fold(0.0, |m: f64, face| m.max(face.reflectance));
+    let largest = largest_reflectance(scene);
     let bound = largest * largest / (1.0 - absorption);
     if bound < 1.0 {
         return Ok(bound);
@@ -27,10 +24,19 @@ pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64
     Ok(high.min(bound))
 }
 
-/// The spectral radius of T_K, estimated by rays from few cells.
+/// The spectral radius of T_K: no more than the largest ρ, or, where that is 1, estimated by rays from few cells.
 pub(crate) fn radius(scene: &Scene) -> Result<f64, Error> {
+    let largest = largest_reflectance(scene);
+    if largest < 1.0 {
+        return Ok(largest);
+    }
     // K = (1 − q0) k, whatever q0.
     estimated(scene, 0.5, |k| k)
+}
+
+fn largest_reflectance(scene: &Scene) -> f64 {
+    let faces = scene.faces().iter();
+    faces.fold(0.0, |m: f64, face| m.max(face.reflectance))
 }
 
 /// The spectral radius of (1 − q0) p times a function of k.

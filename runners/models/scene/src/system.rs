@@ -8,7 +8,7 @@ use fredholm_core::galerkin::{CellMap, Partition, Solution};
 use fredholm_core::sampled::SampledSolution;
 use fredholm_core::{Goals, Job, LastStep, Neighbour, Real, Started, WithKnown};
 use fredholm_embedded::TableBuilder;
-use fredholm_model::heat::Surfaces as _;
+use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{
     Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
     in_scalar,
@@ -18,7 +18,7 @@ use fredholm_scene::{Air, Point, Radiosity};
 use crate::SceneModel;
 use crate::of_degree;
 use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
-use crate::radius::{radius, second_moment_radius};
+use crate::radius::second_moment_radius;
 use crate::regions::{Place, Start};
 
 /// Rays of a score. Of 1, 4 and 16 this has the least error at equal time in an empty cube and in a Cornell box, at degrees
@@ -30,6 +30,8 @@ pub(crate) struct SceneSystem<'m> {
     pub(crate) model: &'m SceneModel,
     pub(crate) cut: Arc<Cut>,
     pub(crate) solution: SampledSolution,
+    /// The largest ρ if it is below 1; otherwise the spectral radius of T_K as rays from few cells have it.
+    pub(crate) radius_bound: f64,
 }
 
 impl SceneSystem<'_> {
@@ -77,7 +79,6 @@ impl SceneSystem<'_> {
                 });
             }
         }
-        let radius_bound = self.radius_bound()?;
         with_job(
             (self.model, &places),
             (&radiosity, &last, &neighbour),
@@ -88,7 +89,7 @@ impl SceneSystem<'_> {
                     job,
                     galerkin: &galerkin,
                     largest: fredholm_model::numbers::largest(vectors.v()),
-                    radius_bound,
+                    radius_bound: self.radius_bound,
                     convergence: self.solution.convergence(),
                     pointwise: NO_PAIRS,
                     neighbour_second_moment_radius: None,
@@ -96,17 +97,6 @@ impl SceneSystem<'_> {
                 })
             },
         )
-    }
-
-    /// The largest ρ if it is below 1; otherwise the radius as rays from few cells have it.
-    fn radius_bound(&self) -> Result<f64, Error> {
-        let faces = self.model.scene().faces().iter();
-        let largest = faces.fold(0.0, |m: f64, face| m.max(face.reflectance));
-        if largest < 1.0 {
-            Ok(largest)
-        } else {
-            radius(self.model.scene())
-        }
     }
 }
 
@@ -211,8 +201,7 @@ impl System for SceneSystem<'_> {
             solution: Cow::Owned(Solution {
                 v: self.solution.v().to_vec(),
                 convergence: self.solution.convergence(),
-                // As it follows from the scene, it is not read again.
-                radius_bound: self.radius_bound().unwrap_or(f64::NAN),
+                radius_bound: self.radius_bound,
             }),
             coefficients: Cow::Borrowed(self.solution.control()),
             views: Cow::Borrowed(&[]),
