@@ -10,14 +10,21 @@ pub enum Error {
     NothingToDraw,
     /// The picture has more bytes than this machine can address.
     TooLarge,
-    /// A [`Panel`](crate::Panel) does not fit its canvas.
+    /// A [`Panel`](crate::Panel) does not fit its canvas, or a [`Quantity`](crate::Quantity) its mesh.
     WrongLength {
-        /// The slice of the panel: `air` or `walls`.
+        /// The slice of the panel, `air` or `walls`; of a mesh `PointData` or `CellData`.
         slice: &'static str,
-        /// The number of values that the canvas requires.
+        /// The number of values that the canvas or the mesh requires.
         expected: usize,
-        /// The number of values of the panel.
+        /// The number of values that are there.
         found: usize,
+    },
+    /// A [`Cell`](crate::Cell) has a corner that its mesh does not have.
+    NoSuchPoint {
+        /// The number of the point in the corner.
+        corner: usize,
+        /// The number of points of the mesh.
+        points: usize,
     },
     /// A drawing package failed; the text is its own.
     Backend(String),
@@ -38,9 +45,10 @@ impl fmt::Display for Error {
                 slice,
                 expected,
                 found,
-            } => write!(
+            } => write!(f, "`{slice}` has {found} values instead of {expected}"),
+            Self::NoSuchPoint { corner, points } => write!(
                 f,
-                "`{slice}` of a panel has {found} values instead of {expected}"
+                "a cell has a corner in point {corner} of a mesh of {points} points"
             ),
             Self::Backend(message) => f.write_str(message),
         }
