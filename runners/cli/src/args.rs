@@ -382,7 +382,8 @@ pub(crate) struct SolveArgs {
     /// Run even if the variance is infinite; error bars are then meaningless
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
-    /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
+    /// `ParaView`), or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Keep every batch of walks in this file as it is done. The same command goes on with it, whatever ended it, to the
@@ -428,7 +429,8 @@ pub(crate) struct MergeArgs {
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the results to this file: .json, .csv, or .svg for a picture of a grid target
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
+    /// `ParaView`), or .svg for a picture of a grid target
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -16,6 +16,7 @@ mod paper;
 mod progress;
 mod rates;
 mod render;
+mod results;
 mod scene;
 mod solve;
 mod sparse;

@@ -4,7 +4,8 @@ use fredholm::Tolerance;
 
 use crate::args::MergeArgs;
 use crate::failure::{Ended, Failure, say};
-use crate::solve::{open_output, show};
+use crate::results::Format;
+use crate::solve::{Problem, show};
 
 /// Runs `merge`.
 pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
@@ -21,7 +22,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
     let merged = fredholm_parts::merge(&args.parts, tolerance)?;
     let (report, file) = fredholm_file::merged(&merged)?;
     let output = match &args.out {
-        Some(path) => Some(open_output(path, &file)?),
+        Some(path) => Some(Format::open(path, &Problem::without_notes(file, None)?)?),
         None => None,
     };
     let written = show(&report, args.json, output)?;

@@ -16,9 +16,10 @@ use fredholm_parts::{END, Header, Keeper, Share, SystemFile, Team, TeamWork};
 use crate::args::SolveArgs;
 use crate::drawing;
 use crate::failure::{Ended, Failure, say};
-use crate::file::{self, Placed, ProblemFile, What};
+use crate::file::{self, Placed, ProblemFile};
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
+use crate::results::Format;
 use crate::table;
 use crate::threads::with_threads;
 use crate::whole;
@@ -94,36 +95,6 @@ pub(crate) fn cut<'m>(
     let what = || format!("{} unknowns", cells.unknowns());
     refuse_beyond_memory(what, needed, model.about().less_memory).map_err(Failure::of(file))?;
     Ok(cells)
-}
-
-/// The kinds of result files.
-pub(crate) enum Format {
-    Json,
-    Csv,
-    /// Of the grid target with this name.
-    Svg(String),
-}
-
-/// What to write where, known to be possible before any work is done.
-pub(crate) fn open_output(path: &Path, file: &ProblemFile) -> Result<(Format, Output), Failure> {
-    let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", path.display()));
-    let format = match path.extension().and_then(|e| e.to_str()) {
-        Some("json") => Format::Json,
-        Some("csv") => Format::Csv,
-        Some("svg") => {
-            let is_grid = |target: &&file::Target| matches!(target.what, What::Grid(..));
-            let mut grids = file.targets.iter().filter(is_grid);
-            match (grids.next(), grids.next()) {
-                (Some(grid), None) => Format::Svg(grid.name.value.clone()),
-                (None, _) => {
-                    return Err(refuse("a picture needs a target with `grid = points`"));
-                }
-                _ => return Err(refuse("a picture shows one grid; the file has several")),
-            }
-        }
-        _ => return Err(refuse("the name must end in .json, .csv or .svg")),
-    };
-    Ok((format, Output::open("--out", path)?))
 }
 
 /// A file, and what it comes to.
@@ -222,11 +193,7 @@ pub(crate) fn show(
     output: Option<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {
     let written = output.map_or(Ok(()), |(format, output)| {
-        Ok(output.finish(match format {
-            Format::Json => table::json(report)?,
-            Format::Csv => report.csv().map_err(Failure::run)?,
-            Format::Svg(name) => table::svg(report, &name)?,
-        })?)
+        Ok(output.finish(format.content(report)?)?)
     });
     let text = if as_json {
         table::json(report)?
@@ -282,7 +249,7 @@ fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure>
         ));
     }
     let output = match &args.out {
-        Some(path) if team.leads() => Some(open_output(path, &problem.file)?),
+        Some(path) if team.leads() => Some(Format::open(path, &problem)?),
         _ => None,
     };
     let header = problem.file.header(&problem.resolved, args.options())?;

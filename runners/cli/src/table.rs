@@ -40,6 +40,12 @@ pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<String, Fail
     picture(points, name, report.summary.problem, walks)
 }
 
+/// Whether a functional of this name is one of a target: `name` itself, or `name[0]`, `name[1]`, …
+pub(crate) fn is_of(functional: &str, name: &str) -> bool {
+    let rest = functional.strip_prefix(name);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+}
+
 /// A point of a picture.
 struct Drawn<'a> {
     name: &'a str,
@@ -55,10 +61,7 @@ fn picture<'a>(
     problem: &str,
     walks: &str,
 ) -> Result<String, Failure> {
-    let on_grid = |target: &Drawn<'_>| {
-        let rest = target.name.strip_prefix(name);
-        rest.is_some_and(|rest| rest.starts_with('['))
-    };
+    let on_grid = |target: &Drawn<'_>| target.name != name && is_of(target.name, name);
     let points: Vec<Drawn<'_>> = all.filter(on_grid).collect();
     let exact: Vec<_> = points
         .iter()

@@ -9,7 +9,7 @@ use fredholm_file::Resolved;
 use crate::args::Common;
 use crate::failure::{Ended, Failure, say};
 use crate::progress::{Progress, Signals};
-use crate::solve::{Begun, Format};
+use crate::solve::Begun;
 use crate::table;
 use crate::threads::with_threads;
 
@@ -26,11 +26,7 @@ pub(crate) fn solve(
     };
     // Results that cannot be written to their file are printed nevertheless.
     let written = begun.output.map_or(Ok(()), |(format, output)| {
-        Ok(output.finish(match format {
-            Format::Json => table::json(&report)?,
-            Format::Csv => report.csv().map_err(Failure::run)?,
-            Format::Svg(name) => table::whole_svg(&report, &name)?,
-        })?)
+        Ok(output.finish(format.content(&report)?)?)
     });
     let text = if common.json {
         table::json(&report)?

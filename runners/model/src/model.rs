@@ -74,6 +74,21 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The place in space of a point, for pictures and meshes; `None`: a region is no point, or has no place in three
+    /// dimensions. Where angles are coordinates, it is on the circle or the sphere of radius 1.
+    fn place(&self, region: &Region) -> Option<[f64; 3]> {
+        let drawn = self.position(region);
+        let coordinates = match (region, &drawn) {
+            (_, Some(drawn)) => drawn,
+            (Region::Point(x), None) => x,
+            _ => return None,
+        };
+        let mut place = [0.0; 3];
+        let axes = place.get_mut(..coordinates.len())?;
+        axes.copy_from_slice(coordinates);
+        Some(place)
+    }
+
     /// The region of the point with these coordinates.
     fn point(&self, coordinates: &[f64]) -> Region {
         Region::Point(coordinates.to_vec())

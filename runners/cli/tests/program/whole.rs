@@ -84,6 +84,103 @@ fn files_have_the_numbers_of_the_document() {
     }
 }
 
+/// The numbers of an array of a `.vtu` file, eight bytes each, behind their number of bytes.
+fn array(vtu: &str, name: &str) -> Vec<[u8; 8]> {
+    let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).expect(name);
+    let (_, rest) = rest.split_once('>').unwrap();
+    let (text, _) = rest.split_once('<').unwrap();
+    let digit = |c: u8| match c {
+        b'A'..=b'Z' => c - b'A',
+        b'a'..=b'z' => c - b'a' + 26,
+        b'0'..=b'9' => c - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let groups = text.trim_end_matches('=').as_bytes().chunks(4);
+    let bytes = groups.flat_map(|group| {
+        let bits = group
+            .iter()
+            .fold(0_u32, |bits, c| bits << 6 | u32::from(digit(*c)));
+        let unused = 4 - group.len();
+        let [_, bytes @ ..] = (bits << (6 * unused)).to_be_bytes();
+        bytes.into_iter().take(3 - unused)
+    });
+    let bytes: Vec<u8> = bytes.collect();
+    bytes[8..]
+        .chunks(8)
+        .map(|x| x.try_into().unwrap())
+        .collect()
+}
+
+/// The same numbers as in the document, in both forms of walks, and squares between the points of a grid.
+#[test]
+fn arrays_and_meshes_have_the_numbers_of_the_document() {
+    let folder = Folder::new();
+    let [npz, vtu] = ["u.npz", "u.vtu"].map(|name| folder.at(name));
+    for (method, value) in [
+        ("--whole", "/estimate"),
+        ("--seed=2", "/preconditioned/estimate"),
+    ] {
+        let solve = |out: &str| {
+            folder
+                .solve(CUBE, &[method, "--json", "--out", out])
+                .quietly(0)
+                .json()
+        };
+        let json = solve(&npz);
+        let estimates = list(&json, "targets")
+            .iter()
+            .map(|t| t.pointer(value).unwrap());
+        let estimates: Vec<[u8; 8]> = estimates
+            .map(|x| x.as_f64().unwrap().to_le_bytes())
+            .collect();
+        assert_eq!(estimates.len(), 9 + 2);
+        let archive = std::fs::read(&npz).unwrap();
+        let whole = estimates.concat();
+        assert!(
+            archive.windows(whole.len()).any(|bytes| bytes == whole),
+            "{method}"
+        );
+        solve(&vtu);
+        let mesh = std::fs::read_to_string(&vtu).unwrap();
+        assert_eq!(array(&mesh, "estimate"), estimates[..9]);
+        // Four squares that turn left, and are a quarter each.
+        let places: Vec<f64> = array(&mesh, "position")
+            .into_iter()
+            .map(f64::from_le_bytes)
+            .collect();
+        let corners = array(&mesh, "connectivity")
+            .into_iter()
+            .map(u64::from_le_bytes);
+        let corners: Vec<&[f64]> = corners.map(|i| &places[3 * i as usize..][..2]).collect();
+        assert_eq!(corners.len(), 16);
+        for square in corners.chunks(4) {
+            let twice = |i: usize| {
+                let [a, b] = [square[i], square[(i + 1) % 4]];
+                a[0] * b[1] - a[1] * b[0]
+            };
+            let area = 0.5 * (0..4).map(twice).sum::<f64>();
+            assert!((area - 0.25).abs() < 1e-15, "{area}");
+        }
+    }
+    let refused = |file: &str, words: &str| {
+        let ran = folder.solve(file, &["--out", &vtu]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    };
+    refused(
+        &CUBE
+            .replace("dimension = 2", "dimension = 4")
+            .replace("[3, 3]", "[2, 2, 2, 2]"),
+        "three dimensions",
+    );
+    let means = CUBE.replace(
+        "name = 'lattice'\ngrid = [3, 3]",
+        "name = 'all'\nover = 'all'",
+    );
+    refused(&means, "no target is a point");
+}
+
 #[test]
 fn an_error_that_is_asked_for_holds_at_every_point() {
     let folder = Folder::new();

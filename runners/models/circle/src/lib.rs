@@ -156,6 +156,13 @@ impl Model for CircleModel {
         }
     }
 
+    fn place(&self, region: &Region) -> Option<[f64; 3]> {
+        match region {
+            Region::Angle(s) => Some([s.cos(), s.sin(), 0.0]),
+            _ => None,
+        }
+    }
+
     fn point(&self, coordinates: &[f64]) -> Region {
         match *coordinates {
             [angle] => Region::Angle(angle),

@@ -140,6 +140,13 @@ impl Model for SphereModel {
             .try_for_each(|goal| Self::check_region(&goal.region))
     }
 
+    fn place(&self, region: &Region) -> Option<[f64; 3]> {
+        match region {
+            Region::Point(angles) => place(angles).ok(),
+            _ => None,
+        }
+    }
+
     fn has_whole(&self) -> bool {
         true
     }

@@ -1,0 +1,315 @@
+//! The files of `solve --out`: the numbers of a report as JSON, CSV, arrays, a mesh or a picture.
+
+use std::path::Path;
+
+use fredholm::report::{Coordinates, Report, WholeReport};
+use fredholm_file::npz::Archive;
+use fredholm_parts::output::Output;
+use fredholm_plot::{Cell, Mesh, Quantity};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::file::{self, What};
+use crate::solve::Problem;
+use crate::table;
+
+/// The kinds of result files.
+pub(crate) enum Format {
+    Json,
+    Csv,
+    Npz,
+    /// Of the grid target with this name.
+    Svg(String),
+    /// With the places of all targets that are points, and the cells between those of grids.
+    Vtu(Places),
+}
+
+/// The numbers that a report has of every target; NaN where there is none.
+pub(crate) struct Numbers {
+    pub(crate) names: Vec<String>,
+    /// A name and as many numbers.
+    pub(crate) columns: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// What files are made of.
+pub(crate) trait Results: Serialize {
+    fn csv(&self) -> Result<String, fredholm::Error>;
+    fn svg(&self, grid: &str) -> Result<String, Failure>;
+    /// The first column is what is shown.
+    fn numbers(&self) -> Numbers;
+    /// The coordinates of targets, as many of each.
+    fn coordinates(&self) -> Vec<Vec<f64>>;
+}
+
+impl Format {
+    /// What to write where, known to be possible before any work is done.
+    pub(crate) fn open(path: &Path, problem: &Problem) -> Result<(Self, Output), Failure> {
+        let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", path.display()));
+        let format = match path.extension().and_then(|e| e.to_str()) {
+            Some("json") => Self::Json,
+            Some("csv") => Self::Csv,
+            Some("npz") => Self::Npz,
+            Some("svg") => {
+                let is_grid = |target: &&file::Target| matches!(target.what, What::Grid(..));
+                let mut grids = problem.file.targets.iter().filter(is_grid);
+                match (grids.next(), grids.next()) {
+                    (Some(grid), None) => Self::Svg(grid.name.value.clone()),
+                    (None, _) => {
+                        return Err(refuse("a picture needs a target with `grid = points`"));
+                    }
+                    _ => return Err(refuse("a picture shows one grid; the file has several")),
+                }
+            }
+            Some("vtu") => Self::Vtu(Places::new(problem).map_err(refuse)?),
+            _ => {
+                return Err(refuse(
+                    "the name must end in .json, .csv, .npz, .svg or .vtu",
+                ));
+            }
+        };
+        Ok((format, Output::open("--out", path)?))
+    }
+
+    /// The content of the file.
+    pub(crate) fn content(&self, report: &impl Results) -> Result<Vec<u8>, Failure> {
+        Ok(match self {
+            Self::Json => table::json(report)?.into_bytes(),
+            Self::Csv => report.csv().map_err(Failure::run)?.into_bytes(),
+            Self::Npz => npz(report)?,
+            Self::Svg(name) => report.svg(name)?.into_bytes(),
+            Self::Vtu(places) => places.vtu(&report.numbers())?.into_bytes(),
+        })
+    }
+}
+
+/// An array for every column, and the names and coordinates of targets.
+fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
+    let Numbers { names, columns } = report.numbers();
+    let mut archive = Archive::default();
+    archive.texts("name", &names)?;
+    let at = report.coordinates();
+    let axes = at.iter().map(Vec::len).max().unwrap_or(0);
+    let none = [f64::NAN].iter().cycle();
+    let padded = at
+        .iter()
+        .flat_map(|x| x.iter().chain(none.clone()).take(axes));
+    archive.numbers("at", &[names.len(), axes], padded)?;
+    for (name, numbers) in columns {
+        archive.numbers(name, &[names.len()], numbers.iter())?;
+    }
+    Ok(archive.finish()?)
+}
+
+/// Where targets are in space.
+pub(crate) struct Places {
+    /// The numbers of the targets that are points, and their places.
+    points: Vec<(usize, [f64; 3])>,
+    cells: Vec<Cell>,
+}
+
+impl Places {
+    fn new(problem: &Problem) -> Result<Self, &'static str> {
+        let model = problem.model();
+        let about = model.about();
+        let is_closed = about.kind == "circle";
+        let all = problem.goals.iter().enumerate();
+        let places = all.filter_map(|(i, goal)| Some((i, model.place(&goal.region)?)));
+        let points: Vec<_> = places.collect();
+        if points.is_empty() {
+            return Err(match about.dimension {
+                None | Some(..=3) => "no target is a point",
+                _ => "a mesh has three dimensions at most: write .csv or .npz",
+            });
+        }
+        let mut cells = Vec::new();
+        let mut goals = problem.goals.iter().peekable();
+        let (mut goal, mut from) = (0, 0);
+        for target in &problem.file.targets {
+            let name = &target.name.value;
+            while goals.next_if(|of| table::is_of(&of.name, name)).is_some() {
+                goal += 1;
+            }
+            let to = points.partition_point(|(i, _)| *i < goal);
+            cells.extend(Lattice::new(&target.what, to - from, is_closed).cells(from));
+            from = to;
+        }
+        Ok(Self { points, cells })
+    }
+
+    fn vtu(&self, numbers: &Numbers) -> Result<String, Failure> {
+        let quantity = |(name, all): &(&'static str, Vec<f64>)| Quantity {
+            name: (*name).to_owned(),
+            numbers: self.points.iter().map(|(i, _)| all[*i]).collect(),
+        };
+        let mesh = Mesh {
+            points: self.points.iter().map(|(_, place)| *place).collect(),
+            cells: self.cells.clone(),
+            on_points: numbers.columns.iter().map(quantity).collect(),
+            on_cells: Vec::new(),
+        };
+        mesh.vtu().map_err(Failure::run)
+    }
+}
+
+/// The points of a target.
+struct Lattice {
+    /// The number of points along every axis, of which the last one is fastest; of others than grids there is one for each.
+    counts: Vec<usize>,
+    /// The number of all of them.
+    points: usize,
+    /// Whether the first point follows the last one.
+    is_closed: bool,
+}
+
+impl Lattice {
+    fn new(what: &What, points: usize, is_closed: bool) -> Self {
+        let counts = match what {
+            What::Grid(..) => vec![points],
+            What::Lattice(counts) => counts.value.iter().map(|count| count.value).collect(),
+            _ => Vec::new(),
+        };
+        Self {
+            counts,
+            points,
+            is_closed: is_closed && points > 2,
+        }
+    }
+
+    /// The cells between its points, of which the first has this number: of neighbours along all axes that have several.
+    fn cells(&self, first: usize) -> Vec<Cell> {
+        let mut axes = Vec::new();
+        let mut stride = 1;
+        for &count in self.counts.iter().rev() {
+            if count > 1 {
+                axes.push((stride, count));
+            }
+            stride *= count;
+        }
+        let is_inner = |i: &usize| {
+            axes.iter()
+                .all(|(stride, count)| i / stride % count + 1 < *count)
+        };
+        let corners = (0..self.points).filter(is_inner).map(|i| first + i);
+        let square = |b: usize, s: usize, t: usize| [b, b + s, b + s + t, b + t];
+        let cell = |b: usize| match *axes {
+            [(s, _)] => Cell::Line([b, b + s]),
+            [(s, _), (t, _)] => Cell::Quad(square(b, t, s)),
+            [(s, _), (t, _), (r, _)] => {
+                let [[a, b, c, d], [e, f, g, h]] = [b, b + r].map(|b| square(b, t, s));
+                Cell::Hexahedron([a, b, c, d, e, f, g, h])
+            }
+            _ => Cell::Vertex([b]),
+        };
+        let closing = Cell::Line([first + self.points.saturating_sub(1), first]);
+        corners
+            .map(cell)
+            .chain(self.is_closed.then_some(closing))
+            .collect()
+    }
+}
+
+/// The numbers of estimates; NaN where there is none.
+fn column<'a, T: 'a>(all: &'a [T], of: impl Fn(&'a T) -> Option<f64>) -> Vec<f64> {
+    all.iter().map(|x| of(x).unwrap_or(f64::NAN)).collect()
+}
+
+/// Columns without those in which there is no number.
+fn some(columns: Vec<(&'static str, Vec<f64>)>) -> Vec<(&'static str, Vec<f64>)> {
+    let is_some = |(_, numbers): &(_, Vec<f64>)| numbers.iter().any(|x| !x.is_nan());
+    columns.into_iter().filter(is_some).collect()
+}
+
+impl Results for Report {
+    fn csv(&self) -> Result<String, fredholm::Error> {
+        Self::csv(self)
+    }
+
+    fn svg(&self, grid: &str) -> Result<String, Failure> {
+        table::svg(self, grid)
+    }
+
+    fn numbers(&self) -> Numbers {
+        let all = &self.goals;
+        Numbers {
+            names: all.iter().map(|target| target.name.clone()).collect(),
+            columns: some(vec![
+                ("estimate", column(all, |t| t.preconditioned.estimate)),
+                ("std_error", column(all, |t| t.preconditioned.std_error)),
+                ("plain", column(all, |t| t.plain.estimate)),
+                ("plain_std_error", column(all, |t| t.plain.std_error)),
+                ("galerkin", column(all, |t| Some(t.galerkin))),
+                ("exact", column(all, |t| t.exact)),
+                ("irradiance", column(all, |t| t.irradiance?.estimate)),
+                (
+                    "irradiance_std_error",
+                    column(all, |t| t.irradiance?.std_error),
+                ),
+                ("net_flux", column(all, |t| t.net_flux?.estimate)),
+                ("net_flux_std_error", column(all, |t| t.net_flux?.std_error)),
+                ("temperature", column(all, |t| t.temperature?.estimate)),
+                (
+                    "temperature_std_error",
+                    column(all, |t| t.temperature?.std_error),
+                ),
+            ]),
+        }
+    }
+
+    fn coordinates(&self) -> Vec<Vec<f64>> {
+        let of = self.goals.iter();
+        of.map(|t| numbers_of(t.at.as_ref(), t.position.as_deref()))
+            .collect()
+    }
+}
+
+impl Results for WholeReport {
+    fn csv(&self) -> Result<String, fredholm::Error> {
+        Self::csv(self)
+    }
+
+    fn svg(&self, grid: &str) -> Result<String, Failure> {
+        table::whole_svg(self, grid)
+    }
+
+    fn numbers(&self) -> Numbers {
+        let all = &self.targets;
+        Numbers {
+            names: all.iter().map(|target| target.name.clone()).collect(),
+            columns: some(vec![
+                ("estimate", column(all, |t| Some(t.value.estimate))),
+                ("std_error", column(all, |t| t.value.std_error)),
+                ("band", column(all, |t| t.value.band)),
+                ("iterate", column(all, |t| Some(t.value.iterate))),
+                ("exact", column(all, |t| t.exact)),
+                ("irradiance", column(all, |t| t.irradiance?.estimate)),
+                (
+                    "irradiance_std_error",
+                    column(all, |t| t.irradiance?.std_error),
+                ),
+                ("net_flux", column(all, |t| t.net_flux?.estimate)),
+                ("net_flux_std_error", column(all, |t| t.net_flux?.std_error)),
+                ("temperature", column(all, |t| t.temperature?.estimate)),
+                (
+                    "temperature_std_error",
+                    column(all, |t| t.temperature?.std_error),
+                ),
+            ]),
+        }
+    }
+
+    fn coordinates(&self) -> Vec<Vec<f64>> {
+        let of = self.targets.iter();
+        of.map(|t| numbers_of(t.at.as_ref(), t.position.as_deref()))
+            .collect()
+    }
+}
+
+/// The coordinates of a point: of one on a surface those of its place.
+fn numbers_of(at: Option<&Coordinates>, position: Option<&[f64]>) -> Vec<f64> {
+    match (at, position) {
+        (_, Some(position)) => position.to_vec(),
+        (Some(Coordinates::One(s)), None) => vec![*s],
+        (Some(Coordinates::Many(x)), None) => x.clone(),
+        _ => Vec::new(),
+    }
+}
