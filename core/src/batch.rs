@@ -5,8 +5,8 @@ use core::fmt;
 use rand_core::{Rng, SeedableRng};
 
 use crate::{
-    Equation, Estimator, Form, Functional, NeighbourOf, Real, RngUniforms, Statistics, Termination,
-    Walk, WalkSeeds, uniforms::ControlDraws, walk,
+    Equation, Estimator, Form, Functional, Generators, Length, NeighbourOf, Real, RngUniforms,
+    Statistics, Termination, Walk, WalkNumber, WalkSeeds, uniforms::ControlDraws, walk,
 };
 
 /// The equations, goal, estimator and seeds of one goal: everything that a walk of it depends on. A
@@ -28,11 +28,11 @@ pub struct Task<'a, E, N: ?Sized, T, G> {
     pub form: Form,
     /// The seeds of the walks' generators.
     pub seeds: WalkSeeds<G>,
-    /// Most states of a walk; a walk that is cut off there is counted.
-    pub step_limit: u32,
+    /// How long walks are followed.
+    pub length: Length,
 }
 
-/// The default of [`Task::step_limit`]: with absorption probability q ≥ 10⁻³ in every state a walk
+/// The default of [`Length::step_limit`]: with absorption probability q ≥ 10⁻³ in every state a walk
 /// in 10⁴³⁰ gets there.
 pub const STEP_LIMIT: u32 = 1_000_000;
 
@@ -62,13 +62,31 @@ where
     #[inline]
     #[must_use]
     pub fn replay(&self, walk: u64) -> Walk<E::Scalar> {
-        self.follow(self.estimator, walk).0
+        let alone = WalkNumber {
+            walk,
+            replicate: walk,
+            index: 0,
+        };
+        self.follow(self.estimator, alone, &mut ()).0
     }
+}
 
-    /// Walk number `number`, and (v, Φ) or its own part of it.
+impl<E, N, T, G> Task<'_, E, N, T, G>
+where
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
+    G: Generators,
+{
+    /// A walk, and (v, Φ) or its own part of it.
     #[inline(always)]
-    fn follow(&self, estimator: Estimator, number: u64) -> (Walk<E::Scalar>, f64) {
-        let mut draws = RngUniforms(self.seeds.generator(number));
+    fn follow(
+        &self,
+        estimator: Estimator,
+        number: WalkNumber,
+        memory: &mut G::Memory,
+    ) -> (Walk<E::Scalar>, f64) {
+        let mut draws = RngUniforms(G::generator(&self.seeds, number, memory));
         let (x0, phi) = self.functional.start(&mut draws);
         let x0 = self.neighbour.locate(x0);
         let value = match self.control_mean {
@@ -79,15 +97,14 @@ where
             }
         };
         let start = (x0, phi);
-        let limit = self.step_limit;
         let walk = walk(
             self.equation,
             self.neighbour,
             start,
             (estimator, self.form),
-            limit,
+            &self.length,
             &mut draws,
-            &mut ControlDraws::new(self.seeds, number),
+            &mut ControlDraws::<G::Random>::new(&self.seeds, number.walk),
         );
         (walk, value)
     }
@@ -141,29 +158,40 @@ impl Batch {
         E: Equation,
         N: NeighbourOf<E> + ?Sized,
         T: Functional<E>,
-        G: Rng + SeedableRng,
+        G: Generators,
     {
+        let mut memory = G::Memory::default();
+        let memory = &mut memory;
         // The estimator is a constant within each arm, so no walk asks for it.
-        match task.estimator {
+        let outcome = match task.estimator {
             Estimator::Absorption => {
-                self.run_walks(at_most, |n| task.follow(Estimator::Absorption, n))
+                self.run_walks(at_most, |n| task.follow(Estimator::Absorption, n, memory))
             }
             Estimator::Collision => {
-                self.run_walks(at_most, |n| task.follow(Estimator::Collision, n))
+                self.run_walks(at_most, |n| task.follow(Estimator::Collision, n, memory))
             }
+        };
+        if G::IS_SEQUENCE {
+            self.statistics.become_replicate();
         }
+        outcome
     }
 
     #[inline(always)]
     fn run_walks<F: Real>(
         &mut self,
         at_most: u64,
-        walk: impl Fn(u64) -> (Walk<F>, f64),
+        mut walk: impl FnMut(WalkNumber) -> (Walk<F>, f64),
     ) -> Result<(), NotFinite> {
         let end = self.end.min(self.next.saturating_add(at_most));
+        let first = self.next.saturating_sub(self.statistics.walks());
         let mut outcome = Ok(());
         while self.next < end {
-            let (scores, value) = walk(self.next);
+            let (scores, value) = walk(WalkNumber {
+                walk: self.next,
+                replicate: first,
+                index: self.next.wrapping_sub(first),
+            });
             if scores.termination == Termination::NotFinite || !value.is_finite() {
                 outcome = Err(NotFinite { walk: self.next });
                 break;
@@ -178,6 +206,12 @@ impl Batch {
     /// walks: it is part of the error bars of ζ from then on.
     pub const fn set_control_error(&mut self, error: f64) {
         self.statistics.set_control_error(error);
+    }
+
+    /// Says of how many replicates the statistics are, if walks drew from a [`Sobol`](crate::Sobol) sequence: what a copy of
+    /// them in bytes does not say.
+    pub const fn set_replicates(&mut self, replicates: u32) {
+        self.statistics.set_replicates(replicates);
     }
 
     /// Whether all its walks have been run.

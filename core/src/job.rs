@@ -3,11 +3,9 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use rand_core::{Rng, SeedableRng};
-
 use crate::{
-    Batch, DefaultGenerator, Equation, Estimator, Form, Functional, NeighbourOf, NotFinite,
-    STEP_LIMIT, Task, WalkSeeds,
+    Batch, DefaultGenerator, Equation, Estimator, Form, Functional, Generators, Length,
+    NeighbourOf, NotFinite, STEP_LIMIT, Task, WalkSeeds,
 };
 
 /// A run's walks, without any type of the problem: equation, neighbour equation, goals, estimator, seed,
@@ -84,17 +82,34 @@ pub struct WalkOptions {
     pub estimator: Estimator,
     /// The form of the control variate.
     pub form: Form,
+    /// The number of first states in which a walk is not absorbed. There it scores F, whatever the estimator, and what it
+    /// scores after them has the weight 1 − q of each: the mean over what absorption would do. A walk is as many states
+    /// longer, and depends on its draws without the jumps of absorption, so that a [`Sobol`](crate::Sobol) sequence gains
+    /// more. Survival biasing in the words of neutron transport.
+    pub survivals: u32,
     /// Most states of a walk; a walk that is cut off there is counted.
     pub step_limit: u32,
 }
 
+impl WalkOptions {
+    /// How long walks are followed.
+    #[must_use]
+    pub const fn length(&self) -> Length {
+        Length {
+            survivals: self.survivals,
+            step_limit: self.step_limit,
+        }
+    }
+}
+
 impl Default for WalkOptions {
-    /// Seed 1, the absorption estimator, the product form, [`STEP_LIMIT`].
+    /// Seed 1, the absorption estimator, the product form, absorption from the first state on, [`STEP_LIMIT`].
     fn default() -> Self {
         Self {
             seed: 1,
             estimator: Estimator::Absorption,
             form: Form::Product,
+            survivals: 0,
             step_limit: STEP_LIMIT,
         }
     }
@@ -172,7 +187,7 @@ impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
             estimator: self.options.estimator,
             form: self.options.form,
             seeds: WalkSeeds::new(self.options.seed, goal as u64),
-            step_limit: self.options.step_limit,
+            length: self.options.length(),
         })
     }
 }
@@ -182,7 +197,7 @@ where
     E: Equation + Sync,
     N: NeighbourOf<E> + Sync + ?Sized,
     T: Functional<E> + Sync,
-    G: Rng + SeedableRng,
+    G: Generators,
 {
     fn goals(&self) -> usize {
         self.goals.len()

@@ -17,6 +17,7 @@ mod neighbour;
 mod real;
 pub mod sampled;
 mod schedule;
+mod sobol;
 mod statistics;
 mod tail;
 mod uniforms;
@@ -36,10 +37,13 @@ pub use schedule::{
     MIN_BATCHES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule, StopReason, Tolerance,
     next_stage,
 };
+pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
 pub use tail::{MANY_BATCHES, Tail};
-pub use uniforms::{DEFAULT_GENERATOR, DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
-pub use walk::{Estimator, Form, Termination, Walk, walk};
+pub use uniforms::{
+    DEFAULT_GENERATOR, DefaultGenerator, Generators, RngUniforms, Uniforms, WalkNumber, WalkSeeds,
+};
+pub use walk::{Estimator, Form, Length, Termination, Walk, walk};
 
 /// The generator traits that [`WalkSeeds`] and [`Task`] ask for.
 pub use rand_core;

@@ -22,10 +22,12 @@ pub struct Terminations {
 pub struct Estimate {
     /// The mean over the walks.
     pub estimate: f64,
-    /// The standard error of that mean, std_dev/√walks. `None`: fewer than two walks, or none that
+    /// The standard error of that mean, std_dev/√walks. Of n replicates of a [`Sobol`](crate::Sobol) sequence an interval of
+    /// 95 % is the quantile of Student's t with n − 1 degrees of freedom times as wide on each side. `None`: fewer than two walks, or none that
     /// scored, so that nothing is known.
     pub std_error: Option<f64>,
-    /// The standard deviation of one walk, √Var in Heinrich 1995. `None`: fewer than two walks.
+    /// The standard deviation of one walk, √Var in Heinrich 1995; of replicates that of independent walks with the same
+    /// standard error. `None`: fewer than two walks, or replicates.
     pub std_dev: Option<f64>,
 }
 
@@ -48,8 +50,12 @@ pub struct Statistics {
     /// Σ (plain − its mean)(control − its mean).
     cross: f64,
     /// The standard error of (v, Φ): see [`Batch::set_control_error`](crate::Batch::set_control_error).
+    // In single precision beside the next one: devices count the bytes.
     #[cfg_attr(feature = "serde", serde(default))]
-    control_error: f64,
+    control_error: f32,
+    /// The number of independent samples, if they are replicates and not walks; 0: walks are.
+    #[cfg_attr(feature = "serde", serde(default))]
+    replicates: u32,
 }
 
 /// Mean and sum of squared deviations from it.
@@ -129,16 +135,37 @@ impl Statistics {
         self.zeta.merge(&other.zeta, share, weight);
         self.cross += other.cross + plain * control * weight;
         self.control_error = Real::max(self.control_error, other.control_error);
+        self.replicates = self.replicates.saturating_add(other.replicates);
     }
 
     pub(crate) const fn set_control_error(&mut self, error: f64) {
-        self.control_error = error;
+        self.control_error = error as f32;
+    }
+
+    pub(crate) const fn set_replicates(&mut self, replicates: u32) {
+        self.replicates = replicates;
+    }
+
+    /// Makes these walks one sample, that of a replicate: walks that depend on each other tell of its error by nothing but
+    /// the means of replicates.
+    pub(crate) const fn become_replicate(&mut self) {
+        self.replicates = 1;
+        self.plain.squares = 0.0;
+        self.control.squares = 0.0;
+        self.zeta.squares = 0.0;
+        self.cross = 0.0;
+    }
+
+    /// The number of replicates, whose means are the independent samples; 0 if walks are.
+    #[must_use]
+    pub const fn replicates(&self) -> u32 {
+        self.replicates
     }
 
     /// The standard error of (v, Φ), which more walks do not lower; 0 if (v, Φ) is known.
     #[must_use]
     pub const fn control_error(&self) -> f64 {
-        self.control_error
+        self.control_error as f64
     }
 
     /// n_other/n and n_self n_other/n.
@@ -151,7 +178,7 @@ impl Statistics {
     /// The statistics in 96 bytes: as little-endian words the numbers of walks, of states, of walks
     /// that left, that met the step limit and that scored; then mean and sum of squared deviations
     /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations. Without the error of
-    /// (v,Φ), which is the goal's and not the walks'.
+    /// (v,Φ), which is the goal's and not the walks', and the number of replicates.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let counts = [
@@ -198,6 +225,7 @@ impl Statistics {
             zeta,
             cross: float(),
             control_error: 0.0,
+            replicates: 0,
         };
         // `terminations` subtracts the two.
         let cut_short = left.checked_add(step_limit)?;
@@ -247,7 +275,8 @@ impl Statistics {
     #[inline(always)]
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
-        estimate(self.walks, &self.zeta, self.scored > 0, self.control_error)
+        let samples = (self.walks, self.replicates);
+        estimate(samples, &self.zeta, self.scored > 0, self.control_error)
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
@@ -265,7 +294,8 @@ impl Statistics {
         zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
         let error = Real::max(self.control_error, other.control_error);
-        estimate(self.walks + other.walks, &zeta, scored, error)
+        let replicates = self.replicates.saturating_add(other.replicates);
+        estimate((self.walks + other.walks, replicates), &zeta, scored, error)
     }
 
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
@@ -277,23 +307,41 @@ impl Statistics {
     /// The covariance of η(k,f) and η(h,g) − (v,Φ); `None` for fewer than two walks.
     #[must_use]
     pub fn covariance(&self) -> Option<f64> {
-        (self.walks > 1).then(|| self.cross / (self.walks - 1) as f64)
+        let samples = samples(self.walks, self.replicates);
+        (samples > 1).then(|| self.cross / (samples - 1) as f64)
     }
 
     fn estimate(&self, moments: &Moments, scored: bool) -> Estimate {
-        estimate(self.walks, moments, scored, 0.0)
+        estimate((self.walks, self.replicates), moments, scored, 0.0)
+    }
+}
+
+/// The number of independent samples.
+#[inline(always)]
+const fn samples(walks: u64, replicates: u32) -> u64 {
+    if replicates == 0 {
+        walks
+    } else {
+        replicates as u64
     }
 }
 
 /// `control_error` is a standard error besides that of the walks; 0 leaves every bit as it is.
-fn estimate(walks: u64, moments: &Moments, scored: bool, control_error: f64) -> Estimate {
-    let std_dev = (walks > 1).then(|| (moments.squares / (walks - 1) as f64).sqrt());
+fn estimate(
+    (walks, replicates): (u64, u32),
+    moments: &Moments,
+    scored: bool,
+    control_error: f32,
+) -> Estimate {
+    let samples = samples(walks, replicates);
+    let std_dev = (samples > 1).then(|| (moments.squares / (samples - 1) as f64).sqrt());
     let std_error = std_dev.filter(|_| scored);
     let std_error = std_error.map(|deviation| {
         let error = deviation / (walks as f64).sqrt();
         if control_error == 0.0 {
             error
         } else {
+            let control_error = f64::from(control_error);
             (error * error + control_error * control_error).sqrt()
         }
     });

@@ -109,6 +109,24 @@ impl<G> WalkSeeds<G> {
 }
 
 impl<G> WalkSeeds<G> {
+    /// The same seeds for another generator.
+    #[inline]
+    #[must_use]
+    pub const fn with_generator<H>(&self) -> WalkSeeds<H> {
+        WalkSeeds {
+            key: self.key,
+            salt: self.salt,
+            generator: PhantomData,
+        }
+    }
+
+    /// A word for a place of a replicate, which no walk's generator is seeded with.
+    #[inline]
+    pub(crate) const fn word(&self, replicate: u64, place: u64) -> u64 {
+        let start = mix(self.salt ^ mix(self.key.wrapping_add(replicate.wrapping_mul(GOLDEN))));
+        mix(start.wrapping_add((place + 1).wrapping_mul(GOLDEN)))
+    }
+
     /// The draws of the neighbour equation on the walks of these: independent of those of the walks, which are the same
     /// whatever a neighbour equation draws.
     #[must_use]
@@ -118,6 +136,62 @@ impl<G> WalkSeeds<G> {
             salt: mix(self.salt.wrapping_add(GOLDEN)),
             generator: PhantomData,
         }
+    }
+}
+
+/// The number of a walk, and its place among those that depend on each other if walks do: in batches, or in the replicates of
+/// a whole function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WalkNumber {
+    /// The number of the walk, among all walks of its goal.
+    pub walk: u64,
+    /// The number of its replicate: that of the first walk of its batch, or a number from 0.
+    pub replicate: u64,
+    /// Its place in the replicate, from 0.
+    pub index: u64,
+}
+
+/// Generators of the numbers that walks draw, one for every walk, by which walks may depend on those of the same replicate.
+///
+/// Every generator of `rand_core` that can be seeded is one, whose walks are independent. [`Sobol`](crate::Sobol) is the
+/// other one.
+pub trait Generators: Sized {
+    /// The generator of pseudo-random numbers behind it.
+    type Random: Rng + SeedableRng;
+    /// The generator of one walk.
+    type Generator<'m>: Rng
+    where
+        Self: 'm;
+    /// What is kept from walk to walk so that the next one takes less time. No walk depends on it.
+    type Memory: Default;
+    /// Whether walks of a replicate depend on each other, so that error bars come from replicates.
+    const IS_SEQUENCE: bool;
+
+    /// The generator of a walk.
+    fn generator<'m>(
+        seeds: &WalkSeeds<Self>,
+        walk: WalkNumber,
+        memory: &'m mut Self::Memory,
+    ) -> Self::Generator<'m>
+    where
+        Self: 'm;
+}
+
+impl<G: Rng + SeedableRng> Generators for G {
+    type Random = G;
+    type Generator<'m>
+        = G
+    where
+        G: 'm;
+    type Memory = ();
+    const IS_SEQUENCE: bool = false;
+
+    #[inline(always)]
+    fn generator<'m>(seeds: &WalkSeeds<G>, walk: WalkNumber, (): &'m mut ()) -> G
+    where
+        G: 'm,
+    {
+        seeds.generator(walk.walk)
     }
 }
 
@@ -132,9 +206,9 @@ pub(crate) struct ControlDraws<G> {
 
 impl<G> ControlDraws<G> {
     #[inline]
-    pub(crate) const fn new(seeds: WalkSeeds<G>, walk: u64) -> Self {
+    pub(crate) const fn new<H>(seeds: &WalkSeeds<H>, walk: u64) -> Self {
         Self {
-            seeds,
+            seeds: seeds.with_generator(),
             walk,
             draws: None,
         }

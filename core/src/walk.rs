@@ -2,7 +2,7 @@
 
 use num_traits::{one, zero};
 
-use crate::{Equation, Located, NeighbourOf, Real, Uniforms};
+use crate::{Equation, Located, NeighbourOf, Real, STEP_LIMIT, Uniforms};
 
 /// The estimator: what a walk scores.
 ///
@@ -79,8 +79,26 @@ pub struct Walk<F> {
     pub termination: Termination,
 }
 
-/// Follows one walk of at most `step_limit` states from x0 with weight φ(x0), and scores both
-/// equations on it. `control_draws` are what the neighbour equation draws from: the walk does not depend on them.
+/// How long a walk is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Length {
+    /// The number of first states in which it is not absorbed: see [`WalkOptions::survivals`](crate::WalkOptions::survivals).
+    pub survivals: u32,
+    /// Most states; a walk that is cut off there is counted.
+    pub step_limit: u32,
+}
+
+impl Default for Length {
+    /// Absorption from the first state on, and [`STEP_LIMIT`].
+    fn default() -> Self {
+        Self {
+            survivals: 0,
+            step_limit: STEP_LIMIT,
+        }
+    }
+}
+
+/// Follows one walk from x0 with weight φ(x0), and scores both equations on it. `control_draws` are what the neighbour equation draws from: the walk does not depend on them.
 // Into each estimator's loop over walks, where `estimator` is a constant.
 #[inline(always)]
 pub fn walk<E, N, U>(
@@ -88,7 +106,7 @@ pub fn walk<E, N, U>(
     neighbour: &N,
     (x0, phi): (Located<E::Point>, E::Scalar),
     (estimator, form): (Estimator, Form),
-    step_limit: u32,
+    length: &Length,
     uniforms: &mut U,
     control_draws: &mut dyn Uniforms<E::Scalar>,
 ) -> Walk<E::Scalar>
@@ -98,7 +116,7 @@ where
     U: Uniforms<E::Scalar>,
 {
     let mut x = x0;
-    let mut walk = Walk {
+    let mut walk = Walk::<E::Scalar> {
         plain: zero(),
         control: zero(),
         states: 0,
@@ -107,17 +125,27 @@ where
     // φ k…k of the states so far, and what scores of the neighbour equation are multiplied by: φ h…h, or the same.
     let (mut weight_k, mut weight_h) = (phi, phi);
     let is_residual = form == Form::Residual;
-    while walk.states < step_limit {
+    while walk.states < length.step_limit {
         walk.states += 1;
-        if estimator == Estimator::Collision {
+        let survives = walk.states <= length.survivals;
+        if estimator == Estimator::Collision || survives {
             walk.plain += weight_k * equation.sample_source(&x.point, uniforms);
             walk.control += weight_h * neighbour.source(&x, control_draws);
         }
         let q = equation.absorption(&x.point);
-        if uniforms.uniform() < q {
+        if survives {
+            let survival = one::<E::Scalar>() - q;
+            if !(survival > zero()) {
+                walk.termination = Termination::Absorbed;
+                break;
+            }
+            weight_k *= survival;
+            weight_h *= survival;
+        } else if uniforms.uniform() < q {
             if estimator == Estimator::Absorption {
                 let per_absorption = one::<E::Scalar>() / q;
-                walk.plain = weight_k * equation.sample_source(&x.point, uniforms) * per_absorption;
+                walk.plain +=
+                    weight_k * equation.sample_source(&x.point, uniforms) * per_absorption;
                 walk.control += weight_h * neighbour.source(&x, control_draws) * per_absorption;
             }
             walk.termination = Termination::Absorbed;

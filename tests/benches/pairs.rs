@@ -8,7 +8,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use fredholm_circle::{Harmonic, MeanOver};
 use fredholm_core::galerkin::PairIntegral;
 use fredholm_core::{
-    Batch, Equation, Estimator, Form, Functional, Located, Neighbour, NeighbourOf, STEP_LIMIT, Task,
+    Batch, Equation, Estimator, Form, Functional, Length, Located, Neighbour, NeighbourOf, Task,
 };
 use fredholm_cube::{Mean, model};
 use fredholm_room::{Choice, Grading, Visibility};
@@ -32,7 +32,7 @@ where
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: <fredholm_core::WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let run = || {
         let mut batch = Batch::new(0, 10_000, 10_000);

@@ -4,7 +4,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, Form, RngUniforms, STEP_LIMIT, Sampler, Task, Uniforms,
+    Batch, DefaultGenerator, Estimator, Form, Length, RngUniforms, Sampler, Task, Uniforms,
     WalkSeeds,
 };
 use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, VisibilityTable};
@@ -128,7 +128,7 @@ fn degrees(c: &mut Criterion) {
                     estimator: Estimator::Absorption,
                     form: Form::Product,
                     seeds: <WalkSeeds>::new(1, 0),
-                    step_limit: STEP_LIMIT,
+                    length: Length::default(),
                 };
                 let run = || {
                     let mut batch = Batch::new(0, 10_000, 10_000);

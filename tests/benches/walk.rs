@@ -7,7 +7,7 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
-use fredholm_core::{At, Batch, Estimator, Form, STEP_LIMIT, Task, WalkSeeds};
+use fredholm_core::{At, Batch, Estimator, Form, Length, Task, WalkSeeds};
 use fredholm_tests::circle::{DEFAULT, LIGHT, with_polynomials};
 use loops::{Setup, Specialised};
 
@@ -62,7 +62,7 @@ fn degrees(c: &mut Criterion) {
                     estimator: Estimator::Absorption,
                     form: Form::Product,
                     seeds: <WalkSeeds>::new(1, 0),
-                    step_limit: STEP_LIMIT,
+                    length: Length::default(),
                 };
                 let run = || {
                     let mut batch = Batch::new(0, WALKS, WALKS);

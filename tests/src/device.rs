@@ -67,7 +67,7 @@ impl Runner for Workstation {
             estimator,
             form: case.form,
             seeds: case.seeds,
-            step_limit: case.step_limit,
+            length: case.length,
         };
         let statistics = match self.with {
             With::Embedded(walks) => drive(case, run_options, walks, || ()).expect("a run ends"),
@@ -118,7 +118,8 @@ fn on_threads<E: Equation + Sync, T: Start<E>>(
         seed: cases::SEED,
         estimator: case.estimator,
         form: case.form,
-        step_limit: case.step_limit,
+        survivals: case.length.survivals,
+        step_limit: case.length.step_limit,
     };
     let job = Goals::new(case.equation, case.neighbour, &goals, options);
     run_on(threads, &job, run_options, goal as usize)

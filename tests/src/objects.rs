@@ -86,7 +86,7 @@ where
         estimator: task.estimator,
         form: task.form,
         seeds: task.seeds,
-        step_limit: task.step_limit,
+        length: task.length,
     })
 }
 

@@ -49,6 +49,12 @@ impl<'s> Replicate<'s> {
         }
     }
 
+    /// Its number, from 0.
+    #[must_use]
+    pub const fn number(&self) -> u64 {
+        self.number
+    }
+
     /// The number of its next walk.
     #[must_use]
     pub const fn next_walk(&self) -> u64 {

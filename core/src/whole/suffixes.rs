@@ -3,7 +3,8 @@
 use num_traits::{one, zero};
 
 use crate::{
-    Equation, Estimator, Form, Located, NeighbourOf, Real, Termination, Uniforms, Walk, walk,
+    Equation, Estimator, Form, Length, Located, NeighbourOf, Real, Termination, Uniforms, Walk,
+    walk,
 };
 
 /// A state that is kept, and what its suffix scores.
@@ -67,7 +68,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         neighbour: &M,
         x0: Located<P>,
         (estimator, form): (Estimator, Form),
-        step_limit: u32,
+        length: &Length,
         (uniforms, control_draws): (&mut U, &mut dyn Uniforms<F>),
     ) -> Walk<F>
     where
@@ -81,18 +82,21 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         let mut states = 0;
         let mut termination = Termination::StepLimit;
         self.kept = 0;
-        while states < step_limit {
+        while states < length.step_limit {
             let place = self.states.iter_mut().take(self.most).nth(self.kept);
             let Some(state) = place else {
                 let rest = (x, one());
-                let limit = step_limit - states;
+                let left = Length {
+                    survivals: length.survivals.saturating_sub(states),
+                    step_limit: length.step_limit - states,
+                };
                 let scores = (estimator, form);
                 let rest = walk(
                     equation,
                     neighbour,
                     rest,
                     scores,
-                    limit,
+                    &left,
                     uniforms,
                     control_draws,
                 );
@@ -106,14 +110,22 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             state.x = x;
             state.step = [zero(); 2];
             state.own = [zero(); 2];
-            if estimator == Estimator::Collision {
+            let survives = states <= length.survivals;
+            if estimator == Estimator::Collision || survives {
                 state.own = [
                     equation.sample_source(&x.point, uniforms),
                     neighbour.source(&x, control_draws),
                 ];
             }
             let q = equation.absorption(&x.point);
-            if uniforms.uniform() < q {
+            let mut survival = one::<F>();
+            if survives {
+                survival -= q;
+                if !(survival > zero()) {
+                    termination = Termination::Absorbed;
+                    break;
+                }
+            } else if uniforms.uniform() < q {
                 if estimator == Estimator::Absorption {
                     let per_absorption = one::<F>() / q;
                     state.own = [
@@ -130,7 +142,8 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             };
             let y = neighbour.locate(next);
             let k = equation.kernel(&x.point, &y.point);
-            let h = neighbour.kernel(&x, &y, k);
+            let h = survival * neighbour.kernel(&x, &y, k);
+            let k = survival * k;
             state.step = match form {
                 Form::Product => [k, h],
                 Form::Residual => {

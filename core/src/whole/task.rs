@@ -1,12 +1,11 @@
 //! The walks of a whole function.
 
-use rand_core::{Rng, SeedableRng};
-
 use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Starts};
 use crate::{
-    DefaultGenerator, Equation, Estimator, Form, NeighbourOf, NotFinite, Real, RngUniforms,
-    StateSpace, Termination, Uniforms, WalkOptions, WalkSeeds, uniforms::ControlDraws,
+    DefaultGenerator, Equation, Estimator, Form, Generators, Length, NeighbourOf, NotFinite, Real,
+    RngUniforms, StateSpace, Termination, Uniforms, WalkNumber, WalkOptions, WalkSeeds,
+    uniforms::ControlDraws,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -34,8 +33,8 @@ pub trait WholeJob: Sync {
 
 /// Equation, starts, neighbour equation, scored functions and seeds: everything that the walks of a whole function depend on.
 ///
-/// N = `KEPT` states of a walk are kept, or one where the chain does not preserve the density of the starts: see the
-/// [module](super) for why they are the first ones.
+/// N = `KEPT` states of a walk are kept, or one where the chain does not preserve the density of the starts or walks are not
+/// absorbed in their [first states](crate::WalkOptions::survivals): see the [module](super) for why they are the first ones.
 ///
 /// ```
 /// use fredholm_core::galerkin::{Basis, Partition};
@@ -130,8 +129,8 @@ pub struct WholeTask<
     pub form: Form,
     /// The seeds of the walks' generators.
     pub seeds: WalkSeeds<G>,
-    /// Most states of a walk; a walk that is cut off there is counted.
-    pub step_limit: u32,
+    /// How long walks are followed.
+    pub length: Length,
 }
 
 impl<'a, E, T, M: ?Sized, S: ?Sized> WholeTask<'a, E, T, M, S> {
@@ -152,7 +151,24 @@ impl<'a, E, T, M: ?Sized, S: ?Sized> WholeTask<'a, E, T, M, S> {
             estimator: options.estimator,
             form: options.form,
             seeds: WalkSeeds::new(options.seed, WHOLE),
-            step_limit: options.step_limit,
+            length: options.length(),
+        }
+    }
+}
+
+impl<'a, E, T, M: ?Sized, S: ?Sized, G, const KEPT: usize> WholeTask<'a, E, T, M, S, G, KEPT> {
+    /// These walks with draws of another generator, which is part of what bits depend on.
+    #[must_use]
+    pub const fn with_generator<H>(&self) -> WholeTask<'a, E, T, M, S, H, KEPT> {
+        WholeTask {
+            equation: self.equation,
+            starts: self.starts,
+            neighbour: self.neighbour,
+            scores: self.scores,
+            estimator: self.estimator,
+            form: self.form,
+            seeds: self.seeds.with_generator(),
+            length: self.length,
         }
     }
 }
@@ -166,10 +182,15 @@ where
 {
     /// N, the number of states that are kept, and S_N = 1 + s + … + s^(N−1).
     fn kept(&self) -> (usize, f64) {
-        let Some(s) = self.starts.survival() else {
+        // Where absorption begins late, the chain keeps the density of a constant q alone, and states do not become fewer.
+        let Some(s) = self
+            .starts
+            .survival()
+            .filter(|_| self.length.survivals == 0)
+        else {
             return (1, 1.0);
         };
-        let kept = KEPT.min(usize::try_from(self.step_limit).unwrap_or(usize::MAX));
+        let kept = KEPT.min(usize::try_from(self.length.step_limit).unwrap_or(usize::MAX));
         (kept, (0..kept).fold(0.0, |sum, _| 1.0 + s * sum))
     }
 }
@@ -180,7 +201,7 @@ where
     T: Starts<E>,
     M: NeighbourOf<E> + ?Sized,
     S: Scores<E::Point> + ?Sized,
-    G: Rng + SeedableRng,
+    G: Generators,
 {
     /// Runs at most `at_most` further walks, with the estimator as a constant.
     #[inline(always)]
@@ -193,17 +214,22 @@ where
         const { assert!(KEPT > 0, "a walk of which no state is kept scores nothing") }
         let mut trail: Option<Trail<E::Point, E::Scalar, KEPT>> = None;
         let (kept, _) = self.kept();
+        let mut memory = G::Memory::default();
         let end = replicate.counts.walks.saturating_add(at_most);
         while replicate.counts.walks < end {
             let number = replicate.next_walk();
-            let mut draws = RngUniforms(self.seeds.generator(number));
+            let place = WalkNumber {
+                walk: number,
+                replicate: replicate.number(),
+                index: replicate.counts.walks,
+            };
+            let mut draws = RngUniforms(G::generator(&self.seeds, place, &mut memory));
             let x0 = self.neighbour.locate(self.starts.start(&mut draws));
             let trail = trail.get_or_insert_with(|| Trail::new(x0, kept));
-            let limit = self.step_limit;
             let (e, m) = (self.equation, self.neighbour);
-            let mut control_draws = ControlDraws::new(self.seeds, number);
+            let mut control_draws = ControlDraws::<G::Random>::new(&self.seeds, number);
             let all_draws = (&mut draws, &mut control_draws as &mut dyn Uniforms<_>);
-            let walk = trail.follow(e, m, x0, (estimator, self.form), limit, all_draws);
+            let walk = trail.follow(e, m, x0, (estimator, self.form), &self.length, all_draws);
             if walk.termination == Termination::NotFinite {
                 return Err(NotFinite { walk: number });
             }
@@ -231,7 +257,7 @@ where
     T: Starts<E> + Sync,
     M: NeighbourOf<E> + Sync + ?Sized,
     S: Scores<E::Point> + Sync + ?Sized,
-    G: Rng + SeedableRng,
+    G: Generators,
 {
     fn unknowns(&self) -> usize {
         self.scores.unknowns()

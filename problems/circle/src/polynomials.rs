@@ -34,7 +34,7 @@ use crate::{Cells, Circle, CircleError, Emission, Point};
 /// # #[cfg(feature = "alloc")] {
 /// use fredholm_circle::{Circle, Harmonic, Tables};
 /// use fredholm_core::galerkin::{DiagonalRule, PairKind};
-/// use fredholm_core::{At, Batch, Estimator, Form, Neighbour, STEP_LIMIT, Task, WalkSeeds};
+/// use fredholm_core::{At, Batch, Estimator, Form, Neighbour, Length, Task, WalkSeeds};
 ///
 /// let light = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
 /// let tables = Tables::<f64>::new(&[0.3, 0.7], 250)?;
@@ -56,7 +56,7 @@ use crate::{Cells, Circle, CircleError, Emission, Point};
 ///     estimator: Estimator::Absorption,
 ///     form: Form::Product,
 ///     seeds: <WalkSeeds>::new(1, 0),
-///     step_limit: STEP_LIMIT,
+///     length: Length::default(),
 /// };
 /// let mut batch = Batch::new(0, 1000, 1000);
 /// batch.run(&task, u64::MAX)?;

@@ -36,7 +36,7 @@ const PROBES: usize = 128;
 ///
 /// ```
 /// use fredholm_core::galerkin::Partition;
-/// use fredholm_core::{At, Batch, Estimator, Form, STEP_LIMIT, Task, WalkSeeds};
+/// use fredholm_core::{At, Batch, Estimator, Form, Length, Task, WalkSeeds};
 /// use fredholm_room::{
 ///     Enclosure, Grading, Material, Matrix, Mesh, RaySetup, RayTables, Room, Scene, Surface, Tables,
 /// };
@@ -70,7 +70,7 @@ const PROBES: usize = 128;
 ///     estimator: Estimator::Absorption,
 ///     form: Form::Product,
 ///     seeds: <WalkSeeds>::new(1, 0),
-///     step_limit: STEP_LIMIT,
+///     length: Length::default(),
 /// };
 /// let mut batch = Batch::new(0, 10_000, 10_000);
 /// batch.run(&task, u64::MAX)?;

@@ -9,8 +9,8 @@ use std::time::Instant;
 use fredholm_core::galerkin::CellMap;
 use fredholm_core::sampled::{SampledSolution, SetupOptions};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, LastStep,
-    NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT, Statistics, Task, WalkSeeds,
+    At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, LastStep, Length,
+    NeighbourOf, NoNeighbour, RngUniforms, Statistics, Task, WalkSeeds,
 };
 use fredholm_scene::{
     Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, areas, shapes,
@@ -83,7 +83,7 @@ where
         estimator,
         form: Form::Product,
         seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut batch = Batch::new(0, walks, walks);
     let start = Instant::now();

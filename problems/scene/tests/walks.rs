@@ -6,8 +6,8 @@ use fredholm_core::galerkin::{Basis, CellMap, Partition};
 use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, Kernel, LastStep,
-    Located, NeighbourOf, NoNeighbour, Real, STEP_LIMIT, Sampler, Source, SourceSampler,
-    StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
+    Length, Located, NeighbourOf, NoNeighbour, Real, Sampler, Source, SourceSampler, StateSpace,
+    Statistics, Task, Uniforms, WalkSeeds, WithKnown,
 };
 use fredholm_scene::{
     Air, Cells, Enclosure, Irradiance, Material, Mean, Point, Polygon, Radiosity, Scene, Surface,
@@ -59,7 +59,7 @@ where
         estimator,
         form: Form::Product,
         seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut batch = Batch::new(0, walks, walks);
     batch.run(&task, u64::MAX).unwrap();

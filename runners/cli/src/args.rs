@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
+use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
 use fredholm_file::KINDS;
 use fredholm_parts::{Share, options_of_the_problem};
 
@@ -368,6 +368,12 @@ pub(crate) struct SolveArgs {
     /// The form of the control variate
     #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
     pub(crate) form: Option<Form>,
+    /// The numbers that walks draw
+    #[arg(long, value_name = "NAME", value_parser = choices::<Sequence>())]
+    pub(crate) sequence: Option<Sequence>,
+    /// Number of first states in which walks are not absorbed
+    #[arg(long, value_name = "n")]
+    pub(crate) survivals: Option<u32>,
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,

@@ -68,6 +68,8 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.walk.walks, "--walks", args.walks);
     set(&mut file.walk.estimator, "--estimator", args.estimator);
     set(&mut file.walk.form, "--form", args.form);
+    set(&mut file.walk.sequence, "--sequence", args.sequence);
+    set(&mut file.walk.survivals, "--survivals", args.survivals);
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
     set(

@@ -1,9 +1,8 @@
 //! One thread, bounded pieces of work, small state.
 
-use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Equation, Estimate, Functional, NeighbourOf, NotFinite, RunOptions, RunOptionsError,
-    Schedule, Statistics, StopReason, Tail, Task,
+    Batch, Equation, Estimate, Functional, Generators, NeighbourOf, NotFinite, RunOptions,
+    RunOptionsError, Schedule, Statistics, StopReason, Tail, Task,
 };
 
 /// The progress of a run.
@@ -44,7 +43,7 @@ where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
-    G: Rng + SeedableRng,
+    G: Generators,
 {
     /// A run that has not begun.
     ///

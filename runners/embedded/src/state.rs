@@ -268,7 +268,8 @@ fn options_sum<E, N: ?Sized, T, G>(options: &RunOptions, task: &Task<'_, E, N, T
         .word(kind)
         .word(bound.to_bits())
         .word(scores)
-        .word(u64::from(task.step_limit))
+        .word(u64::from(task.length.step_limit))
+        .word(u64::from(task.length.survivals))
         .finish()
 }
 

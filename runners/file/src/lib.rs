@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar};
+pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
 
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
@@ -32,6 +32,8 @@ pub const MAX_CELLS: usize = 100_000_000;
 /// The largest number of walks in one batch.
 const MAX_BATCH: u64 = 1_000_000_000;
 /// The largest seed: TOML has no larger integers.
+/// The most first states in which walks are not absorbed: more are no walk.
+const MAX_SURVIVALS: u32 = 1000;
 const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 /// The largest number of points of a grid target.
 const MAX_GRID: usize = 100_000;
@@ -83,6 +85,10 @@ pub struct Walk {
     pub estimator: Placed<Estimator>,
     /// The form of the control variate.
     pub form: Placed<Form>,
+    /// The numbers that walks draw.
+    pub sequence: Placed<Sequence>,
+    /// The number of first states in which walks are not absorbed.
+    pub survivals: Placed<u32>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
@@ -224,6 +230,8 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let absorption = section.optional("absorption");
     let estimator = section.optional("estimator");
     let form = section.optional("form");
+    let sequence = section.optional("sequence");
+    let survivals = section.optional("survivals");
     let scalar = section.optional("scalar");
     let seed = section.optional("seed");
     let batch = section.optional("batch");
@@ -235,6 +243,8 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         absorption: or_default(absorption, Field::number, 0.2)?,
         estimator: or_default(estimator, Field::word, Estimator::Absorption)?,
         form: or_default(form, Field::word, fredholm::Settings::FORM)?,
+        sequence: or_default(sequence, Field::word, Sequence::Random)?,
+        survivals: or_default(survivals, Field::integer, 0)?,
         scalar: or_default(scalar, Field::word, Scalar::F64)?,
         seed: or_default(seed, Field::integer, 1)?,
         batch: or_default(batch, Field::integer, 4096)?,

@@ -121,9 +121,11 @@ impl ProblemFile {
             absorption: given(&walk.absorption),
             estimator: given(&walk.estimator),
             form: given(&walk.form),
+            sequence: given(&walk.sequence),
+            survivals: given(&walk.survivals),
             scalar: walk.scalar.value,
             seed: walk.seed.value,
-            batch: walk.batch.value,
+            batch: given(&walk.batch),
             tolerance: walk.target_error.as_ref().map(|error| {
                 if walk.relative.value {
                     Tolerance::Relative(error.value)
@@ -156,6 +158,7 @@ impl ProblemFile {
                 None => nowhere(),
             },
             Some(Subject::Absorption) => self.refuse(&walk.absorption, error),
+            Some(Subject::Sequence) => self.refuse(&walk.sequence, error),
             Some(Subject::Tolerance) => match &walk.target_error {
                 Some(target) => self.refuse(target, error),
                 None => nowhere(),

@@ -5,7 +5,9 @@ use core::ops::Range;
 use std::collections::HashMap;
 
 use crate::place::{InputError, Place, Placed};
-use crate::{Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, ProblemFile, Scalar};
+use crate::{
+    Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, MAX_SURVIVALS, ProblemFile, Scalar,
+};
 
 /// What is wrong with a name that a terminal, a table or a picture would not show.
 pub(crate) const UNPRINTABLE: &str = "a name must not have control characters or line breaks";
@@ -170,6 +172,11 @@ impl ProblemFile {
             &walk.batch,
             (1..=MAX_BATCH).contains(&walk.batch.value),
             format_args!("`batch` must be from 1 to {MAX_BATCH}"),
+        )?;
+        self.demand(
+            &walk.survivals,
+            walk.survivals.value <= MAX_SURVIVALS,
+            format_args!("`survivals` must be at most {MAX_SURVIVALS}"),
         )?;
         match &walk.target_error {
             Some(error) => self.demand(

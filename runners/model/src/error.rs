@@ -208,6 +208,8 @@ pub enum Subject {
     ExactSource,
     /// The absorption probability.
     Absorption,
+    /// The numbers that walks draw.
+    Sequence,
     /// The tolerance.
     Tolerance,
     /// The integral of the kernel, or of the factor of this number.

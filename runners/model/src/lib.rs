@@ -25,7 +25,7 @@ pub use model::{
     About, Derived, Deterministic, Flux, Heat, Model, NO_ITERATION, Partitioned, Prepared, Request,
     System, Then, WithJob, WithStarts,
 };
-pub use options::{Choice, Choices, Pairs, Scalar};
+pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};

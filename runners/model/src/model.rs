@@ -118,6 +118,11 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// Whether its walks may draw from a [sequence](crate::Sequence).
+    fn has_sequences(&self) -> bool {
+        false
+    }
+
     /// The pairs of a whole function unless they are given.
     fn whole_pairs(&self) -> Pairs {
         Pairs::Default

@@ -40,6 +40,21 @@ pub enum Scalar {
     F64,
 }
 
+/// The numbers that walks draw.
+///
+/// ```
+/// use fredholm::{Choices, Sequence};
+///
+/// assert_eq!(Sequence::Sobol.word(), "sobol");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sequence {
+    /// Pseudo-random numbers: walks do not depend on each other.
+    Random,
+    /// Scrambled Sobol' points, a randomisation for each batch: [`fredholm_core::Sobol`].
+    Sobol,
+}
+
 /// The value of an expression for the floating-point type that a [`Scalar`] stands for.
 ///
 /// ```
@@ -170,6 +185,22 @@ impl Choices for Scalar {
             value: Self::F64,
             word: "f64",
             help: "Double precision",
+        },
+    ];
+}
+
+impl Choices for Sequence {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Random,
+            word: "random",
+            help: "Pseudo-random numbers",
+        },
+        Choice {
+            value: Self::Sobol,
+            word: "sobol",
+            help: "Scrambled Sobol' points for the first 32 draws of a walk, for circles and cubes: randomised quasi-Monte \
+                   Carlo. A batch is one sample, and error bars come from the means of batches",
         },
     ];
 }

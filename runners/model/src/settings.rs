@@ -6,7 +6,12 @@ use fredholm_core::{Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Error, Pairs, Scalar, Subject};
+use crate::{Choices as _, Error, Pairs, Scalar, Sequence, Subject};
+
+/// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
+const REPLICATES: u64 = 32;
+/// The most walks of a replicate: batches are what is waited for when somebody cancels.
+const LONGEST: u64 = 1 << 24;
 
 /// The settings of a solution. `None` is open: it has a default, or is chosen if there is a tolerance.
 ///
@@ -49,13 +54,19 @@ pub struct Settings {
     /// The form of the control variate.
     #[serde(with = "open_choice")]
     pub form: Option<Form>,
+    /// The numbers that walks draw.
+    #[serde(default, with = "open_choice")]
+    pub sequence: Option<Sequence>,
+    /// The number of first states in which walks are not absorbed.
+    #[serde(default)]
+    pub survivals: Option<u32>,
     /// The floating-point type of walks.
     #[serde(with = "choice")]
     pub scalar: Scalar,
     /// The seed of all draws.
     pub seed: u64,
     /// Walks of a batch.
-    pub batch: u64,
+    pub batch: Option<u64>,
     /// The standard error at which a goal is done.
     #[serde(with = "tolerance")]
     pub tolerance: Option<Tolerance>,
@@ -81,9 +92,11 @@ impl Default for Settings {
             absorption: None,
             estimator: None,
             form: None,
+            sequence: None,
+            survivals: None,
             scalar: Scalar::F64,
             seed: 1,
-            batch: 4096,
+            batch: None,
             tolerance: None,
             time_limit: None,
             allow_infinite_variance: false,
@@ -96,6 +109,8 @@ impl Settings {
     pub const WALKS: u64 = 100_000;
     /// q0 where nothing is said of it.
     pub const ABSORPTION: f64 = 0.2;
+    /// Walks of a batch where nothing is said of it, and they are pseudo-random.
+    pub const BATCH: u64 = 4096;
     /// The form of the control variate where nothing is said of it.
     pub const FORM: Form = Form::Residual;
 
@@ -118,6 +133,21 @@ impl Settings {
         }
         let message = format!("an error of {error}: it must be a number above 0");
         refuse(Subject::Tolerance, message)
+    }
+
+    /// Walks of a batch: with pseudo-random numbers [`BATCH`](Self::BATCH) unless it is given. Batches that are replicates of a
+    /// sequence have the largest power of 2 of which 32 are not more than all walks, as longer ones gain more; with a
+    /// tolerance, which fewer walks may reach, no more than `BATCH`.
+    #[must_use]
+    pub fn batch(&self) -> u64 {
+        self.batch.unwrap_or_else(|| match self.sequence {
+            None | Some(Sequence::Random) => Self::BATCH,
+            Some(Sequence::Sobol) => {
+                let share = (self.walks.unwrap_or(Self::WALKS) / REPLICATES).max(1);
+                let longest = self.tolerance.map_or(LONGEST, |_| Self::BATCH);
+                (1 << share.ilog2()).min(longest)
+            }
+        })
     }
 
     /// How space is cut, with a default for what is open; the problem chooses cells.
@@ -146,7 +176,9 @@ impl Settings {
             estimator: self.estimator.unwrap_or(Estimator::Absorption),
             form: self.form.unwrap_or(Self::FORM),
             seed: self.seed,
-            batch: self.batch,
+            sequence: self.sequence.unwrap_or(Sequence::Random),
+            survivals: self.survivals.unwrap_or(0),
+            batch: self.batch(),
             tolerance: self.tolerance,
             time_limit: self.time_limit,
             allow_infinite_variance: self.allow_infinite_variance,
@@ -214,6 +246,10 @@ pub struct WalkOptions {
     pub estimator: Estimator,
     /// The form of the control variate.
     pub form: Form,
+    /// The numbers that walks draw.
+    pub sequence: Sequence,
+    /// The number of first states in which walks are not absorbed.
+    pub survivals: u32,
     /// The seed of all draws.
     pub seed: u64,
     /// Walks of a batch.
@@ -235,12 +271,19 @@ impl WalkOptions {
         self.tolerance.unwrap_or(of_plain)
     }
 
+    /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
+    #[must_use]
+    pub fn sequence_word(&self) -> Option<&'static str> {
+        (self.sequence != Sequence::Random).then(|| self.sequence.word())
+    }
+
     /// What a job of the core takes of them.
     pub fn for_core(&self) -> fredholm_core::WalkOptions {
         fredholm_core::WalkOptions {
             seed: self.seed,
             estimator: self.estimator,
             form: self.form,
+            survivals: self.survivals,
             ..fredholm_core::WalkOptions::default()
         }
     }

@@ -26,7 +26,8 @@ pub(crate) fn to_bytes(finished: &[Finished]) -> Vec<u8> {
             walk,
         ];
         bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-        bytes.extend(one.statistics.control_error().to_le_bytes());
+        bytes.extend((one.statistics.control_error() as f32).to_le_bytes());
+        bytes.extend(one.statistics.replicates().to_le_bytes());
         bytes.extend(one.statistics.to_bytes());
     }
     bytes
@@ -44,7 +45,9 @@ fn one_from_bytes(bytes: &[u8; BYTES]) -> Option<Finished> {
     let [batch, goal, state, walk] = [word(0)?, word(1)?, word(2)?, word(3)?];
     let statistics = Statistics::from_bytes(bytes.last_chunk()?)?;
     let mut walks = Batch::resume(0, statistics.walks(), statistics.walks(), statistics)?;
-    walks.set_control_error(f64::from_bits(word(4)?));
+    let [error, replicates] = [word(4)? as u32, (word(4)? >> 32) as u32];
+    walks.set_control_error(f64::from(f32::from_bits(error)));
+    walks.set_replicates(replicates);
     Some(Finished {
         piece: Piece {
             batch,

@@ -36,8 +36,8 @@ impl Record {
     /// The length of [`to_bytes`](Self::to_bytes).
     pub const BYTES: usize = 24 + Statistics::BYTES;
 
-    /// The record in 120 bytes: as little-endian numbers job and goal, the batch, the standard error of (v, Φ), and
-    /// [`Statistics::to_bytes`].
+    /// The record in 120 bytes: as little-endian numbers job and goal, the batch, the standard error of (v, Φ) in single precision, the
+    /// number of replicates, and [`Statistics::to_bytes`].
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
@@ -45,7 +45,8 @@ impl Record {
             &self.job.to_le_bytes()[..],
             &self.goal.to_le_bytes(),
             &self.batch.to_le_bytes(),
-            &self.statistics.control_error().to_le_bytes(),
+            &(self.statistics.control_error() as f32).to_le_bytes(),
+            &self.statistics.replicates().to_le_bytes(),
             &self.statistics.to_bytes(),
         ];
         for (to, from) in bytes.iter_mut().zip(fields.into_iter().flatten()) {
@@ -63,14 +64,16 @@ impl Record {
         let (goal, rest) = rest.split_first_chunk()?;
         let (batch, rest) = rest.split_first_chunk()?;
         let (error, rest) = rest.split_first_chunk()?;
+        let (replicates, rest) = rest.split_first_chunk()?;
         let statistics = Statistics::from_bytes(rest.first_chunk()?)?;
         // A batch of these walks alone carries the error of (v, Φ).
         let mut walks = Batch::resume(0, statistics.walks(), statistics.walks(), statistics)?;
-        let error = f64::from_le_bytes(*error);
+        let error = f64::from(f32::from_le_bytes(*error));
         if !(error >= 0.0) {
             return None;
         }
         walks.set_control_error(error);
+        walks.set_replicates(u32::from_le_bytes(*replicates));
         Some(Self {
             job: u32::from_le_bytes(*job),
             goal: u32::from_le_bytes(*goal),

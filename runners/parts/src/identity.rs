@@ -163,7 +163,7 @@ impl JobRecord {
         let of_v = format!("{of_v:?}");
         let bits = |x: &f64| format!("{x:e}");
         let values: Vec<String> = set_up.galerkin.iter().map(bits).collect();
-        let named: [(&str, &dyn Display); 16] = [
+        let named: [(&str, &dyn Display); 18] = [
             ("seed", &walk.seed),
             ("batch", &walk.batch),
             ("scalar", &cut.scalar.word()),
@@ -188,6 +188,8 @@ impl JobRecord {
             ("absorption", &walk.absorption),
             ("estimator", &walk.estimator.word()),
             ("form", &walk.form.word()),
+            ("sequence", &walk.sequence.word()),
+            ("survivals", &walk.survivals),
             ("(v, Φ)", &values.join(", ")),
             ("set-up", &of_v),
         ];

@@ -388,7 +388,7 @@ impl Merged {
             deviation.powi(2) / of_walks.max(0.0)
         });
         let most = MORE * needed.fold(0.0, f64::max);
-        let batch = self.job.settings.batch;
+        let batch = self.job.settings.batch();
         (most < MOST).then(|| {
             (most as u64)
                 .max(self.job.walks() + batch)

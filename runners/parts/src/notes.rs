@@ -16,7 +16,7 @@ impl Merged {
         if self.missing.is_empty() {
             return None;
         }
-        let all = self.job.walks().div_ceil(self.job.settings.batch.max(1));
+        let all = self.job.walks().div_ceil(self.job.settings.batch().max(1));
         let one = |range: &Range<u64>| match range.end - range.start {
             1 => format!("{}", range.start + 1),
             _ => format!("{} to {}", range.start + 1, range.end),
@@ -73,7 +73,7 @@ impl Merged {
     }
 
     fn more(&self, needed: u64) -> String {
-        let batch = self.job.settings.batch.max(1);
+        let batch = self.job.settings.batch().max(1);
         let (whole, parts) = (self.job.walks() / batch * batch, self.parts);
         let stem = Path::new(&self.header.name).file_stem();
         let stem = stem.map_or("more".into(), |stem| stem.to_string_lossy());

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fredholm::{CubeModel, Error, SolveError, Solver};
+use fredholm::execute::OnThreads;
+use fredholm::{CubeModel, Error, Execute, Sequence, SolveError, Solver};
 use fredholm_core::{Batch, Statistics};
 use fredholm_parts::{Content, Header, Keeper, Merged, PartFile, Record, Share, merge};
 use tempfile::TempDir;
@@ -27,7 +28,7 @@ fn with_solver<T>(then: impl FnOnce(Solver<'_>) -> T) -> T {
     let settings = fredholm::Settings {
         cells: Some(4),
         walks: Some(WALKS),
-        batch: 100,
+        batch: Some(100),
         ..fredholm::Settings::default()
     };
     then(Solver::with(&u, settings, Vec::new()).mean().at([0.3]))
@@ -73,6 +74,28 @@ fn a_file_that_is_cut_anywhere_is_gone_on_with_to_the_same_bits() {
         assert!(merged.missing.is_empty());
         assert_eq!(of_merge(&merged), expected, "{length}");
     }
+}
+
+/// Replicates of a sequence are batches: parts of them are those of one run.
+#[test]
+fn parts_of_a_sequence_merge_to_the_same_replicates() {
+    let run = |execute: &dyn Execute| {
+        with_solver(|solver| {
+            let solver = solver.sequence(Sequence::Sobol).survivals(3);
+            solver.execute(execute).answer().unwrap().outcome.statistics
+        })
+    };
+    let folder = TempDir::new().unwrap();
+    let paths = [1, 2].map(|part| {
+        let path = folder.path().join(format!("part-{part}"));
+        let after = 0;
+        let share = Share { part, of: 2, after };
+        run(&Keeper::open(&path, &header("x"), Some(share)).unwrap());
+        path
+    });
+    let expected = run(&OnThreads);
+    assert!(expected.iter().all(|all| all.replicates() == 20));
+    assert_eq!(merge(&paths, None).unwrap().outcome.statistics, expected);
 }
 
 #[test]

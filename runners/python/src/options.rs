@@ -83,6 +83,12 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
         word(options, "estimator")?,
     );
     set(&mut walk.form, "form", word(options, "form")?);
+    set(&mut walk.sequence, "sequence", word(options, "sequence")?);
+    set(
+        &mut walk.survivals,
+        "survivals",
+        given(options, "survivals")?,
+    );
     set(&mut walk.scalar, "scalar", word(options, "scalar")?);
     set(&mut walk.seed, "seed", given(options, "seed")?);
     set(&mut walk.batch, "batch", given(options, "batch")?);

@@ -66,6 +66,12 @@ pub struct Report {
     pub scalar: &'static str,
     /// The name of the random number generator.
     pub generator: &'static str,
+    /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<&'static str>,
+    /// The number of first states in which walks are not absorbed.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub survivals: u32,
     /// The number of walks of a batch.
     pub batch: u64,
     /// The seed of the walks.
@@ -108,12 +114,9 @@ pub struct Report {
     pub energy: Option<EnergyReport>,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the serialiser passes a reference"
-)]
-const fn is_zero(count: &u64) -> bool {
-    *count == 0
+/// Whether a number is 0: of serialisers, which pass a reference.
+pub(crate) fn is_zero<T: PartialEq + Default>(count: &T) -> bool {
+    *count == T::default()
 }
 
 /// The report of one goal. A grid has one for every point.
@@ -139,6 +142,10 @@ pub struct GoalReport {
     pub galerkin: f64,
     /// The number of walks.
     pub walks: u64,
+    /// The number of replicates whose means are the independent samples, if walks draw from a sequence: an interval of 95 % is
+    /// the quantile of Student's t, with one degree of freedom less than that, times the standard error wide on each side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replicates: Option<u32>,
     /// The error that rounding leaves, which more walks do not lower.
     pub rounding_floor: f64,
     /// The standard error of (v, Φ), if that is an estimate of its own: it is part of the preconditioned estimate's error,
@@ -351,6 +358,8 @@ impl Report {
             form: walk.form.word(),
             scalar: settings.scalar.word(),
             generator: DEFAULT_GENERATOR,
+            sequence: walk.sequence_word(),
+            survivals: walk.survivals,
             batch: walk.batch,
             seed: walk.seed,
             part: None,
@@ -416,13 +425,15 @@ impl GoalReport {
             exact,
             galerkin,
             walks,
+            replicates: Some(statistics.replicates()).filter(|&count| count > 0),
             rounding_floor,
             control_error: Some(statistics.control_error()).filter(|&error| error > 0.0),
             doubtful_share: None,
             tail_index: None,
             excess_kurtosis: None,
             few_scores: Some(statistics.scored()).filter(|&scored| scored < walks.min(FEW_SCORES)),
-            no_difference: deviation.is_some_and(|deviation| deviation <= rounding_floor),
+            no_difference: statistics.replicates() == 0
+                && deviation.is_some_and(|deviation| deviation <= rounding_floor),
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
             preconditioned,

@@ -394,6 +394,8 @@ impl<'m> Whole<'_, 'm> {
                 estimator: walk.estimator.word(),
                 scalar: self.settings.scalar.word(),
                 generator: DEFAULT_GENERATOR,
+                sequence: walk.sequence_word(),
+                survivals: walk.survivals,
                 seed: walk.seed,
                 stop: walked.stop,
                 replicates: REPLICATES,

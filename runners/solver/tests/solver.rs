@@ -1,14 +1,15 @@
 //! Solutions in a few lines.
 
+use core::f64::consts::PI;
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use fredholm::circle::Emission;
+use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::{
-    CircleModel, CubeModel, Error, Observer, Region, Report, Scalar, SolveError, SolveObserver,
-    Solver, SphereModel,
+    CircleModel, CubeModel, Error, Model, Observer, Region, Report, Scalar, Sequence, SolveError,
+    SolveObserver, Solver, SphereModel,
 };
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
@@ -62,6 +63,74 @@ fn a_room_and_its_surfaces() {
     assert!(u[0] > 1.0 && u[1] < u[2], "{u:?}");
     let names: Vec<&str> = report.goals.iter().map(|goal| goal.name.as_str()).collect();
     assert_eq!(names, ["floor", "u(walls, 0.5)", "mean"]);
+}
+
+/// Sobol' points: means and points of known solution, with errors below those of pseudo-random numbers, and the bits on
+/// threads.
+#[test]
+fn sequences_keep_the_mean_and_gain() {
+    // K = 0.4 + ½ cos πx₁ cos πy₂ with u = 2 + x₁ + cos πx₂: ∫ K u = 0.4 · 5/2 + ¼ cos πx₁.
+    let u = |x: &[f64]| 2.0 + x[0] + (PI * x[1]).cos();
+    let cube = CubeModel::from_fn::<2>(
+        |x, y| 0.4 + 0.5 * (PI * x[0]).cos() * (PI * y[1]).cos(),
+        move |x| u(x) - 1.0 - 0.25 * (PI * x[0]).cos(),
+    )
+    .with_solution(u);
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let cases: [(&dyn Model, &[f64], usize, f64); 2] =
+        [(&cube, &[0.3, 0.6], 3, 10.0), (&circle, &[1.0], 10, 1.5)];
+    let mut worst = 0.0_f64;
+    for (model, point, cells, gain) in cases {
+        for (degree, scalar) in [(0, Scalar::F64), (1, Scalar::F32)] {
+            let solver = Solver::new(model).at(point).mean().cells(cells);
+            let solver = solver.degree(degree).scalar(scalar).walks(1 << 14);
+            let random = solver.clone().solve().unwrap();
+            for survivals in [0, 6] {
+                let solver = solver.clone().survivals(survivals);
+                let sobol = solver.sequence(Sequence::Sobol).solve().unwrap();
+                assert_eq!((sobol.sequence, sobol.batch), (Some("sobol"), 512));
+                for (goal, random) in sobol.goals.iter().zip(&random.goals) {
+                    assert_eq!(goal.replicates, Some(32));
+                    worst = worst.max(goal.z.unwrap().abs());
+                    let [error, before] =
+                        [goal, random].map(|g| g.preconditioned.std_error.unwrap());
+                    // A sequence loses nothing but what the error bars do not know, and gains where absorption is late.
+                    let at_least = if survivals == 0 { 0.5 } else { gain };
+                    let found = (before / error).powi(2);
+                    assert!(found > at_least, "{degree} {survivals} {error} {before}");
+                }
+            }
+        }
+    }
+    // Of 16 values of Student's t of 31 degrees of freedom none is larger but with probability 16 · 3·10⁻⁴ = 0.5 %.
+    assert!(worst < 4.1, "{worst}");
+    let bits = |threads| {
+        let solver = Solver::new(&circle).at(1.0).walks(5000);
+        let solver = solver.sequence(Sequence::Sobol).survivals(2);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let report = pool.unwrap().install(|| solver.solve().unwrap());
+        let found = report.goals[0].preconditioned;
+        (found.estimate, found.std_error)
+    };
+    assert_eq!(bits(1), bits(3));
+    match Solver::new(&square())
+        .mean()
+        .sequence(Sequence::Sobol)
+        .solve()
+    {
+        Err(SolveError::Failed(error)) => {
+            assert!(
+                error.to_string().contains("for circles and cubes"),
+                "{error}"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

@@ -18,7 +18,7 @@ use fredholm_core::galerkin::{
     gauss_seidel, max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Form, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler, Source,
+    At, Batch, Estimator, Form, Kernel, Located, Neighbour, Real, Length, Sampler, Source,
     StateSpace, Statistics, Task, Uniforms, WalkSeeds,
 };
 
@@ -88,7 +88,7 @@ where
         estimator,
         form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mean = Task {
         functional: &MeanOver::new(circle, 0.0, 1.0).ok()?,
@@ -98,7 +98,7 @@ where
         estimator,
         form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 1),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     for index in 0..2 {
         let mut batch = Batch::new(index, 1000, 2000);
@@ -190,7 +190,7 @@ fn linear(seed: u64) -> Option<Statistics> {
         estimator: Estimator::Collision,
         form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut batch = Batch::new(0, 1000, 1000);
     batch.run(&task, u64::MAX).ok()?;

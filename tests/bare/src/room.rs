@@ -1,7 +1,7 @@
 //! A square room from tables that a device would keep.
 
 use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
-use fredholm_core::{At, Batch, Estimator, Form, Real, STEP_LIMIT, Statistics, Task, WalkSeeds};
+use fredholm_core::{At, Batch, Estimator, Form, Real, Length, Statistics, Task, WalkSeeds};
 use fredholm_room::{
     Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment,
     VisibilityTable, Wall,
@@ -91,7 +91,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: <WalkSeeds>::new(seed, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mean = MeanOver::new(&room, &LENGTHS, 0..4).ok()?;
     let irradiance = Irradiance {
@@ -110,7 +110,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         estimator: Estimator::Collision,
         form: Form::Product,
         seeds: of_mean,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     all.run(&mean, u64::MAX).ok()?;
     let irradiance = Task {
@@ -121,7 +121,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         estimator: Estimator::Collision,
         form: Form::Product,
         seeds: of_irradiance,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     falls.run(&irradiance, u64::MAX).ok()?;
     Some(batches.map(|batch| *batch.statistics()))

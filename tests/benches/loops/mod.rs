@@ -9,7 +9,7 @@ use core::f64::consts::{PI, TAU};
 use fredholm_circle::{Circle, Harmonic, Tables};
 use fredholm_core::galerkin::{DiagonalRule, GalerkinMatrix, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimator, Form, Real, RngUniforms, STEP_LIMIT, Statistics, Task,
+    At, Batch, DefaultGenerator, Estimator, Form, Length, Real, RngUniforms, Statistics, Task,
     Uniforms, WalkSeeds,
 };
 
@@ -60,7 +60,7 @@ impl Setup {
             estimator: Estimator::Absorption,
             form: Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let mut batch = Batch::new(0, walks, walks);
         batch.run(&task, u64::MAX).unwrap();

@@ -6,8 +6,8 @@ use fredholm_core::galerkin::{
     Coefficients, GalerkinMatrix, PairIntegral, Pairs, Partition, Piecewise,
 };
 use fredholm_core::{
-    DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Form, Kernel, Neighbour, NoNeighbour,
-    Real, STEP_LIMIT, Statistics, Task, TransitionDensity, rounding_floor,
+    DEFAULT_GENERATOR, DefaultGenerator, Estimate, Estimator, Form, Kernel, Length, Neighbour,
+    NoNeighbour, Real, STEP_LIMIT, Statistics, Task, TransitionDensity, rounding_floor,
 };
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 
@@ -17,6 +17,12 @@ use crate::galerkin::System;
 use crate::outcome::{Outcome, Worst};
 use crate::report::Report;
 use crate::runners::{Any, Case, Generator, Walkable, runners};
+
+/// A walk that takes so long is no walk of a test's.
+const LENGTH: Length = Length {
+    survivals: 0,
+    step_limit: STEP_LIMIT / 10,
+};
 
 /// A described problem that offers neighbour equations to the kit.
 pub trait Neighbours<const B: usize = 1>: Description<B> {
@@ -234,7 +240,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
                 control_mean: 0.0,
                 estimator,
                 form: Form::Product,
-                step_limit: STEP_LIMIT / 10,
+                length: LENGTH,
             };
             let name = &format!("plain, {estimator:?}");
             // The means are those beside the first neighbour equation.
@@ -329,7 +335,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
             control_mean: value,
             estimator,
             form: Form::Product,
-            step_limit: STEP_LIMIT / 10,
+            length: LENGTH,
         };
         let task = |seed| case.task::<DefaultGenerator>(seed);
         let name = &format!("{name}, {estimator:?}");

@@ -5,9 +5,9 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Equation, Estimator, Form, Functional, Goal, Goals, Job, Kernel, NeighbourOf,
-    RandomSource, RunOptions, Sampler, StateSpace, Statistics, Task, Uniforms, WalkOptions,
-    WalkSeeds,
+    DefaultGenerator, Equation, Estimator, Form, Functional, Goal, Goals, Job, Kernel, Length,
+    NeighbourOf, RandomSource, RunOptions, Sampler, StateSpace, Statistics, Task, Uniforms,
+    WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
@@ -137,8 +137,8 @@ pub struct Case<'a, E, N: ?Sized, T> {
     pub estimator: Estimator,
     /// The form of the control variate.
     pub form: Form,
-    /// Most states of a walk.
-    pub step_limit: u32,
+    /// How long walks are followed.
+    pub length: Length,
 }
 
 impl<E, N: ?Sized, T> Clone for Case<'_, E, N, T> {
@@ -160,7 +160,7 @@ impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
             estimator: self.estimator,
             form: self.form,
             seeds: WalkSeeds::new(seed, 0),
-            step_limit: self.step_limit,
+            length: self.length,
         }
     }
 }
@@ -233,7 +233,8 @@ where
         seed,
         estimator: case.estimator,
         form: case.form,
-        step_limit: case.step_limit,
+        survivals: case.length.survivals,
+        step_limit: case.length.step_limit,
     };
     run_on(
         pool,

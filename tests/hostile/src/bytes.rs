@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Kernel, NoNeighbour, RunOptions, STEP_LIMIT, Sampler,
+    At, DefaultGenerator, Estimator, Form, Kernel, Length, NoNeighbour, RunOptions, Sampler,
     Source, StateSpace, Task, Tolerance, Uniforms, WalkSeeds,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
@@ -273,7 +273,7 @@ pub fn state_with_checksum(bytes: &[u8]) {
             estimator: Estimator::Collision,
             form: Form::Product,
             seeds: WalkSeeds::new(1, 0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         }
     };
     let options = RunOptions {

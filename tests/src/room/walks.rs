@@ -1,6 +1,6 @@
 //! Walks in a room, and what is asserted of them.
 
-use fredholm_core::{DefaultGenerator, Estimator, Form, Real, STEP_LIMIT, Task, WalkSeeds};
+use fredholm_core::{DefaultGenerator, Estimator, Form, Length, Real, Task, WalkSeeds};
 use fredholm_room::Room;
 
 use super::{Drawing, RoomNeighbour};
@@ -32,6 +32,6 @@ pub fn task<'a, F: Real, T>(
         estimator,
         form: Form::Product,
         seeds,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }

@@ -6,7 +6,7 @@ use fredholm_circle::{
     Circle, MeanOver, Tables, neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Form, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics, Task,
+    At, Batch, Estimator, Form, Length, Located, Neighbour, RngUniforms, Statistics, Task,
     Uniforms, WalkSeeds, rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
@@ -37,7 +37,7 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
                 estimator: Estimator::Absorption,
                 form: Form::Product,
                 seeds: <WalkSeeds>::new(1, number as u64),
-                step_limit: STEP_LIMIT,
+                length: Length::default(),
             };
             let mut batch = Batch::new(0, WALKS, WALKS);
             batch.run(&task, u64::MAX).unwrap();

@@ -4,7 +4,7 @@
 use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables, residual_moments};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, Estimator, Form, Neighbour, Real, STEP_LIMIT, Statistics, Task, WalkSeeds,
+    At, Batch, Estimator, Form, Length, Neighbour, Real, Statistics, Task, WalkSeeds,
 };
 use proptest::prelude::*;
 
@@ -91,7 +91,7 @@ where
         estimator,
         form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut batch = Batch::new(0, 50, 50);
     batch.run(&task, u64::MAX).expect("finite scores");

@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, Circle, CircleError, Emission, Harmonic, MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Estimator, Form, Functional, Neighbour, NotFinite, Real, STEP_LIMIT, Statistics,
-    Task, Termination, WalkSeeds, rounding_floor,
+    At, Batch, Estimator, Form, Functional, Length, Neighbour, NotFinite, Real, Statistics, Task,
+    Termination, WalkSeeds, rounding_floor,
 };
 use fredholm_tests::check::{long, means};
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO, with_piecewise, with_residual};
@@ -29,7 +29,7 @@ fn task<'a, F: Real, E: Emission<F>, N, T: Functional<Circle<'a, F, E>>>(
         estimator,
         form: Form::Product,
         seeds,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }
 
@@ -351,7 +351,7 @@ fn walks_that_are_cut_off_are_counted() {
             Estimator::Collision,
             WalkSeeds::new(1, 0),
         );
-        task.step_limit = 3;
+        task.length.step_limit = 3;
         let statistics = run(&task, 10_000);
         let endings = statistics.terminations();
         assert_eq!(endings.absorbed + endings.step_limit, 10_000);

@@ -5,7 +5,7 @@ use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Equation, Estimate, Estimator, Form, Functional, Neighbour, NeighbourOf, STEP_LIMIT,
+    At, Batch, Equation, Estimate, Estimator, Form, Functional, Length, Neighbour, NeighbourOf,
     Statistics, Task, WalkSeeds,
 };
 use fredholm_cube::{Mean, ScalarField, model};
@@ -211,7 +211,7 @@ where
             estimator,
             form: Form::Product,
             seeds: <WalkSeeds>::new(seed, 0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let most = *walks.last().unwrap();
         let run = |seed: usize| -> Vec<Statistics> {

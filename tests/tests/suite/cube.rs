@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{Dense, GalerkinError, GalerkinMatrix, Partition, Solution, rounded};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Functional, Neighbour, Real, STEP_LIMIT, Task,
-    WalkSeeds, rounding_floor,
+    At, DefaultGenerator, Estimator, Form, Functional, Length, Neighbour, Real, Task, WalkSeeds,
+    rounding_floor,
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
@@ -49,7 +49,7 @@ fn task<'a, E, N, T>(
         estimator,
         form: Form::Product,
         seeds,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix, Partition};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Neighbour, Real, RngUniforms, STEP_LIMIT, Statistics,
-    Task, Uniforms, WalkSeeds, rounding_floor,
+    At, DefaultGenerator, Estimator, Form, Length, Neighbour, Real, RngUniforms, Statistics, Task,
+    Uniforms, WalkSeeds, rounding_floor,
 };
 use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
@@ -41,7 +41,7 @@ fn task<'a, E, N, T>(
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }
 

@@ -5,8 +5,8 @@ use core::cell::Cell;
 use fredholm_circle::{Cells, Circle, CircleError, Harmonic};
 use fredholm_core::galerkin::DiagonalRule;
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Goal, Goals, Neighbour, NoNeighbour, Real, RunOptions,
-    RunOptionsError, STEP_LIMIT, Sampler, Statistics, StopReason, Task, Tolerance, WalkOptions,
+    At, DefaultGenerator, Estimator, Form, Goal, Goals, Length, Neighbour, NoNeighbour, Real,
+    RunOptions, RunOptionsError, Sampler, Statistics, StopReason, Task, Tolerance, WalkOptions,
     WalkSeeds,
 };
 use fredholm_embedded::{
@@ -67,7 +67,7 @@ fn another_generator_has_the_same_bits_from_either_runner() {
                 estimator: default.estimator,
                 form: Form::Product,
                 seeds: WalkSeeds::<ChaCha8Rng>::new(5, 0),
-                step_limit: default.step_limit,
+                length: default.length,
             },
             RunOptions::new(1000),
         )
@@ -93,7 +93,7 @@ fn task<'a, F: Real>(
         estimator,
         form: Form::Product,
         seeds: WalkSeeds::new(5, 2),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }
 
@@ -282,7 +282,7 @@ fn a_state_of_something_else_is_refused() {
             Some(StateError::OtherOptions)
         );
         let mut other = same();
-        other.step_limit -= 1;
+        other.length.step_limit -= 1;
         assert_eq!(
             restored(other, run_options(None)),
             Some(StateError::OtherOptions)
@@ -337,7 +337,7 @@ fn a_state_of_something_else_is_refused() {
             estimator: same.estimator,
             form: Form::Product,
             seeds: same.seeds,
-            step_limit: same.step_limit,
+            length: same.length,
         };
         let refused = Driver::restore(other, run_options(None), &state).err();
         assert_eq!(refused, Some(StateError::OtherEquation));
@@ -424,7 +424,7 @@ fn a_score_that_is_not_finite_names_its_walk() {
         estimator: Estimator::Collision,
         form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut driver = Driver::new(task(), run_options(None)).unwrap();
     let error = driver.poll(5000).unwrap_err();

@@ -13,8 +13,8 @@ use fredholm_core::galerkin::{
 };
 use fredholm_core::sampled::{Sampled, StepControl};
 use fredholm_core::{
-    DefaultGenerator, Estimator, Form, Kernel, Located, Neighbour, Real, STEP_LIMIT, Sampler,
-    Source, StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
+    DefaultGenerator, Estimator, Form, Kernel, Length, Located, Neighbour, Real, Sampler, Source,
+    StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
 };
 use fredholm_tests::check::{self, Among, SEEDS, seeds};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
@@ -519,7 +519,7 @@ fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: WalkSeeds::new(seed, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     })
 }
 

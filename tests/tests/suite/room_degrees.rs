@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{PairIntegral, TransitionMoments};
 use fredholm_core::{
-    At, Estimate, Estimator, Form, Functional, Located, Neighbour, RngUniforms, STEP_LIMIT,
-    Statistics, Task, WalkSeeds,
+    At, Estimate, Estimator, Form, Functional, Length, Located, Neighbour, RngUniforms, Statistics,
+    Task, WalkSeeds,
 };
 use fredholm_room::{
     Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, Visibility, min_mass_ratio,
@@ -41,7 +41,7 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
             estimator: Estimator::Absorption,
             form: Form::Product,
             seeds: seeds(0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let all = run(&task, walks);
         let mut draws = RngUniforms(seeds(u64::MAX).generator(0));
@@ -56,7 +56,7 @@ fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[
                 estimator: Estimator::Absorption,
                 form: Form::Product,
                 seeds: seeds(number as u64 + 1),
-                step_limit: STEP_LIMIT,
+                length: Length::default(),
             };
             run(&at, 2000)
         };
@@ -172,7 +172,7 @@ fn degree_0_has_the_bits_of_the_room() {
                 estimator: Estimator::Absorption,
                 form: Form::Product,
                 seeds: <WalkSeeds>::new(1, 0),
-                step_limit: STEP_LIMIT,
+                length: Length::default(),
             };
             let found = run(&task, 1000).preconditioned().estimate;
             [found, value].map(f64::to_bits)
@@ -191,7 +191,7 @@ fn degree_0_has_the_bits_of_the_room() {
                 estimator: Estimator::Absorption,
                 form: Form::Product,
                 seeds: <WalkSeeds>::new(1, 0),
-                step_limit: STEP_LIMIT,
+                length: Length::default(),
             };
             let found = run(&task, 1000).preconditioned().estimate;
             [found, value].map(f64::to_bits)

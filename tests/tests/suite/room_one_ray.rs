@@ -2,8 +2,7 @@
 //! left of the variance of walks.
 
 use fredholm_core::{
-    Estimator, Form, Located, Neighbour, RngUniforms, STEP_LIMIT, Statistics, Task, Uniforms,
-    WalkSeeds,
+    Estimator, Form, Length, Located, Neighbour, RngUniforms, Statistics, Task, Uniforms, WalkSeeds,
 };
 use fredholm_room::{Choice, Grading, MeanOver, Point, PolynomialRoom};
 use fredholm_tests::check::long;
@@ -134,7 +133,7 @@ where
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let all: Statistics = run(&task, 20_000);
     let [plain, best] = [all.plain(), all.preconditioned()];

@@ -1,6 +1,6 @@
 //! How fast the standard deviation falls with the number of cells.
 
-use fredholm_core::{Estimator, Form, STEP_LIMIT, Task, WalkSeeds};
+use fredholm_core::{Estimator, Form, Length, Task, WalkSeeds};
 use fredholm_room::{Choice, Grading, MeanOver};
 use fredholm_tests::check::long;
 use fredholm_tests::room::{Drawing, Setup, doorway, facet, furnace, furnished, square};
@@ -31,7 +31,7 @@ fn deviations(
             estimator: Estimator::Absorption,
             form: Form::Product,
             seeds: <WalkSeeds>::new(1, 0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let start = std::time::Instant::now();
         let statistics = run(&task, walks);

@@ -1,9 +1,9 @@
 //! Error bars that are not believed, as large scores are rare: both runners go on, and stop after the same walk.
 
 use fredholm_core::{
-    DefaultGenerator, Estimator, Form, Functional, Goal, Goals, Kernel, NoNeighbour, Real,
-    RunOptions, STEP_LIMIT, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task,
-    Tolerance, Uniforms, WalkOptions, WalkSeeds,
+    DefaultGenerator, Estimator, Form, Functional, Goal, Goals, Kernel, Length, NoNeighbour, Real,
+    RunOptions, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task, Tolerance,
+    Uniforms, WalkOptions, WalkSeeds,
 };
 use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, run};
@@ -80,7 +80,7 @@ fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReaso
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: WalkSeeds::<DefaultGenerator>::new(WalkOptions::default().seed, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut driver = Driver::new(task, options()).unwrap();
     let mut tail = Tail::default();

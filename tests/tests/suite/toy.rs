@@ -2,8 +2,7 @@
 
 use fredholm_core::galerkin::{Dense, GalerkinError, Piecewise, PointwiseSource, max_row_sum};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Functional, NoNeighbour, Real, STEP_LIMIT, Task,
-    WalkSeeds,
+    At, DefaultGenerator, Estimator, Form, Functional, Length, NoNeighbour, Real, Task, WalkSeeds,
 };
 use fredholm_tests::check::means;
 use fredholm_tests::galerkin::Tables;
@@ -98,7 +97,7 @@ fn task<'a, F: Real, N, T: Functional<Toy<F>>>(
         estimator,
         form: Form::Product,
         seeds,
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     }
 }
 

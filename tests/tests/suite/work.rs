@@ -12,7 +12,7 @@ use fredholm_core::galerkin::{
     AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, TransitionMoments,
 };
 use fredholm_core::{
-    Batch, Equation, Estimator, Form, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, STEP_LIMIT,
+    Batch, Equation, Estimator, Form, Length, Neighbour, NeighbourOf, NoNeighbour, RngUniforms,
     Source, Task, Uniforms, WalkSeeds,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
@@ -60,7 +60,7 @@ fn lines<E, N>(
             estimator,
             form: Form::Product,
             seeds: <WalkSeeds>::new(1, 0),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let mut batch = Batch::new(0, WALKS, WALKS);
         with_objects(&task, |task| batch.run(task, u64::MAX)).unwrap();

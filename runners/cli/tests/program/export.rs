@@ -14,8 +14,7 @@ use common::{Folder, circle_with, fredholm, list, number};
 use fredholm_circle::{Moment, Residual};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Statistics, Task,
-    WalkSeeds,
+    At, Equation, Estimator, Form, Length, Neighbour, Real, RunOptions, Statistics, Task, WalkSeeds,
 };
 use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
@@ -215,7 +214,7 @@ fn walk<E: Equation>(
         estimator: Estimator::Absorption,
         form: Form::Residual,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut options = RunOptions::new(20_000);
     options.batch = 512;

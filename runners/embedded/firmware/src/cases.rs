@@ -10,8 +10,8 @@ use fredholm_core::galerkin::{
     max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Equation, Estimator, Form, Functional, Neighbour, NeighbourOf, Real,
-    RunOptions, STEP_LIMIT, StateSpace, Statistics, Task, Tolerance, WalkSeeds,
+    At, DefaultGenerator, Equation, Estimator, Form, Functional, Length, Neighbour, NeighbourOf,
+    Real, RunOptions, StateSpace, Statistics, Task, Tolerance, WalkSeeds,
 };
 use fredholm_cube::{
     Cube, FactorTables, KernelFactors, KernelFn, Mean, Product, ScalarField, functions,
@@ -152,7 +152,7 @@ fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
             estimator,
             form: Form::Product,
             seeds: seeds(goal),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         runner.run(name, case, goal, options);
     }

@@ -70,6 +70,8 @@ fn defaults() {
             absorption: Placed::default(0.2),
             estimator: Placed::default(Estimator::Absorption),
             form: Placed::default(Settings::FORM),
+            sequence: Placed::default(Sequence::Random),
+            survivals: Placed::default(0),
             scalar: Placed::default(Scalar::F64),
             seed: Placed::default(1),
             batch: Placed::default(4096),

@@ -9,18 +9,18 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, Circle, Tables, neighbour_second_moment_radius, second_moment_radius};
 use fredholm_core::galerkin::{DiagonalRule, PairKind};
-use fredholm_core::{Form, NoNeighbour, Real};
+use fredholm_core::{DefaultGenerator, Form, Job, NoNeighbour, Real, Sobol};
 
 pub use fredholm_circle::Harmonic;
 
 use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
-    System, WalkOptions, in_scalar,
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Sequence,
+    Subject, System, WalkOptions, in_scalar,
 };
 use light::{DARK, Light};
-use system::{CircleSystem, with_job};
+use system::{Boxed, CircleSystem, with_job};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -186,6 +186,10 @@ impl Model for CircleModel {
         Region::Arc(0.0, TAU)
     }
 
+    fn has_sequences(&self) -> bool {
+        true
+    }
+
     fn has_whole(&self) -> bool {
         true
     }
@@ -309,9 +313,16 @@ impl<'m> CirclePartition<'m> {
         let circle = self.circle(&tables, request.walk.absorption)?;
         let zeros = vec![0.0; request.goals.len()];
         let none = NoNeighbour::<Circle<'_, F, Light<'_>>>::new();
-        with_job(&circle, &none, request, &zeros, &mut |job| {
-            then(&Prepared::plain(job, &zeros))
-        })
+        let mut walk = |job: &dyn Job| then(&Prepared::plain(job, &zeros));
+        match request.walk.sequence {
+            Sequence::Random => {
+                with_job::<DefaultGenerator, _, _, _>(&circle, &none, request, &zeros, &mut walk)
+            }
+            Sequence::Sobol => {
+                let none: &Boxed<'_, F> = &none;
+                with_job::<Sobol, _, _, _>(&circle, none, request, &zeros, &mut walk)
+            }
+        }
     }
 }
 

@@ -8,7 +8,10 @@ use fredholm_circle::{
 use fredholm_core::galerkin::{
     Basis, DiagonalRule, GalerkinMatrix, PairKind, PairTable, Piecewise, Solution,
 };
-use fredholm_core::{At, Functional, Goals, Job, Located, Neighbour, Real, Uniforms};
+use fredholm_core::{
+    At, DefaultGenerator, Functional, Generators, Goals, Job, Located, Neighbour, Real, Sobol,
+    Uniforms,
+};
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::{
     Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
@@ -21,7 +24,7 @@ use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{
-    Error, Goal, Pairs, Partitioned, Region, SavedSystem, System, WholeSystem, in_scalar,
+    Error, Goal, Pairs, Partitioned, Region, SavedSystem, Sequence, System, WholeSystem, in_scalar,
 };
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
 
@@ -201,16 +204,27 @@ impl<'m> CircleSystem<'m> {
             })
         };
         match &setup.source {
+            _ if request.walk.sequence == Sequence::Sobol => {
+                setup.boxed(&circle, &mut |neighbour| {
+                    with_job::<Sobol, _, _, _>(&circle, neighbour, request, &galerkin, &mut walk)
+                })
+            }
             NeighbourSource::Table(pairs, g) if self.cut.degree == 0 => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &setup.v, g)?;
-                with_job(&circle, &neighbour, request, &galerkin, &mut walk)
+                with_job::<DefaultGenerator, _, _, _>(
+                    &circle, &neighbour, request, &galerkin, &mut walk,
+                )
             }
             NeighbourSource::ClosedForm(moments) if self.cut.degree == 0 => {
                 let neighbour = Residual::new(&circle, &setup.v, moments)?;
-                with_job(&circle, &neighbour, request, &galerkin, &mut walk)
+                with_job::<DefaultGenerator, _, _, _>(
+                    &circle, &neighbour, request, &galerkin, &mut walk,
+                )
             }
             _ => setup.boxed(&circle, &mut |neighbour| {
-                with_job(&circle, neighbour, request, &galerkin, &mut walk)
+                with_job::<DefaultGenerator, _, _, _>(
+                    &circle, neighbour, request, &galerkin, &mut walk,
+                )
             }),
         }
     }
@@ -380,8 +394,8 @@ impl System for CircleSystem<'_> {
 }
 
 /// Prepares the walks of all goals, (v, Φ) of which is known.
-pub(super) fn with_job<'c, F: Real, E: Emission<F> + Sync, N>(
-    circle: &Circle<'c, F, E>,
+pub(super) fn with_job<G: Generators, F: Real, E: Emission<F> + Sync, N>(
+    circle: &Circle<'_, F, E>,
     neighbour: &N,
     request: &Request<'_>,
     galerkin: &[f64],
@@ -403,7 +417,7 @@ where
         });
     }
     let options = request.walk.for_core();
-    then(&Goals::new(circle, neighbour, &goals, options))
+    then(&Goals::new(circle, neighbour, &goals, options).with_generator::<G>())
 }
 
 /// Where walks start.

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use fredholm_circle::{Circle, ClosedForm, Moment, Point, Residual, moments};
 use fredholm_core::whole::{BasisScores, Scores, WholeTask};
-use fredholm_core::{Located, Real, Source};
+use fredholm_core::{Located, Real, Sobol, Source};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
-    in_scalar, only_u, refined_mean, v_of_walks,
+    Error, IMAGE_HEAD, Region, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
+    WithWholeJob, in_scalar, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -64,7 +64,11 @@ impl<'m> CircleWhole<'m> {
                 let polynomials = circle.with_functions::<B>();
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&polynomials);
                 let options = walk.for_core();
-                then(&WholeTask::new(&circle, &circle, neighbour, scores, options))
+                let job = WholeTask::new(&circle, &circle, neighbour, scores, options);
+                match walk.sequence {
+                    Sequence::Random => then(&job),
+                    Sequence::Sobol => then(&job.with_generator::<Sobol>()),
+                }
             })
         })
     }

@@ -157,6 +157,10 @@ impl Model for CubeModel {
     }
 
     /// T_K by quadrature needs a kernel that is not singular.
+    fn has_sequences(&self) -> bool {
+        true
+    }
+
     fn has_whole(&self) -> bool {
         self.exponent() <= 0.0
     }
@@ -441,7 +445,7 @@ impl<'m> CubePartition<'m> {
             };
             let none: &Boxed<'_, F, D> = &NoNeighbour::<ModelCube<'_, F, D>>::new();
             with_job(
-                self.model,
+                (self.model, request.walk.sequence),
                 &parts,
                 Follow::Any(none),
                 &goals,

@@ -2,7 +2,8 @@
 
 use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
 use fredholm_core::{
-    At, Form, Functional, Goals, Located, Neighbour, Real, StateSpace, UncertainControl, Uniforms,
+    At, Form, Functional, Goals, Located, Neighbour, Real, Sobol, StateSpace, UncertainControl,
+    Uniforms,
 };
 use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
 use fredholm_embedded::{Number, TableBuilder};
@@ -19,7 +20,8 @@ use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
 use fredholm_model::{
-    Error, Pairs, Partitioned, Region, SavedSystem, Subject, System, WholeSystem, in_scalar,
+    Error, Pairs, Partitioned, Region, SavedSystem, Sequence, Subject, System, WholeSystem,
+    in_scalar,
 };
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
 
@@ -273,7 +275,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let mut follow = |follow: Follow<'_, F, D>| {
                 with_job(
-                    self.cut.model,
+                    (self.cut.model, walk.sequence),
                     &parts,
                     follow,
                     &goals,
@@ -299,7 +301,9 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let constants = match &kinds {
                 Kinds::Diagonal(rule)
-                    if rule.diagonal == PairKind::Galerkin && moments.is_none() =>
+                    if rule.diagonal == PairKind::Galerkin
+                        && moments.is_none()
+                        && walk.sequence == Sequence::Random =>
                 {
                     F::compiled::<D>(self.cut.model)
                         .and(self.solved.table.constants())
@@ -444,15 +448,17 @@ impl<const D: usize> System for CubeSystem<'_, D> {
 pub(super) type GoalsOf<'a, F, const D: usize> =
     (Vec<fredholm_core::Goal<Start<'a, F, D>>>, Vec<f64>);
 
-/// Hands on the job of all goals, and (v, Φ) of each: compiled for the equation, if it has such walks.
+/// Hands on the job of all goals, and (v, Φ) of each: compiled for the equation, if it has such walks and they draw
+/// pseudo-random numbers. Those of a sequence are compiled once for all equations.
 pub(super) fn with_job<F: CubeScalar, const D: usize>(
-    model: &CubeModel,
+    (model, sequence): (&CubeModel, Sequence),
     parts: &Parts<'_, F>,
     follow: Follow<'_, F, D>,
     goals: &MakeGoals<'_, F, D>,
     then: &mut WithJob<'_>,
 ) -> Result<(), Error> {
-    if let Some(compiled) = F::compiled::<D>(model) {
+    let is_random = sequence == Sequence::Random;
+    if let Some(compiled) = F::compiled::<D>(model).filter(|_| is_random) {
         return compiled.with_job(parts, follow, goals, then);
     }
     let Follow::Any(neighbour) = follow else {
@@ -460,10 +466,11 @@ pub(super) fn with_job<F: CubeScalar, const D: usize>(
     };
     let cube = parts.values.cube::<D>(parts.per_axis, parts.absorption)?;
     let (goals, galerkin) = goals(neighbour)?;
-    then(
-        &Goals::new(&cube, neighbour, &goals, parts.options),
-        &galerkin,
-    )
+    let job = Goals::new(&cube, neighbour, &goals, parts.options);
+    match sequence {
+        Sequence::Random => then(&job, &galerkin),
+        Sequence::Sobol => then(&job.with_generator::<Sobol>(), &galerkin),
+    }
 }
 
 /// The goals of walks that follow this neighbour equation.

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use fredholm_core::whole::WholeTask;
-use fredholm_core::{Form, Source};
+use fredholm_core::{Form, Sobol, Source};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    Error, Region, Request, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
-    in_scalar, only_u, refined_mean, v_of_walks,
+    Error, Region, Request, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
+    WithWholeJob, in_scalar, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -91,16 +91,15 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 options: walk.for_core(),
             };
             degree.with_neighbour(&of, &kinds, &mut |neighbour| {
-                if let Some(compiled) = F::compiled::<D>(system.cut.model) {
+                let is_random = walk.sequence == Sequence::Random;
+                if let Some(compiled) = F::compiled::<D>(system.cut.model).filter(|_| is_random) {
                     return compiled.with_whole(&parts, neighbour, &scores, then);
                 }
-                then(&WholeTask::new(
-                    &cube,
-                    &cube,
-                    neighbour,
-                    &scores,
-                    parts.options,
-                ))
+                let job = WholeTask::new(&cube, &cube, neighbour, &scores, parts.options);
+                match walk.sequence {
+                    Sequence::Random => then(&job),
+                    Sequence::Sobol => then(&job.with_generator::<Sobol>()),
+                }
             })
         })
     }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Functional, Neighbour, NoNeighbour, Real, STEP_LIMIT, Statistics,
+    At, Batch, DefaultGenerator, Functional, Length, Neighbour, NoNeighbour, Real, Statistics,
     Task, WalkSeeds,
 };
 use fredholm_rayon::{Observer, fill_rows};
@@ -228,7 +228,7 @@ where
             estimator: self.request.walk.estimator,
             form: fredholm_core::Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let mut batch = Batch::new(0, walks, walks);
         batch

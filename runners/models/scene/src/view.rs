@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    Batch, DefaultGenerator, Form, Functional, LastStep, Neighbour, NoNeighbour, Real, RngUniforms,
-    STEP_LIMIT, Started, StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
+    Batch, DefaultGenerator, Form, Functional, LastStep, Length, Neighbour, NoNeighbour, Real,
+    RngUniforms, Started, StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
 };
 use fredholm_model::{BLANK, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar};
 use fredholm_rayon::{Observer, fill_rows};
@@ -364,7 +364,7 @@ where
             estimator: self.request.walk.estimator,
             form: Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
-            step_limit: STEP_LIMIT,
+            length: Length::default(),
         };
         let mut batch = Batch::new(0, walks, walks);
         batch

@@ -57,7 +57,7 @@ impl<'a, 'm> Course<'a, 'm> {
         Self {
             watch,
             tolerance,
-            batch: settings.batch,
+            batch: settings.batch(),
             has_end: settings.walks.is_some() || settings.time_limit.is_some(),
             state: Mutex::new(State {
                 search,

@@ -6,6 +6,18 @@ use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
 
+/// What is unusual about the draws of walks: a sequence, and states without absorption.
+pub(super) fn draws(sequence: Option<&str>, survivals: u32) -> String {
+    let mut text = String::new();
+    if sequence.is_some() {
+        text.push_str(", Sobol' points");
+    }
+    if survivals > 0 {
+        text.push_str(&format!(", {survivals} survivals"));
+    }
+    text
+}
+
 impl Report {
     /// The report as a table for people.
     #[must_use]
@@ -39,7 +51,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}, {} pairs{}{}, {} estimator, {}, seed {}",
+            "{}{}, {} cell{}{}, {} pairs{}{}, {} estimator{}, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -59,6 +71,7 @@ impl Report {
                 ""
             },
             self.estimator,
+            draws(self.sequence, self.survivals),
             self.scalar,
             self.seed,
         )

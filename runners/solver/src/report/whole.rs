@@ -6,6 +6,7 @@ use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
+use super::text::draws;
 use super::{Coordinates, EnergyReport, EstimateReport, Over};
 use crate::{Error, Goal, Model, Region, WholeFunction, WholeSummary, WholeValue};
 
@@ -279,13 +280,14 @@ impl WholeReport {
             short(self.value_seconds)
         ));
         format!(
-            "{}, {} pairs, {} estimator, {}, seed {}\n\n{}{}\n{}\n",
+            "{}, {} pairs, {} estimator{}, {}, seed {}\n\n{}{}\n{}\n",
             match summary.dimension {
                 Some(d) => format!("{} of dimension {d}", summary.problem),
                 None => summary.problem.to_owned(),
             },
             summary.pairs,
             summary.estimator,
+            draws(summary.sequence, summary.survivals),
             summary.scalar,
             summary.seed,
             aligned(&rows),

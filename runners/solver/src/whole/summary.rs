@@ -41,6 +41,12 @@ pub struct WholeSummary {
     pub scalar: &'static str,
     /// The name of the random number generator.
     pub generator: &'static str,
+    /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sequence: Option<&'static str>,
+    /// The number of first states in which walks are not absorbed.
+    #[serde(skip_serializing_if = "crate::report::is_zero")]
+    pub survivals: u32,
     /// The seed of the walks.
     pub seed: u64,
     /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".

@@ -10,7 +10,7 @@ use cortex_m_semihosting::{debug, hprintln};
 use fredholm_circle::{Cells, Circle, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Neighbour, Real, RunOptions, Length, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 
@@ -67,7 +67,7 @@ fn solve() -> Option<()> {
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut options = RunOptions::new(100_000);
     options.batch = 256;

@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::entry;
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Form, Neighbour, Real, RunOptions, STEP_LIMIT, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Neighbour, Real, RunOptions, Length, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 
@@ -79,7 +79,7 @@ fn solve() -> Option<()> {
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: <WalkSeeds>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let mut options = RunOptions::new(1_000_000);
     options.tolerance = Some(Tolerance::Absolute(1e-3));

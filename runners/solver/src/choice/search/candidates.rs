@@ -85,7 +85,7 @@ impl Search<'_> {
             // On few cells the causes that limit the order in the end, as pairs next to corners do, are not yet dominant.
             let limit = self.model.order(&cut, first.pairs);
             let order = limit.midpoint(self.model.smooth_order(first.degree));
-            let batch = self.settings.batch;
+            let batch = self.settings.batch();
             self.families.push(Family::new(first, levels, order, batch));
         }
     }
