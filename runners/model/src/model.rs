@@ -223,6 +223,11 @@ pub trait Model: Send + Sync {
         (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
     }
 
+    /// Whether a neighbour equation may have the source F itself.
+    fn has_exact_source(&self) -> bool {
+        false
+    }
+
     /// Deterministic solutions to compare with, if there are some.
     ///
     /// # Errors

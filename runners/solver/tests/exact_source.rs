@@ -102,13 +102,9 @@ fn a_smooth_source_has_no_error_of_its_own() {
 }
 
 #[test]
-fn what_is_chosen_keeps_an_exact_source_that_is_asked_for() {
+fn an_exact_source_is_chosen_for_a_jump() {
     let model = separable::<2>();
-    let report = Solver::new(&model)
-        .exact_source(true)
-        .at([0.2, 0.2])
-        .mean()
-        .solve_to(1e-5);
+    let report = Solver::new(&model).at([0.2, 0.2]).mean().solve_to(1e-5);
     let report = report.unwrap();
     assert!(report.exact_source, "{report}");
     for (goal, exact) in report.goals.iter().zip([EXACT[0], EXACT[2]]) {
@@ -121,11 +117,7 @@ fn what_is_chosen_keeps_an_exact_source_that_is_asked_for() {
         |x, y| 0.5 * (x[0] * y[0]).exp(),
         |x| f64::from(u8::from(x[0] < 0.37)),
     );
-    let report = Solver::new(&step)
-        .exact_source(true)
-        .mean()
-        .solve_to(1e-8)
-        .unwrap();
+    let report = Solver::new(&step).mean().solve_to(1e-8).unwrap();
     assert!(report.exact_source, "{report}");
 }
 

@@ -3,24 +3,28 @@
 //!
 //! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`, and
 //! every tenth of these with `FREDHOLM_EACH=10` besides, from number 3 on with `FREDHOLM_FIRST=3`: ten such runs are all of them.
+//! What the ladder takes is a function of the problem alone. `FREDHOLM_LADDER=FOLDER` keeps it there, and reads it the next
+//! time; remove it where costs or walks change.
 
 mod ladder;
 mod problems;
 
 use core::fmt::Write as _;
+use std::path::Path;
 
 use fredholm::answer::Answer;
 use fredholm::choice::Chosen;
 use fredholm::execute::OnThreads;
 use fredholm::{Choices, Error, Tolerance};
 use fredholm_core::{Statistics, StopReason};
+use serde::{Deserialize, Serialize};
 
 use ladder::{Opened, Rung};
 use problems::{MOST_ERROR, Problem, Random};
 
 /// Problems that were looked at when the choice was made, and others.
 const SEEN: u64 = 1;
-const UNSEEN: u64 = 7;
+const UNSEEN: u64 = 11;
 
 /// The problems of a half in a day's share, and in all.
 const FEW: u64 = 3;
@@ -68,9 +72,10 @@ fn run(seed: u64) {
 }
 
 /// What the choice is compared with.
+#[derive(Serialize, Deserialize)]
 struct Reference {
     /// The error that the ladder reaches soon.
-    tolerance: Tolerance,
+    error: f64,
     /// Whether it is larger than what was drawn.
     is_relaxed: bool,
     /// The best of the ladder, if one ends.
@@ -80,6 +85,7 @@ struct Reference {
 }
 
 /// The best of the ladder.
+#[derive(Serialize, Deserialize)]
 struct Best {
     name: String,
     seconds: f64,
@@ -90,6 +96,22 @@ struct Best {
 }
 
 impl Reference {
+    /// What was kept of this problem, or a new one, which is kept then.
+    fn kept(problem: &Problem, opened: &Opened<'_>) -> Self {
+        let Some(folder) = std::env::var_os("FREDHOLM_LADDER") else {
+            return Self::new(problem, opened);
+        };
+        let path = Path::new(&folder).join(&problem.key);
+        match std::fs::read(&path) {
+            Ok(kept) => serde_json::from_slice(&kept).unwrap(),
+            Err(_) => {
+                let new = Self::new(problem, opened);
+                std::fs::write(path, serde_json::to_vec(&new).unwrap()).unwrap();
+                new
+            }
+        }
+    }
+
     fn new(problem: &Problem, opened: &Opened<'_>) -> Self {
         let (mut rungs, mut steps) = (Vec::new(), opened.steps(problem.cells));
         let (mut tolerance, mut is_relaxed) = (problem.tolerance(problem.error), false);
@@ -104,7 +126,7 @@ impl Reference {
         }
         let default = opened.plain_default(problem.default);
         Self {
-            tolerance,
+            error: tolerance.bound(),
             is_relaxed,
             best: best(&rungs, problem, opened, tolerance),
             default: default.map(|rung| rung.seconds(tolerance)),
@@ -131,8 +153,8 @@ fn ran(problem: &Problem) -> Ran {
     file.validate().unwrap();
     let resolved = file.resolve().unwrap();
     let mut opened = Opened::new(&resolved);
-    let reference = Reference::new(problem, &opened);
-    let tolerance = reference.tolerance;
+    let reference = Reference::kept(problem, &opened);
+    let tolerance = problem.tolerance(reference.error);
 
     let mut settings = opened.settings.clone();
     settings.tolerance = Some(tolerance);

@@ -25,6 +25,8 @@ impl Random {
 
 /// A problem with an error and nothing else.
 pub(crate) struct Problem {
+    /// Its number among all problems, as a file's name.
+    pub(crate) key: String,
     /// What it is, for people.
     pub(crate) name: String,
     /// The file without an error.
@@ -54,6 +56,7 @@ impl Problem {
         };
         let (more, text) = with_more_targets(text, number, at);
         Self {
+            key: format!("{number}.json"),
             name: format!("{name}, {} targets", 1 + more),
             text,
             error,

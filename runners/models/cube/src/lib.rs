@@ -277,6 +277,10 @@ impl Model for CubeModel {
         }
     }
 
+    fn has_exact_source(&self) -> bool {
+        true
+    }
+
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {
         in_dimension!(self.dimension, D => nystrom::solutions::<D>(&*self.functions))
     }

@@ -6,14 +6,14 @@ use fredholm_core::{MANY_BATCHES, MIN_SCORED_WALKS, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
 use super::family::Prediction;
-use super::search::{PAYS, Search};
+use super::search::{PAYS, SHARE, Search};
 use super::{LONG_SECONDS, MOST_SECONDS};
 use crate::Settings;
 use crate::answer::{Gave, SolveObserver, Staged};
 
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
-const WRONG: f64 = 4.0;
+const WRONG: f64 = 2.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
 
@@ -110,12 +110,13 @@ impl State<'_, '_> {
         let setting = self.predicted.setting;
         let now = self.search.correct(&setting, statistics)?;
         let walks = statistics.iter().map(Statistics::walks).max().unwrap_or(0);
-        // Looks are twice as far apart every time: all of them take no longer than the walks.
-        self.search.run_for(walked, walks);
+        // Looks are twice as far apart every time: all of them take at most half as long as the walks.
+        let (may, few) = (SHARE * walked, (SHARE * walks as f64) as u64);
+        self.search.run_for(may, few);
         let left = (now.walking - walked).max(0.0);
         let best = self.search.best()?;
         let price = self.search.price(&best);
-        let is_tried = best.pilot_walks >= self.search.enough(&best, walked, walks);
+        let is_tried = best.pilot_walks >= self.search.enough(&best, may, few);
         let is_other = best.setting != setting && is_known;
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };

@@ -28,7 +28,7 @@ const FIRST: u64 = 256;
 const CONFIRM: u64 = 2048;
 /// The share of the best prediction that pilots may take, and of [`LONG_SECONDS`] at most: what would take hours is refused
 /// soon, and what takes minutes is corrected by its walks. What would pay and is not tried for it costs more than that.
-const SHARE: f64 = 0.25;
+pub(super) const SHARE: f64 = 0.25;
 /// How many times its own time a pilot must be able to save, and another setting to take over: about half of them save
 /// nothing.
 pub(super) const PAYS: f64 = 2.0;
@@ -36,6 +36,8 @@ pub(super) const PAYS: f64 = 2.0;
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
 const LEVELS: usize = 4;
+/// Seconds of a pilot that needs none before it.
+const LEAST_SECONDS: f64 = 1e-3;
 /// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
 const PILOT_SECONDS: f64 = 0.1e-3;
 const MOMENTS_SECONDS: f64 = 0.03;
@@ -169,22 +171,62 @@ impl<'m> Search<'m> {
             } else {
                 CONFIRM
             };
-            let setup = self.remaining_setup(&found);
+            let step = self.step_to(&found, walks);
+            let setup = self.remaining_setup(&step);
             // What is set up for the best is not lost.
-            let is_for_best = best.is_some_and(|best| best.setting.shares_system(&found.setting));
-            let is_kept = is_for_best && self.systems.of(&found.setting).is_none();
-            let lost = self.seconds_of(&found, walks) - if is_kept { setup } else { 0.0 };
-            (found, walks, lost, setup + found.hopeful + PAYS * lost)
+            let is_for_best = best.is_some_and(|best| best.setting.shares_system(&step.setting));
+            let is_kept = is_for_best && self.systems.of(&step.setting).is_none();
+            let lost = self.seconds_of(&step, walks) - if is_kept { setup } else { 0.0 };
+            let setup = self.remaining_setup(&found);
+            (step, walks, lost, setup + found.hopeful + PAYS * lost)
         });
         let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
-        let most = pay.min_by(|a, b| a.3.total_cmp(&b.3));
-        most.map(|(found, walks, ..)| (found, walks))
+        // What takes longer than all so far comes after everything else that may pay.
+        let is_late = |(step, walks, ..): &(Prediction, u64, f64, f64)| !self.is_soon(step, *walks);
+        let pay = pay.map(|candidate| (is_late(&candidate), candidate));
+        let most = pay.min_by(|(late, a), (other, b)| late.cmp(other).then(a.3.total_cmp(&b.3)));
+        most.map(|(_, (step, walks, ..))| (step, walks))
     }
 
-    /// The best setting, if few walks told of it.
+    /// Whether a pilot takes no longer than all before it.
+    fn is_soon(&self, found: &Prediction, walks: u64) -> bool {
+        self.seconds_of(found, walks) <= self.work.max(LEAST_SECONDS)
+    }
+
+    /// The best setting, if few walks told of it, or the next one on the way to it.
     fn unconfirmed(&self) -> Option<(Prediction, u64)> {
         let best = self.best()?;
-        (best.pilot_walks < CONFIRM).then_some((best, CONFIRM))
+        let step = self.step_to(&best, CONFIRM);
+        let walks = if step.setting == best.setting {
+            CONFIRM
+        } else {
+            FIRST
+        };
+        (best.pilot_walks < CONFIRM).then_some((step, walks))
+    }
+
+    /// The setting whose pilot comes next if this one is wanted: itself if its pilot takes no longer than all before it, so that
+    /// all pilots take at most twice as long as the last; or else one on fewer cells that is the next to be had so.
+    fn step_to(&self, found: &Prediction, walks: u64) -> Prediction {
+        let is_soon = |of: &Prediction| self.is_soon(of, walks);
+        let own = |family: &&Family| family.first.shares_family(&found.setting);
+        let family = self.families.iter().find(own);
+        let pilot = family.and_then(|family| family.pilot_for(&found.setting));
+        let (Some(family), Some(pilot), false) = (family, pilot, is_soon(found)) else {
+            return *found;
+        };
+        let between = pilot.setting.cells + 1..found.setting.cells;
+        let is_between = |of: &&Prediction| {
+            of.setting.walks() == found.setting.walks()
+                && between.contains(&of.setting.cells)
+                && !self.refuses(&of.setting)
+        };
+        let steps = || family.found.iter().filter(is_between);
+        let finest = steps()
+            .filter(|of| is_soon(of))
+            .max_by_key(|of| of.setting.cells);
+        let next = finest.or_else(|| steps().min_by_key(|of| of.setting.cells));
+        *next.unwrap_or(found)
     }
 
     /// Seconds of a pilot with so many walks of each target.

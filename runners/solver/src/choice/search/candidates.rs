@@ -1,6 +1,6 @@
 //! The candidates: what may be chosen at all, and what may be tried next.
 
-use fredholm_core::Estimator;
+use fredholm_core::{Estimator, Real};
 
 use super::super::family::{Family, Level, Prediction};
 use super::super::setting::Setting;
@@ -21,6 +21,14 @@ const UNKNOWNS: usize = 1 << 17;
 /// The values of q0 to choose from: the given one, if there is one.
 pub(super) fn absorptions(settings: &Settings) -> Vec<f64> {
     open(settings.absorption, &ABSORPTIONS)
+}
+
+/// A number below 1, rounded down to two digits.
+fn two_digits(number: f64) -> f64 {
+    let powers = core::iter::successors(Some(100.0), |power| Some(10.0 * power));
+    let mut powers = powers.take(9);
+    let power = powers.find(|power| number * power >= 10.0);
+    power.map_or(0.0, |power| (number * power).floor() / power)
 }
 
 fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
@@ -53,14 +61,18 @@ impl Search<'_> {
             };
             cells.check_variance(&base.applied(self.settings).walk_options())?;
         }
-        let is_safe = |&&absorption: &&f64| radius(absorption).powi(2) < 1.0 - absorption;
-        let safe: Vec<f64> = self.absorptions.iter().filter(is_safe).copied().collect();
+        let is_safe = |absorption: &f64| radius(*absorption).powi(2) < 1.0 - absorption;
+        self.absorptions.retain(is_safe);
+        // Walks as short as they may be: next to the largest constant they are several times as long on the next smaller value.
+        let largest = two_digits(1.0 - Real::exp(2.0 / 3.0 * Real::ln(squares)));
+        let largest = open(self.settings.absorption, &[largest.min(ABSORPTIONS[0])]);
+        let is_larger = |of: &f64| *of > self.absorptions.first().copied().unwrap_or(0.0);
+        let largest = largest.into_iter().find(|of| is_larger(of) && is_safe(of));
+        self.absorptions.splice(0..0, largest);
         // The least of all has the least radius.
-        self.absorptions = if safe.is_empty() {
-            least.into_iter().collect()
-        } else {
-            safe
-        };
+        if self.absorptions.is_empty() {
+            self.absorptions.extend(least);
+        }
         Ok(())
     }
 
@@ -69,15 +81,21 @@ impl Search<'_> {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
         let degrees = open(self.settings.degree, &degrees);
-        let exact_source = self.settings.exact_source.unwrap_or(false);
+        let sources: &[bool] = match self.model.has_exact_source() {
+            true => &[false, true],
+            false => &[false],
+        };
+        let sources = open(self.settings.exact_source, sources);
         let mut all = vec![self.plain()];
         for &degree in &degrees {
-            all.extend(pairs.iter().map(|&pairs| Setting {
-                degree,
-                pairs,
-                exact_source,
-                ..self.base()
-            }));
+            for &pairs in &pairs {
+                all.extend(sources.iter().map(|&exact_source| Setting {
+                    degree,
+                    pairs,
+                    exact_source,
+                    ..self.base()
+                }));
+            }
         }
         for first in all {
             let levels = self.levels(&first, 1);
@@ -188,26 +206,33 @@ impl Search<'_> {
         all
     }
 
-    /// The best prediction of a family with the walks next to its own, if they have the least variance that they may have.
+    /// What a family may take at best with the walks next to its own, if they have the least variance that they may have; a
+    /// pilot on the cells of the last one would tell.
     fn with_other_walks(&self, family: &Family) -> Vec<Prediction> {
         let of = |best: &Prediction| {
+            let pilot = family.pilot_for(&best.setting)?;
+            let level = |cells| family.level(cells);
             Some((
-                family.pilot_for(&best.setting)?,
-                family.level(best.setting.cells)?,
+                pilot,
+                level(pilot.setting.cells)?,
+                level(best.setting.cells)?,
             ))
         };
         let best = self.best_of(family.found.iter());
-        let Some((pilot, level)) = best.as_ref().and_then(of) else {
+        let Some((pilot, own, level)) = best.as_ref().and_then(of) else {
             return Vec::new();
         };
         let next = self.next_to(&pilot.setting).into_iter();
         let new = next.filter(|walks| !family.walks().contains(walks));
         let of = |walks| {
             let setting = pilot.setting.with_walks(walks);
+            let other = pilot.with_walks(setting, OTHER_WALKS);
+            let [here, there] = [own, level].map(|level| family.predict(&other, level));
+            let more = self.remaining_setup(&there) - self.remaining_setup(&here);
             Prediction {
-                setting,
+                hopeful: more + there.hopeful,
                 pilot_walks: 0,
-                ..family.predict(&pilot.with_walks(setting, OTHER_WALKS), level)
+                ..here
             }
         };
         new.map(of).collect()
@@ -224,5 +249,15 @@ impl Search<'_> {
         let estimators = open(self.settings.estimator, &all).into_iter();
         let other = estimators.filter(|other| *other != own.1);
         beside.chain(other.map(|other| (own.0, other))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn numbers_are_rounded_down_to_two_digits() {
+        let all = [0.7, 0.043_9, 0.001_23, 3.0e-11, -1.0, f64::NAN];
+        let found = all.map(super::two_digits);
+        assert_eq!(found, [0.7, 0.043, 0.001_2, 0.0, 0.0, 0.0]);
     }
 }
