@@ -32,6 +32,8 @@ mod manual {
     struct Rooms;
     #[doc = include_str!("../../docs/spheres.md")]
     struct Spheres;
+    #[doc = include_str!("../../docs/lift.md")]
+    struct Lift;
     #[doc = include_str!("../../docs/sequences.md")]
     struct Sequences;
     #[doc = include_str!("../../docs/whole.md")]

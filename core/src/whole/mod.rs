@@ -45,7 +45,7 @@
 //! # What it does not do
 //!
 //! The projection of e loses T_K(I − P)e, which no error bar sees. It is of the order 2(degree + 1) in the cells' width,
-//! where T_K smooths as much. P is on polynomials of one to three degrees more than v: a Galerkin v leaves a residual
+//! where T_K smooths as much. [`AdjointScores`] lose nothing, for some functionals that are known before the walks. P is on polynomials of one to three degrees more than v: a Galerkin v leaves a residual
 //! that is orthogonal to its own space, so that scores on that space alone find nothing.
 //!
 //! # References
@@ -65,5 +65,5 @@ mod tests;
 pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Starts;
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
-pub use scores::{BasisScores, Scores};
+pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores};
 pub use task::{KEPT_STATES, WHOLE, WholeJob, WholeTask};

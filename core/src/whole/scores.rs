@@ -42,3 +42,51 @@ impl<T: Basis<B>, const B: usize> Scores<T::Point> for BasisScores<'_, T, B> {
         }
     }
 }
+
+/// The adjoint images T_K*Φ of some functionals, in place of polynomials: exactly (e, T_K*Φ) of each.
+///
+/// With e = u − v is (u, Φ) = (F + T_K v, Φ) + (e, T_K*Φ). For u(x) the image is K(x, ·), for a mean the mean of K(x, ·)
+/// over x. A walk costs one value of every image in each state that is scored, and nothing is lost by a projection: the
+/// estimate is unbiased whatever the cells.
+///
+/// All functionals share one cell of measure 1, so that [`Normalisation`](super::Normalisation) makes estimates of sums.
+///
+/// ```
+/// use fredholm_core::Located;
+/// use fredholm_core::whole::{AdjointScores, Scores};
+///
+/// // u(0.3), and the mean of u over [0, 1), of the kernel K = x + y.
+/// let point = |y: &Located<f64>| 0.3 + y.point;
+/// let mean = |y: &Located<f64>| 0.5 + y.point;
+/// let scores = AdjointScores(&[&point, &mean]);
+/// let mut sums = [0.0; 2];
+/// scores.add(&Located { point: 0.2, cell: 7 }, 2.0, &mut sums);
+/// assert_eq!(sums, [1.0, 1.4]);
+/// ```
+#[derive(Clone, Copy)]
+pub struct AdjointScores<'a, P>(pub &'a [&'a AdjointImage<'a, P>]);
+
+/// T_K*Φ as a function of y.
+pub type AdjointImage<'a, P> = dyn Fn(&Located<P>) -> f64 + Sync + 'a;
+
+impl<P> core::fmt::Debug for AdjointScores<'_, P> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("AdjointScores").field(&self.0.len()).finish()
+    }
+}
+
+impl<P> Scores<P> for AdjointScores<'_, P> {
+    fn unknowns(&self) -> usize {
+        self.0.len()
+    }
+
+    fn functions(&self) -> usize {
+        self.0.len()
+    }
+
+    fn add(&self, x: &Located<P>, score: f64, sums: &mut [f64]) {
+        for (sum, image) in sums.iter_mut().zip(self.0) {
+            *sum += score * image(x);
+        }
+    }
+}

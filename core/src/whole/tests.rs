@@ -228,6 +228,54 @@ fn coefficients_are_those_of_the_error_whatever_walks_draw() {
     }
 }
 
+/// Functionals by the images of their adjoint: u(0.3), u(0.9) and the mean of u, of pseudo-random walks and of a sequence.
+#[test]
+fn functionals_are_exact_by_their_adjoint_images() {
+    let kernel = |x: f64, y: &Located<f64>| 0.5 + 0.25 * x * y.point;
+    let images: [&AdjointImage<'_, f64>; 3] = [&|y| kernel(0.3, y), &|y| kernel(0.9, y), &|y| {
+        kernel(0.5, y)
+    }];
+    let scores = AdjointScores(&images);
+    // F + T_K v, with v = 1/0.6.
+    let iterate = |x: f64| 1.0 + x + kernel(x, &EVEN.locate(0.5)) / 0.6;
+    for (estimator, form) in ALL_SCORES {
+        let task: WholeTask<'_, _, _, _, _> = WholeTask::new(
+            &TOY,
+            &TOY,
+            &EVEN,
+            &scores,
+            WalkOptions {
+                estimator,
+                form,
+                ..WalkOptions::default()
+            },
+        );
+        let sobol = task.with_generator::<Sobol>();
+        for (name, job) in [("random", &task as &dyn WholeJob), ("sobol", &sobol)] {
+            let mut all = [[0.0; 32]; 3];
+            for r in 0..32 {
+                let (mut sums, mut out) = ([0.0; 3], [0.0; 3]);
+                let mut replicate = Replicate::new(r, 32, ReplicateCounts::default(), &mut sums);
+                job.run(&mut replicate, 2048).unwrap();
+                job.normalisation().fill(&sums, 2048, |_| 1.0, &mut out);
+                for (all, out) in all.iter_mut().zip(out) {
+                    all[r as usize] = out;
+                }
+            }
+            for (x, values) in [0.3, 0.9, 0.5].into_iter().zip(&all) {
+                let found = over_replicates(values);
+                let off = iterate(x) + found.mean - solution(x);
+                // u is of degree 1, so that its mean is u(½). Of 24 values of t: 0.3 %.
+                assert!(
+                    off.abs() < T * found.std_error,
+                    "{name} {x} {off} {found:?}"
+                );
+                assert!(found.std_error < 1e-2);
+            }
+        }
+    }
+}
+
 /// Batches are replicates: the standard error at a point is that of their means, and covers as Student's t says.
 #[test]
 fn the_error_bar_of_replicates_covers() {

@@ -2,7 +2,7 @@
 
 use core::iter::repeat_n;
 use core::marker::PhantomData;
-use core::slice::IterMut;
+use core::slice::{Iter, IterMut};
 
 use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::legendre;
@@ -59,6 +59,33 @@ impl<F: Real, const D: usize> CubeScores<F, D> {
         degrees(D, self.degree)
     }
 
+    /// The value at a point of a piecewise polynomial with n·B coefficients; NaN if there are fewer.
+    #[must_use]
+    pub fn value(&self, x: &Located<[F; D]>, coefficients: &[f64]) -> f64 {
+        let start = x.cell * self.functions;
+        let Some(own) = coefficients.get(start..start + self.functions) else {
+            return f64::NAN;
+        };
+        sum_products(&self.axes(x), self.degree, &mut own.iter())
+    }
+
+    /// Adds `score` times every function at a point to the sums of its cell.
+    #[inline]
+    pub fn add_own(&self, x: &Located<[F; D]>, score: f64, own: &mut [f64]) {
+        add_products(&self.axes(x), self.degree, score, &mut own.iter_mut());
+    }
+
+    /// The polynomials along every axis at a point.
+    #[inline]
+    fn axes(&self, x: &Located<[F; D]>) -> [Axis; D] {
+        let per_axis = f64::from(self.mesh.per_axis());
+        let places = self.mesh.places(x.cell);
+        from_fn(|a| {
+            let t = 2.0 * (x.point[a].to_f64() * per_axis - f64::from(places[a])) - 1.0;
+            legendre(t)
+        })
+    }
+
     /// Writes a piecewise polynomial of a lower degree, n blocks of coefficients, as one of these functions. What there
     /// are no coefficients for stays as it is.
     pub fn embed(&self, degree: usize, from: &[f64], to: &mut [f64]) {
@@ -109,6 +136,23 @@ pub(crate) fn add_products(axes: &[Axis], most: usize, factor: f64, sums: &mut I
     }
 }
 
+/// The sum of these coefficients times the products of polynomials of total degree ≤ `most` along these axes.
+fn sum_products(axes: &[Axis], most: usize, coefficients: &mut Iter<'_, f64>) -> f64 {
+    let Some((axis, rest)) = axes.split_first() else {
+        return 0.0;
+    };
+    let mut sum = 0.0;
+    for (degree, value) in axis.iter().take(most + 1).enumerate() {
+        sum += value
+            * if rest.is_empty() {
+                coefficients.next().copied().unwrap_or(f64::NAN)
+            } else {
+                sum_products(rest, most - degree, coefficients)
+            };
+    }
+    sum
+}
+
 impl<F: Real, const D: usize> Scores<[F; D]> for CubeScores<F, D> {
     fn unknowns(&self) -> usize {
         self.mesh.cells().saturating_mul(self.functions)
@@ -123,13 +167,7 @@ impl<F: Real, const D: usize> Scores<[F; D]> for CubeScores<F, D> {
         let Some(sums) = sums.get_mut(start..start + self.functions) else {
             return;
         };
-        let per_axis = f64::from(self.mesh.per_axis());
-        let places = self.mesh.places(x.cell);
-        let axes: [Axis; D] = from_fn(|a| {
-            let t = 2.0 * (x.point[a].to_f64() * per_axis - f64::from(places[a])) - 1.0;
-            legendre(t)
-        });
-        add_products(&axes, self.degree, score, &mut sums.iter_mut());
+        self.add_own(x, score, sums);
     }
 }
 
@@ -156,6 +194,13 @@ mod tests {
         for (found, expected) in sums[cell * B..][..B].iter().zip(expected) {
             assert!((found - 2.0 * expected).abs() < 1e-14 * (1.0 + expected.abs()));
         }
+        // Σ ψ² over the functions, by the polynomial that has these coefficients.
+        let square: f64 = expected.iter().map(|psi| psi * psi).sum();
+        let found = scores.value(&Located { point, cell }, &sums);
+        assert!(
+            (found - 2.0 * square).abs() < 1e-13 * square,
+            "{found} {square}"
+        );
         assert!(sums[(cell + 1) * B..].iter().all(|sum| *sum == 0.0));
     }
 

@@ -347,6 +347,9 @@ pub(crate) struct SolveArgs {
     /// Degree of the piecewise polynomials
     #[arg(long, value_name = "p")]
     pub(crate) degree: Option<usize>,
+    /// Circles and cubes: degree of the polynomials on which F + T_K v is projected, for walks that follow it
+    #[arg(long, value_name = "p")]
+    pub(crate) lift: Option<usize>,
     /// With --whole: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
     #[arg(long, value_name = "p", requires = "whole")]
     pub(crate) score_degree: Option<usize>,

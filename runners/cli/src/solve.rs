@@ -63,6 +63,9 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     if let Some(cells) = args.cells {
         file.galerkin.cells = Some(Placed::flag("--cells", cells));
     }
+    if let Some(lift) = args.lift {
+        file.galerkin.lift = Some(Placed::flag("--lift", lift));
+    }
     set(&mut file.galerkin.degree, "--degree", args.degree);
     set(&mut file.galerkin.pairs, "--pairs", args.pairs);
     set(&mut file.walk.walks, "--walks", args.walks);

@@ -64,6 +64,8 @@ pub struct Galerkin {
     pub degree: Placed<usize>,
     /// How the neighbour equation treats pairs of cells.
     pub pairs: Placed<Pairs>,
+    /// The degree of the projection of F + T_K v that walks follow with h = k.
+    pub lift: Option<Placed<usize>>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
     pub points: Option<Placed<usize>>,
     /// How cells shrink towards the corners of a room.
@@ -208,6 +210,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let cells = section.optional("cells");
     let degree = section.optional("degree");
     let pairs = section.optional("pairs");
+    let lift = section.optional("lift");
     let points = section.optional("points");
     let grading = section.optional("grading");
     let shadow_cuts = section.optional("shadow_cuts");
@@ -217,6 +220,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
         cells: cells.map(|field| field.integer()).transpose()?,
         degree: or_default(degree, Field::integer, 0)?,
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
+        lift: lift.map(|field| field.integer()).transpose()?,
         points: points.map(|field| field.integer()).transpose()?,
         grading: grading.map(|field| field.number()).transpose()?,
         shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,

@@ -112,6 +112,7 @@ impl ProblemFile {
             cells: value(&galerkin.cells),
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
+            lift: value(&galerkin.lift),
             score_degree: None,
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
@@ -158,6 +159,10 @@ impl ProblemFile {
                 None => nowhere(),
             },
             Some(Subject::Absorption) => self.refuse(&walk.absorption, error),
+            Some(Subject::Lift) => match &galerkin.lift {
+                Some(lift) => self.refuse(lift, error),
+                None => nowhere(),
+            },
             Some(Subject::Sequence) => self.refuse(&walk.sequence, error),
             Some(Subject::Tolerance) => match &walk.target_error {
                 Some(target) => self.refuse(target, error),

@@ -210,6 +210,8 @@ pub enum Subject {
     Absorption,
     /// The numbers that walks draw.
     Sequence,
+    /// The degree of a lift.
+    Lift,
     /// The tolerance.
     Tolerance,
     /// The integral of the kernel, or of the factor of this number.

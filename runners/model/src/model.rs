@@ -118,6 +118,11 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// The largest degree of a [lift](System::lift); 0: it has none.
+    fn most_lift(&self) -> usize {
+        0
+    }
+
     /// Whether its walks may draw from a [sequence](crate::Sequence).
     fn has_sequences(&self) -> bool {
         false
@@ -450,6 +455,20 @@ pub trait System: Send + Sync {
         None
     }
 
+    /// The system with a solution of a higher degree in the place of its own: v', the projection of F + T_K v on polynomials
+    /// of this degree. Its neighbour equation has h = k and G = v' − T_K v', so that walks need no matrix of that degree:
+    /// all pairs are pointwise.
+    ///
+    /// # Errors
+    /// [`Error::Internal`]: the kind has none ([`Model::most_lift`]); [`Error`].
+    fn lift<'s>(self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>
+    where
+        Self: 's,
+    {
+        let _ = degree;
+        Err(NO_LIFT)
+    }
+
     /// The system as one that has its whole function from one set of walks. A kind whose chain preserves no density that
     /// is known, or whose T_K nobody has written, has none: [`Model::has_whole`].
     ///
@@ -463,6 +482,8 @@ pub trait System: Send + Sync {
     }
 }
 
+/// A system of a kind that has no lift, of a model that says so.
+const NO_LIFT: Error = Error::Internal("a system without a lift");
 /// A system of a kind that saves none.
 const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
 /// A system that has no whole function, of a model that says so.

@@ -33,6 +33,9 @@ pub struct Settings {
     /// How the neighbour equation treats pairs of cells.
     #[serde(with = "open_choice")]
     pub pairs: Option<Pairs>,
+    /// Degree of the polynomials on which F + T_K v is projected, for walks with h = k: higher than that of v.
+    #[serde(default)]
+    pub lift: Option<usize>,
     /// Degree of the polynomials on whose coefficients the walks of a whole function score.
     pub score_degree: Option<usize>,
     /// Quadrature points of a cell and axis, where coefficients come from quadrature.
@@ -83,6 +86,7 @@ impl Default for Settings {
             cells: None,
             degree: None,
             pairs: None,
+            lift: None,
             score_degree: None,
             points: None,
             grading: None,
@@ -124,6 +128,9 @@ impl Settings {
             let message = format!("an absorption of {q}: it must be between 0 and 1");
             return refuse(Subject::Absorption, message);
         }
+        if let Some(lift) = self.lift {
+            self.check_lift(lift)?;
+        }
         let (Some(Tolerance::Absolute(error)) | Some(Tolerance::Relative(error))) = self.tolerance
         else {
             return Ok(());
@@ -150,6 +157,28 @@ impl Settings {
         })
     }
 
+    /// Refuses what does not go with a lift.
+    fn check_lift(&self, lift: usize) -> Result<(), Error> {
+        let refuse = |subject, message: String| Err(Error::Option { subject, message });
+        let own = self.degree.unwrap_or(0);
+        if lift <= own {
+            let message = format!(
+                "a lift to degree {lift}: it must be of a higher degree than v, which has {own}"
+            );
+            return refuse(Subject::Lift, message);
+        }
+        if self.pairs.is_some_and(|pairs| pairs != Pairs::Pointwise) {
+            let message = "with a `lift` all pairs are pointwise: leave `pairs` out".to_owned();
+            return refuse(Subject::Pairs, message);
+        }
+        if self.exact_source == Some(true) {
+            let message =
+                "with a `lift` the source is exact by itself: leave `exact_source` out".to_owned();
+            return refuse(Subject::ExactSource, message);
+        }
+        Ok(())
+    }
+
     /// How space is cut, with a default for what is open; the problem chooses cells.
     #[must_use]
     pub fn discretisation(&self) -> Discretisation {
@@ -169,7 +198,10 @@ impl Settings {
     #[must_use]
     pub fn walk_options(&self) -> WalkOptions {
         WalkOptions {
-            pairs: self.pairs.unwrap_or(Pairs::Default),
+            pairs: match self.lift {
+                Some(_) => Pairs::Pointwise,
+                None => self.pairs.unwrap_or(Pairs::Default),
+            },
             exact_source: self.exact_source.unwrap_or(false),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),

@@ -163,7 +163,7 @@ impl JobRecord {
         let of_v = format!("{of_v:?}");
         let bits = |x: &f64| format!("{x:e}");
         let values: Vec<String> = set_up.galerkin.iter().map(bits).collect();
-        let named: [(&str, &dyn Display); 18] = [
+        let named: [(&str, &dyn Display); 19] = [
             ("seed", &walk.seed),
             ("batch", &walk.batch),
             ("scalar", &cut.scalar.word()),
@@ -178,6 +178,7 @@ impl JobRecord {
             ("cells", &self.cells.cells),
             ("unknowns", &self.cells.unknowns),
             ("degree", &cut.degree),
+            ("lift", &format!("{:?}", self.settings.lift)),
             ("pairs", &walk.pairs.word()),
             ("points", &format!("{:?}", cut.points)),
             (

@@ -61,6 +61,9 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     if let Some(cells) = given(options, "cells")? {
         file.galerkin.cells = Some(Placed::flag("cells", cells));
     }
+    if let Some(lift) = given(options, "lift")? {
+        file.galerkin.lift = Some(Placed::flag("lift", lift));
+    }
     if let Some(exact) = given(options, "exact_source")? {
         file.galerkin.exact_source = Some(Placed::flag("exact_source", exact));
     }

@@ -48,6 +48,9 @@ pub struct Report {
     pub unknowns: usize,
     /// The degree of the polynomials on the cells.
     pub degree: usize,
+    /// The degree of the lift, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift: Option<usize>,
     /// The name of the choice of pairs; "no" for plain walks.
     pub pairs: &'static str,
     /// The counts of pairs, if they were chosen one by one.
@@ -350,6 +353,7 @@ impl Report {
             cells: if plain { 0 } else { cells.cells },
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
+            lift: settings.lift.filter(|_| !plain),
             pairs: if plain { "no" } else { walk.pairs.word() },
             pair_counts: answer.pair_counts,
             exact_source: !plain && settings.exact_source == Some(true),

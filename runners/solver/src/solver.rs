@@ -1,5 +1,7 @@
 //! A solution in a few lines: what is said is kept, what is open is chosen.
 
+mod extra;
+
 use core::fmt::{self, Display};
 use core::time::Duration;
 
@@ -13,9 +15,7 @@ use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{
-    Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, WeightFn,
-};
+use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{Ask, Target, goals};
@@ -279,33 +279,6 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets the numbers that walks draw. With Sobol' points every batch is one sample, and error bars come from the means of
-    /// batches.
-    ///
-    /// ```
-    /// use fredholm::{CubeModel, Sequence, Solver};
-    ///
-    /// let u = CubeModel::from_fn::<2>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2) - x[1] * y[1]).exp(), |x| 1.0 + x[0]);
-    /// let solver = Solver::new(&u).mean().cells(4).degree(2).walks(1 << 15);
-    /// let random = solver.clone().solve()?;
-    /// let sobol = solver.sequence(Sequence::Sobol).survivals(8).solve()?;
-    /// assert_eq!(sobol.goals[0].replicates, Some(32));
-    /// let errors = [random, sobol].map(|report| report.goals[0].preconditioned.std_error.unwrap());
-    /// assert!(errors[1] < errors[0] / 2.0);
-    /// # Ok::<(), fredholm::SolveError>(())
-    /// ```
-    pub fn sequence(mut self, sequence: Sequence) -> Self {
-        self.settings.sequence = Some(sequence);
-        self
-    }
-
-    /// Sets the number of first states in which walks are not absorbed; it is 0 otherwise. A walk is as many states longer,
-    /// scores in all of them, and its scores depend on its draws without the jumps of absorption.
-    pub fn survivals(mut self, states: u32) -> Self {
-        self.settings.survivals = Some(states);
-        self
-    }
-
     /// Sets the number of walks of each functional; with an error, the most.
     pub fn walks(mut self, walks: u64) -> Self {
         self.settings.walks = Some(walks);
@@ -462,6 +435,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn diagnose_in(&self, nodes: usize) -> Result<Diagnosis, SolveError> {
         self.check()?;
+        self.refuse_lift()?;
         let goals = self.goals(&self.targets()?)?;
         let (model, settings) = (self.model, &self.settings);
         let nodes = nodes.max(LEAST_NODES);
@@ -475,6 +449,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn sweep(&self, cells: &[usize], walks: u64) -> Result<Rates, SolveError> {
         self.check()?;
+        self.refuse_lift()?;
         let sweep = Sweep {
             model: self.model,
             discretisation: self.settings.discretisation(),
@@ -526,20 +501,6 @@ impl<'m> Solver<'m> {
         let walks = execution.walks(self.model);
         let solved = self.systems.solved(&*cells, &self.settings)?;
         Ok((solved.walk(&walks, &request, self.watch)?, count))
-    }
-
-    /// Refuses settings that the equation does not take.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        self.settings.check()?;
-        let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
-        if walk.sequence != Sequence::Random && !self.model.has_sequences() {
-            return Err(Error::Option {
-                subject: Subject::Sequence,
-                message: "Sobol' points are for circles and cubes: elsewhere walks draw pseudo-random numbers"
-                    .to_owned(),
-            });
-        }
-        self.model.check(&cut, walk.pairs)
     }
 
     fn goals(&self, targets: &[Target]) -> Result<Vec<Goal>, Error> {

@@ -84,11 +84,24 @@ impl<'m> Systems<'m> {
         settings: &Settings,
     ) -> Result<Solved<'m>, Error> {
         let start = Instant::now();
-        let absorption = settings.walk_options().absorption;
         Ok(Solved {
-            system: self.solve(cells, settings.discretisation(), absorption)?,
+            system: self.lifted(cells, settings)?,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+
+    /// The system of these cells, lifted if that is asked for.
+    pub(crate) fn lifted(
+        self,
+        cells: &(dyn Partitioned<'m> + 'm),
+        settings: &Settings,
+    ) -> Result<Box<dyn System + 'm>, Error> {
+        let absorption = settings.walk_options().absorption;
+        let system = self.solve(cells, settings.discretisation(), absorption)?;
+        match settings.lift {
+            Some(degree) => system.lift(degree),
+            None => Ok(system),
+        }
     }
 
     /// The system of these cells.

@@ -331,7 +331,9 @@ impl<'m> Whole<'_, 'm> {
             .into());
         }
         let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
-        walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
+        if self.settings.lift.is_none() {
+            walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
+        }
         if walk.pairs == Pairs::Theory {
             return Err(Error::Option {
                 subject: Subject::Pairs,
@@ -356,7 +358,7 @@ impl<'m> Whole<'_, 'm> {
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
-        let system = self.systems.solve(&*cells, cut, walk.absorption)?.whole()?;
+        let system = self.systems.lifted(&*cells, self.settings)?.whole()?;
         let request = WholeRequest {
             walk: &walk,
             degree: self.score_degree(&*system)?,
@@ -388,6 +390,7 @@ impl<'m> Whole<'_, 'm> {
                 cells: cells.cells(),
                 unknowns: cells.unknowns(),
                 degree: cut.degree,
+                lift: self.settings.lift,
                 score_degree: request.degree,
                 pairs: walk.pairs.word(),
                 absorption: walk.absorption,

@@ -186,6 +186,10 @@ impl Model for CircleModel {
         Region::Arc(0.0, TAU)
     }
 
+    fn most_lift(&self) -> usize {
+        4
+    }
+
     fn has_sequences(&self) -> bool {
         true
     }

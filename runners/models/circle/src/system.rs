@@ -10,11 +10,11 @@ use fredholm_core::galerkin::{
 };
 use fredholm_core::{
     At, DefaultGenerator, Functional, Generators, Goals, Job, Located, Neighbour, Real, Sobol,
-    Uniforms,
+    Source, Uniforms,
 };
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::{
-    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
+    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup, gauss,
 };
 
 use super::light::Light;
@@ -325,6 +325,51 @@ impl<F: Real> Setup<'_, F> {
     }
 }
 
+impl CircleSystem<'_> {
+    /// The projection of F + T_K v on polynomials of a degree from 1 on.
+    fn lifted(&self, degree: usize) -> Result<Vec<f64>, Error> {
+        let circle = self.circle(ANY)?;
+        let (own, cells) = (&self.solution.v, self.cut.cells);
+        let mut moments = vec![Moment::default(); cells];
+        let project = |reflected: &(dyn Fn(&Located<Point<f64>>) -> f64 + Sync)| {
+            let mut v = vec![0.0; cells * (degree + 1)];
+            of_degree!(degree, B => {
+                let polynomials = circle.with_functions::<B>();
+                let rule = gauss(B + 2)?;
+                let width = TAU / cells as f64;
+                for (cell, v) in v.chunks_exact_mut(B).enumerate() {
+                    for (t, weight) in &rule {
+                        let point = circle.point(width * (cell as f64 + 0.5 * (1.0 + t)));
+                        let x = Located { point, cell };
+                        let value = 0.5 * weight * (circle.source(&point) + reflected(&x));
+                        let psi: [f64; B] = polynomials.basis(&x);
+                        for (v, psi) in v.iter_mut().zip(psi) {
+                            *v += value * psi;
+                        }
+                    }
+                }
+            });
+            Ok(v)
+        };
+        match self.cut.degree {
+            0 => {
+                fredholm_circle::moments(&circle, own, &mut moments)?;
+                let residual = Residual::<_, _, 1>::new(&circle, own, &moments)?;
+                project(&|x| residual.reflected(x))
+            }
+            own_degree => of_degree!(own_degree, B => {
+                let polynomials = circle.with_functions::<B>();
+                fredholm_circle::moments(&polynomials, own, &mut moments)?;
+                let residual = Residual::<_, _, B>::new(&polynomials, own, &moments)?;
+                project(&|x| residual.reflected(x))
+            }),
+        }
+    }
+}
+
+/// A q0 for what does not depend on it.
+const ANY: f64 = 0.5;
+
 impl System for CircleSystem<'_> {
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
         self.cut.check_variance(walk)
@@ -383,6 +428,18 @@ impl System for CircleSystem<'_> {
 
     fn saved(&self) -> Option<SavedSystem<'_>> {
         Some(SavedSystem::new(&self.solution, &[]))
+    }
+
+    fn lift<'s>(self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>
+    where
+        Self: 's,
+    {
+        let v = self.lifted(degree)?;
+        Ok(Box::new(Self {
+            cut: CirclePartition { degree, ..self.cut },
+            tables: self.tables,
+            solution: Solution { v, ..self.solution },
+        }))
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

@@ -10,6 +10,7 @@ mod export;
 mod extended;
 mod functions;
 mod integral;
+mod lift;
 mod mean;
 mod nystrom;
 mod regions;
@@ -156,11 +157,19 @@ impl Model for CubeModel {
         all.into_iter().map(Region::Point).collect()
     }
 
-    /// T_K by quadrature needs a kernel that is not singular.
     fn has_sequences(&self) -> bool {
         true
     }
 
+    fn most_lift(&self) -> usize {
+        if self.has_whole() {
+            lift::HIGHEST - 1
+        } else {
+            0
+        }
+    }
+
+    /// T_K by quadrature needs a kernel that is not singular.
     fn has_whole(&self) -> bool {
         self.exponent() <= 0.0
     }
@@ -352,6 +361,7 @@ impl<'m> CubePartition<'m> {
             cut: *self,
             solved,
             degree,
+            lifted: None,
         }))
     }
 
@@ -369,6 +379,7 @@ impl<'m> CubePartition<'m> {
             cut: *self,
             solved: Solved { table, solution },
             degree,
+            lifted: None,
         }))
     }
 

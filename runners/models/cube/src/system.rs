@@ -13,11 +13,13 @@ use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
 use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
+use super::lift::{Lifted, LiftedNeighbour};
 use super::regions::place_of;
 use super::table::Table;
 use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
+use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
 use fredholm_model::{
     Error, Pairs, Partitioned, Region, SavedSystem, Sequence, Subject, System, WholeSystem,
@@ -31,6 +33,8 @@ pub(super) struct CubeSystem<'m, const D: usize> {
     pub(super) solved: Solved<'m, D>,
     /// What makes neighbour equations of its degree.
     pub(super) degree: &'static dyn AnyDegree<D>,
+    /// What takes the place of the solution in neighbour equations with h = k.
+    pub(super) lifted: Option<Lifted>,
 }
 
 /// The coefficients, and the Galerkin solution.
@@ -246,12 +250,19 @@ impl<const D: usize> CubeSystem<'_, D> {
         };
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<F>(request)?;
-        let pointwise = self.cut.pointwise_pairs(walk.pairs)?;
+        let pointwise = match &self.lifted {
+            Some(_) => PointwisePairs::default(),
+            None => self.cut.pointwise_pairs(walk.pairs)?,
+        };
         let moments = self.moments(walk)?;
         let errors = self.control_errors(moments.as_ref(), request)?;
         let (moments, solution) = self.own(moments.as_ref());
         with_values::<F, _>(self.cut.functions(), |values| {
-            let v = solution.rounded::<F>()?;
+            let v = match &self.lifted {
+                // What means ask for.
+                Some(lifted) => lifted.lower::<F, D>(self.cut.degree),
+                None => solution.rounded::<F>()?,
+            };
             let weighted = self.weighted::<F>(values, &means, &v)?;
             let degree = F::degree(self.degree);
             let mean = degree.mean(&v);
@@ -299,6 +310,12 @@ impl<const D: usize> CubeSystem<'_, D> {
                     },
                 )
             };
+            if let Some(lifted) = &self.lifted {
+                return with_values::<f64, _>(self.cut.functions(), |exact| {
+                    let neighbour = LiftedNeighbour::new(&self.cut, lifted, values, exact)?;
+                    follow(Follow::Any(&neighbour))
+                });
+            }
             let constants = match &kinds {
                 Kinds::Diagonal(rule)
                     if rule.diagonal == PairKind::Galerkin
@@ -385,6 +402,9 @@ impl<const D: usize> CubeSystem<'_, D> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
+        if self.lifted.is_some() {
+            return Err(Error::Internal("tables have no lift"));
+        }
         if self.cut.exact_source.is_some() {
             return Err(Error::Option {
                 subject: Subject::ExactSource,
@@ -424,6 +444,9 @@ impl<const D: usize> System for CubeSystem<'_, D> {
         nodes: usize,
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        if self.lifted.is_some() {
+            return Err(Error::Internal("walks with a lift are not predicted"));
+        }
         self.examine_in(request, nodes, then)
     }
 
@@ -434,6 +457,19 @@ impl<const D: usize> System for CubeSystem<'_, D> {
     fn saved(&self) -> Option<SavedSystem<'_>> {
         let Solved { table, solution } = &self.solved;
         Some(SavedSystem::new(solution, table.entries()))
+    }
+
+    fn lift<'s>(mut self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>
+    where
+        Self: 's,
+    {
+        let lifted = with_values::<f64, _>(self.cut.functions(), |values| {
+            let lifted = Lifted::new::<D>(&self.cut, values, &self.solved.solution, degree)?;
+            values.check()?;
+            Ok(lifted)
+        })?;
+        self.lifted = Some(lifted);
+        Ok(self)
     }
 
     fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>

@@ -17,13 +17,14 @@ use super::CubePartition;
 use super::compiled::Parts;
 use super::degree::Of;
 use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
-use super::system::CubeSystem;
+use super::lift::LiftedNeighbour;
+use super::system::{Boxed, CubeSystem};
 
 /// A q0 for what does not depend on it.
 const ANY: f64 = 0.5;
 
 /// The most Gauss points of a cell and axis, and the most of all cells: more are not tried.
-const MOST_POINTS: usize = 12;
+pub(super) const MOST_POINTS: usize = 12;
 const MOST_NODES: f64 = 4e6;
 
 /// Values of the kernel that a mean over x may take, once it has been compared.
@@ -90,7 +91,7 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 absorption: walk.absorption,
                 options: walk.for_core(),
             };
-            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+            let mut follow = |neighbour: &Boxed<'_, F, D>| {
                 let is_random = walk.sequence == Sequence::Random;
                 if let Some(compiled) = F::compiled::<D>(system.cut.model).filter(|_| is_random) {
                     return compiled.with_whole(&parts, neighbour, &scores, then);
@@ -100,13 +101,19 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                     Sequence::Random => then(&job),
                     Sequence::Sobol => then(&job.with_generator::<Sobol>()),
                 }
+            };
+            let Some(lifted) = &system.lifted else {
+                return degree.with_neighbour(&of, &kinds, &mut follow);
+            };
+            with_values::<f64, _>(system.cut.functions(), |exact| {
+                follow(&LiftedNeighbour::new(&system.cut, lifted, values, exact)?)
             })
         })
     }
 }
 
 /// Values of the kernel, or of its factors, that T_K takes at one point with so many Gauss points of a cell and axis.
-fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
+pub(super) fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
     let axis = ((cut.per_axis + 1) * points) as f64;
     let dimension = cut.model.dimension as i32;
     if cut.functions().is_product() {
@@ -120,7 +127,8 @@ const DEGREE: Error = Error::Internal("scores of this degree are not offered");
 
 impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
     fn degree(&self) -> usize {
-        self.system.cut.degree
+        let lifted = self.system.lifted.as_ref();
+        lifted.map_or(self.system.cut.degree, |lifted| lifted.degree)
     }
 
     fn most_degree(&self) -> usize {
@@ -141,7 +149,9 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
 
     fn sizes(&self) -> [f64; 2] {
         let solution = &self.system.solved.solution;
-        [largest(&solution.v), solution.radius_bound]
+        let lifted = self.system.lifted.as_ref();
+        let v = lifted.map_or(&solution.v, |lifted| &lifted.v);
+        [largest(v), solution.radius_bound]
     }
 
     fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
@@ -153,7 +163,10 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
         request: &WholeRequest<'_>,
         rows: Vec<f64>,
     ) -> Result<Box<dyn WholeField + 'm>, Error> {
-        let v = v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?;
+        let v = match &self.system.lifted {
+            Some(lifted) => lifted.v.clone(),
+            None => v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
+        };
         let unknowns = self.cells * fredholm_cube::functions(D, request.degree);
         let mut all = vec![0.0; unknowns];
         with_values::<f64, _>(self.system.cut.functions(), |values| {

@@ -178,6 +178,10 @@ fn begin<'m>(
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
     };
+    if settings.lift.is_some() {
+        // Predictions know nothing of it.
+        return Ok(None);
+    }
     let mut search = Search::new(model, targets, settings, tolerance, watch)?;
     search.run();
     Ok(Some(search))

@@ -51,7 +51,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}, {} pairs{}{}, {} estimator{}, {}, seed {}",
+            "{}{}, {} cell{}{}{}, {} pairs{}{}, {} estimator{}, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -62,6 +62,8 @@ impl Report {
             } else {
                 format!(" of degree {} ({} unknowns)", self.degree, self.unknowns)
             },
+            self.lift
+                .map_or(String::new(), |lift| format!(" lifted to {lift}")),
             self.pairs,
             self.pair_counts
                 .map_or(String::new(), |counts| counts.text()),

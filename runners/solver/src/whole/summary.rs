@@ -29,6 +29,9 @@ pub struct WholeSummary {
     pub unknowns: usize,
     /// The degree of v.
     pub degree: usize,
+    /// The degree of the lift, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift: Option<usize>,
     /// The degree of the polynomials on whose coefficients walks score.
     pub score_degree: usize,
     /// The name of the choice of pairs.
@@ -130,8 +133,15 @@ impl Display for WholeSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} walks, {} states in {} replicates; v of degree {} on {} cells, scores of degree {}",
-            self.walks, self.states, self.replicates, self.degree, self.cells, self.score_degree
+            "{} walks, {} states in {} replicates; v of degree {}{} on {} cells, scores of degree {}",
+            self.walks,
+            self.states,
+            self.replicates,
+            self.degree,
+            self.lift
+                .map_or(String::new(), |lift| format!(" lifted to {lift}")),
+            self.cells,
+            self.score_degree
         )
     }
 }

@@ -1,0 +1,91 @@
+//! Settings of walks that not every equation takes.
+
+use super::Solver;
+use crate::{Error, Pairs, Sequence, Subject};
+
+impl Solver<'_> {
+    /// Sets the degree of a lift: walks follow v', the projection of F + T_K v on polynomials of this degree, with h = k and
+    /// G = v' − T_K v' exactly. A matrix of a low degree gives a control of a high one. For circles and cubes.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2)).exp(), |x| x[0]);
+    /// let solver = Solver::new(&u).mean().cells(10).walks(5000);
+    /// let [before, after] = [solver.clone().solve()?, solver.lift(4).solve()?]
+    ///     .map(|report| report.goals[0].preconditioned.std_error.unwrap());
+    /// assert!(after < 1e-4 * before);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn lift(mut self, degree: usize) -> Self {
+        self.settings.lift = Some(degree);
+        self
+    }
+
+    /// Sets the numbers that walks draw. With Sobol' points every batch is one sample, and error bars come from the means of
+    /// batches.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Sequence, Solver};
+    ///
+    /// let u = CubeModel::from_fn::<2>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2) - x[1] * y[1]).exp(), |x| 1.0 + x[0]);
+    /// let solver = Solver::new(&u).mean().cells(4).degree(2).walks(1 << 15);
+    /// let random = solver.clone().solve()?;
+    /// let sobol = solver.sequence(Sequence::Sobol).survivals(8).solve()?;
+    /// assert_eq!(sobol.goals[0].replicates, Some(32));
+    /// let errors = [random, sobol].map(|report| report.goals[0].preconditioned.std_error.unwrap());
+    /// assert!(errors[1] < errors[0] / 2.0);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn sequence(mut self, sequence: Sequence) -> Self {
+        self.settings.sequence = Some(sequence);
+        self
+    }
+
+    /// Sets the number of first states in which walks are not absorbed; it is 0 otherwise. A walk is as many states longer,
+    /// scores in all of them, and its scores depend on its draws without the jumps of absorption.
+    pub fn survivals(mut self, states: u32) -> Self {
+        self.settings.survivals = Some(states);
+        self
+    }
+
+    /// Refuses settings that the equation does not take.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        self.settings.check()?;
+        let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
+        if walk.sequence != Sequence::Random && !self.model.has_sequences() {
+            return Err(Error::Option {
+                subject: Subject::Sequence,
+                message: "Sobol' points are for circles and cubes: elsewhere walks draw pseudo-random numbers"
+                    .to_owned(),
+            });
+        }
+        let Some(lift) = self.settings.lift else {
+            return self.model.check(&cut, walk.pairs);
+        };
+        let most = self.model.most_lift();
+        if lift > most {
+            return Err(Error::Option {
+                subject: Subject::Lift,
+                message: match most {
+                    0 => "a lift is for circles, and cubes whose kernel is not singular: leave `lift` out".to_owned(),
+                    most => format!("a lift to degree {lift}: {most} is the highest here"),
+                },
+            });
+        }
+        // The pairs of its matrix are those that solve it, whatever walks do.
+        self.model.check(&cut, Pairs::Default)
+    }
+
+    /// Refuses a lift, of which predictions know nothing.
+    pub(super) fn refuse_lift(&self) -> Result<(), Error> {
+        match self.settings.lift {
+            None => Ok(()),
+            Some(_) => Err(Error::Option {
+                subject: Subject::Lift,
+                message: "variances of walks with a `lift` are not predicted, and rates are those of v: leave it out"
+                    .to_owned(),
+            }),
+        }
+    }
+}
