@@ -22,6 +22,7 @@ mod close;
 mod closed;
 #[cfg(feature = "alloc")]
 mod contour;
+mod crossed;
 #[cfg(feature = "alloc")]
 mod edges;
 mod error;

@@ -197,7 +197,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
     }
 
     /// The face and the patch of a cell, by bisection: for set-ups.
-    fn patch_of(&self, cell: usize) -> Option<(u32, &'a FacePatch<F>)> {
+    pub(crate) fn patch_of(&self, cell: usize) -> Option<(u32, &'a FacePatch<F>)> {
         let after = self
             .patches
             .partition_point(|patch| patch.first as usize <= cell);
@@ -211,7 +211,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
 
     /// The direction that two numbers in [0, 1) give from a side, cosine-distributed.
     #[inline]
-    fn direction(side: &Side<F>, normal: Vector<F>, [a, b]: [F; 2]) -> Vector<F> {
+    pub(crate) fn direction(side: &Side<F>, normal: Vector<F>, [a, b]: [F; 2]) -> Vector<F> {
         let [s, t] = disc([a, b]);
         let [p, q] = side.tangents;
         // Rounding may leave less than nothing.

@@ -3,7 +3,9 @@
 use core::num::NonZeroU32;
 
 use fredholm_core::galerkin::{Basis, CellMap, Partition};
-use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
+use fredholm_core::sampled::{
+    SampledSolution, SampledStep, SampledTables, SetupOptions, StepEvents,
+};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, Kernel, LastStep,
     Length, Located, NeighbourOf, NoNeighbour, Real, Sampler, Source, SourceSampler, StateSpace,
@@ -17,7 +19,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 mod common;
-use common::{Surfaces, closed_scenes};
+use common::{Surfaces, closed_scenes, scene_of};
 
 /// Most standard errors that any of the few hundred estimates of this file may be off.
 const STANDARD_ERRORS: f64 = 4.9;
@@ -90,9 +92,14 @@ fn tables<F: Real, const B: usize>(
         ..SetupOptions::default()
     };
     let solution = if last_step {
-        SampledSolution::new::<_, _, 2, B>(&radiosity, &LastStep(&radiosity), &options)
+        let last = LastStep(&radiosity);
+        SampledSolution::with_events::<_, _, _, 2, B>((&radiosity, &radiosity), &last, &options)
     } else {
-        SampledSolution::new::<_, _, 2, B>(&radiosity, &radiosity, &options)
+        SampledSolution::with_events::<_, _, _, 2, B>(
+            (&radiosity, &radiosity),
+            &radiosity,
+            &options,
+        )
     };
     solution.unwrap().for_walks().unwrap()
 }
@@ -115,7 +122,9 @@ fn check_all<F: Real, const B: usize>(
     let two = NonZeroU32::MIN.saturating_add(1);
     let rounding = 1e3 * F::EPSILON.to_f64();
     for estimator in ESTIMATORS {
-        let neighbour = own.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let neighbour = own
+            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
+            .unwrap();
         let all = walk(&radiosity, &neighbour, functional, estimator, walks);
         check(what, all.plain(), 0.0, expected, rounding);
         check(what, all.preconditioned(), 0.0, expected, rounding);
@@ -124,7 +133,9 @@ fn check_all<F: Real, const B: usize>(
         let alone = walk(&radiosity, &none, functional, estimator, walks);
         assert_eq!(alone.plain(), all.plain());
 
-        let neighbour = own_last.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let neighbour = own_last
+            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
+            .unwrap();
         let all = walk(&last, &neighbour, functional, estimator, walks);
         check(what, all.plain(), emission, expected, rounding);
         check(what, all.preconditioned(), emission, expected, rounding);
@@ -301,6 +312,49 @@ fn five_points_of_the_cube() {
     let everywhere = Everywhere::<f64>::new(&scene);
     let all = walk(&cube, &neighbour, &everywhere, Estimator::Collision, 20_000);
     check("CUBE", all.preconditioned(), 0.0, 2000.0 / 3.0, 1e-12);
+}
+
+/// Rays cross faces as often as their events' probabilities say: behind obstacles, below the horizon in part, and beside them.
+#[test]
+fn faces_are_crossed_as_often_as_form_factors_say() {
+    fn check<F: Real>(rng: &mut ChaCha8Rng) {
+        const RAYS: u32 = 400;
+        let (mut worst, mut both) = (0.0_f64, 0);
+        for (_, surfaces) in closed_scenes().into_iter().step_by(7) {
+            let scene = scene_of::<F>(&surfaces, Enclosure::Closed).unwrap();
+            let (tables, cells) = (Tables::<F>::new(&scene), Cells::new(&scene, 40).unwrap());
+            let radiosity = Radiosity::new(tables.geometry(), &cells, 0.3).unwrap();
+            for _ in 0..60 {
+                let (cell, face) = (
+                    rng.random_range(0..radiosity.cells()),
+                    rng.random_range(0..scene.faces().len() as u32),
+                );
+                let x = radiosity.point(cell, &[rng.random(), rng.random()]);
+                let p = radiosity.probability(&x, face).to_f64();
+                let crossed: u32 = (0..RAYS)
+                    .map(|_| {
+                        let omega = [rng.random(), rng.random()].map(F::from_f64);
+                        let step = SampledStep {
+                            from: &x,
+                            omega: &omega,
+                            to: None,
+                        };
+                        radiosity.occurring(&step, &[face])
+                    })
+                    .sum();
+                let (n, crossed) = (f64::from(RAYS), f64::from(crossed));
+                // Bernstein's bound: Poisson's tail where p is small.
+                let z = (crossed - n * p).abs() / (n * p * (1.0 - p) + 3.0).max(0.0).sqrt();
+                worst = worst.max(z);
+                both += usize::from(p > 0.01);
+            }
+        }
+        // Of 600 events in all.
+        assert!(worst < 4.9 && both > 60, "{worst}, {both} of a size");
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(27);
+    check::<f64>(&mut rng);
+    check::<f32>(&mut rng);
 }
 
 /// The mean of the last step over a face is the light that arrives there from all others, ρ Σ_j F_ij F_j by form factors,

@@ -11,7 +11,7 @@ use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
 };
-use fredholm_core::sampled::{Sampled, StepControl};
+use fredholm_core::sampled::{Sampled, SampledStep, StepControl, StepEvents};
 use fredholm_core::{
     DefaultGenerator, Estimator, Form, Kernel, Length, Located, Neighbour, Real, Sampler, Source,
     StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
@@ -56,6 +56,7 @@ const BROKEN: &[Entry] = &[
     ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
     ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
     ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
+    ("the probability of a step's event 5 % too large", "neighbour equation", |seed| with(Fault::EventProbability, seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
@@ -93,6 +94,7 @@ enum Fault {
     Correction,
     NeighbourKernel,
     StepIntegral,
+    EventProbability,
     Narrow,
     Hole,
     Endless,
@@ -329,7 +331,7 @@ impl<F: Real> Neighbours for Broken<F> {
 }
 
 impl<F: Real> Broken<F> {
-    /// A neighbour equation from steps, with a constant as control.
+    /// A neighbour equation from steps, with a constant as control, and one more for half of all steps.
     fn offer_steps(&self, offers: &mut Offers<'_, Self>, v: &[F]) {
         let constant = F::from_f64(0.6);
         let control = [constant, F::zero()].repeat(CELLS);
@@ -339,9 +341,24 @@ impl<F: Real> Broken<F> {
             control: &control,
             integral: &integral,
             per_axis: 1,
+            events: &[0; CELLS],
+            of_events: &[constant + constant; CELLS],
         };
-        let neighbour = Sampled::<_, _, 1, 1>::new(self, tables, NonZeroU32::MIN);
+        let of = (self, self);
+        let neighbour = Sampled::<_, _, 1, 1, _>::with_events(of, tables, NonZeroU32::MIN);
         offers.neighbour("from steps", &neighbour.expect("its tables"));
+    }
+}
+
+impl<F: Real> StepEvents<1> for Broken<F> {
+    fn towards(&self, _: usize) -> Option<u32> {
+        Some(0)
+    }
+    fn probability(&self, _: &F, _: u32) -> F {
+        F::from_f64(0.5) * self.factor(Fault::EventProbability, 1.05)
+    }
+    fn occurring(&self, step: &SampledStep<'_, F, F, 1>, _: &[u32]) -> u32 {
+        u32::from(step.omega[0] < F::from_f64(0.5))
     }
 }
 

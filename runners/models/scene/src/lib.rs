@@ -9,6 +9,7 @@ mod view;
 
 use core::fmt;
 
+use fredholm_core::Estimator;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
     About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
@@ -187,6 +188,11 @@ impl Model for SceneModel {
             takes_any_cells: true,
             counts_evaluations: false,
         }
+    }
+
+    /// Of a score in every state, since one costs rays and each lowers the variance.
+    fn estimator(&self) -> Estimator {
+        Estimator::Collision
     }
 
     fn part(&self, number: usize) -> Option<&str> {

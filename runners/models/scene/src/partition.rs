@@ -86,8 +86,14 @@ impl<F: Real> WalkTables<F> {
 }
 
 /// The set-up from rays, of B functions on a cell.
-type Setup<'a, const B: usize> =
-    SampledSetup<'a, Radiosity<'a, f64>, LastStep<'a, Radiosity<'a, f64>>, 2, B>;
+type Setup<'a, const B: usize> = SampledSetup<
+    'a,
+    Radiosity<'a, f64>,
+    LastStep<'a, Radiosity<'a, f64>>,
+    2,
+    B,
+    Radiosity<'a, f64>,
+>;
 
 /// A scene and its cells.
 #[derive(Debug)]
@@ -138,6 +144,7 @@ impl<'m> ScenePartition<'m> {
         SampledSetup {
             problem: last.0,
             source: last,
+            events: last.0,
             options: SetupOptions {
                 samples: self.rays(),
                 ..SetupOptions::default()
