@@ -23,10 +23,11 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
         let (Some(own), Some(face)) = (self.face(x), self.geometry.face(event)) else {
             return F::NAN;
         };
-        if face.plane == own.plane || height(face, x.position) <= zero() {
+        let from = inwards(own, x.position);
+        if face.plane == own.plane || height(face, from).is_none() {
             return zero();
         }
-        let seen = Seen::new(face, x.position, own.normal);
+        let seen = Seen::new(face, from, own.normal);
         from_origin(own.normal, seen.polygon()).max(zero())
     }
 
@@ -39,10 +40,11 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
             Some(y) => sub(y.position, x.position),
             None => Self::direction(side, own.normal, *step.omega),
         };
+        let from = inwards(own, x.position);
         let mut occurring = 0;
         for (place, &event) in events.iter().take(32).enumerate() {
             let crossed = self.geometry.face(event).is_some_and(|face| {
-                face.plane != own.plane && self.crosses((event, face), x.position, direction)
+                face.plane != own.plane && self.crosses((event, face), from, direction)
             });
             occurring |= u32::from(crossed) << place;
         }
@@ -54,10 +56,10 @@ impl<F: Real> Radiosity<'_, F> {
     /// Whether a ray crosses a face from its active side.
     #[inline]
     fn crosses(&self, (number, face): (u32, &Face<F>), from: Vector<F>, along: Vector<F>) -> bool {
-        let (height, fall) = (height(face, from), -dot(face.normal, along));
-        if !(height > zero() && fall > zero()) {
+        let fall = -dot(face.normal, along);
+        let Some(height) = height(face, from).filter(|_| fall > zero()) else {
             return false;
-        }
+        };
         let length = height / fall;
         let at = crate::vector::along(from, length, along);
         let Some(side) = self.sides.get(number as usize) else {
@@ -69,10 +71,26 @@ impl<F: Real> Radiosity<'_, F> {
     }
 }
 
-/// The distance of a point from a face's plane, positive on the active side.
+/// The share of a width below which rounding decides where a ray crosses a face beside the point from which it starts.
 #[inline]
-fn height<F: Real>(face: &Face<F>, point: Vector<F>) -> F {
-    dot(face.normal, sub(point, face.corners[0]))
+fn near<F: Real>() -> F {
+    F::from_f64(16.0) * F::EPSILON.sqrt()
+}
+
+/// The point from which faces are seen to be crossed: a little nearer to the middle of its face, so that it is not on the edge
+/// of another one. Any point will do, if it is the same for the probability of an event and for what occurs.
+#[inline]
+fn inwards<F: Real>(own: &Face<F>, point: Vector<F>) -> Vector<F> {
+    crate::vector::along(point, near(), sub(own.middle(), point))
+}
+
+/// The distance of a point from a face's plane, if it is on the active side and not next to the plane.
+#[inline]
+fn height<F: Real>(face: &Face<F>, point: Vector<F>) -> Option<F> {
+    let height = dot(face.normal, sub(point, face.corners[0]));
+    let is_above =
+        height > zero() && height * height > near::<F>() * near::<F>() * near::<F>() * face.area;
+    is_above.then_some(height)
 }
 
 /// Whether a point of its plane is on a patch.

@@ -9,6 +9,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+mod beam;
 mod cells;
 #[cfg(feature = "alloc")]
 mod check;
@@ -71,6 +72,7 @@ mod vector;
 #[cfg(feature = "alloc")]
 mod visible;
 
+pub use beam::Beam;
 pub use cells::{FacePatch, Side};
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]

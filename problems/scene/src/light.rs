@@ -388,6 +388,10 @@ impl<F: Real> SourceSampler for Radiosity<'_, F> {
     #[inline]
     fn rest_of_source(&self, x: &Point<F>) -> F {
         let side = self.sides.get(x.face as usize);
-        side.map_or(F::NAN, |side| side.emission)
+        let own = side.map_or(F::NAN, |side| side.emission);
+        if self.beams.is_empty() {
+            return own;
+        }
+        own + self.reflectance(x) * self.irradiance_of_beams(x)
     }
 }

@@ -17,7 +17,7 @@ use fredholm_model::{
 };
 use fredholm_scene::Surface;
 
-pub use fredholm_scene::{Enclosure, Material, Polygon, Scene, shapes};
+pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, shapes};
 use partition::ScenePartition;
 pub use view::{Camera, View, ViewRequest};
 
@@ -163,6 +163,15 @@ impl SceneModel {
             heat: Some(of_heat),
             ..self
         }
+    }
+
+    /// The scene with light that no surface emits.
+    ///
+    /// # Errors
+    /// [`Error::Space`].
+    pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, Error> {
+        let scene = self.scene.with_beams(beams)?;
+        Ok(Self { scene, ..self })
     }
 
     /// The names of the surfaces.
