@@ -553,13 +553,7 @@ fn light_behind_a_screen() {
         "reflectance = 0.4",
     ];
     let file = folder.file("screen.toml", room_with_screen(materials));
-    let options = [
-        "--cells",
-        "240",
-        "--degree",
-        "1",
-        "--json",
-    ];
+    let options = ["--cells", "240", "--degree", "1", "--json"];
     let run = |more: &[&str]| ended(0, &[&["solve", &file], options.as_slice(), more].concat());
     let one = run(&["--threads", "1"]);
     assert_eq!(one.timeless(), run(&["--threads", "2"]).timeless());
