@@ -230,10 +230,13 @@ fn five_points_of_the_cube() {
         samples: 1024,
         ..SetupOptions::default()
     };
-    let solution = SampledSolution::new::<_, _, 2, 6>(&cube, &cube, &options).unwrap();
+    let of = (&cube, &cube);
+    let solution = SampledSolution::with_events::<_, _, _, 2, 6>(of, &cube, &options).unwrap();
     let tables = solution.for_walks::<f64>().unwrap();
     let steps = NonZeroU32::new(4).unwrap();
-    let neighbour = tables.neighbour::<_, 2, 6>(&cube, steps).unwrap();
+    let neighbour = tables
+        .neighbour_with_events::<_, _, 2, 6>(of, steps)
+        .unwrap();
     for ([x, y], expected) in EXPECTED {
         let start = At(cube.at(0, [x, y, 0.0]).unwrap());
         for estimator in ESTIMATORS {

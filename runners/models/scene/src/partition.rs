@@ -216,7 +216,8 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         // Of every ray its cell and values, and at most as many blocks of a row; of c a quarter of the rays' number.
         let ray = 4 + 4 * functions;
         let block = 8 + 8 * functions * functions;
-        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16;
+        let events = SetupOptions::default().events * (1 + functions) * 16;
+        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16 + events;
         let vectors = functions * 4 * 8;
         self.cells()
             .saturating_mul(row + vectors)
