@@ -47,7 +47,7 @@ pub(super) struct Fit<'e> {
     coefficients: usize,
     matrices: Vec<f64>,
     joint: Vec<f64>,
-    /// Of the events with each other, and with κ v.
+    /// Sums of products of the events' functions with each other, and with κ v.
     of_events: Vec<f64>,
     /// Σ ψ of steps with an event, then Σ κ v.
     sums: Vec<f64>,

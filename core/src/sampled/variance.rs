@@ -15,11 +15,11 @@ use crate::{
 /// With s steps a score of the difference F − G has the mean square `residual` + `source` + `step`/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoreVariance {
-    /// Of F + T_k v − v, which no number of steps makes smaller.
+    /// The mean square of F + T_k v − v, which no number of steps makes smaller.
     pub residual: f64,
-    /// Of F as it is drawn, about its mean.
+    /// The variance of F as it is drawn.
     pub source: f64,
-    /// Of one step of G, about its mean.
+    /// The variance of a G from one step.
     pub step: f64,
 }
 

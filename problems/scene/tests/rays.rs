@@ -258,7 +258,7 @@ fn beams_cast_shadows() {
         ])
     };
     let upper = plate(1.0, 1.0, 2.0);
-    let surfaces = vec![
+    let surfaces = [
         vec![plate(0.0, 0.0, 4.0)],
         vec![upper],
         vec![shapes::reversed(&upper)],

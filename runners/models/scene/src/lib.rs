@@ -199,7 +199,7 @@ impl Model for SceneModel {
         }
     }
 
-    /// Of a score in every state, since one costs rays and each lowers the variance.
+    /// The collision estimator, whose scores in all states lower the variance by more than their rays take time.
     fn estimator(&self) -> Estimator {
         Estimator::Collision
     }

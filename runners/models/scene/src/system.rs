@@ -41,7 +41,7 @@ pub(crate) fn neighbour<'a, F: Real, const B: usize>(
     made(ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST))
 }
 
-/// Its type.
+/// The neighbour equation from rays, with faces that they cross as events.
 pub(crate) type FromRays<'a, F, const B: usize> =
     Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>;
 
