@@ -5,6 +5,7 @@ use core::num::NonZeroU32;
 
 use num_traits::{one, zero};
 
+use super::events::{NoEvents, SampledStep, StepEvents};
 use crate::array::from_fn;
 use crate::galerkin::Basis;
 use crate::{Kernel, Located, Neighbour, Real, Sampler, StateSpace, Uniforms};
@@ -21,6 +22,10 @@ pub struct StepControl<'a, F> {
     pub integral: &'a [F],
     /// m, the boxes along each axis of [0, 1]^D.
     pub per_axis: u32,
+    /// The numbers of the events of every cell, as many of each; `u32::MAX`: none in this place, nor behind it.
+    pub events: &'a [u32],
+    /// For every event of every cell the B coefficients of ψ_ia(x).
+    pub of_events: &'a [F],
 }
 
 /// Why tables and cells do not belong together.
@@ -28,7 +33,9 @@ pub struct StepControl<'a, F> {
 pub enum SampledError {
     /// There must be a box of steps along every axis, and 2¹⁶ at most.
     PerAxis,
-    /// A table has another length than n·B numbers, or n·m^D·(B + D).
+    /// There are more than 32 events of a cell, or not as many of each.
+    Events,
+    /// A table has another length than n·B numbers, n·m^D·(B + D), or B for every event.
     Length {
         /// The length that it should have.
         expected: usize,
@@ -43,6 +50,7 @@ impl fmt::Display for SampledError {
             Self::PerAxis => {
                 f.write_str("there must be from 1 to 65536 boxes of steps along an axis")
             }
+            Self::Events => f.write_str("every cell must have as many events, and 32 at most"),
             Self::Length { expected, found } => {
                 write!(f, "a table must have {expected} numbers, not {found}")
             }
@@ -96,7 +104,14 @@ impl core::error::Error for SampledError {}
 /// }
 ///
 /// // v = 2, and c = κ v = 1 in one box of steps.
-/// let tables = StepControl { v: &[2.0], control: &[1.0, 0.0], integral: &[1.0], per_axis: 1 };
+/// let tables = StepControl {
+///     v: &[2.0],
+///     control: &[1.0, 0.0],
+///     integral: &[1.0],
+///     per_axis: 1,
+///     events: &[],
+///     of_events: &[],
+/// };
 /// let neighbour = Sampled::<_, _, 1, 1>::new(&Half, tables, 1.try_into().unwrap())?;
 /// let x = neighbour.locate(0.3);
 /// // v = T_k v + G with G = 1. Where c is all of κ v, G does not depend on what is drawn.
@@ -110,8 +125,11 @@ impl core::error::Error for SampledError {}
 /// # Ok::<(), fredholm_core::sampled::SampledError>(())
 /// ```
 #[derive(Debug)]
-pub struct Sampled<'a, F, P, const D: usize, const B: usize = 1> {
+pub struct Sampled<'a, F, P, const D: usize, const B: usize = 1, E = NoEvents<P>> {
     problem: &'a P,
+    events: &'a E,
+    /// Events of a cell.
+    slots: usize,
     tables: StepControl<'a, F>,
     steps: u32,
     per_steps: F,
@@ -120,24 +138,43 @@ pub struct Sampled<'a, F, P, const D: usize, const B: usize = 1> {
 }
 
 // By hand: a derive would ask the problem to be `Clone` and `Copy`.
-impl<F: Copy, P, const D: usize, const B: usize> Clone for Sampled<'_, F, P, D, B> {
+impl<F: Copy, P, const D: usize, const B: usize, E> Clone for Sampled<'_, F, P, D, B, E> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<F: Copy, P, const D: usize, const B: usize> Copy for Sampled<'_, F, P, D, B> {}
+impl<F: Copy, P, const D: usize, const B: usize, E> Copy for Sampled<'_, F, P, D, B, E> {}
 
 impl<'a, F, P, const D: usize, const B: usize> Sampled<'a, F, P, D, B>
 where
     F: Real,
     P: Basis<B> + StateSpace<Scalar = F>,
 {
-    /// A neighbour equation whose G takes so many steps wherever it is scored.
+    /// A neighbour equation whose G takes so many steps wherever it is scored, and whose control variate has no events.
     ///
     /// # Errors
     /// [`SampledError`].
     pub fn new(
         problem: &'a P,
+        tables: StepControl<'a, F>,
+        steps: NonZeroU32,
+    ) -> Result<Self, SampledError> {
+        Self::with_events((problem, &NoEvents::NEW), tables, steps)
+    }
+}
+
+impl<'a, F, P, const D: usize, const B: usize, E> Sampled<'a, F, P, D, B, E>
+where
+    F: Real,
+    P: Basis<B> + StateSpace<Scalar = F>,
+    E: StepEvents<D, Scalar = F, Point = P::Point>,
+{
+    /// A neighbour equation whose G takes so many steps wherever it is scored, with events of these steps.
+    ///
+    /// # Errors
+    /// [`SampledError`].
+    pub fn with_events(
+        (problem, events): (&'a P, &'a E),
         tables: StepControl<'a, F>,
         steps: NonZeroU32,
     ) -> Result<Self, SampledError> {
@@ -149,10 +186,15 @@ where
         let entries = (0..D)
             .fold(cells, |n, _| n.saturating_mul(tables.per_axis as usize))
             .saturating_mul(B + D);
+        let slots = tables.events.len().checked_div(cells).unwrap_or(0);
+        if slots > 32 || slots.saturating_mul(cells) != tables.events.len() {
+            return Err(SampledError::Events);
+        }
         for (table, expected) in [
             (tables.v, unknowns),
             (tables.integral, unknowns),
             (tables.control, entries),
+            (tables.of_events, tables.events.len().saturating_mul(B)),
         ] {
             let found = table.len();
             if found != expected {
@@ -163,6 +205,8 @@ where
         spread(&mut by);
         Ok(Self {
             problem,
+            events,
+            slots,
             tables,
             steps: steps.get(),
             per_steps: one::<F>() / F::from_u32(steps.get()),
@@ -193,10 +237,62 @@ where
         }
     }
 
+    /// The events of x, with what c has for each there.
+    #[inline]
+    fn events_of(&self, x: &Located<P::Point>, psi: &[F; B]) -> EventsAt<'a, F> {
+        let from = x.cell.saturating_mul(self.slots);
+        let own = self.tables.events.get(from..).unwrap_or(&[]);
+        let mut at = EventsAt {
+            numbers: &[],
+            values: [zero(); 32],
+            integral: zero(),
+        };
+        for (&event, value) in own.iter().take(self.slots).zip(&mut at.values) {
+            if event == u32::MAX {
+                break;
+            }
+            let place = from + at.numbers.len();
+            *value = Self::combine(self.tables.of_events, place, psi);
+            at.integral += *value * self.events.probability(&x.point, event);
+            at.numbers = own.get(..at.numbers.len() + 1).unwrap_or(&[]);
+        }
+        at
+    }
+
     /// The number of the box of steps in which ω lies, and its place there, from −1 to 1 along each axis.
     #[inline]
     fn box_of(&self, omega: &[F; D]) -> (usize, [F; D]) {
         box_of(omega, self.tables.per_axis)
+    }
+}
+
+/// The events of a state.
+struct EventsAt<'a, F> {
+    numbers: &'a [u32],
+    /// What c has for each, where it occurs.
+    values: [F; 32],
+    /// The sum of these times the probabilities.
+    integral: F,
+}
+
+impl<F: Real> EventsAt<'_, F> {
+    /// c(x, ω) of the events that occur.
+    #[inline]
+    fn control<E, const D: usize>(&self, events: &E, step: &SampledStep<'_, E::Point, F, D>) -> F
+    where
+        E: StepEvents<D, Scalar = F>,
+    {
+        let mut sum = zero::<F>();
+        if self.numbers.is_empty() {
+            return sum;
+        }
+        let mut left = events.occurring(step, self.numbers);
+        while left != 0 {
+            let place = left.trailing_zeros() as usize;
+            sum += self.values.get(place).copied().unwrap_or(F::NAN);
+            left &= left - 1;
+        }
+        sum
     }
 }
 
@@ -290,17 +386,18 @@ pub(super) fn advance<F: Real>(omega: &mut [F], by: &[F]) {
     }
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, const D: usize, const B: usize> StateSpace
-    for Sampled<'_, F, P, D, B>
+impl<F: Real, P: StateSpace<Scalar = F>, const D: usize, const B: usize, E> StateSpace
+    for Sampled<'_, F, P, D, B, E>
 {
     type Scalar = F;
     type Point = P::Point;
 }
 
-impl<F, P, const D: usize, const B: usize> Neighbour for Sampled<'_, F, P, D, B>
+impl<F, P, const D: usize, const B: usize, E> Neighbour for Sampled<'_, F, P, D, B, E>
 where
     F: Real,
     P: Sampler + Kernel + Basis<B> + StateSpace<Scalar = F>,
+    E: StepEvents<D, Scalar = F, Point = P::Point>,
 {
     #[inline]
     fn locate(&self, x: P::Point) -> Located<P::Point> {
@@ -318,6 +415,7 @@ where
 
     fn source(&self, x: &Located<P::Point>, draws: &mut dyn Uniforms<F>) -> F {
         let psi = self.problem.basis(x);
+        let events = self.events_of(x, &psi);
         let survival = one::<F>() - self.problem.absorption(&x.point);
         let mut omega: [F; D] = from_fn(|_| draws.uniform());
         let mut sum = zero::<F>();
@@ -326,14 +424,22 @@ where
                 advance(&mut omega, &self.by);
             }
             let mut numbers = Given::new(omega, &mut *draws);
-            if let Some(y) = self.problem.step(&x.point, &mut numbers) {
+            let to = self.problem.step(&x.point, &mut numbers);
+            if let Some(y) = to {
                 let kappa = survival * self.problem.kernel(&x.point, &y);
                 sum += kappa * self.value(&self.locate(y));
             }
             sum -= self.control(x.cell, &psi, &omega);
+            let step = SampledStep {
+                from: &x.point,
+                omega: &omega,
+                to: to.as_ref(),
+            };
+            sum -= events.control(self.events, &step);
         }
         let own = Self::combine(self.tables.v, x.cell, &psi);
-        own - Self::combine(self.tables.integral, x.cell, &psi) - sum * self.per_steps
+        let integral = Self::combine(self.tables.integral, x.cell, &psi) + events.integral;
+        own - integral - sum * self.per_steps
     }
 
     #[inline]

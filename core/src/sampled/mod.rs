@@ -20,14 +20,22 @@
 //! the space of a step's random numbers. Not in the paper.
 //!
 //! c is, for x in cell i and ω in one of m^D equal boxes, linear: a combination of the basis ψ_ia(x), whose integral over the
-//! box is itself times m^−D, and of the D coordinates of ω within the box, whose integrals are 0.
+//! box is itself times m^−D, and of the D coordinates of ω within the box, whose integrals are 0. Where κ v(y(x, ω)) jumps
+//! on surfaces that move with x, boxes blur it, and c may have [events](StepEvents) besides: sets A_g(x) of ω whose volume
+//! P_g(x) is known, each with a combination of the ψ_ia(x), whose integral is itself times P_g(x).
 
 mod control;
+mod events;
 #[cfg(feature = "alloc")]
 mod fit;
 #[cfg(feature = "alloc")]
 mod setup;
+#[cfg(feature = "alloc")]
+mod variance;
 
 pub use control::{Sampled, SampledError, StepControl};
+pub use events::{NoEvents, SampledStep, StepEvents};
 #[cfg(feature = "alloc")]
 pub use setup::{CellSteps, SampledSetup, SampledSolution, SampledTables, SetupOptions};
+#[cfg(feature = "alloc")]
+pub use variance::ScoreVariance;

@@ -4,7 +4,8 @@ use alloc::vec::Vec;
 use core::num::NonZeroU32;
 
 use super::control::{Given, advance, power, spread};
-use super::fit::{Fit, inverse};
+use super::events::{NoEvents, SampledStep, StepEvents};
+use super::fit::{Fit, NO_EVENT, Step, inverse};
 use super::{Sampled, SampledError, StepControl};
 use crate::galerkin::{Basis, CellMap, Convergence, GalerkinError, buffer, reserve, rounded};
 use crate::{
@@ -26,6 +27,8 @@ pub struct SetupOptions {
     pub samples: usize,
     /// m, the boxes of steps along an axis; `None`: as many as leave four steps for every coefficient of c.
     pub per_axis: Option<u32>,
+    /// Most events that c has in a cell, 32 at most.
+    pub events: usize,
     /// The relative change of v by a sweep at which the iteration stops. What is left costs variance and nothing else.
     pub tolerance: f64,
     /// Most sweeps of the iteration.
@@ -35,11 +38,12 @@ pub struct SetupOptions {
 }
 
 impl Default for SetupOptions {
-    /// 2048 steps, a change of 10⁻⁶ or 1000 sweeps, seed 1.
+    /// 2048 steps, eight events, a change of 10⁻⁶ or 1000 sweeps, seed 1.
     fn default() -> Self {
         Self {
             samples: 2048,
             per_axis: None,
+            events: 8,
             tolerance: 1e-6,
             sweeps: 1000,
             seed: 1,
@@ -56,6 +60,8 @@ pub struct SampledSolution {
     v: Vec<f64>,
     control: Vec<f64>,
     per_axis: u32,
+    /// Events of a cell.
+    events: usize,
     functions: usize,
     numbers: usize,
     convergence: Convergence<f64>,
@@ -66,6 +72,21 @@ pub struct SampledSolution {
 struct Kept<const B: usize> {
     cell: u32,
     values: [f32; B],
+}
+
+/// In place of a cell where a step left.
+const LEFT: u32 = u32::MAX;
+
+impl<const B: usize> Kept<B> {
+    /// κ v of the step.
+    fn value(&self, v: &[f64]) -> f64 {
+        if self.cell == LEFT {
+            return 0.0;
+        }
+        let v: [f64; B] = block(v, self.cell as usize);
+        let terms = self.values.iter().zip(v);
+        terms.map(|(&value, v)| f64::from(value) * v).sum()
+    }
 }
 
 /// A block of the Galerkin matrix that the steps give.
@@ -126,17 +147,19 @@ const SETUP: u64 = u64::MAX - 1;
 /// A set-up from steps, in its parts: what concerns one cell may be done for all of them side by side.
 ///
 /// [`SampledSolution::new`] does all of it, one cell after the other.
-pub struct SampledSetup<'a, P, S, const D: usize, const B: usize> {
+pub struct SampledSetup<'a, P, S, const D: usize, const B: usize, E = NoEvents<P>> {
     /// The equation's chain and kernel, with cells and functions on them.
     pub problem: &'a P,
     /// What v's equation has as F: the problem itself, or its [`LastStep`](crate::LastStep).
     pub source: &'a S,
+    /// Events of the equation's steps, which c may have besides boxes.
+    pub events: &'a E,
     /// Options of the set-up.
     pub options: SetupOptions,
 }
 
 // By hand: a derive would ask the problem to be `Debug`.
-impl<P, S, const D: usize, const B: usize> core::fmt::Debug for SampledSetup<'_, P, S, D, B> {
+impl<P, S, const D: usize, const B: usize, E> core::fmt::Debug for SampledSetup<'_, P, S, D, B, E> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("SampledSetup")
             .field("options", &self.options)
@@ -144,10 +167,11 @@ impl<P, S, const D: usize, const B: usize> core::fmt::Debug for SampledSetup<'_,
     }
 }
 
-impl<P, S, const D: usize, const B: usize> SampledSetup<'_, P, S, D, B>
+impl<P, S, const D: usize, const B: usize, E> SampledSetup<'_, P, S, D, B, E>
 where
     P: Sampler + Kernel + Basis<B> + CellMap + StateSpace<Scalar = f64>,
     S: RandomSource + StateSpace<Scalar = f64, Point = P::Point>,
+    E: StepEvents<D, Scalar = f64, Point = P::Point>,
 {
     /// Takes the steps from a cell.
     ///
@@ -228,7 +252,8 @@ where
         Ok((v, convergence))
     }
 
-    /// c of a cell, of v and the steps from there: B + D coefficients for every box.
+    /// c of a cell, of v and the steps from there: B + D coefficients for every box, then for every event its number, or −1
+    /// for none, and B coefficients.
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
@@ -238,26 +263,64 @@ where
         steps: &CellSteps<B>,
         v: &[f64],
     ) -> Result<Vec<f64>, GalerkinError> {
-        let per_axis = self.per_axis();
-        let mut fit = Fit::new::<D>(per_axis, B)?;
+        let candidates = self.candidates(steps, v)?;
+        let mut fit = Fit::new::<D, B>(self.per_axis(), &candidates)?;
         let mut kept = steps.kept.iter();
         points::<P, D>(self.problem, cell, &self.options, &mut |x, omega, _| {
-            let value = kept.next().map_or(f64::NAN, |kept| {
-                let v: [f64; B] = block(v, kept.cell as usize);
-                let terms = kept.values.iter().zip(v);
-                terms.map(|(&value, v)| f64::from(value) * v).sum()
+            let step = SampledStep {
+                from: &x.point,
+                omega: &omega,
+                to: None,
+            };
+            fit.add(&Step {
+                psi: &self.problem.basis(&x),
+                omega: &omega,
+                value: kept.next().map_or(f64::NAN, |kept| kept.value(v)),
+                occurring: self.events.occurring(&step, &candidates),
             });
-            fit.add(&self.problem.basis(&x), &omega, value);
         })?;
         let mut control = buffer(self.coefficients())?;
-        fit.solve(&mut control);
+        fit.solve(&mut control)?;
         Ok(control)
     }
 
-    /// The number of coefficients of c on a cell: B + D of each box.
+    /// The events among which c chooses: those towards cells from which steps bring what differs most from the mean.
+    fn candidates(&self, steps: &CellSteps<B>, v: &[f64]) -> Result<Vec<u32>, GalerkinError> {
+        let most = self.options.events.min(32);
+        if most == 0 {
+            return Ok(Vec::new());
+        }
+        let mut groups: Vec<(u32, f64, f64)> = reserve(steps.kept.len())?;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for kept in &steps.kept {
+            let value = kept.value(v);
+            sum += value;
+            count += 1.0;
+            let towards = self.events.towards(kept.cell as usize);
+            groups.extend(towards.map(|event| (event, 1.0, value)));
+        }
+        groups.sort_by_key(|&(event, ..)| event);
+        groups.dedup_by(|next, group| {
+            let is_same = next.0 == group.0;
+            if is_same {
+                group.1 += next.1;
+                group.2 += next.2;
+            }
+            is_same
+        });
+        let mean = sum / count;
+        let merit = |&(_, n, sum): &(u32, f64, f64)| n * (sum / n - mean) * (sum / n - mean);
+        groups.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        groups.truncate((2 * most).min(32));
+        let mut candidates = reserve(groups.len())?;
+        candidates.extend(groups.iter().map(|&(event, ..)| event));
+        Ok(candidates)
+    }
+
+    /// The number of coefficients of c on a cell: B + D of each box, 1 + B of each event.
     #[must_use]
     pub fn coefficients(&self) -> usize {
-        power::<D>(self.per_axis()) * (B + D)
+        power::<D>(self.per_axis()) * (B + D) + self.options.events.min(32) * (1 + B)
     }
 
     /// m.
@@ -279,6 +342,7 @@ where
             v,
             control,
             per_axis: self.per_axis(),
+            events: self.options.events.min(32),
             functions: B,
             numbers: D,
             convergence,
@@ -294,7 +358,7 @@ fn keep<const B: usize>((_, to): &Sample<B>) -> Kept<B> {
             values: values.map(|value| value as f32),
         },
         None => Kept {
-            cell: 0,
+            cell: LEFT,
             values: [0.0; B],
         },
     }
@@ -381,9 +445,33 @@ impl SampledSolution {
         P: Sampler + Kernel + Basis<B> + CellMap + StateSpace<Scalar = f64>,
         S: RandomSource + StateSpace<Scalar = f64, Point = P::Point>,
     {
-        let setup = SampledSetup::<P, S, D, B> {
+        let options = SetupOptions {
+            events: 0,
+            ..*options
+        };
+        Self::with_events::<P, S, NoEvents<P>, D, B>((problem, &NoEvents::NEW), source, &options)
+    }
+
+    /// Steps from all cells, v, and c with events of the steps.
+    ///
+    /// `source` is what v's equation has as F: the problem itself, or its [`LastStep`](crate::LastStep).
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`]; [`GalerkinError::Diverges`]: the equation is no contraction.
+    pub fn with_events<P, S, E, const D: usize, const B: usize>(
+        (problem, events): (&P, &E),
+        source: &S,
+        options: &SetupOptions,
+    ) -> Result<Self, GalerkinError>
+    where
+        P: Sampler + Kernel + Basis<B> + CellMap + StateSpace<Scalar = f64>,
+        S: RandomSource + StateSpace<Scalar = f64, Point = P::Point>,
+        E: StepEvents<D, Scalar = f64, Point = P::Point>,
+    {
+        let setup = SampledSetup::<P, S, D, B, E> {
             problem,
             source,
+            events,
             options: *options,
         };
         let cells = problem.cells();
@@ -406,7 +494,7 @@ impl SampledSolution {
         &self.v
     }
 
-    /// c: the B + D coefficients of every box of every cell, in this order.
+    /// c: of every cell the B + D coefficients of every box, and of every event its number and B coefficients, in this order.
     #[must_use]
     pub fn control(&self) -> &[f64] {
         &self.control
@@ -423,15 +511,31 @@ impl SampledSolution {
     /// # Errors
     /// [`GalerkinError::Memory`].
     pub fn for_walks<F: Real>(&self) -> Result<SampledTables<F>, GalerkinError> {
-        let control: Vec<F> = rounded(&self.control)?;
         let coefficients = self.functions + self.numbers;
         let boxes = (0..self.numbers).fold(1_usize, |n, _| n * self.per_axis as usize);
+        let (of_boxes, of_slots) = (boxes * coefficients, self.events * (1 + self.functions));
+        let cells = self.control.len() / (of_boxes + of_slots);
+        let mut control: Vec<F> = reserve(cells * of_boxes)?;
+        let mut events = reserve(cells * self.events)?;
+        let mut of_events = reserve(cells * self.events * self.functions)?;
         let mut integral = reserve(self.v.len())?;
-        for own in control.chunks_exact(boxes * coefficients) {
+        for own in self.control.chunks_exact(of_boxes + of_slots) {
+            let (of_boxes, of_slots) = own.split_at(of_boxes);
+            control.extend(of_boxes.iter().map(|&c| F::from_f64(c)));
+            let own = control.get(control.len() - of_boxes.len()..).unwrap_or(&[]);
             for a in 0..self.functions {
                 let of_x = own.iter().skip(a).step_by(coefficients);
                 let sum: f64 = of_x.map(|c| c.to_f64()).sum();
                 integral.push(F::from_f64(sum / boxes as f64));
+            }
+            for slot in of_slots.chunks_exact(1 + self.functions) {
+                let (&number, own) = slot.split_first().unwrap_or((&NO_EVENT, &[]));
+                events.push(if number < 0.0 {
+                    u32::MAX
+                } else {
+                    number as u32
+                });
+                of_events.extend(own.iter().map(|&c| F::from_f64(c)));
             }
         }
         Ok(SampledTables {
@@ -439,6 +543,8 @@ impl SampledSolution {
             control,
             integral,
             per_axis: self.per_axis,
+            events,
+            of_events,
         })
     }
 }
@@ -460,6 +566,8 @@ pub struct SampledTables<F> {
     control: Vec<F>,
     integral: Vec<F>,
     per_axis: u32,
+    events: Vec<u32>,
+    of_events: Vec<F>,
 }
 
 impl<F: Real> SampledTables<F> {
@@ -477,6 +585,8 @@ impl<F: Real> SampledTables<F> {
             control: &self.control,
             integral: &self.integral,
             per_axis: self.per_axis,
+            events: &self.events,
+            of_events: &self.of_events,
         }
     }
 
@@ -493,5 +603,21 @@ impl<F: Real> SampledTables<F> {
         P: Basis<B> + StateSpace<Scalar = F>,
     {
         Sampled::new(problem, self.tables(), steps)
+    }
+
+    /// The neighbour equation of v whose c has events of the steps, with so many steps wherever G is scored.
+    ///
+    /// # Errors
+    /// [`SampledError`]: it is none of the problem's cells and functions.
+    pub fn neighbour_with_events<'a, P, E, const D: usize, const B: usize>(
+        &'a self,
+        of: (&'a P, &'a E),
+        steps: NonZeroU32,
+    ) -> Result<Sampled<'a, F, P, D, B, E>, SampledError>
+    where
+        P: Basis<B> + StateSpace<Scalar = F>,
+        E: StepEvents<D, Scalar = F, Point = P::Point>,
+    {
+        Sampled::with_events(of, self.tables(), steps)
     }
 }

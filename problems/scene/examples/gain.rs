@@ -7,7 +7,7 @@ use core::num::NonZeroU32;
 use std::time::Instant;
 
 use fredholm_core::galerkin::CellMap;
-use fredholm_core::sampled::{SampledSolution, SetupOptions};
+use fredholm_core::sampled::{SampledSolution, ScoreVariance, SetupOptions};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, LastStep, Length,
     NeighbourOf, NoNeighbour, RngUniforms, Statistics, Task, WalkSeeds,
@@ -19,6 +19,8 @@ use fredholm_scene::{
 type Failed = Box<dyn core::error::Error>;
 type Equations<'a> = Radiosity<'a, f64>;
 
+/// What the rest of a walk takes, in rays of its scores.
+const REST: f64 = 3.0;
 /// The absorption probability.
 const ABSORPTION: f64 = 0.25;
 /// Points at which standard deviations are taken; walks from each, and walks of a mean.
@@ -63,6 +65,19 @@ fn scene(name: &str) -> Result<Scene, Failed> {
     Ok(Scene::new::<f64>(&surfaces, Enclosure::Closed)?)
 }
 
+/// Seconds that this thread has computed, where Linux tells it, so that other programs do not count.
+fn processor_seconds() -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|told| told.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(
+        || {
+            static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
+            START.elapsed().as_secs_f64()
+        },
+        |nanoseconds| 1e-9 * nanoseconds,
+    )
+}
+
 /// Statistics of walks, and seconds a walk.
 fn walk<E, N, T>(
     (equation, neighbour): (&E, &N),
@@ -86,9 +101,9 @@ where
         length: Length::default(),
     };
     let mut batch = Batch::new(0, walks, walks);
-    let start = Instant::now();
+    let start = processor_seconds();
     batch.run(&task, u64::MAX)?;
-    let seconds = start.elapsed().as_secs_f64() / walks as f64;
+    let seconds = (processor_seconds() - start) / walks as f64;
     Ok((*batch.statistics(), seconds))
 }
 
@@ -125,7 +140,7 @@ fn line(name: &str, [deviation, seconds]: [f64; 2], [best, best_seconds]: [f64; 
 /// Lines for the neighbour equations of B functions on a cell.
 fn degree<const B: usize>(
     room: &Equations<'_>,
-    samples: usize,
+    [samples, events]: [usize; 2],
     mean: &Mean<'_, f64>,
     points: &[Point<f64>],
     [best_mean, best_points]: [[f64; 2]; 2],
@@ -133,12 +148,13 @@ fn degree<const B: usize>(
     let last = LastStep(room);
     let options = SetupOptions {
         samples,
+        events,
         ..SetupOptions::default()
     };
     let start = Instant::now();
-    let solution = SampledSolution::new::<_, _, 2, B>(room, &last, &options)?;
+    let solution = SampledSolution::with_events::<_, _, _, 2, B>((room, room), &last, &options)?;
     println!(
-        "{B} functions on a cell, set-up {:.2} s",
+        "{B} functions on a cell, {events} events, set-up {:.2} s",
         start.elapsed().as_secs_f64()
     );
     let (mut sum, mut area) = (0.0, 0.0);
@@ -147,8 +163,12 @@ fn degree<const B: usize>(
         area += room.measure(cell);
     }
     let tables = solution.for_walks::<f64>()?;
+    let four = NonZeroU32::MIN.saturating_add(3);
+    let neighbour = tables.neighbour_with_events::<_, _, 2, B>((room, room), four)?;
+    let score = ScoreVariance::estimate(room, &last, (&neighbour, four));
+    println!("{score:?}, best {} rays", score.best_steps(REST));
     for steps in [1, 4, 16].map(|steps| NonZeroU32::MIN.saturating_add(steps - 1)) {
-        let neighbour = tables.neighbour::<_, 2, B>(room, steps)?;
+        let neighbour = tables.neighbour_with_events::<_, _, 2, B>((room, room), steps)?;
         let of = (&last, &neighbour);
         let scores = (MEAN_WALKS / u64::from(steps.get()), Some(sum / area));
         let (statistics, seconds) = walk(of, mean, Estimator::Collision, scores)?;
@@ -203,6 +223,10 @@ fn main() -> Result<(), Failed> {
     }
     let best_points = at_points((&last, &none_last), &points, Statistics::plain)?;
     line("to the light, points", best_points, best_points);
-    degree::<1>(&room, samples.parse()?, &mean, &points, [best, best_points])?;
-    degree::<3>(&room, samples.parse()?, &mean, &points, [best, best_points])
+    for events in [0, 8] {
+        let options = [samples.parse()?, events];
+        degree::<1>(&room, options, &mean, &points, [best, best_points])?;
+        degree::<3>(&room, options, &mean, &points, [best, best_points])?;
+    }
+    Ok(())
 }

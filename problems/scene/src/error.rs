@@ -42,6 +42,11 @@ pub enum SceneError {
     NothingAbsorbs,
     /// An emission is infinite or NaN, or a temperature is NaN, negative or beyond the scalar.
     Emission(Place),
+    /// A number of a beam is infinite or NaN, its strength is negative, or its direction has no length.
+    Beam {
+        /// The number of the beam.
+        beam: usize,
+    },
     /// A polygon is thinner than four times the scene's smallest distance.
     Degenerate(Place),
     /// The vertices of a quadrilateral do not lie in a plane.
@@ -265,6 +270,10 @@ impl fmt::Display for SceneError {
             Self::Face { face } => write!(f, "there is no face {face}"),
             Self::Tables => write!(f, "the tables of a scene do not belong together"),
             Self::Cells => write!(f, "a scene has at most 2^28 cells"),
+            Self::Beam { beam } => write!(
+                f,
+                "beam {beam}: its numbers must be finite, its strength must not be negative, and a direction must have a length"
+            ),
             Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
             Self::Point { face } => write!(f, "the position is not on face {face}"),
             Self::Leaves => f.write_str(

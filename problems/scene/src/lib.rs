@@ -9,6 +9,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+mod beam;
 mod cells;
 #[cfg(feature = "alloc")]
 mod check;
@@ -22,6 +23,7 @@ mod close;
 mod closed;
 #[cfg(feature = "alloc")]
 mod contour;
+mod crossed;
 #[cfg(feature = "alloc")]
 mod edges;
 mod error;
@@ -70,6 +72,7 @@ mod vector;
 #[cfg(feature = "alloc")]
 mod visible;
 
+pub use beam::Beam;
 pub use cells::{FacePatch, Side};
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]

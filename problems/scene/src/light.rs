@@ -27,14 +27,14 @@ const SPREAD: [f64; 3] = [
 
 /// A convex polygon of at most five vertices, as seen from a point: a quadrilateral, cut by a plane.
 #[derive(Clone, Copy)]
-struct Seen<F> {
+pub(crate) struct Seen<F> {
     vertices: [Vector<F>; 5],
     count: usize,
 }
 
 impl<F: Real> Seen<F> {
     /// The part of a face above the horizon of a point with this normal, relative to the point.
-    fn new(face: &Face<F>, from: Vector<F>, normal: Vector<F>) -> Self {
+    pub(crate) fn new(face: &Face<F>, from: Vector<F>, normal: Vector<F>) -> Self {
         let mut seen = Self {
             vertices: [[zero(); 3]; 5],
             count: 0,
@@ -66,7 +66,7 @@ impl<F: Real> Seen<F> {
         }
     }
 
-    fn polygon(&self) -> &[Vector<F>] {
+    pub(crate) fn polygon(&self) -> &[Vector<F>] {
         self.vertices.get(..self.count).unwrap_or(&[])
     }
 }
@@ -388,6 +388,10 @@ impl<F: Real> SourceSampler for Radiosity<'_, F> {
     #[inline]
     fn rest_of_source(&self, x: &Point<F>) -> F {
         let side = self.sides.get(x.face as usize);
-        side.map_or(F::NAN, |side| side.emission)
+        let own = side.map_or(F::NAN, |side| side.emission);
+        if self.beams.is_empty() {
+            return own;
+        }
+        own + self.reflectance(x) * self.irradiance_of_beams(x)
     }
 }

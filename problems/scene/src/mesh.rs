@@ -7,6 +7,7 @@ use fredholm_core::array::from_fn;
 
 use crate::Scene;
 use crate::SceneError;
+use crate::beam::Beam;
 use crate::cells::{FacePatch, Side};
 use crate::geometry::Face;
 use crate::vector::{Vector, cross, dot, norm, scale, sub, unit};
@@ -17,6 +18,7 @@ pub struct Cells<F> {
     pub(crate) patches: Vec<FacePatch<F>>,
     pub(crate) sides: Vec<Side<F>>,
     pub(crate) lights: Vec<u32>,
+    pub(crate) beams: Vec<Beam<F>>,
     pub(crate) cells: u32,
 }
 
@@ -70,6 +72,7 @@ impl<F: Real> Cells<F> {
             patches: Vec::new(),
             sides: Vec::new(),
             lights: Vec::new(),
+            beams: scene.beams().iter().filter_map(Beam::rounded).collect(),
             cells: 0,
         };
         let wanted: f64 = scene.faces().iter().map(|face| count(face, size)).sum();

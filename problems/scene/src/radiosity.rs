@@ -7,6 +7,7 @@ use fredholm_core::{
 use num_traits::{one, zero};
 
 use crate::SceneError;
+use crate::beam::Beam;
 use crate::cells::{FacePatch, Side};
 use crate::geometry::{Face, Geometry};
 use crate::vector::{Vector, along, dot, norm, sub};
@@ -58,6 +59,7 @@ pub struct Radiosity<'a, F> {
     pub(crate) sides: &'a [Side<F>],
     pub(crate) patches: &'a [FacePatch<F>],
     pub(crate) lights: &'a [u32],
+    pub(crate) beams: &'a [Beam<F>],
     /// What of each light each cell sees: see `with_visible_shares`.
     pub(crate) shares: &'a [u8],
     cells: u32,
@@ -76,11 +78,14 @@ impl<'a, F: Real> Radiosity<'a, F> {
         cells: &'a crate::Cells<F>,
         absorption: f64,
     ) -> Result<Self, SceneError> {
-        Self::of_tables(
-            geometry,
-            (&cells.sides, &cells.patches, &cells.lights),
-            absorption,
-        )
+        let tables = (&*cells.sides, &*cells.patches, &*cells.lights);
+        Ok(Self::of_tables(geometry, tables, absorption)?.with_beams(&cells.beams))
+    }
+
+    /// The equation with light that no surface emits: directions have the length 1.
+    #[must_use]
+    pub const fn with_beams(self, beams: &'a [Beam<F>]) -> Self {
+        Self { beams, ..self }
     }
 
     /// The equation on tables that were made elsewhere: sides of faces, patches, and the numbers of the faces that emit.
@@ -124,6 +129,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
             sides,
             patches,
             lights,
+            beams: &[],
             shares: &[],
             cells,
             absorption: q,
@@ -197,7 +203,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
     }
 
     /// The face and the patch of a cell, by bisection: for set-ups.
-    fn patch_of(&self, cell: usize) -> Option<(u32, &'a FacePatch<F>)> {
+    pub(crate) fn patch_of(&self, cell: usize) -> Option<(u32, &'a FacePatch<F>)> {
         let after = self
             .patches
             .partition_point(|patch| patch.first as usize <= cell);
@@ -211,7 +217,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
 
     /// The direction that two numbers in [0, 1) give from a side, cosine-distributed.
     #[inline]
-    fn direction(side: &Side<F>, normal: Vector<F>, [a, b]: [F; 2]) -> Vector<F> {
+    pub(crate) fn direction(side: &Side<F>, normal: Vector<F>, [a, b]: [F; 2]) -> Vector<F> {
         let [s, t] = disc([a, b]);
         let [p, q] = side.tangents;
         // Rounding may leave less than nothing.
@@ -334,7 +340,9 @@ impl<F: Real> Kernel for Radiosity<'_, F> {
 impl<F: Real> Source for Radiosity<'_, F> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
-        self.face(x).map_or(F::NAN, |face| face.emission)
+        self.face(x).map_or(F::NAN, |face| {
+            face.emission + face.reflectance * self.irradiance_of_beams(x)
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use core::ops::Range;
 use fredholm_core::Real;
 
 use crate::SceneError;
+use crate::beam::Beam;
 use crate::error::Place;
 use crate::geometry::{Face, Geometry, Node, Triangle};
 use crate::hierarchy::{self, Item};
@@ -130,6 +131,7 @@ pub struct Scene {
     first: Vec<u32>,
     pub(crate) vertices: Vec<Vector<f64>>,
     enclosure: Enclosure,
+    beams: Vec<Beam<f64>>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
 }
@@ -256,6 +258,7 @@ impl Scene {
             first: raw.first,
             vertices: raw.points,
             enclosure,
+            beams: Vec::new(),
             smallest,
         };
         scene.outlines = join::plain_outlines(&scene.faces);
@@ -339,6 +342,34 @@ impl Scene {
     pub fn area(&self, surface: usize) -> Result<f64, SceneError> {
         let faces = self.faces.get(self.faces_of(surface)?).unwrap_or(&[]);
         Ok(faces.iter().map(|face| face.area).sum())
+    }
+
+    /// The scene with light that no surface emits.
+    ///
+    /// # Errors
+    /// [`SceneError::Beam`].
+    ///
+    /// ```
+    /// use fredholm_scene::{Beam, Enclosure, Scene, SceneError, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// let lamp = |intensity| Beam::Point { at: [0.5, 0.5, 0.5], intensity };
+    /// assert_eq!(scene.clone().with_beams(vec![lamp(2.0)])?.beams(), [lamp(2.0)]);
+    /// assert_eq!(scene.with_beams(vec![lamp(-2.0)]).unwrap_err(), SceneError::Beam { beam: 0 });
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, SceneError> {
+        let is_wrong = |beam: &Beam<f64>| beam.rounded::<f64>().is_none();
+        match beams.iter().position(is_wrong) {
+            Some(beam) => Err(SceneError::Beam { beam }),
+            None => Ok(Self { beams, ..self }),
+        }
+    }
+
+    /// Light that no surface emits.
+    #[must_use]
+    pub fn beams(&self) -> &[Beam<f64>] {
+        &self.beams
     }
 
     /// Whether light may leave.

@@ -35,7 +35,8 @@ impl<F: Real, T> Irradiance<'_, F, T> {
         U: Uniforms<F>,
     {
         let (x, phi) = self.of.start(uniforms);
-        let known = self.radiosity.sample_direct(&x, uniforms);
+        let known =
+            self.radiosity.sample_direct(&x, uniforms) + self.radiosity.irradiance_of_beams(&x);
         match self.radiosity.step(&x, uniforms) {
             Some(point) => (Started { point, known }, phi),
             None => {

@@ -2,8 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_core::Real;
-use fredholm_scene::{Enclosure, Geometry, Material, Polygon, Scene, Surface, Tables, shapes};
+use fredholm_core::galerkin::{CellMap, Partition};
+use fredholm_core::sampled::{SampledStep, StepEvents};
+use fredholm_core::{LastStep, RandomSource, Real, Source, Uniforms};
+use fredholm_scene::{
+    Beam, Cells, Enclosure, Geometry, Material, Polygon, Radiosity, Scene, Surface, Tables, shapes,
+};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -232,4 +236,131 @@ fn a_ray_along_a_shallow_bowl_meets_it() {
     assert!(!hit.back && hit.face != 14101);
     // What is met next to the pole is less than the ring's width away.
     assert!(hit.distance < 0.2, "{hit:?}");
+}
+
+struct Zeros;
+impl Uniforms<f64> for Zeros {
+    fn uniform(&mut self) -> f64 {
+        0.0
+    }
+}
+
+/// Sunlight and a lamp on a floor that sees nothing else but a black plate: u is known, and 0 in the shadow. The plate's lower
+/// side is dark, as what shines from above meets its back.
+#[test]
+fn beams_cast_shadows() {
+    let plate = |z: f64, low: f64, high: f64| {
+        Polygon::Quad([
+            [low, low, z],
+            [high, low, z],
+            [high, high, z],
+            [low, high, z],
+        ])
+    };
+    let upper = plate(1.0, 1.0, 2.0);
+    let surfaces = [
+        vec![plate(0.0, 0.0, 4.0)],
+        vec![upper],
+        vec![shapes::reversed(&upper)],
+    ];
+    let materials = [0.5, 0.0, 0.0].map(|reflectance| {
+        [Material {
+            reflectance,
+            emission: 0.0,
+        }]
+    });
+    let all: Vec<Surface<'_>> = surfaces
+        .iter()
+        .zip(&materials)
+        .map(|(polygons, materials)| Surface {
+            polygons,
+            materials,
+        })
+        .collect();
+    let scene = Scene::new::<f64>(&all, Enclosure::Open).unwrap();
+    // Of length 3 before it is made 1: the sun's cosine on the floor is ⅔, and its shadow is one half to the left.
+    let sun = Beam::Parallel {
+        towards: [1.0, 2.0, 2.0],
+        irradiance: 900.0,
+    };
+    let lamp = Beam::Point {
+        at: [1.5, 1.5, 3.0],
+        intensity: 270.0,
+    };
+    let scene = scene.with_beams(vec![sun, lamp]).unwrap();
+    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 20).unwrap());
+    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let of_lamp = |x: f64, y: f64| {
+        let square = (x - 1.5) * (x - 1.5) + (y - 1.5) * (y - 1.5) + 9.0;
+        0.5 * 270.0 * 3.0 / square.powf(1.5)
+    };
+    let cases = [
+        // Beyond both shadows; in the sun's, from (½, 0) to (1½, 1); in the lamp's, from ¾ to 2¼.
+        ([3.5, 0.5], 300.0 + of_lamp(3.5, 0.5)),
+        ([0.6, 0.1], of_lamp(0.6, 0.1)),
+        ([2.0, 2.0], 300.0),
+        ([1.0, 0.9], 0.0),
+    ];
+    for ([x, y], expected) in cases {
+        let x = radiosity.at(0, [x, y, 0.0]).unwrap();
+        // No number is drawn: there is no light that emits.
+        let known = LastStep(&radiosity).sample_source(&x, &mut Zeros);
+        for source in [radiosity.source(&x), known] {
+            assert!(
+                (source - expected).abs() <= 1e-9 * expected,
+                "{source} for {expected}"
+            );
+        }
+    }
+    let below = radiosity.point(radiosity.cells() - 1, &[0.5, 0.5]);
+    assert_eq!((below.face, radiosity.source(&below)), (2, 0.0));
+}
+
+/// Rays cross faces as often as their events' probabilities say: behind obstacles, below the horizon in part, and beside them.
+#[test]
+fn faces_are_crossed_as_often_as_form_factors_say() {
+    fn check<F: Real>(rng: &mut ChaCha8Rng) {
+        const RAYS: u32 = 400;
+        let (mut worst, mut both) = (0.0_f64, 0);
+        for (_, surfaces) in closed_scenes().into_iter().step_by(7) {
+            let scene = scene_of::<F>(&surfaces, Enclosure::Closed).unwrap();
+            let (tables, cells) = (Tables::<F>::new(&scene), Cells::new(&scene, 40).unwrap());
+            let radiosity = Radiosity::new(tables.geometry(), &cells, 0.3).unwrap();
+            for _ in 0..120 {
+                let (cell, face) = (
+                    rng.random_range(0..radiosity.cells()),
+                    rng.random_range(0..scene.faces().len() as u32),
+                );
+                let mut x = radiosity.point(cell, &[rng.random(), rng.random()]);
+                if rng.random() {
+                    // At a vertex, on the edges of other faces.
+                    let own = &tables.geometry().faces()[x.face as usize];
+                    let corner = own.corners[rng.random_range(0..4)].map(F::to_f64);
+                    x = radiosity.at(x.face, corner).unwrap();
+                }
+                let p = radiosity.probability(&x, face).to_f64();
+                let crossed: u32 = (0..RAYS)
+                    .map(|_| {
+                        let omega = [rng.random(), rng.random()].map(F::from_f64);
+                        let step = SampledStep {
+                            from: &x,
+                            omega: &omega,
+                            to: None,
+                        };
+                        radiosity.occurring(&step, &[face])
+                    })
+                    .sum();
+                let (n, crossed) = (f64::from(RAYS), f64::from(crossed));
+                // Bernstein's bound: Poisson's tail where p is small.
+                let z = (crossed - n * p).abs() / (n * p * (1.0 - p) + 3.0).max(0.0).sqrt();
+                worst = worst.max(z);
+                both += usize::from(p > 0.01);
+            }
+        }
+        // Of 1,200 events in all.
+        assert!(worst < 4.9 && both > 60, "{worst}, {both} of a size");
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(27);
+    check::<f64>(&mut rng);
+    check::<f32>(&mut rng);
 }

@@ -5,13 +5,13 @@ use core::num::NonZeroU32;
 use fredholm_core::galerkin::{Basis, CellMap, Partition};
 use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, Kernel, LastStep,
-    Length, Located, NeighbourOf, NoNeighbour, Real, Sampler, Source, SourceSampler, StateSpace,
-    Statistics, Task, Uniforms, WalkSeeds, WithKnown,
+    At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, LastStep, Length,
+    Located, NeighbourOf, NoNeighbour, Real, SourceSampler, StateSpace, Statistics, Task, Uniforms,
+    WalkSeeds, WithKnown,
 };
 use fredholm_scene::{
-    Air, Cells, Enclosure, Irradiance, Material, Mean, Point, Polygon, Radiosity, Scene, Surface,
-    Tables, areas, form_factor_of_point, shapes,
+    Air, Beam, Cells, Enclosure, Irradiance, Material, Mean, Point, Polygon, Radiosity, Scene,
+    Surface, Tables, areas, form_factor_of_point, shapes,
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -90,9 +90,14 @@ fn tables<F: Real, const B: usize>(
         ..SetupOptions::default()
     };
     let solution = if last_step {
-        SampledSolution::new::<_, _, 2, B>(&radiosity, &LastStep(&radiosity), &options)
+        let last = LastStep(&radiosity);
+        SampledSolution::with_events::<_, _, _, 2, B>((&radiosity, &radiosity), &last, &options)
     } else {
-        SampledSolution::new::<_, _, 2, B>(&radiosity, &radiosity, &options)
+        SampledSolution::with_events::<_, _, _, 2, B>(
+            (&radiosity, &radiosity),
+            &radiosity,
+            &options,
+        )
     };
     solution.unwrap().for_walks().unwrap()
 }
@@ -115,7 +120,9 @@ fn check_all<F: Real, const B: usize>(
     let two = NonZeroU32::MIN.saturating_add(1);
     let rounding = 1e3 * F::EPSILON.to_f64();
     for estimator in ESTIMATORS {
-        let neighbour = own.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let neighbour = own
+            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
+            .unwrap();
         let all = walk(&radiosity, &neighbour, functional, estimator, walks);
         check(what, all.plain(), 0.0, expected, rounding);
         check(what, all.preconditioned(), 0.0, expected, rounding);
@@ -124,7 +131,9 @@ fn check_all<F: Real, const B: usize>(
         let alone = walk(&radiosity, &none, functional, estimator, walks);
         assert_eq!(alone.plain(), all.plain());
 
-        let neighbour = own_last.neighbour::<_, 2, B>(&radiosity, two).unwrap();
+        let neighbour = own_last
+            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
+            .unwrap();
         let all = walk(&last, &neighbour, functional, estimator, walks);
         check(what, all.plain(), emission, expected, rounding);
         check(what, all.preconditioned(), emission, expected, rounding);
@@ -193,64 +202,8 @@ where
     }
 }
 
-/// The room of the test CUBE of Khodulev and Kopylov (1996): side 10, ρ = ⅔, a point light of I = 50,000 cd in the middle.
-struct Cube<'a>(Radiosity<'a, f64>);
-
-const INTENSITY: f64 = 50_000.0;
-const CUBE_RHO: f64 = 2.0 / 3.0;
-
-impl StateSpace for Cube<'_> {
-    type Scalar = f64;
-    type Point = Point<f64>;
-}
-impl Sampler for Cube<'_> {
-    fn absorption(&self, x: &Point<f64>) -> f64 {
-        self.0.absorption(x)
-    }
-    fn step<U: Uniforms<f64>>(&self, x: &Point<f64>, uniforms: &mut U) -> Option<Point<f64>> {
-        self.0.step(x, uniforms)
-    }
-}
-impl Kernel for Cube<'_> {
-    fn kernel(&self, x: &Point<f64>, y: &Point<f64>) -> f64 {
-        self.0.kernel(x, y)
-    }
-}
-/// Luminance by direct light: ρ/π times I cos θ/r².
-impl Source for Cube<'_> {
-    fn source(&self, x: &Point<f64>) -> f64 {
-        let square: f64 = x.position.map(|c| (c - 5.0) * (c - 5.0)).iter().sum();
-        // The distance from the middle along the normal of any side is 5.
-        CUBE_RHO / core::f64::consts::PI * INTENSITY * 5.0 / square.powf(1.5)
-    }
-}
-impl Partition for Cube<'_> {
-    fn cells(&self) -> usize {
-        self.0.cells()
-    }
-    fn locate(&self, x: &Point<f64>) -> usize {
-        self.0.locate(x)
-    }
-}
-impl Basis<6> for Cube<'_> {
-    fn basis(&self, x: &Located<Point<f64>>) -> [f64; 6] {
-        self.0.basis(x)
-    }
-}
-impl CellMap for Cube<'_> {
-    const DIMENSION: usize = 2;
-    fn measure(&self, cell: usize) -> f64 {
-        self.0.measure(cell)
-    }
-    fn point(&self, cell: usize, t: &[f64]) -> Point<f64> {
-        self.0.point(cell, t)
-    }
-    fn at(&self, coordinates: &[f64]) -> Option<Point<f64>> {
-        CellMap::at(&self.0, coordinates)
-    }
-}
-
-/// Luminance in nit at the centre of a face, half-way to the middle of an edge, half-way to a corner, at the edge's middle,
+/// The test CUBE of Khodulev and Kopylov (1996): side 10, ρ = ⅔, a point light of I = 50,000 cd in the middle, which gives
+/// u = F + ρ H as a luminance if it is divided by π. Luminance in nit at the centre of a face, half-way to the middle of an edge, half-way to a corner, at the edge's middle,
 /// and at the corner, by deterministic radiosity with exact point-to-rectangle factors, within 0.1.
 #[test]
 fn five_points_of_the_cube() {
@@ -263,22 +216,29 @@ fn five_points_of_the_cube() {
     ];
     let room = shapes::room([0.0; 3], [10.0; 3]);
     let scene = scene::<f64>(&room.surfaces, |_| Material {
-        reflectance: CUBE_RHO,
+        reflectance: 2.0 / 3.0,
         emission: 0.0,
     });
+    let light = Beam::Point {
+        at: [5.0; 3],
+        intensity: 50_000.0 / core::f64::consts::PI,
+    };
+    let scene = scene.with_beams(vec![light]).unwrap();
     let (geometry, cells) = (Tables::new(&scene), Cells::new(&scene, 150).unwrap());
-    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.2).unwrap();
-    let cube = Cube(radiosity);
+    let cube = Radiosity::new(geometry.geometry(), &cells, 0.2).unwrap();
     let options = SetupOptions {
         samples: 1024,
         ..SetupOptions::default()
     };
-    let solution = SampledSolution::new::<_, _, 2, 6>(&cube, &cube, &options).unwrap();
+    let of = (&cube, &cube);
+    let solution = SampledSolution::with_events::<_, _, _, 2, 6>(of, &cube, &options).unwrap();
     let tables = solution.for_walks::<f64>().unwrap();
     let steps = NonZeroU32::new(4).unwrap();
-    let neighbour = tables.neighbour::<_, 2, 6>(&cube, steps).unwrap();
+    let neighbour = tables
+        .neighbour_with_events::<_, _, 2, 6>(of, steps)
+        .unwrap();
     for ([x, y], expected) in EXPECTED {
-        let start = At(radiosity.at(0, [x, y, 0.0]).unwrap());
+        let start = At(cube.at(0, [x, y, 0.0]).unwrap());
         for estimator in ESTIMATORS {
             let all = walk(&cube, &neighbour, &start, estimator, 4000);
             // The reference is known to 0.1.

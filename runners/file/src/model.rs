@@ -57,6 +57,7 @@ impl ProblemFile {
     pub fn resolve(&self) -> Result<Resolved, InputError> {
         let settings = self.settings();
         let (model, targets) = self.problem.resolve(self)?;
+        let settings = settings.for_model(model.model());
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
         let checked = model.model().check(&cut, pairs);
         checked.map_err(|error| self.explain(&error))?;

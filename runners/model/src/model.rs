@@ -1,7 +1,7 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{Estimate, Job, Statistics};
+use fredholm_core::{Estimate, Estimator, Job, Statistics};
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::Start;
 use serde::Serialize;
@@ -45,6 +45,11 @@ pub struct About {
 pub trait Model: Send + Sync {
     /// The properties of the model.
     fn about(&self) -> About;
+
+    /// The estimator where nothing is said of it.
+    fn estimator(&self) -> Estimator {
+        Estimator::Absorption
+    }
 
     /// The name of the part of this number: of a surface, say.
     fn part(&self, number: usize) -> Option<&str> {

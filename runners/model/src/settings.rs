@@ -6,7 +6,7 @@ use fredholm_core::{Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Choices as _, Error, Pairs, Scalar, Sequence, Subject};
+use crate::{Choices as _, Error, Model, Pairs, Scalar, Sequence, Subject};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;
@@ -177,6 +177,16 @@ impl Settings {
             return refuse(Subject::ExactSource, message);
         }
         Ok(())
+    }
+
+    /// The settings with the estimator of a model, if it has another one than most and nothing is said of it.
+    #[must_use]
+    pub fn for_model(self, model: &dyn Model) -> Self {
+        let own = Some(model.estimator()).filter(|own| *own != Estimator::Absorption);
+        Self {
+            estimator: self.estimator.or(own),
+            ..self
+        }
     }
 
     /// How space is cut, with a default for what is open; the problem chooses cells.

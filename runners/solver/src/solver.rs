@@ -150,7 +150,7 @@ impl<'m> Solver<'m> {
     pub fn new(model: &'m dyn Model) -> Self {
         Self {
             model,
-            settings: Settings::default(),
+            settings: Settings::default().for_model(model),
             asked: Vec::new(),
             watch: &(),
             execute: &OnThreads,

@@ -5,13 +5,11 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use crate::chains;
-use core::num::NonZeroU32;
 
 use fredholm_core::galerkin::{
     Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
 };
-use fredholm_core::sampled::{Sampled, StepControl};
 use fredholm_core::{
     DefaultGenerator, Estimator, Form, Kernel, Length, Located, Neighbour, Real, Sampler, Source,
     StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
@@ -25,6 +23,8 @@ use fredholm_tests::toy::Toy;
 use fredholm_tests::{
     Description, Neighbours, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
 };
+
+mod steps;
 
 /// What is broken, the check that must catch it, and what the kit finds with a seed.
 type Entry = (&'static str, &'static str, fn(u64) -> Report);
@@ -56,6 +56,7 @@ const BROKEN: &[Entry] = &[
     ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
     ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
     ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
+    ("the probability of a step's event 5 % too large", "neighbour equation", |seed| with(Fault::EventProbability, seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
@@ -93,6 +94,7 @@ enum Fault {
     Correction,
     NeighbourKernel,
     StepIntegral,
+    EventProbability,
     Narrow,
     Hole,
     Endless,
@@ -325,23 +327,6 @@ impl<F: Real> Neighbours for Broken<F> {
             offers.coefficients("own", &self.toy.coefficients::<1>(&matrix), 0.0);
             offers.source_means("own", &right, 0.0);
         }
-    }
-}
-
-impl<F: Real> Broken<F> {
-    /// A neighbour equation from steps, with a constant as control.
-    fn offer_steps(&self, offers: &mut Offers<'_, Self>, v: &[F]) {
-        let constant = F::from_f64(0.6);
-        let control = [constant, F::zero()].repeat(CELLS);
-        let integral = [constant * self.factor(Fault::StepIntegral, 1.05)].repeat(CELLS);
-        let tables = StepControl {
-            v,
-            control: &control,
-            integral: &integral,
-            per_axis: 1,
-        };
-        let neighbour = Sampled::<_, _, 1, 1>::new(self, tables, NonZeroU32::MIN);
-        offers.neighbour("from steps", &neighbour.expect("its tables"));
     }
 }
 

@@ -181,7 +181,7 @@ impl Kind for Scene {
         self.file.remarks.clone()
     }
 
-    /// Names, polygons and materials, and whether they are of heat; not where they stand.
+    /// Names, polygons, materials and lights, and whether they are of heat; not where they stand.
     fn identity(&self, _: &ProblemFile) -> Result<String, InputError> {
         let surfaces = self.file.surfaces.iter();
         let all: Vec<_> = surfaces
@@ -195,6 +195,13 @@ impl Kind for Scene {
             })
             .collect();
         let file = &self.file;
-        Ok(compact((file.open, file.heat, file.without_fluxes, all)))
+        let lights = &file.lights;
+        Ok(compact((
+            file.open,
+            file.heat,
+            file.without_fluxes,
+            lights,
+            all,
+        )))
     }
 }

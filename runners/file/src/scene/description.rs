@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fredholm_scene::{Material, Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
-use super::{MAX_POLYGONS, SceneFile, SceneSurface, sky, symmetry};
+use super::{MAX_POLYGONS, SceneFile, SceneSurface, light, sky, symmetry};
 use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
@@ -71,6 +71,7 @@ pub(crate) fn of_problem(
         .optional("net_fluxes")
         .map(|f| f.boolean())
         .transpose()?;
+    let lights = light::read(&mut problem)?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -78,6 +79,7 @@ pub(crate) fn of_problem(
         scene: SceneFile {
             open: sky.is_some() || open.is_some_and(|open| open.value),
             sky,
+            lights,
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
             ..SceneFile::default()
         },
@@ -99,6 +101,9 @@ pub(crate) fn of_problem(
     if reader.scene.surfaces.is_empty() {
         let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
         return Err(source.error(problem.span.clone(), message));
+    }
+    if let Some(plane) = planes.first().filter(|_| !reader.scene.lights.is_empty()) {
+        return Err(plane.refuse_lights());
     }
     symmetry::complete(&mut reader.scene, &planes)?;
     Ok(reader.scene)
@@ -514,7 +519,7 @@ fn number(
 }
 
 /// Three numbers.
-fn triple(field: &Field<'_, '_>) -> Result<Placed<[f64; 3]>, InputError> {
+pub(super) fn triple(field: &Field<'_, '_>) -> Result<Placed<[f64; 3]>, InputError> {
     let numbers = match &field.value {
         DeValue::Array(_) => field.numbers()?,
         _ => return Err(field.mistyped("three numbers [x, y, z]")),

@@ -4,6 +4,7 @@
 //! plane, is cut into triangles.
 
 mod description;
+mod light;
 mod obj;
 mod outline;
 mod ply;
@@ -16,7 +17,7 @@ use core::fmt::Display;
 use std::collections::HashSet;
 use std::path::Path;
 
-use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
+use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface};
 
 pub(crate) use description::of_problem;
 pub use sky::SkyBands;
@@ -42,6 +43,8 @@ pub struct SceneFile {
     pub open: bool,
     /// The sky of an open scene, if the file has one.
     pub sky: Option<SkyBands>,
+    /// Light that no surface emits.
+    pub lights: Vec<Beam<f64>>,
     /// Whether temperatures or net fluxes are given: u is in W/m² then.
     pub heat: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
@@ -103,7 +106,9 @@ impl SceneFile {
         } else {
             Enclosure::Closed
         };
-        Scene::new::<F>(&surfaces, enclosure).map_err(|error| self.explain(&error))
+        Scene::new::<F>(&surfaces, enclosure)
+            .and_then(|scene| scene.with_beams(self.lights.clone()))
+            .map_err(|error| self.explain(&error))
     }
 
     /// The error with the place in its file, and the names of the surfaces that it numbers.

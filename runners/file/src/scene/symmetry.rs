@@ -15,6 +15,14 @@ pub(super) struct Plane<'s, 't> {
     field: Field<'s, 't>,
 }
 
+impl Plane<'_, '_> {
+    /// Lights are where they are given, and nowhere else.
+    pub(super) fn refuse_lights(&self) -> InputError {
+        self.field
+            .error("`symmetry` mirrors surfaces, and no `light`: give the whole scene")
+    }
+}
+
 /// What `symmetry` says: `{ x = 0, y = 1.5 }`.
 pub(super) fn read<'s, 't>(
     section: &mut Section<'s, 't>,

@@ -503,3 +503,60 @@ fn a_wrong_scene_is_placed() {
         "{message}"
     );
 }
+
+#[test]
+fn lights() {
+    let text = "[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"a\"\npolygon = [[0, 0, 0], [1, 0, 0], \
+                [0, 1, 0]]\n[[problem.light]]\nat = [0, 0, 2]\nintensity = 80\n[[problem.light]]\ntowards = [0, 3, 4]\nirradiance = 900\n";
+    let own = parse_description("a.toml", text).unwrap();
+    let sun = fredholm_scene::Beam::Parallel {
+        towards: [0.0, 3.0, 4.0],
+        irradiance: 900.0,
+    };
+    let scene = own.scene::<f64>().unwrap();
+    assert_eq!((scene.beams().len(), scene.beams()[1]), (2, sun));
+    let wrong = |from: &str, to: &str, line: usize, words: &str| {
+        assert!(text.contains(from), "{from}");
+        let error = parse_description("a.toml", &text.replacen(from, to, 1)).expect_err(words);
+        let error = error.to_string();
+        assert!(error.starts_with(&format!("a.toml:{line}:")), "{error}");
+        assert!(error.contains(words), "{error}");
+    };
+    wrong("intensity = 80\n", "", 7, "`at` and `intensity`");
+    wrong(
+        "intensity = 80",
+        "irradiance = 80",
+        7,
+        "`towards` and `irradiance`",
+    );
+    wrong("80", "-80", 9, "0 or more");
+    wrong("900", "inf", 12, "finite");
+    wrong("[0, 3, 4]", "[0, 0, 0]", 11, "a direction");
+    wrong("[0, 0, 2]", "[0, 0]", 8, "three numbers");
+    wrong(
+        "open = true",
+        "open = true\nsymmetry = { x = 0 }",
+        4,
+        "no `light`",
+    );
+}
+
+/// The scenes of the project can be solved.
+#[test]
+fn examples() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/");
+    for (name, faces) in [
+        ("cornell", 20),
+        ("living-room", 522),
+        ("reheating", 18),
+        ("satellite", 10),
+    ] {
+        let path = format!("{folder}{name}.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let resolved = crate::read(&path, &text).unwrap().resolve().unwrap();
+        let crate::Resolution::Scene(scene) = &resolved.model else {
+            panic!("{name} is a scene");
+        };
+        assert_eq!(scene.scene().faces().len(), faces, "{name}");
+    }
+}

@@ -9,6 +9,7 @@ mod view;
 
 use core::fmt;
 
+use fredholm_core::Estimator;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
     About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
@@ -16,7 +17,7 @@ use fredholm_model::{
 };
 use fredholm_scene::Surface;
 
-pub use fredholm_scene::{Enclosure, Material, Polygon, Scene, shapes};
+pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, shapes};
 use partition::ScenePartition;
 pub use view::{Camera, View, ViewRequest};
 
@@ -164,6 +165,15 @@ impl SceneModel {
         }
     }
 
+    /// The scene with light that no surface emits.
+    ///
+    /// # Errors
+    /// [`Error::Space`].
+    pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, Error> {
+        let scene = self.scene.with_beams(beams)?;
+        Ok(Self { scene, ..self })
+    }
+
     /// The names of the surfaces.
     #[must_use]
     pub fn names(&self) -> &[String] {
@@ -187,6 +197,11 @@ impl Model for SceneModel {
             takes_any_cells: true,
             counts_evaluations: false,
         }
+    }
+
+    /// The collision estimator, whose scores in all states lower the variance by more than their rays take time.
+    fn estimator(&self) -> Estimator {
+        Estimator::Collision
     }
 
     fn part(&self, number: usize) -> Option<&str> {

@@ -86,8 +86,14 @@ impl<F: Real> WalkTables<F> {
 }
 
 /// The set-up from rays, of B functions on a cell.
-type Setup<'a, const B: usize> =
-    SampledSetup<'a, Radiosity<'a, f64>, LastStep<'a, Radiosity<'a, f64>>, 2, B>;
+type Setup<'a, const B: usize> = SampledSetup<
+    'a,
+    Radiosity<'a, f64>,
+    LastStep<'a, Radiosity<'a, f64>>,
+    2,
+    B,
+    Radiosity<'a, f64>,
+>;
 
 /// A scene and its cells.
 #[derive(Debug)]
@@ -138,6 +144,7 @@ impl<'m> ScenePartition<'m> {
         SampledSetup {
             problem: last.0,
             source: last,
+            events: last.0,
             options: SetupOptions {
                 samples: self.rays(),
                 ..SetupOptions::default()
@@ -209,7 +216,8 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         // Of every ray its cell and values, and at most as many blocks of a row; of c a quarter of the rays' number.
         let ray = 4 + 4 * functions;
         let block = 8 + 8 * functions * functions;
-        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16;
+        let events = SetupOptions::default().events * (1 + functions) * 16;
+        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16 + events;
         let vectors = functions * 4 * 8;
         self.cells()
             .saturating_mul(row + vectors)

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use fredholm_core::galerkin::{CellMap, Partition, Solution};
-use fredholm_core::sampled::SampledSolution;
+use fredholm_core::sampled::{Sampled, SampledSolution, SampledTables, ScoreVariance};
 use fredholm_core::{Goals, Job, LastStep, Neighbour, Real, Started, WithKnown};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::heat::RadiativeExchange as _;
@@ -21,9 +21,29 @@ use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
 use crate::radius::second_moment_radius;
 use crate::regions::{Place, Start};
 
-/// Rays of a score. Of 1, 4 and 16 this has the least error at equal time in an empty cube and in a Cornell box, at degrees
-/// 0 and 1 with 600 to 5,000 cells, or nearly so.
-pub(crate) const STEPS: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
+/// Rays of a score by which the best number of rays is found.
+const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
+/// What the rest of a walk takes, in rays of its scores: its own rays, those to lights, and the form factors of c's events.
+const REST: f64 = 3.0;
+
+/// The neighbour equation of B functions on a cell, with as many rays a score as have the least product of variance and time.
+pub(crate) fn neighbour<'a, F: Real, const B: usize>(
+    tables: &'a SampledTables<F>,
+    last: &LastStep<'a, Radiosity<'a, F>>,
+) -> Result<FromRays<'a, F, B>, Error> {
+    let radiosity = last.0;
+    let of = (radiosity, radiosity);
+    let made = |rays| {
+        let sampled = tables.neighbour_with_events::<_, _, 2, B>(of, rays);
+        sampled.map_err(|_| Error::Internal("tables of other cells"))
+    };
+    let trial = made(TRIAL)?;
+    made(ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST))
+}
+
+/// The neighbour equation from rays, with faces that they cross as events.
+pub(crate) type FromRays<'a, F, const B: usize> =
+    Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>;
 
 /// v and c of a scene.
 pub(crate) struct SceneSystem<'m> {
@@ -44,8 +64,7 @@ impl SceneSystem<'_> {
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let vectors = self.solution.for_walks::<F>()?;
-        let sampled = vectors.neighbour::<_, 2, B>(&radiosity, STEPS);
-        let sampled = sampled.map_err(|_| Error::Internal("tables of other cells"))?;
+        let sampled = neighbour::<F, B>(&vectors, &last)?;
         let neighbour = WithKnown(&sampled);
         let wide = self.cut.radiosity(request.walk.absorption)?;
         let v: Vec<f64> = vectors.v().iter().map(|v| v.to_f64()).collect();

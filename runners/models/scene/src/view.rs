@@ -11,7 +11,7 @@ use fredholm_rayon::{Observer, fill_rows};
 use fredholm_scene::{Point, Radiosity, Scene};
 
 use crate::partition::{ScenePartition, WalkTables};
-use crate::system::{STEPS, SceneSystem};
+use crate::system::{SceneSystem, neighbour};
 use crate::{SceneModel, of_degree};
 
 /// A pinhole camera.
@@ -195,8 +195,7 @@ impl SceneSystem<'_> {
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let vectors = self.solution.for_walks::<F>()?;
-        let sampled = vectors.neighbour::<_, 2, B>(&radiosity, STEPS);
-        let sampled = sampled.map_err(|_| Error::Internal("tables of other cells"))?;
+        let sampled = neighbour::<F, B>(&vectors, &last)?;
         let neighbour = WithKnown(&sampled);
         let walker = Walker {
             request,
@@ -235,7 +234,12 @@ struct Pixel<'a, F> {
     /// The direction to the pixel's upper left corner, and the vectors from there to the corners beside it.
     corner: [F; 3],
     spans: [[F; 3]; 2],
+    /// Whether walks start in the part of it that sees something, and nowhere else.
+    is_partial: bool,
 }
+
+/// Points of a pixel among which one is sought that sees something.
+const TRIES: u32 = 4096;
 
 impl<F: Real> Pixel<'_, F> {
     /// What is seen through the point with these coordinates in the pixel.
@@ -247,12 +251,21 @@ impl<F: Real> Pixel<'_, F> {
             .seen_through_backs(self.from, to.map(|x| x / length))
     }
 
-    /// Whether nothing is seen through it: neither in its corners nor in its middle.
-    fn is_blank(&self) -> bool {
+    /// How many of its corners and its middle see something, of five.
+    fn looks(&self) -> usize {
         let looks = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]];
-        looks
-            .into_iter()
-            .all(|at| self.at(at.map(F::from_f64)).is_none())
+        let seen = looks.map(|at| self.at(at.map(F::from_f64)).is_some());
+        seen.into_iter().filter(|seen| *seen).count()
+    }
+
+    /// What is seen through a random point of it, or of its part that sees something.
+    fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        for _ in 0..if self.is_partial { TRIES } else { 1 } {
+            if let Some(seen) = self.at([uniforms.uniform(), uniforms.uniform()]) {
+                return seen;
+            }
+        }
+        self.radiosity.nowhere()
     }
 }
 
@@ -261,8 +274,7 @@ where
     E: StateSpace<Scalar = F, Point = Point<F>>,
 {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
-        let at = [uniforms.uniform(), uniforms.uniform()];
-        self.at(at).unwrap_or_else(|| self.radiosity.nowhere())
+        self.draw(uniforms)
     }
 }
 
@@ -299,13 +311,21 @@ where
                 let number = row * ROW + i;
                 let x = across * (number % width) as f64 - 1.0;
                 let y = down * (number / width) as f64 + 1.0;
-                let pixel = Pixel {
+                let mut pixel = Pixel {
                     radiosity: self.radiosity,
                     from: camera.from.map(F::from_f64),
                     corner: vector(&|k| ahead[k] + x * right[k] + y * above[k]),
                     spans: [vector(&|k| across * right[k]), vector(&|k| down * above[k])],
+                    is_partial: false,
                 };
-                *to = self.walk(&pixel, number, walks)?;
+                self.watch.walked(walks);
+                *to = match pixel.looks() {
+                    0 => BLANK,
+                    looks => {
+                        pixel.is_partial = looks < 5;
+                        self.walk(&pixel, number, walks)?
+                    }
+                };
             }
             Ok::<(), Error>(())
         })?;
@@ -317,7 +337,7 @@ where
     }
 
     /// The mean over a pixel of what is known of u and of v, and its standard error: of rays through equal parts of it, so
-    /// that edges are smooth. Neighbours tell what each part varies by.
+    /// that edges are smooth, or through random points of the part that sees something. Neighbours tell what each varies by.
     fn known(&self, pixel: &Pixel<'_, F>, number: usize) -> [f64; 2] {
         // Other numbers than those of any walk.
         let seeds = WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, !(number as u64));
@@ -325,12 +345,16 @@ where
         let (mut sum, mut squares, mut before) = (0.0, 0.0, 0.0);
         let part = F::from_f64(1.0 / f64::from(PARTS));
         for i in 0..PARTS * PARTS {
-            let [s, t]: [F; 2] = [draws.uniform(), draws.uniform()];
-            let at = [
-                (F::from_u32(i % PARTS) + s) * part,
-                (F::from_u32(i / PARTS) + t) * part,
-            ];
-            let value = pixel.at(at).map_or(0.0, |(start, phi)| {
+            let seen = if pixel.is_partial {
+                Some(pixel.draw(&mut draws))
+            } else {
+                let [s, t]: [F; 2] = [draws.uniform(), draws.uniform()];
+                pixel.at([
+                    (F::from_u32(i % PARTS) + s) * part,
+                    (F::from_u32(i / PARTS) + t) * part,
+                ])
+            };
+            let value = seen.map_or(0.0, |(start, phi)| {
                 let v = self.neighbour.value(&self.neighbour.locate(start));
                 (phi * v).to_f64()
             });
@@ -348,10 +372,6 @@ where
     fn walk(&self, pixel: &Pixel<'_, F>, number: usize, walks: u64) -> Result<Spot, Error> {
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
-        }
-        self.watch.walked(walks);
-        if pixel.is_blank() {
-            return Ok(BLANK);
         }
         let known = (!self.is_plain).then(|| self.known(pixel, number));
         let control_mean = Some(known.map_or(0.0, |[mean, _]| mean));
