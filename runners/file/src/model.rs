@@ -113,6 +113,7 @@ impl ProblemFile {
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
             score_degree: None,
+            whole: walk.whole.as_ref().map(|whole| whole.value),
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
             shadow_cuts: galerkin.shadow_cuts.as_ref().map(|cuts| cuts.value),
