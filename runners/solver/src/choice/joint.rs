@@ -279,7 +279,7 @@ impl<'m> Question<'_, 'm> {
             systems: Systems(None),
         };
         let ready = whole.ready()?;
-        let looks = Looks::of_goals(self.model, self.goals);
+        let looks = Looks::of_goals(self.goals);
         let [points, means] = looks.counts(self.model).map(|count| count as f64);
         let point = ready.system.point_seconds(ready.degree);
         let functions = ready.system.cells() * ready.system.degrees(ready.degree).len();

@@ -1,4 +1,4 @@
-//! The quantities whose error bars are looked at while walks of a whole function go on.
+//! The regions at which error bars are looked at while walks of a whole function go on.
 
 use fredholm_core::whole::over_replicates;
 use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity};
@@ -14,9 +14,9 @@ const NOISE: f64 = 0.25;
 /// The part of a tolerance by which quadrature in x may be off.
 const MOVED: f64 = 0.1;
 
-/// Quantities of regions.
+/// Regions, at which u is looked at.
 #[derive(Debug)]
-pub(crate) struct Looks(Vec<(WholeQuantity, Vec<Region>)>);
+pub(crate) struct Looks(Vec<Region>);
 
 /// What error bars are, in units of the tolerance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,44 +30,28 @@ pub(crate) struct Look {
 impl Looks {
     /// u at some points, spread over the space.
     pub(super) fn of_points(model: &dyn Model) -> Self {
-        Self(vec![(WholeQuantity::U, model.spread(PROBES))])
+        Self(model.spread(PROBES))
     }
 
-    /// All that a report of these goals tells.
-    pub(crate) fn of_goals(model: &dyn Model, goals: &[Goal]) -> Self {
-        let regions = |of: &dyn Fn(&Region) -> bool| -> Vec<Region> {
-            let all = goals.iter().map(|goal| &goal.region);
-            all.filter(|region| of(region)).cloned().collect()
-        };
-        let lit = regions(&|region| model.has_own_irradiance(region));
-        let fluxes = model.flux_parts().into_iter();
-        let fluxes = fluxes.filter(|(_, is_given)| !is_given);
-        let fluxes = fluxes.map(|(part, _)| Region::Part(part)).collect();
-        let all = [
-            (WholeQuantity::U, regions(&|_| true)),
-            (WholeQuantity::Irradiance, lit),
-            (WholeQuantity::NetFlux, fluxes),
-        ];
-        let all = all.into_iter().filter(|(_, regions)| !regions.is_empty());
-        Self(all.collect())
+    /// u of these goals, for which a tolerance is: as with separate walks, not for irradiances and net fluxes.
+    pub(crate) fn of_goals(goals: &[Goal]) -> Self {
+        Self(goals.iter().map(|goal| goal.region.clone()).collect())
     }
 
     /// The number of regions that are points of the space, and that of all others.
     pub(crate) fn counts(&self, model: &dyn Model) -> [usize; 2] {
-        let all = || self.0.iter().flat_map(|(_, regions)| regions);
-        let points = all().filter(|region| model.is_in_space(region)).count();
-        [points, all().count() - points]
+        let all = self.0.iter();
+        let points = all.filter(|region| model.is_in_space(region)).count();
+        [points, self.0.len() - points]
     }
 
     /// What a field says of them.
     pub(crate) fn look(&self, field: &dyn WholeField, tolerance: Tolerance) -> Result<Look, Error> {
         let width = IMAGE_HEAD + field.rows();
         let mut all = Look::default();
-        for (quantity, regions) in &self.0 {
-            let images = field.images(*quantity, regions)?;
-            for image in images.chunks_exact(width) {
-                all.add(image, tolerance);
-            }
+        let images = field.images(WholeQuantity::U, &self.0)?;
+        for image in images.chunks_exact(width) {
+            all.add(image, tolerance);
         }
         Ok(all)
     }
