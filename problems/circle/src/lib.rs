@@ -32,7 +32,7 @@ pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 pub use mean::MeanOver;
-pub use polynomials::PolynomialCircle;
+pub use polynomials::{CircleScores, PolynomialCircle};
 pub use residual::{ClosedForm, Moment, Residual, moments};
 #[cfg(feature = "alloc")]
 pub use sites::CircleQuadrature;

@@ -2,10 +2,12 @@
 
 use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
+use fredholm_core::whole::Scores;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
 
+use crate::cells::{Cell, Direction};
 use crate::quadrature::{bessel, integrate, integrate_from};
 use crate::residual::ClosedForm;
 use crate::series::{TERMS, arcsine, arcsine_terms, own_integrals, series, terms};
@@ -180,7 +182,12 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> PolynomialCircle<'c, 'a, F
             return F::NAN;
         };
         let direction = x.direction();
-        let sine = direction.small_sine(&cell.middle);
+        self.coordinate_of(direction.small_sine(&cell.middle), &direction, cell)
+    }
+
+    /// t of a direction in a cell, whose sine from the middle of it is this.
+    #[inline]
+    fn coordinate_of(&self, sine: F, direction: &Direction<F>, cell: &Cell<F>) -> F {
         match &self.coordinate {
             Some(series) => {
                 let square = sine * sine;
@@ -286,6 +293,42 @@ impl<F: Real, E: Emission<F>, const B: usize> Basis<B> for PolynomialCircle<'_, 
     #[inline]
     fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
         legendre(self.coordinate(&x.point, x.cell))
+    }
+}
+
+/// The B functions on every cell of a circle as functions on whose coefficients walks score.
+///
+/// Their argument t has an absolute error of n ε on n cells. Transition moments, which are small where t is close to ±1, take it
+/// to twice the precision; a mean of scores does not tell these apart.
+#[derive(Debug)]
+pub struct CircleScores<'p, 'c, 'a, F, E, const B: usize>(
+    pub &'p PolynomialCircle<'c, 'a, F, E, B>,
+);
+
+impl<F: Real, E: Emission<F>, const B: usize> Scores<Point<F>>
+    for CircleScores<'_, '_, '_, F, E, B>
+{
+    fn unknowns(&self) -> usize {
+        self.0.cells() * B
+    }
+
+    fn functions(&self) -> usize {
+        B
+    }
+
+    #[inline]
+    fn add(&self, x: &Located<Point<F>>, score: f64, sums: &mut [f64]) {
+        let start = x.cell * B;
+        let cell = self.0.circle.table().get(x.cell);
+        let (Some(cell), Some(sums)) = (cell, sums.get_mut(start..start + B)) else {
+            return;
+        };
+        let direction = x.point.direction();
+        let sine = direction.sin * cell.middle.cos - direction.cos * cell.middle.sin;
+        let psi: [F; B] = legendre(self.0.coordinate_of(sine, &direction, cell));
+        for (sum, psi) in sums.iter_mut().zip(psi) {
+            *sum += score * psi.to_f64();
+        }
     }
 }
 

@@ -337,10 +337,13 @@ pub(crate) struct Common {
 pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
-    /// Circles and cubes: answer all targets from one set of walks, with a band that holds for all points together. Nothing
-    /// is chosen: what the file leaves out has its default
-    #[arg(long)]
+    /// Answer all targets from one set of walks, with a band that holds for all points together. Nothing is chosen: what the
+    /// file leaves out has its default. Not for scenes and singular kernels
+    #[arg(long, conflicts_with = "no_whole")]
     pub(crate) whole: bool,
+    /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
+    #[arg(long)]
+    pub(crate) no_whole: bool,
     /// Number of cells (per axis for cubes)
     #[arg(long, value_name = "n", value_parser = count::<usize>)]
     pub(crate) cells: Option<usize>,

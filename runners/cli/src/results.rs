@@ -225,7 +225,10 @@ impl Results for Report {
     }
 
     fn svg(&self, grid: &str) -> Result<String, Failure> {
-        table::svg(self, grid)
+        match &self.whole {
+            Some(whole) => table::whole_svg(whole, grid),
+            None => table::svg(self, grid),
+        }
     }
 
     fn numbers(&self) -> Numbers {
@@ -235,6 +238,8 @@ impl Results for Report {
             columns: some(vec![
                 ("estimate", column(all, |t| t.preconditioned.estimate)),
                 ("std_error", column(all, |t| t.preconditioned.std_error)),
+                ("band", column(all, |t| t.band)),
+                ("iterate", column(all, |t| t.iterate)),
                 ("plain", column(all, |t| t.plain.estimate)),
                 ("plain_std_error", column(all, |t| t.plain.std_error)),
                 ("galerkin", column(all, |t| Some(t.galerkin))),

@@ -80,6 +80,11 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
         "--relative",
         args.relative.then_some(true),
     );
+    match (args.whole, args.no_whole) {
+        (true, _) => file.walk.whole = Some(Placed::flag("--whole", true)),
+        (_, true) => file.walk.whole = Some(Placed::flag("--no-whole", false)),
+        _ => {}
+    }
     file.walk.allow_infinite_variance = args.allow_infinite_variance;
     if let Some(error) = args.target_error {
         file.walk.target_error = Some(Placed::flag("--target-error", error));
@@ -146,7 +151,7 @@ pub(crate) fn solve(
     team: &dyn Team,
 ) -> Result<Ended, Failure> {
     let begun = together(team, begin(args, team), |begun| begun.header.digest())?;
-    if args.whole {
+    if begun.problem.resolved.settings.whole == Some(true) {
         return whole::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
@@ -237,9 +242,9 @@ impl Begun<'_> {
 
 fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure> {
     let is_stdin = args.file == Path::new("-");
-    if !team.is_alone() && (args.whole || is_stdin) {
+    if !team.is_alone() && is_stdin {
         return Err(Failure::input(
-            "several processes take neither `--whole` nor the standard input: give this to `fredholm`",
+            "several processes do not take the standard input: give this to `fredholm`",
         ));
     }
     let given = read(&args.file, |file| replace(file, args))?;
@@ -251,6 +256,13 @@ fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure>
         return Err(Failure::input(
             "`--part` needs `--walks`, the number of walks of all parts together: which target error they reach is \
              known when they are merged",
+        ));
+    }
+    let is_whole = settings.whole == Some(true);
+    if is_whole && (!team.is_alone() || args.save.is_some() || args.part.is_some()) {
+        return Err(Failure::input(
+            "one set of walks for all targets (`whole = true`, `--whole`) is neither shared by processes nor kept in parts: \
+             leave it out, or run `fredholm` without `--save` and `--part`",
         ));
     }
     let output = match &args.out {
@@ -419,6 +431,13 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             "method",
             "plain Monte Carlo: preconditioning is not worth its cost at this error".to_owned(),
         )),
+        Some(chosen) if chosen.is_whole() => {
+            rows.push((
+                "method",
+                "whole function: one set of walks for all targets".to_owned(),
+            ));
+            rows.extend(neighbour);
+        }
         _ => rows.extend(neighbour),
     }
     if settings.exact_source == Some(true) {

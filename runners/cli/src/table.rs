@@ -1,7 +1,7 @@
 //! A report as JSON and as a picture.
 
 use fredholm::report::{Coordinates, Report, WholeReport};
-use fredholm_plot::{Axis, BandPlot, Curve, Style};
+use fredholm_plot::{Axis, BandPlot, Curve, Style, stacked};
 
 use crate::failure::Failure;
 
@@ -23,8 +23,13 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<String, Failure> {
         exact: target.exact,
         estimate: target.preconditioned.estimate,
         std_error: target.preconditioned.std_error,
+        known: target.galerkin,
     });
-    picture(points, name, report.problem, "preconditioned walks")
+    picture(
+        points,
+        (name, report.problem),
+        ["preconditioned walks", "v"],
+    )
 }
 
 /// A picture of the same target of a whole function, with its band.
@@ -35,9 +40,14 @@ pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<String, Fail
         exact: target.exact,
         estimate: Some(target.value.estimate),
         std_error: target.value.band.map(|band| band / QUANTILE),
+        known: target.value.iterate,
     });
     let walks = "whole function, band of all points together";
-    picture(points, name, report.summary.problem, walks)
+    picture(
+        points,
+        (name, report.summary.problem),
+        [walks, "(F + T_K v)"],
+    )
 }
 
 /// Whether a functional of this name is one of a target: `name` itself, or `name[0]`, `name[1]`, …
@@ -53,46 +63,60 @@ struct Drawn<'a> {
     exact: Option<f64>,
     estimate: Option<f64>,
     std_error: Option<f64>,
+    /// What is known of u without walks.
+    known: f64,
 }
 
+/// The values with their band, and below them, where that is narrower than a line, what walks add to what is known.
 fn picture<'a>(
     all: impl Iterator<Item = Drawn<'a>>,
-    name: &str,
-    problem: &str,
-    walks: &str,
+    (name, problem): (&str, &str),
+    [walks, known]: [&str; 2],
 ) -> Result<String, Failure> {
     let on_grid = |target: &Drawn<'_>| target.name != name && is_of(target.name, name);
     let points: Vec<Drawn<'_>> = all.filter(on_grid).collect();
-    let exact: Vec<_> = points
-        .iter()
-        .filter_map(|t| Some((t.at?.first()?, t.exact?)))
-        .collect();
-    let mut curves = Vec::new();
-    if !exact.is_empty() {
+    let axis = match problem {
+        "circle" => Axis::Angle,
+        "room" => Axis::Surface,
+        _ => Axis::Coordinate,
+    };
+    // The values, or their difference from what is known.
+    let plot = |title: String, label: Option<String>, of: &dyn Fn(&Drawn<'_>) -> f64| {
+        let values = points.iter().filter_map(|t| {
+            let value = t.estimate? - of(t);
+            Some((t.at?.first()?, value, t.std_error.unwrap_or(0.0)))
+        });
+        let exact = points
+            .iter()
+            .filter_map(|t| Some((t.at?.first()?, t.exact? - of(t))));
+        let exact: Vec<_> = exact.collect();
         let style = Style {
             colour: 0,
             marker: None,
             dashed: true,
         };
-        curves.push(Curve {
+        let exact = (!exact.is_empty()).then_some(Curve {
             name: "exact solution".to_owned(),
             points: exact,
             style,
         });
-    }
-    let band = BandPlot {
-        title: format!("{name}: the solution with its 95 % error band"),
-        axis: match problem {
-            "circle" => Axis::Angle,
-            "room" => Axis::Surface,
-            _ => Axis::Coordinate,
-        },
-        name: walks.to_owned(),
-        points: points
-            .iter()
-            .filter_map(|t| Some((t.at?.first()?, t.estimate?, t.std_error.unwrap_or(0.0))))
-            .collect(),
-        curves,
+        BandPlot {
+            title,
+            axis,
+            name: walks.to_owned(),
+            points: values.collect(),
+            label,
+            curves: exact.into_iter().collect(),
+        }
     };
-    band.svg().map_err(Failure::run)
+    let title = format!("{name}: the solution with its 95 % error band");
+    let values = plot(title, None, &|_| 0.0);
+    let svg = values.svg().map_err(Failure::run)?;
+    if !values.is_invisible() || points.iter().any(|t| t.known.is_nan()) {
+        return Ok(svg);
+    }
+    let title = format!("{name}: what walks add to {known}, with the same band");
+    let added = plot(title, Some(format!("u − {known}")), &|t| t.known);
+    let added = added.svg().map_err(Failure::run)?;
+    Ok(stacked(&[svg, added]))
 }

@@ -99,6 +99,8 @@ pub struct Walk {
     pub batch: Placed<u64>,
     /// The error at which to stop early.
     pub target_error: Option<Placed<f64>>,
+    /// Whether all targets are answered from one set of walks.
+    pub whole: Option<Placed<bool>>,
     /// Whether `target_error` is relative to the value.
     pub relative: Placed<bool>,
     /// Whether walks of infinite variance are wanted: a flag of the command line alone.
@@ -241,6 +243,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let batch = section.optional("batch");
     let target_error = section.optional("target_error");
     let relative = section.optional("relative");
+    let whole = section.optional("whole");
     section.finish()?;
     Ok(Walk {
         walks: or_default(walks, Field::integer, 100_000)?,
@@ -254,6 +257,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         batch: or_default(batch, Field::integer, 4096)?,
         target_error: target_error.map(|field| field.number()).transpose()?,
         relative: or_default(relative, Field::boolean, false)?,
+        whole: whole.map(|field| field.boolean()).transpose()?,
         allow_infinite_variance: false,
     })
 }

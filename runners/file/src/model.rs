@@ -115,6 +115,7 @@ impl ProblemFile {
             pairs: given(&galerkin.pairs),
             lift: value(&galerkin.lift),
             score_degree: None,
+            whole: walk.whole.as_ref().map(|whole| whole.value),
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
             shadow_cuts: galerkin.shadow_cuts.as_ref().map(|cuts| cuts.value),

@@ -38,6 +38,10 @@ pub struct Settings {
     pub lift: Option<usize>,
     /// Degree of the polynomials on whose coefficients the walks of a whole function score.
     pub score_degree: Option<usize>,
+    /// Whether all targets are answered from one set of walks, by the whole function. If it is open, so are they where that
+    /// is predicted to take less time than walks of every target.
+    #[serde(skip)]
+    pub whole: Option<bool>,
     /// Quadrature points of a cell and axis, where coefficients come from quadrature.
     pub points: Option<usize>,
     /// How cells shrink towards the corners of a room; 1 makes them equal.
@@ -88,6 +92,7 @@ impl Default for Settings {
             pairs: None,
             lift: None,
             score_degree: None,
+            whole: None,
             points: None,
             grading: None,
             shadow_cuts: None,

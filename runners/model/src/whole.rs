@@ -14,6 +14,11 @@ pub struct WholeRequest<'a> {
     pub degree: usize,
 }
 
+/// Seconds of the integral of K times one function on a cell, as a room takes it: others take less.
+const CELL_SECONDS: f64 = 60e-9;
+/// The points on a cell, beyond the degree, of a mean that is taken by two rules.
+const MEAN_POINTS: usize = 6;
+
 /// A function that is called with prepared walks.
 pub type WithWholeJob<'a> = dyn FnMut(&dyn WholeJob) -> Result<(), Error> + 'a;
 
@@ -40,6 +45,17 @@ pub trait WholeSystem<'m>: Send + Sync {
 
     /// μ(X_j).
     fn measure(&self, cell: usize) -> f64;
+
+    /// Seconds of the integrals that T_K of all functions at one point takes, by constants: a choice by them must not depend
+    /// on the machine.
+    fn point_seconds(&self, degree: usize) -> f64 {
+        CELL_SECONDS * (self.cells() * self.degrees(degree).len()) as f64
+    }
+
+    /// The number of points at which that is taken for a mean, about.
+    fn mean_points(&self, degree: usize) -> f64 {
+        ((degree + MEAN_POINTS) * self.cells()) as f64
+    }
 
     /// ‖v‖∞, and a bound below 1 of the spectral radius of |K'|: for what rounding leaves.
     fn sizes(&self) -> [f64; 2];

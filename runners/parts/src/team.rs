@@ -72,6 +72,10 @@ impl fmt::Debug for TeamWork<'_> {
 }
 
 impl Execute for TeamWork<'_> {
+    fn takes_whole(&self) -> bool {
+        self.team.is_alone() && self.keeper.is_none()
+    }
+
     fn run(&self, walking: &Walking<'_>, watch: &dyn Observer) -> Result<Outcome, Error> {
         let digest = JobRecord::new(walking).digest();
         let meet = |begun: Result<(), &Error>| {

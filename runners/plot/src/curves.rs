@@ -88,6 +88,8 @@ pub struct BandPlot {
     pub name: String,
     /// Abscissa, value and standard error of every point.
     pub points: Vec<(f64, f64, f64)>,
+    /// The label of the ordinate; u of the abscissa otherwise.
+    pub label: Option<String>,
     /// Curves to compare with.
     pub curves: Vec<Curve>,
 }
@@ -148,7 +150,41 @@ fn lift(lowest: f64) -> f64 {
     10_f64.powf((-9.0 - lowest.log10().floor()).max(0.0))
 }
 
+/// The width and the height of a figure.
+const SIZE: [usize; 2] = [760, 500];
+/// The part of the height of a figure below which a band is invisible: two pixels.
+const INVISIBLE: f64 = 0.005;
+
+/// Figures one below the other, in one SVG file.
+#[must_use]
+pub fn stacked(figures: &[String]) -> String {
+    let [width, height] = SIZE;
+    let all = height * figures.len();
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{all}\" viewBox=\"0 0 {width} {all}\">\n"
+    );
+    for (i, figure) in figures.iter().enumerate() {
+        // What comes before an element is no part of it.
+        let from = figure.find("<svg").unwrap_or(0);
+        let own = figure.get(from..).unwrap_or_default();
+        text += &own.replacen("<svg", &format!("<svg y=\"{}\"", i * height), 1);
+        text.push('\n');
+    }
+    text + "</svg>\n"
+}
+
 impl BandPlot {
+    /// Whether the band is nowhere wider than the line of the values.
+    #[must_use]
+    pub fn is_invisible(&self) -> bool {
+        let (mut low, mut high, mut widest) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        for (_, u, error) in self.points.iter().filter(|(_, u, e)| (u + e).is_finite()) {
+            (low, high) = (low.min(*u), high.max(*u));
+            widest = widest.max(2.0 * 1.96 * error);
+        }
+        widest < INVISIBLE * (high - low)
+    }
+
     /// The text of an SVG file. Points that are not finite are left out.
     pub fn svg(&self) -> Result<String, Error> {
         let finite = self.points.iter().copied();
@@ -172,16 +208,20 @@ impl BandPlot {
         for curve in &self.curves {
             plots.extend(draw(curve, curve.points.clone()));
         }
+        let (x_label, y_label) = match self.axis {
+            Axis::Angle => ("angle s in radians", "u(s)"),
+            Axis::Surface => ("t along the surface", "u(t)"),
+            Axis::Unit | Axis::Coordinate => ("x", "u(x)"),
+        };
+        let y_label = self.label.as_deref().unwrap_or(y_label);
+        let layout = layout(&plots, &self.title, x_label, y_label);
         let layout = match self.axis {
-            Axis::Angle => layout(&plots, &self.title, "angle s in radians", "u(s)")
+            Axis::Angle => layout
                 .with_x_axis_max(TAU)
                 .with_x_tick_step(TAU / 4.0)
                 .with_x_tick_format(TickFormat::Custom(Arc::new(quarter_turn))),
-            Axis::Surface => {
-                layout(&plots, &self.title, "t along the surface", "u(t)").with_x_axis_max(1.0)
-            }
-            Axis::Unit => layout(&plots, &self.title, "x", "u(x)").with_x_axis_max(1.0),
-            Axis::Coordinate => layout(&plots, &self.title, "x", "u(x)").with_x_axis_max(high),
+            Axis::Surface | Axis::Unit => layout.with_x_axis_max(1.0),
+            Axis::Coordinate => layout.with_x_axis_max(high),
         };
         let layout = layout.with_x_axis_min(if self.axis == Axis::Coordinate {
             low
@@ -233,8 +273,8 @@ pub(crate) fn layout(plots: &[Plot], title: &str, x_label: &str, y_label: &str) 
         .with_title(title)
         .with_x_label(x_label)
         .with_y_label(y_label)
-        .with_width(760.0)
-        .with_height(500.0)
+        .with_width(SIZE[0] as f64)
+        .with_height(SIZE[1] as f64)
 }
 
 /// 10 with its exponent above it; other numbers as they are.
@@ -266,7 +306,7 @@ fn quarter_turn(angle: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, BandPlot, Curve, LogLogPlot, Style, power_of_ten};
+    use super::{Axis, BandPlot, Curve, LogLogPlot, Style, power_of_ten, stacked};
     use crate::Error;
 
     fn figure(points: Vec<(f64, f64)>) -> LogLogPlot {
@@ -327,6 +367,7 @@ mod tests {
             axis: Axis::Angle,
             name: "walks".to_owned(),
             points: vec![(0.0, 1.0, 0.1), (3.0, 2.0, 0.0), (1.0, f64::NAN, 0.1)],
+            label: None,
             curves: Vec::new(),
         };
         let svg = band.svg().unwrap();
@@ -335,6 +376,15 @@ mod tests {
             "{svg}"
         );
         assert!(!svg.contains("NaN"), "{svg}");
+        assert!(!band.is_invisible());
+        let both = stacked(&[svg.clone(), svg]);
+        assert_eq!(both.matches("</svg>").count(), 3);
+        assert!(
+            both.contains("height=\"1000\"") && both.contains("y=\"500\""),
+            "{both}"
+        );
+        band.points = vec![(0.0, 1.0, 1e-4), (1.0, 1.5, 1e-4)];
+        assert!(band.is_invisible());
         band.points.truncate(1);
         assert!(band.svg().is_ok());
         band.points.clear();

@@ -18,7 +18,7 @@ mod strips;
 mod view;
 
 pub use canvas::{Canvas, Piece, Wall};
-pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style};
+pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style, stacked};
 pub use drawing::Drawing;
 pub use error::Error;
 pub use frame::panel_width;

@@ -8,10 +8,13 @@ use crate::{Choices, Settings};
 /// The word for a method. By this name it is not taken for one that lives in what is read.
 type Method = &'static str;
 
+/// The word for one set of walks for all goals.
+pub(crate) const WHOLE: &str = "whole function";
+
 /// The part of a report on a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChoiceReport {
-    /// "preconditioned" or "plain".
+    /// "preconditioned" or "plain", of separate walks for every goal, or "whole function", of one set of walks for all.
     #[serde(deserialize_with = "method")]
     pub method: Method,
     /// Seconds of the set-up on one thread of the machine whose constants the library knows.
@@ -24,6 +27,12 @@ pub struct ChoiceReport {
     pub predicted_states: f64,
     /// Seconds that plain walks alone would take; null if they are not allowed, or if none of a pilot's scored.
     pub predicted_plain_seconds: Option<f64>,
+    /// Seconds that separate walks would take, set-up included, if the whole function is used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_separate_seconds: Option<f64>,
+    /// Seconds that the whole function takes after its set-up, if a pilot looked at it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_whole_seconds: Option<f64>,
     /// The number of pilots.
     pub pilots: usize,
     /// Walks of all pilots.
@@ -35,10 +44,10 @@ pub struct ChoiceReport {
     pub pilot_seconds: f64,
 }
 
-/// One of the two words.
+/// One of the known words.
 fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let word = String::deserialize(from)?;
-    let mut known = ["preconditioned", "plain"].into_iter();
+    let mut known = ["preconditioned", "plain", WHOLE].into_iter();
     let found = known.find(|known| *known == word);
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
@@ -53,6 +62,20 @@ impl ChoiceReport {
             walk.absorption,
             walk.estimator.word()
         );
+        let together = match (
+            self.predicted_separate_seconds,
+            self.predicted_whole_seconds,
+        ) {
+            (Some(separate), _) => format!(
+                "one set of walks answers all targets (whole function): separate walks would take about {} s\n",
+                short(separate)
+            ),
+            (None, Some(whole)) => format!(
+                "separate walks for every target: one set of walks for all (whole function) would take about {} s\n",
+                short(whole)
+            ),
+            (None, None) => String::new(),
+        };
         let which = if self.method == "plain" {
             format!("plain walks, {walks}: a neighbour equation does not pay at this error")
         } else {
@@ -70,7 +93,7 @@ impl ChoiceReport {
         };
         format!(
             "chosen by {} pilots in {} s: {which}\npredicted: {:.1e} walks in about {} s on one thread, \
-             {} s of them for the set-up\n",
+             {} s of them for the set-up\n{together}",
             self.pilots,
             short(self.pilot_seconds),
             self.predicted_walks,

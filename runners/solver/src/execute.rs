@@ -184,6 +184,11 @@ pub trait Execute: Sync {
     fn tolerance(&self, asked: Option<Tolerance>) -> Option<Tolerance> {
         asked
     }
+
+    /// Whether the threads of this process may answer all goals from one set of walks in its place.
+    fn takes_whole(&self) -> bool {
+        false
+    }
 }
 
 /// The threads of the current rayon pool.
@@ -191,6 +196,10 @@ pub trait Execute: Sync {
 pub struct OnThreads;
 
 impl Execute for OnThreads {
+    fn takes_whole(&self) -> bool {
+        true
+    }
+
     fn run(&self, walking: &Walking<'_>, watch: &dyn Observer) -> Result<Outcome, Error> {
         Ok(walking.runner().run(walking.job, watch)?)
     }

@@ -87,9 +87,9 @@ pub struct Report {
     /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The number of Gauss–Seidel sweeps of the Galerkin system.
+    /// The number of Gauss–Seidel sweeps of the Galerkin system; 0 of a whole function, which does not tell it.
     pub sweeps: u32,
-    /// The largest residual of the Galerkin system after the last sweep.
+    /// The largest residual of the Galerkin system after the last sweep; NaN of a whole function.
     pub residual: f64,
     /// The number of visited states over all goals, starts included.
     pub states: u64,
@@ -115,6 +115,12 @@ pub struct Report {
     /// The energy balance of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
+    /// The report of the whole function, if one set of walks answers all goals; of it the summary is serialised.
+    #[serde(
+        serialize_with = "whole::summary",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub whole: Option<Box<WholeReport>>,
 }
 
 /// Whether a number is 0: of serialisers, which pass a reference.
@@ -177,6 +183,12 @@ pub struct GoalReport {
     pub plain: EstimateReport,
     /// The estimate by preconditioned walks.
     pub preconditioned: EstimateReport,
+    /// Half of the width of the band that holds at all points of the space together, of a point of a whole function.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<f64>,
+    /// The deterministic part F + T_K v of a whole function.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterate: Option<f64>,
     /// The estimate by preconditioned walks minus the exact value, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
@@ -380,6 +392,7 @@ impl Report {
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
             energy: EnergyReport::new(answer.derived.fluxes, run.model.flux_unit()),
             goals: reports,
+            whole: None,
         }
     }
 }
@@ -441,6 +454,8 @@ impl GoalReport {
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
             preconditioned,
+            band: None,
+            iterate: None,
             error,
             z: error.zip(bar).map(|(error, bar)| error / bar),
             irradiance: None,

@@ -5,10 +5,10 @@ mod extra;
 use core::fmt::{self, Display};
 use core::time::Duration;
 
-use fredholm_core::{Estimator, Form, StopReason, Tolerance};
+use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::answer::{Answer, SolveObserver};
-use crate::choice::{self, ChoiceReport, Chosen};
+use crate::choice::{self, ChoiceReport, Chosen, Found};
 use crate::diagnosis::{Diagnosis, diagnose};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
@@ -285,6 +285,22 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets whether all goals are answered from one set of walks, by the [whole function](Self::whole). If nothing is said, they are
+    /// where an error is asked for and that is predicted to take less time.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let report = Solver::new(&u).grid(5).cells(4).walks(5000).together(true).solve()?;
+    /// assert!(report.whole.is_some() && report.goals[3].band.is_some());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn together(mut self, together: bool) -> Self {
+        self.settings.whole = Some(together);
+        self
+    }
+
     /// Sets the seed of all draws; it is 1 otherwise.
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
@@ -358,18 +374,41 @@ impl<'m> Solver<'m> {
         let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
         let exact = exact.collect::<Result<Vec<_>, Error>>()?;
         let by = (self.watch, self.execute);
-        let chosen = choice::solve(self.model, &targets, &goals, &self.settings, by)?;
+        if self.settings.whole == Some(true) {
+            return self.reported(Report::of_whole(
+                &self.whole()?,
+                &goals,
+                &self.settings,
+                None,
+            )?);
+        }
+        let may_be_whole = self.execute.takes_whole();
+        let chosen = choice::solve_either(
+            self.model,
+            &targets,
+            &goals,
+            &self.settings,
+            by,
+            may_be_whole,
+        )?;
         let (chosen, answer, cells) = match chosen {
-            Some((chosen, answer)) => {
+            Some((chosen, Found::Separate(answer))) => {
                 let cells = chosen.cells.clone();
                 (Some(chosen), answer, cells)
+            }
+            Some((chosen, Found::Whole(function))) => {
+                return self.reported(Report::of_whole(
+                    &function,
+                    &goals,
+                    &self.settings,
+                    Some(&chosen),
+                )?);
             }
             None => self
                 .walk(&goals)
                 .map(|(answer, cells)| (None, answer, cells))?,
         };
         let chosen = chosen.as_ref();
-        let stop = answer.outcome.stop;
         let report = Report::new(
             &Run {
                 model: self.model,
@@ -382,12 +421,17 @@ impl<'m> Solver<'m> {
             },
             answer,
         );
+        self.reported(report)
+    }
+
+    /// The report as a result: an error if it is not all that was asked for.
+    fn reported(&self, report: Report) -> Result<Report, SolveError> {
         let asks_error = self.settings.tolerance.is_some();
-        match stop {
-            StopReason::Cancelled => Err(SolveError::Cancelled(Some(Box::new(report)))),
-            StopReason::ToleranceNotReached => Err(SolveError::NotReached(Box::new(report))),
-            StopReason::TimeLimit if asks_error => Err(SolveError::NotReached(Box::new(report))),
-            StopReason::TimeLimit | StopReason::Done => Ok(report),
+        match report.stop {
+            "cancelled" => Err(SolveError::Cancelled(Some(Box::new(report)))),
+            "error_not_reached" => Err(SolveError::NotReached(Box::new(report))),
+            "time_limit" if asks_error => Err(SolveError::NotReached(Box::new(report))),
+            _ => Ok(report),
         }
     }
 

@@ -1,25 +1,21 @@
 //! The whole function u from one set of walks.
 
+mod looks;
 mod summary;
+mod walks;
 
 use core::fmt::{self, Debug};
-use std::time::Instant;
 
-use fredholm_core::whole::{WholeJob, band_factor, over_replicates};
-use fredholm_core::{DEFAULT_GENERATOR, rounding_floor};
-use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
-use fredholm_rayon::Replicates;
+use fredholm_core::whole::over_replicates;
+use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity};
 use serde::Serialize;
 
-use crate::answer::SolveObserver;
 use crate::point::Point;
 use crate::solver::Solver;
-use crate::systems::Systems;
-use crate::{
-    Choices, Error, Goal, Model, Pairs, Region, Scalar, Settings, SolveError, Subject, Tolerance,
-};
+use crate::{Error, Goal, Model, Region, SolveError};
+pub(crate) use looks::Looks;
 pub use summary::WholeSummary;
+pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole};
 
 /// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
 /// normal distribution. More make every value dearer.
@@ -28,19 +24,8 @@ const REPLICATES: usize = 64;
 /// The probability with which a band holds at all points together.
 const BAND_LEVEL: f64 = WholeFunction::BAND_LEVEL;
 
-/// The fewest walks of a replicate.
-const LEAST_WALKS: u64 = 16;
-/// Resamples for a band: they fix its level to 0.7 %.
-const RESAMPLES: usize = 1000;
 /// Points, about, at which error bars are looked at for the band and for a tolerance.
 const PROBES: f64 = 256.0;
-/// Points at which the quadrature of T_K is compared with a finer one.
-const QUADRATURE_PROBES: usize = 8;
-/// The part of a standard error that quadrature may be off.
-const QUADRATURE_SHARE: f64 = 0.01;
-/// The share of a replicate's walks that one round adds: as long a cancellation may wait.
-const ROUND: u64 = 8;
-
 /// A value of a [`WholeFunction`]: of u at a point, or of a functional.
 ///
 /// ```
@@ -291,309 +276,19 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
         self.check()?;
-        Whole {
+        let whole = Whole {
             model: self.model,
             settings: &self.settings,
             watch: self.watch,
             systems: self.systems,
-        }
-        .function()
-    }
-}
-
-/// What the walks of a whole function depend on.
-struct Whole<'a, 'm> {
-    model: &'m dyn Model,
-    settings: &'a Settings,
-    watch: &'a dyn SolveObserver,
-    systems: Systems<'m>,
-}
-
-/// The walks so far, and why they ended.
-struct Walked {
-    replicates: Replicates,
-    coefficients: Vec<f64>,
-    stop: &'static str,
-    seconds: f64,
-}
-
-impl<'m> Whole<'_, 'm> {
-    /// Sets up, walks, and makes the function.
-    fn function(&self) -> Result<WholeFunction<'m>, SolveError> {
-        let start = Instant::now();
-        if !self.model.has_whole() {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, spheres, rooms, and cubes \
-                          whose kernel has no singularity at x = y: ask for targets without it"
-                    .to_owned(),
-            }
-            .into());
-        }
-        let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
-        if self.settings.lift.is_none() {
-            walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
-        }
-        if walk.pairs == Pairs::Theory {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
-                    .to_owned(),
-            }
-            .into());
-        }
-        if self.settings.exact_source == Some(true) {
-            return Err(Error::Option {
-                subject: Subject::ExactSource,
-                message: "the whole function is not offered with an exact source: leave `exact_source` out"
-                    .to_owned(),
-            }
-            .into());
-        }
-        let cells = self.model.partition(&cut)?;
-        let needed = cells.memory(&[], walk.pairs);
-        let what = || format!("{} unknowns", cells.unknowns());
-        let advice = self.model.about().less_memory;
-        refuse_beyond_memory(what, needed, advice)?;
-        if !walk.allow_infinite_variance {
-            cells.check_variance(&walk)?;
-        }
-        let system = self.systems.lifted(&*cells, self.settings)?.whole()?;
-        let request = WholeRequest {
-            walk: &walk,
-            degree: self.score_degree(&*system)?,
         };
-        let degrees = system.degrees(request.degree);
-        // Sums, coefficients, and what makes T_K of them.
-        let numbers = system.cells() * degrees.len() * (REPLICATES + 2);
-        let what = || {
-            format!(
-                "{REPLICATES} replicates of {} scores",
-                degrees.len() * system.cells()
-            )
+        let ready = whole.ready()?;
+        let until = Until {
+            looks: Looks::of_points(self.model),
+            walks: self.settings.walk_options().walks,
+            price: f64::INFINITY,
         };
-        refuse_beyond_memory(what, numbers.saturating_mul(3 * 8), advice)?;
-        let setup_seconds = start.elapsed().as_secs_f64();
-        let walked = self.walk(&*system, &request)?;
-        let after = Instant::now();
-        let mut rows = walked.coefficients;
-        rows.extend(highest(&rows, &degrees, system.cells()));
-        let field = system.field(&request, rows)?;
-        let counts = walked.replicates.counts();
-        let about = self.model.about();
-        let mut whole = WholeFunction {
-            model: self.model,
-            field,
-            summary: WholeSummary {
-                problem: about.kind,
-                dimension: about.dimension,
-                cells: cells.cells(),
-                unknowns: cells.unknowns(),
-                degree: cut.degree,
-                lift: self.settings.lift,
-                score_degree: request.degree,
-                pairs: walk.pairs.word(),
-                absorption: walk.absorption,
-                estimator: walk.estimator.word(),
-                scalar: self.settings.scalar.word(),
-                generator: DEFAULT_GENERATOR,
-                sequence: walk.sequence_word(),
-                survivals: walk.survivals,
-                seed: walk.seed,
-                stop: walked.stop,
-                replicates: REPLICATES,
-                walks: counts.walks,
-                states: counts.states,
-                step_limit: counts.step_limit,
-                largest_std_error: (counts.scored > 0).then_some(0.0),
-                band_factor: None,
-                band_level: BAND_LEVEL,
-                truncation: 0.0,
-                quadrature_error: None,
-                rounding_floor: 0.0,
-                setup_seconds,
-                walk_seconds: walked.seconds,
-                band_seconds: 0.0,
-            },
-        };
-        let [largest, radius_bound] = system.sizes();
-        whole.summary.rounding_floor = match self.settings.scalar {
-            Scalar::F32 => rounding_floor::<f32>(largest, largest, radius_bound),
-            Scalar::F64 => rounding_floor::<f64>(largest, largest, radius_bound),
-        };
-        self.finish(&mut whole)?;
-        whole.summary.band_seconds = after.elapsed().as_secs_f64();
-        Ok(whole)
+        let walked = whole.walk(&ready, &until)?;
+        whole.finished(ready, walked)
     }
-
-    fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
-        let (own, most) = (system.degree(), system.most_degree());
-        match self.settings.score_degree {
-            None if own < most => Ok(system.default_degree()),
-            None => Err(Error::Option {
-                subject: Subject::Degree,
-                message: format!(
-                    "walks of a whole function score on polynomials of a higher degree than v, and {most} is the highest \
-                     here: use a `degree` of at most {}",
-                    most - 1
-                ),
-            }),
-            Some(degree) if degree > own && degree <= most => Ok(degree),
-            Some(degree) => Err(Error::Option {
-                subject: Subject::Degree,
-                message: format!(
-                    "scores of degree {degree}: they must be of a higher degree than v, which has {own}, and at most \
-                     {most}"
-                ),
-            }),
-        }
-    }
-
-    /// The points at which error bars are looked at.
-    fn probes(&self) -> Vec<Region> {
-        self.model.spread(PROBES)
-    }
-
-    fn walk(
-        &self,
-        system: &dyn WholeSystem<'m>,
-        request: &WholeRequest<'_>,
-    ) -> Result<Walked, SolveError> {
-        let start = Instant::now();
-        let mut walked = None;
-        self.watch.walking();
-        system.walks(request, &mut |job| {
-            let mut replicates = Replicates::new(job, REPLICATES);
-            let stop = self.run(system, request, job, &mut replicates, start)?;
-            let coefficients = replicates.coefficients(job, &|cell| system.measure(cell));
-            walked = Some(Walked {
-                replicates,
-                coefficients,
-                stop,
-                seconds: start.elapsed().as_secs_f64(),
-            });
-            Ok(())
-        })?;
-        Ok(walked.ok_or(Error::Internal("no walks were prepared"))?)
-    }
-
-    /// Walks until the tolerance is reached, or to the end.
-    fn run(
-        &self,
-        system: &dyn WholeSystem<'m>,
-        request: &WholeRequest<'_>,
-        job: &dyn WholeJob,
-        replicates: &mut Replicates,
-        start: Instant,
-    ) -> Result<&'static str, Error> {
-        let walk = request.walk;
-        let most = walk.walks.div_ceil(REPLICATES as u64).max(LEAST_WALKS);
-        let mut done = 0;
-        let mut goal = match walk.tolerance {
-            // Enough for an error bar, which tells how many more.
-            Some(_) => most.min(walk.batch.div_ceil(REPLICATES as u64).max(4 * LEAST_WALKS)),
-            None => most,
-        };
-        loop {
-            while done < goal {
-                let round = (done / ROUND).max(LEAST_WALKS).min(goal - done);
-                replicates.run(job, round, self.watch)?;
-                done += round;
-                if self.watch.cancelled() {
-                    return Ok("cancelled");
-                }
-                if walk
-                    .time_limit
-                    .is_some_and(|limit| start.elapsed() >= limit)
-                    && done < most
-                {
-                    return Ok("time_limit");
-                }
-            }
-            let Some(tolerance) = walk.tolerance else {
-                return Ok("done");
-            };
-            let coefficients = replicates.coefficients(job, &|cell| system.measure(cell));
-            let field = system.field(request, coefficients)?;
-            let excess = excess(&*field, &self.probes(), tolerance)?;
-            if excess <= 1.0 && replicates.counts().scored > 0 {
-                return Ok("done");
-            }
-            if done >= most {
-                return Ok("error_not_reached");
-            }
-            // 10 % more than the error bar says, which is itself uncertain by 9 %.
-            let factor = (1.1 * excess * excess).clamp(1.1, 64.0);
-            goal = ((done as f64 * factor).ceil() as u64)
-                .max(done + 1)
-                .min(most);
-        }
-    }
-
-    /// The error bars at the probes, the band, and what no band sees.
-    fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
-        let probes = self.probes();
-        let images = whole.field.images(WholeQuantity::U, &probes)?;
-        let width = IMAGE_HEAD + whole.field.rows();
-        let mut values = Vec::with_capacity(probes.len() * REPLICATES);
-        let mut errors = Vec::with_capacity(probes.len());
-        for image in images.chunks_exact(width) {
-            let (_, replicates) = split(image, REPLICATES);
-            errors.push(over_replicates(replicates).std_error);
-            values.extend(replicates);
-            let moved = image.last().copied().unwrap_or(f64::NAN).abs();
-            whole.summary.truncation = whole.summary.truncation.max(moved);
-        }
-        if whole.summary.largest_std_error.is_none() {
-            return Ok(());
-        }
-        let largest = errors.iter().fold(0.0, |m: f64, error| m.max(*error));
-        whole.summary.largest_std_error = Some(largest);
-        let mut resamples = vec![0.0; RESAMPLES];
-        let seed = self.settings.seed;
-        let factor = band_factor(&mut values, REPLICATES, BAND_LEVEL, seed, &mut resamples);
-        whole.summary.band_factor = Some(factor);
-        errors.sort_unstable_by(f64::total_cmp);
-        let median = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
-        let some = probes.len().div_ceil(QUADRATURE_PROBES).max(1);
-        let some: Vec<Region> = probes.into_iter().step_by(some).collect();
-        let moved = whole.field.refine(&some, QUADRATURE_SHARE * median)?;
-        whole.summary.quadrature_error = Some(moved).filter(|moved| moved.is_finite());
-        Ok(())
-    }
-}
-
-/// The largest standard error at these points, over the one that the tolerance asks for.
-fn excess(field: &dyn WholeField, probes: &[Region], tolerance: Tolerance) -> Result<f64, Error> {
-    let images = field.images(WholeQuantity::U, probes)?;
-    let width = IMAGE_HEAD + field.rows();
-    let ratios = images.chunks_exact(width).map(|image| {
-        let ([iterate, _], replicates) = split(image, REPLICATES);
-        let correction = over_replicates(replicates);
-        let bound = match tolerance {
-            Tolerance::Absolute(bound) => bound,
-            Tolerance::Relative(bound) => bound * (iterate + correction.mean).abs(),
-        };
-        if correction.std_error == 0.0 {
-            0.0
-        } else {
-            correction.std_error / bound
-        }
-    });
-    Ok(ratios.fold(0.0, f64::max))
-}
-
-/// The part of the highest degree of the mean of all replicates.
-fn highest(coefficients: &[f64], degrees: &[usize], cells: usize) -> Vec<f64> {
-    let top = degrees.iter().copied().max().unwrap_or(0);
-    let unknowns = cells * degrees.len();
-    let mut mean = vec![0.0; unknowns];
-    for row in coefficients.chunks_exact(unknowns.max(1)) {
-        for ((mean, value), degree) in mean.iter_mut().zip(row).zip(degrees.iter().cycle()) {
-            if *degree == top {
-                *mean += value / REPLICATES as f64;
-            }
-        }
-    }
-    mean
 }

@@ -11,6 +11,7 @@ mod export;
 mod heat;
 mod hostile;
 mod interruption;
+mod joint;
 mod manual;
 mod parts;
 mod rates;

@@ -3,8 +3,8 @@
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-use fredholm_circle::{Circle, ClosedForm, Moment, Point, Residual, moments};
-use fredholm_core::whole::{BasisScores, Scores, WholeTask};
+use fredholm_circle::{Circle, CircleScores, ClosedForm, Moment, Point, Residual, moments};
+use fredholm_core::whole::{Scores, WholeTask};
 use fredholm_core::{Located, Real, Sobol, Source};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
@@ -62,7 +62,7 @@ impl<'m> CircleWhole<'m> {
         setup.boxed(&circle, &mut |neighbour| {
             of_score_degree!(request.degree, B => {
                 let polynomials = circle.with_functions::<B>();
-                let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&polynomials);
+                let scores: &(dyn Scores<Point<F>> + Sync) = &CircleScores(&polynomials);
                 let options = walk.for_core();
                 let job = WholeTask::new(&circle, &circle, neighbour, scores, options);
                 match walk.sequence {

@@ -27,6 +27,9 @@ const ANY: f64 = 0.5;
 pub(super) const MOST_POINTS: usize = 12;
 const MOST_NODES: f64 = 4e6;
 
+/// Seconds of a value of the kernel and of its sums, as a formula takes them.
+const NODE_SECONDS: f64 = 30e-9;
+
 /// Values of the kernel that a mean over x may take, once it has been compared.
 const MOST_WORK: f64 = 1e9;
 
@@ -141,6 +144,16 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
 
     fn cells(&self) -> usize {
         self.cells
+    }
+
+    /// Values of a formula and their sums.
+    fn point_seconds(&self, degree: usize) -> f64 {
+        NODE_SECONDS * nodes(&self.system.cut, degree + 3)
+    }
+
+    fn mean_points(&self, degree: usize) -> f64 {
+        let axis = (self.system.cut.per_axis * (degree + 6)) as f64;
+        axis.powi(D as i32)
     }
 
     fn measure(&self, _: usize) -> f64 {

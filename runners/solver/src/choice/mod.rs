@@ -15,10 +15,12 @@
 //! - `setting`: what may be chosen. `pilot`: few walks of one setting. `systems`: what they solved.
 //! - `family`: what pilots on few cells predict of more.
 //! - `search`: which pilot comes next, and the best prediction.
+//! - `joint`: one set of walks for all targets, where that takes less.
 //! - `course`: whether the answer's walks go as predicted.
 
 mod course;
 mod family;
+mod joint;
 mod pilot;
 mod search;
 mod setting;
@@ -29,15 +31,18 @@ use std::sync::Arc;
 use fredholm_core::StopReason;
 
 pub use crate::chosen::ChoiceReport;
+use crate::chosen::WHOLE;
 
 use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
-use crate::{Error, Goal, Model, Settings};
+use crate::whole::WholeFunction;
+use crate::{Error, Goal, Model, Settings, SolveError};
 use fredholm_model::Request;
-use fredholm_model::Target;
+use fredholm_model::{Target, goals};
 
 use course::{Course, End};
 use family::Prediction;
+use joint::Question;
 use search::Search;
 
 /// The most walks of a goal if only its error ends them.
@@ -46,8 +51,17 @@ const ENDLESS: u64 = u64::MAX >> 1;
 pub const LONG_SECONDS: f64 = 10.0;
 pub use fredholm_model::MOST_SECONDS;
 
-/// Settings in which nothing is open, and how they were chosen.
+/// What walks found.
 #[derive(Debug)]
+pub(crate) enum Found<'m> {
+    /// Separate walks of every goal.
+    Separate(Answer),
+    /// One set of walks for all goals.
+    Whole(WholeFunction<'m>),
+}
+
+/// Settings in which nothing is open, and how they were chosen.
+#[derive(Clone, Debug)]
 pub struct Chosen<'m> {
     /// The settings.
     pub settings: Settings,
@@ -59,6 +73,14 @@ pub struct Chosen<'m> {
     pub cells: CellCount,
     /// The report of the choice.
     pub report: ChoiceReport,
+}
+
+impl Chosen<'_> {
+    /// Whether one set of walks answers all targets.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.report.method == WHOLE
+    }
 }
 
 /// Chooses what the settings leave open, if they give a tolerance and no cells.
@@ -74,10 +96,20 @@ pub fn choose<'m>(
     let Some(mut search) = begin(model, targets, settings, watch)? else {
         return Ok(None);
     };
-    Ok(Some(next(&mut search, settings, watch)?.0))
+    let (chosen, best) = next(&mut search, settings, watch)?;
+    let goals = goals(model, targets)?;
+    let question = Question {
+        model,
+        goals: &goals,
+        settings,
+        watch,
+    };
+    let looked = question.look(&chosen, search.price(&best))?;
+    Ok(Some(looked.chosen(chosen)))
 }
 
-/// Chooses what the settings leave open, if they give a tolerance and no cells, and walks until the tolerance is reached.
+/// Chooses what the settings leave open, if they give a tolerance and no cells, and walks for every target until the tolerance is
+/// reached.
 /// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
 /// without the tolerance where rounding leaves more, where walks tell of ever more walks,
 /// or where more than an hour is left, unless the settings have a number of walks or a time limit
@@ -90,20 +122,66 @@ pub fn solve<'m>(
     targets: &[Target],
     goals: &[Goal],
     settings: &'m Settings,
-    (watch, execute): (&'m dyn SolveObserver, &dyn Execute),
+    by: (&'m dyn SolveObserver, &dyn Execute),
 ) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
+    match solve_either(model, targets, goals, settings, by, false) {
+        Ok(Some((chosen, Found::Separate(answer)))) => Ok(Some((chosen, answer))),
+        Ok(Some((_, Found::Whole(_)))) => {
+            Err(Error::Internal("a whole function that nobody wants"))
+        }
+        Ok(None) => Ok(None),
+        Err(SolveError::Failed(error)) => Err(error),
+        Err(_) => Err(Error::Cancelled),
+    }
+}
+
+/// As [`solve`], or with one set of walks for all targets where that is predicted to take less.
+///
+/// # Errors
+/// As [`solve`].
+pub(crate) fn solve_either<'m>(
+    model: &'m dyn Model,
+    targets: &[Target],
+    goals: &[Goal],
+    settings: &'m Settings,
+    (watch, execute): (&'m dyn SolveObserver, &dyn Execute),
+    mut may_be_joint: bool,
+) -> Result<Option<(Chosen<'m>, Found<'m>)>, SolveError> {
     let (Some(mut search), Some(tolerance)) =
         (begin(model, targets, settings, watch)?, settings.tolerance)
     else {
         return Ok(None);
     };
+    let question = Question {
+        model,
+        goals,
+        settings,
+        watch,
+    };
     // The walks that were given up last, if there are some: they are the result if nothing follows.
-    let mut last = None;
+    let mut last: Option<(Chosen<'m>, Answer)> = None;
     loop {
-        let (chosen, best) = match (next(&mut search, settings, watch), last.take()) {
-            (Err(why), Some(last)) => return ended(last, why).map(Some),
+        let (mut chosen, best) = match (next(&mut search, settings, watch), last.take()) {
+            (Err(why), Some(last)) => {
+                let (chosen, answer) = ended(last, why)?;
+                return Ok(Some((chosen, Found::Separate(answer))));
+            }
             (next, _) => next?,
         };
+        if core::mem::take(&mut may_be_joint) {
+            let price = search.price(&best);
+            let looked = question.look(&chosen, price)?;
+            if looked.joint.is_some() {
+                let joint = looked.chosen(chosen.clone());
+                chosen.report.predicted_whole_seconds = looked.seconds;
+                watch.chosen(&joint.settings, &joint.report);
+                if let Some(function) = looked.walk(&question, price)? {
+                    return Ok(Some((joint, Found::Whole(function))));
+                }
+            } else {
+                chosen = looked.chosen(chosen);
+            }
+        }
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
         let request = Request {
@@ -148,7 +226,7 @@ pub fn solve<'m>(
             }
             _ => {}
         }
-        return Ok(Some((chosen, answer)));
+        return Ok(Some((chosen, Found::Separate(answer))));
     }
 }
 
@@ -250,6 +328,8 @@ fn accepted<'m>(
             predicted_walks: best.walks,
             predicted_states: best.states,
             predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
+            predicted_separate_seconds: None,
+            predicted_whole_seconds: None,
             pilots: search.pilots,
             pilot_walks: search.walks,
             predicted_pilot_seconds: search.lost(best) + search.walked,

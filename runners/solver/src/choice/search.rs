@@ -458,7 +458,7 @@ impl<'m> Search<'m> {
 }
 
 /// A watch that observes nothing of pilots, and may end them.
-struct Quiet<'a>(&'a dyn SolveObserver);
+pub(super) struct Quiet<'a>(pub(super) &'a dyn SolveObserver);
 
 impl Observer for Quiet<'_> {
     fn cancelled(&self) -> bool {

@@ -20,6 +20,8 @@ impl Report {
         let coordinates = of_columns(self.problem, self.dimension);
         let columns = COLUMNS.iter().copied();
         let columns = columns.chain(coordinates.iter().map(String::as_str));
+        let of_whole = self.whole.iter().flat_map(|_| ["band", "iterate"]);
+        let columns = columns.chain(of_whole);
         let columns: Vec<&str> = match &self.energy {
             Some(energy) => columns.chain(flux_columns(energy)).collect(),
             None => columns.collect(),
@@ -33,7 +35,9 @@ impl Report {
             let places = places(place, coordinates.len());
             let none = self.energy.as_ref().map(|_| [None::<f64>; 2]);
             let none = none.iter().flatten().collect::<Vec<_>>();
-            let row = (CsvRow::new(target), places, none);
+            let whole = self.whole.as_ref().map(|_| [target.band, target.iterate]);
+            let whole = whole.iter().flatten().collect::<Vec<_>>();
+            let row = (CsvRow::new(target), places, whole, none);
             writer.serialize(row).map_err(|_| FAILED)?;
         }
         for (name, walks, flux) in self.energy.iter().flat_map(fluxes) {

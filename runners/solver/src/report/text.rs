@@ -22,6 +22,9 @@ impl Report {
     /// The report as a table for people.
     #[must_use]
     pub fn table(&self) -> String {
+        if let Some(whole) = &self.whole {
+            return format!("{}{}", self.choice_text, whole.table());
+        }
         format!(
             "{}{}\n\n{}{}\n{}, {} states{}, set-up {} s, walks {} s\n",
             self.choice_text,
@@ -125,7 +128,10 @@ impl Report {
     /// Remarks that a reader of the numbers needs.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut remarks = match &self.whole {
+            Some(whole) => whole.summary.remarks(),
+            None => Vec::new(),
+        };
         let mut remark = |found: usize, text: &str| {
             if found > 0 {
                 let targets = if found == 1 { "target" } else { "targets" };

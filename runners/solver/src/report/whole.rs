@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
 use super::text::draws;
-use super::{Coordinates, EnergyReport, EstimateReport, Over};
-use crate::{Error, Goal, Model, Region, WholeFunction, WholeSummary, WholeValue};
+use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
+use crate::choice::Chosen;
+use crate::{Error, Goal, Model, Region, Settings, WholeFunction, WholeSummary, WholeValue};
 
 /// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
 /// stable; fields may be added.
@@ -403,5 +404,113 @@ impl WholeFunction<'_> {
                 ..energy
             }),
         )
+    }
+}
+
+/// The summary of a whole function, in the report of all goals.
+pub(super) fn summary<S: serde::Serializer>(
+    whole: &Option<Box<WholeReport>>,
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    whole.as_ref().map(|whole| &whole.summary).serialize(to)
+}
+
+impl Report {
+    /// The report of a whole function in the form of that of separate walks: all goals have the same walks.
+    pub(crate) fn of_whole(
+        function: &WholeFunction<'_>,
+        goals: &[Goal],
+        settings: &Settings,
+        chosen: Option<&Chosen<'_>>,
+    ) -> Result<Self, Error> {
+        let whole = function.report(goals)?;
+        let summary = &whole.summary;
+        let goals = whole.targets.iter();
+        Ok(Self {
+            problem: summary.problem,
+            dimension: summary.dimension,
+            cells: summary.cells,
+            unknowns: summary.unknowns,
+            degree: summary.degree,
+            pairs: summary.pairs,
+            pair_counts: None,
+            exact_source: false,
+            absorption: summary.absorption,
+            estimator: summary.estimator,
+            form: summary.form,
+            scalar: summary.scalar,
+            generator: summary.generator,
+            sequence: summary.sequence,
+            survivals: summary.survivals,
+            batch: settings.walk_options().batch,
+            seed: summary.seed,
+            part: None,
+            stop: summary.stop,
+            reason: None,
+            sweeps: 0,
+            residual: f64::NAN,
+            states: summary.states,
+            other_walks: 0,
+            other_states: 0,
+            setup_seconds: summary.setup_seconds,
+            walk_seconds: summary.walk_seconds + summary.band_seconds + whole.value_seconds,
+            goals: goals.map(|goal| goal.as_separate(&whole)).collect(),
+            choice: chosen.map(|chosen| chosen.report.clone()),
+            choice_text: chosen.map_or(String::new(), |chosen| {
+                chosen.report.text(&chosen.settings, &chosen.cells.text)
+            }),
+            energy: whole.energy.clone(),
+            whole: Some(Box::new(whole)),
+        })
+    }
+}
+
+impl WholeGoalReport {
+    /// The report of the goal in the form of one by separate walks.
+    fn as_separate(&self, of: &WholeReport) -> GoalReport {
+        let summary = &of.summary;
+        let none = EstimateReport {
+            estimate: None,
+            std_error: None,
+            std_dev: None,
+            unit: of.unit,
+        };
+        GoalReport {
+            name: self.name.clone(),
+            at: self.at.clone(),
+            position: self.position.clone(),
+            over: self.over.clone(),
+            weight: self.weight.clone(),
+            exact: self.exact,
+            galerkin: f64::NAN,
+            walks: summary.walks,
+            replicates: Some(summary.replicates as u32),
+            rounding_floor: summary.rounding_floor,
+            control_error: None,
+            doubtful_share: None,
+            tail_index: None,
+            excess_kurtosis: None,
+            few_scores: None,
+            no_difference: self.value.std_error == Some(0.0),
+            endings: EndingsReport {
+                absorbed: summary.walks - summary.step_limit - summary.left,
+                step_limit: summary.step_limit,
+            },
+            plain: none,
+            preconditioned: EstimateReport {
+                estimate: Some(self.value.estimate),
+                std_error: self.value.std_error,
+                ..none
+            },
+            band: self.value.band,
+            iterate: Some(self.value.iterate),
+            error: self.error,
+            z: self.z,
+            irradiance: self.irradiance,
+            net_flux: self.net_flux,
+            is_flux_given: self.is_flux_given,
+            temperature: self.temperature,
+            radiant_temperature: self.radiant_temperature,
+        }
     }
 }

@@ -40,6 +40,8 @@ pub struct WholeSummary {
     pub absorption: f64,
     /// The name of the estimator.
     pub estimator: &'static str,
+    /// The name of the form of the control variate.
+    pub form: &'static str,
     /// The name of the walks' floating-point type.
     pub scalar: &'static str,
     /// The name of the random number generator.
@@ -60,6 +62,8 @@ pub struct WholeSummary {
     pub walks: u64,
     /// The number of states that they visited, starts included.
     pub states: u64,
+    /// The number of walks that left an open space.
+    pub left: u64,
     /// The number of walks that the step limit cut off: a possible bias.
     pub step_limit: u64,
     /// The largest standard error among some 256 points, in the unit of u. `None`: no walk has scored.

@@ -1,0 +1,320 @@
+//! One set of walks for all targets, by the whole function, in place of walks of each.
+//!
+//! A few walks on the coarsest levels tell what the whole function takes: pilots go on to finer cells while what is left of the
+//! best prediction leaves time for a set-up, and together take at most [`SHARE`] of what separate walks are predicted to. If it
+//! takes less than these, it is walked; and given up, for separate walks, if it turns out that it does not, or where scores on
+//! polynomials leave a bias.
+
+use fredholm_core::Tolerance;
+use fredholm_model::cost::PointwisePairs;
+
+use super::Chosen;
+use super::search::Quiet;
+use crate::answer::SolveObserver;
+use crate::chosen::{ChoiceReport, WHOLE};
+use crate::execute::CellCount;
+use crate::systems::Systems;
+use crate::whole::{GIVEN_UP, Looks, Ready, Until, Whole, WholeFunction};
+use crate::{Error, Goal, Model, Pairs, Partitioned, Settings, SolveError};
+
+/// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
+const SHARE: f64 = 0.05;
+/// The part of the best whole function's time that a pilot on finer cells may take, once that is ahead of separate walks.
+const FINER: f64 = 0.25;
+/// Walks of a pilot: 16 of each replicate.
+const PILOT: u64 = 1024;
+/// The mask of a pilot's seed: its walks differ from those of the answer.
+const SEED: u64 = 0x6a6f_696e_7473;
+/// A walk that scores in every state, over one that scores its start: 1.4 to 2.4 were measured.
+const WALK: f64 = 2.0;
+/// How many times as large as a pilot's the variance may be: those of 64 replicates are uncertain by 18 %.
+const CAREFUL: f64 = 1.4;
+/// Points at which error bars are looked at for the band.
+const BAND_POINTS: f64 = 256.0;
+/// Seconds of the band's resamples.
+const BAND_SECONDS: f64 = 0.02;
+/// Seconds of a product of an integral and a coefficient, and how many coefficients there are of each: 64 replicates, v, and
+/// the highest degree.
+const PRODUCT_SECONDS: f64 = 0.4e-9;
+const ROWS: f64 = 66.0;
+/// The most unknowns of a set-up that nobody asked for.
+const UNKNOWNS: usize = 1 << 15;
+
+/// A whole function that is predicted to take less than walks of all targets.
+pub(super) struct Joint<'m> {
+    settings: Settings,
+    ready: Ready<'m>,
+    looks: Looks,
+    cells: CellCount,
+    pairs: Pairs,
+    /// Seconds of the set-up, of a walk, and of what follows walks.
+    setup: f64,
+    each: f64,
+    values: f64,
+    /// The number of walks, and of states.
+    walks: f64,
+    states: f64,
+}
+
+/// What was looked at, and what that took.
+#[derive(Default)]
+pub(super) struct Looked<'m> {
+    /// The best whole function, if it is better than separate walks.
+    pub(super) joint: Option<Joint<'m>>,
+    /// Seconds that it is predicted to take, if there was a pilot.
+    pub(super) seconds: Option<f64>,
+    pilots: usize,
+    walks: u64,
+    lost: f64,
+}
+
+impl<'m> Joint<'m> {
+    /// Seconds from now on.
+    fn seconds(&self) -> f64 {
+        self.walks * self.each + self.values
+    }
+
+    /// The function. `None`: walks were given up for separate ones, which take so many seconds, or it is not good enough.
+    fn walk(
+        self,
+        model: &'m dyn Model,
+        watch: &dyn SolveObserver,
+        price: f64,
+    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+        let whole = Whole {
+            model,
+            settings: &self.settings,
+            watch,
+            systems: Systems(None),
+        };
+        let until = Until {
+            looks: self.looks,
+            walks: super::ENDLESS,
+            price: price / self.each,
+        };
+        let walked = whole.walk(&self.ready, &until)?;
+        if walked.stop == GIVEN_UP {
+            return Ok(None);
+        }
+        let function = whole.finished(self.ready, walked)?;
+        let summary = function.summary();
+        let is_good = summary.stop != "done" || summary.remarks().is_empty();
+        Ok(is_good.then_some(function))
+    }
+}
+
+impl<'m> Looked<'m> {
+    /// The settings and the report of the whole function in place of those of separate walks, or of these with what was
+    /// looked at besides.
+    pub(super) fn chosen(&self, mut chosen: Chosen<'m>) -> Chosen<'m> {
+        let report = &mut chosen.report;
+        report.pilots += self.pilots;
+        report.pilot_walks += self.walks;
+        report.predicted_pilot_seconds += self.lost;
+        report.predicted_whole_seconds = self.seconds;
+        let Some(joint) = &self.joint else {
+            return chosen;
+        };
+        let separate = report.predicted_setup_seconds + report.predicted_walk_seconds;
+        chosen.report = ChoiceReport {
+            method: WHOLE,
+            predicted_setup_seconds: joint.setup,
+            predicted_walk_seconds: joint.seconds(),
+            predicted_walks: joint.walks,
+            predicted_states: joint.states,
+            predicted_separate_seconds: Some(separate),
+            ..chosen.report
+        };
+        chosen.settings = joint.settings.clone();
+        chosen.settings.pairs = Some(joint.pairs);
+        chosen.plain = false;
+        chosen.cells = joint.cells.clone();
+        chosen
+    }
+
+    /// The whole function, if it is predicted to take less than separate walks, does, and has no bias that its error bars do not
+    /// see.
+    pub(super) fn walk(
+        self,
+        question: &Question<'_, 'm>,
+        price: f64,
+    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+        match self.joint {
+            Some(joint) => joint.walk(question.model, question.watch, price),
+            None => Ok(None),
+        }
+    }
+}
+
+/// What is asked, and of whom.
+#[derive(Clone, Copy)]
+pub(super) struct Question<'a, 'm> {
+    pub(super) model: &'m dyn Model,
+    pub(super) goals: &'a [Goal],
+    pub(super) settings: &'m Settings,
+    pub(super) watch: &'m dyn SolveObserver,
+}
+
+impl<'m> Question<'_, 'm> {
+    /// Whether the whole function answers it, and nobody refuses that.
+    fn is_open(&self) -> bool {
+        let settings = self.settings;
+        let starts = self.goals.len() + self.model.besides(self.goals);
+        starts > 1
+            && self.model.has_whole()
+            && settings.whole != Some(false)
+            && settings.walks.is_none()
+            && settings.exact_source != Some(true)
+    }
+
+    /// Looks for a whole function that takes less than separate walks, which would take so many seconds.
+    pub(super) fn look(&self, chosen: &Chosen<'m>, price: f64) -> Result<Looked<'m>, Error> {
+        let mut looked = Looked::default();
+        let (true, Some(tolerance)) = (self.is_open(), self.settings.tolerance) else {
+            return Ok(looked);
+        };
+        for cells in self.levels(chosen) {
+            let best = looked.joint.as_ref().map_or(f64::INFINITY, Joint::seconds);
+            let settings = self.on(cells, chosen);
+            let level = match self.model.partition(&settings.discretisation()) {
+                Ok(level) if level.unknowns() <= UNKNOWNS => level,
+                _ => break,
+            };
+            let setup = level.cost(self.pairs()).setup;
+            let pilot = setup + self.pilot_seconds(&*level, &settings);
+            let lost = looked.lost + pilot;
+            let pays = lost + best < price && pilot < FINER * best;
+            if setup > best.min(price) || lost > SHARE * price && !pays {
+                break;
+            }
+            if self.watch.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            looked.lost = lost;
+            // What values take is known when the system is solved.
+            let may = if pays {
+                FINER * best
+            } else {
+                SHARE * price - lost
+            };
+            match self.pilot(&*level, settings, (tolerance, may), &mut looked.lost) {
+                Ok(Some(joint)) => {
+                    looked.pilots += 1;
+                    looked.walks += PILOT;
+                    if joint.seconds() < best {
+                        looked.joint = Some(joint);
+                    }
+                }
+                Ok(None) => {}
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                // What it does not take is left to separate walks.
+                Err(_) => break,
+            }
+        }
+        looked.seconds = looked.joint.as_ref().map(Joint::seconds);
+        looked.joint = looked.joint.filter(|joint| joint.seconds() < price);
+        if let Some(joint) = &looked.joint {
+            looked.lost -= joint.setup;
+        }
+        Ok(looked)
+    }
+
+    fn pairs(&self) -> Pairs {
+        let given = self.settings.pairs;
+        given.unwrap_or_else(|| self.model.whole_pairs())
+    }
+
+    /// The numbers of cells, from few to many.
+    fn levels(&self, chosen: &Chosen<'m>) -> Vec<usize> {
+        let cut = self.on(1, chosen).discretisation();
+        let mut all = self.model.coarse_levels(&cut);
+        all.extend(self.model.levels(&cut));
+        all
+    }
+
+    /// The settings with so many cells, and with the degree and the walks of the choice.
+    fn on(&self, cells: usize, chosen: &Chosen<'m>) -> Settings {
+        let most = self.model.about().most_degree.saturating_sub(1);
+        let own = chosen.settings.discretisation().degree;
+        let degree = if chosen.plain { 2 } else { own };
+        Settings {
+            cells: Some(cells),
+            degree: self.settings.degree.or(Some(degree.min(most))),
+            absorption: chosen.settings.absorption,
+            estimator: chosen.settings.estimator,
+            walks: Some(super::ENDLESS),
+            ..self.settings.clone()
+        }
+    }
+
+    /// Seconds of a pilot but for its set-up.
+    fn pilot_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings) -> f64 {
+        let walk = settings.walk_options();
+        let each = self.walk_seconds(level, settings, 1.0 / walk.absorption);
+        PILOT as f64 * each
+    }
+
+    fn walk_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings, states: f64) -> f64 {
+        let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or_default();
+        let cost = level.cost(self.pairs()).walk;
+        let estimator = settings.walk_options().estimator;
+        let none = PointwisePairs::default();
+        // Scores in every state are those of one walk.
+        WALK * cost.seconds(estimator, states, none) - cost.seconds(estimator, states, none)
+            + cost.seconds(estimator, states, pointwise)
+    }
+
+    /// What a few walks on these cells tell. `None`: a bias that error bars do not see, or no walk scored.
+    fn pilot(
+        &self,
+        level: &dyn Partitioned<'m>,
+        settings: Settings,
+        (tolerance, may): (Tolerance, f64),
+        lost: &mut f64,
+    ) -> Result<Option<Joint<'m>>, Error> {
+        let whole = Whole {
+            model: self.model,
+            settings: &settings,
+            watch: &Quiet(self.watch),
+            systems: Systems(None),
+        };
+        let ready = whole.ready()?;
+        let looks = Looks::of_goals(self.goals);
+        let [points, means] = looks.counts(self.model).map(|count| count as f64);
+        let point = ready.system.point_seconds(ready.degree);
+        let functions = ready.system.cells() * ready.system.degrees(ready.degree).len();
+        let products = ROWS * PRODUCT_SECONDS * functions as f64;
+        let mean = point * ready.system.mean_points(ready.degree);
+        let values = (points + BAND_POINTS) * (point + products) + means * (mean + products);
+        if values > may {
+            return Err(Error::TooLong { seconds: values });
+        }
+        *lost += values;
+        let (walked, looks) = whole.pilot(&ready, (PILOT, settings.seed ^ SEED), looks)?;
+        if self.watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let counts = walked.counts();
+        let look = ready.look(walked, &looks, tolerance)?;
+        if look.is_biased || counts.scored == 0 {
+            return Ok(None);
+        }
+        let walks = counts.walks as f64;
+        let states = counts.states as f64 / walks;
+        let needed =
+            (CAREFUL * walks * look.error * look.error).max(settings.walk_options().batch as f64);
+        Ok(Some(Joint {
+            cells: CellCount::of(level),
+            pairs: self.pairs(),
+            setup: level.cost(self.pairs()).setup,
+            each: self.walk_seconds(level, &settings, states),
+            // Error bars are looked at two or three times, and values taken once.
+            values: 3.0 * values + BAND_SECONDS,
+            walks: needed,
+            states: needed * states,
+            settings,
+            ready,
+            looks,
+        }))
+    }
+}

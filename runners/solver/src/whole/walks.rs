@@ -1,0 +1,395 @@
+//! The walks of a whole function, and the function that they make.
+
+use std::time::Instant;
+
+use fredholm_core::whole::{ReplicateCounts, WholeJob, band_factor, over_replicates};
+use fredholm_core::{DEFAULT_GENERATOR, Tolerance, rounding_floor};
+use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
+use fredholm_rayon::Replicates;
+
+use super::looks::{Look, Looks};
+use super::{BAND_LEVEL, PROBES, REPLICATES, WholeFunction, WholeSummary, split};
+use crate::answer::SolveObserver;
+use crate::systems::Systems;
+use crate::{
+    Choices, Error, Model, Pairs, Region, Scalar, Settings, SolveError, Subject, WalkOptions,
+};
+
+/// The fewest walks of a replicate.
+const LEAST_WALKS: u64 = 16;
+/// Resamples for a band: they fix its level to 0.7 %.
+const RESAMPLES: usize = 1000;
+/// Points at which the quadrature of T_K is compared with a finer one.
+const QUADRATURE_PROBES: usize = 8;
+/// The part of a standard error that quadrature may be off.
+const QUADRATURE_SHARE: f64 = 0.01;
+/// The share of a replicate's walks that one round adds: as long a cancellation may wait.
+const ROUND: u64 = 8;
+/// By how many times more walks than an error bar says the next stage goes on: that is itself uncertain by 9 %.
+const MORE: f64 = 1.1;
+
+/// What the walks of a whole function depend on.
+pub(crate) struct Whole<'a, 'm> {
+    pub(crate) model: &'m dyn Model,
+    pub(crate) settings: &'a Settings,
+    pub(crate) watch: &'a dyn SolveObserver,
+    pub(crate) systems: Systems<'m>,
+}
+
+/// A solved system that is about to be walked.
+pub(crate) struct Ready<'m> {
+    pub(crate) system: Box<dyn WholeSystem<'m> + 'm>,
+    walk: WalkOptions,
+    /// The degree of scores.
+    pub(crate) degree: usize,
+    pub(crate) cells: usize,
+    pub(crate) unknowns: usize,
+    seconds: f64,
+}
+
+/// When walks end.
+pub(crate) struct Until {
+    /// Whose error bars reach a tolerance.
+    pub(crate) looks: Looks,
+    /// The most walks.
+    pub(crate) walks: u64,
+    /// The number of walks that a different method leaves time for: if more than these are left, or if there is a bias beside the
+    /// error bars, walks are given up.
+    pub(crate) price: f64,
+}
+
+/// The walks so far, and why they ended.
+pub(crate) struct Walked {
+    replicates: Replicates,
+    coefficients: Vec<f64>,
+    pub(crate) stop: &'static str,
+    seconds: f64,
+}
+
+/// The reason of walks that were given up for another method.
+pub(crate) const GIVEN_UP: &str = "given_up";
+
+impl Walked {
+    /// The walks of all replicates.
+    pub(crate) fn counts(&self) -> ReplicateCounts {
+        self.replicates.counts()
+    }
+}
+
+impl<'m> Whole<'_, 'm> {
+    /// Sets up.
+    pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
+        let start = Instant::now();
+        if !self.model.has_whole() {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "the whole function from one set of walks is offered for circles, spheres, rooms, and cubes \
+                          whose kernel has no singularity at x = y: ask for targets without it"
+                    .to_owned(),
+            });
+        }
+        let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
+        if self.settings.lift.is_none() {
+            walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
+        }
+        if walk.pairs == Pairs::Theory {
+            return Err(Error::Option {
+                subject: Subject::Pairs,
+                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
+                    .to_owned(),
+            });
+        }
+        if self.settings.exact_source == Some(true) {
+            return Err(Error::Option {
+                subject: Subject::ExactSource,
+                message: "the whole function is not offered with an exact source: leave `exact_source` out"
+                    .to_owned(),
+            });
+        }
+        let cells = self.model.partition(&cut)?;
+        let needed = cells.memory(&[], walk.pairs);
+        let what = || format!("{} unknowns", cells.unknowns());
+        let advice = self.model.about().less_memory;
+        refuse_beyond_memory(what, needed, advice)?;
+        if !walk.allow_infinite_variance {
+            cells.check_variance(&walk)?;
+        }
+        let system = self.systems.lifted(&*cells, self.settings)?.whole()?;
+        let degree = self.score_degree(&*system)?;
+        let degrees = system.degrees(degree);
+        // Sums, coefficients, and what makes T_K of them.
+        let numbers = system.cells() * degrees.len() * (REPLICATES + 2);
+        let what = || {
+            format!(
+                "{REPLICATES} replicates of {} scores",
+                degrees.len() * system.cells()
+            )
+        };
+        refuse_beyond_memory(what, numbers.saturating_mul(3 * 8), advice)?;
+        Ok(Ready {
+            system,
+            walk,
+            degree,
+            cells: cells.cells(),
+            unknowns: cells.unknowns(),
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
+        let (own, most) = (system.degree(), system.most_degree());
+        match self.settings.score_degree {
+            None if own < most => Ok(system.default_degree()),
+            None => Err(Error::Option {
+                subject: Subject::Degree,
+                message: format!(
+                    "walks of a whole function score on polynomials of a higher degree than v, and {most} is the highest \
+                     here: use a `degree` of at most {}",
+                    most - 1
+                ),
+            }),
+            Some(degree) if degree > own && degree <= most => Ok(degree),
+            Some(degree) => Err(Error::Option {
+                subject: Subject::Degree,
+                message: format!(
+                    "scores of degree {degree}: they must be of a higher degree than v, which has {own}, and at most \
+                     {most}"
+                ),
+            }),
+        }
+    }
+
+    /// Walks until the tolerance is reached, or to the end.
+    pub(crate) fn walk(&self, ready: &Ready<'m>, until: &Until) -> Result<Walked, Error> {
+        self.walk_as(ready, &ready.walk, until)
+    }
+
+    /// So many walks of a seed of their own, without any other end.
+    pub(crate) fn pilot(
+        &self,
+        ready: &Ready<'m>,
+        (walks, seed): (u64, u64),
+        looks: Looks,
+    ) -> Result<(Walked, Looks), Error> {
+        let walk = WalkOptions {
+            seed,
+            tolerance: None,
+            time_limit: None,
+            ..ready.walk
+        };
+        let until = Until {
+            looks,
+            walks,
+            price: f64::INFINITY,
+        };
+        Ok((self.walk_as(ready, &walk, &until)?, until.looks))
+    }
+
+    fn walk_as(
+        &self,
+        ready: &Ready<'m>,
+        walk: &WalkOptions,
+        until: &Until,
+    ) -> Result<Walked, Error> {
+        let (start, system) = (Instant::now(), &*ready.system);
+        let request = WholeRequest {
+            walk,
+            degree: ready.degree,
+        };
+        let mut walked = None;
+        self.watch.walking();
+        system.walks(&request, &mut |job| {
+            let mut replicates = Replicates::new(job, REPLICATES);
+            let stop = self.run(ready, (walk, until), job, &mut replicates, start)?;
+            let coefficients = replicates.coefficients(job, &|cell| system.measure(cell));
+            walked = Some(Walked {
+                replicates,
+                coefficients,
+                stop,
+                seconds: start.elapsed().as_secs_f64(),
+            });
+            Ok(())
+        })?;
+        walked.ok_or(Error::Internal("no walks were prepared"))
+    }
+
+    fn run(
+        &self,
+        ready: &Ready<'m>,
+        (walk, until): (&WalkOptions, &Until),
+        job: &dyn WholeJob,
+        replicates: &mut Replicates,
+        start: Instant,
+    ) -> Result<&'static str, Error> {
+        let most = until.walks.div_ceil(REPLICATES as u64).max(LEAST_WALKS);
+        let mut done = 0;
+        let mut goal = match walk.tolerance {
+            // Enough for an error bar, which tells how many more.
+            Some(_) => most.min(walk.batch.div_ceil(REPLICATES as u64).max(4 * LEAST_WALKS)),
+            None => most,
+        };
+        loop {
+            while done < goal {
+                let round = (done / ROUND).max(LEAST_WALKS).min(goal - done);
+                replicates.run(job, round, self.watch)?;
+                done += round;
+                if self.watch.cancelled() {
+                    return Ok("cancelled");
+                }
+                let limit = walk.time_limit;
+                if limit.is_some_and(|limit| start.elapsed() >= limit) && done < most {
+                    return Ok("time_limit");
+                }
+            }
+            let Some(tolerance) = walk.tolerance else {
+                return Ok("done");
+            };
+            let measure = |cell| ready.system.measure(cell);
+            let field = ready.field(replicates.coefficients(job, &measure))?;
+            let Look { error, is_biased } = until.looks.look(&*field, tolerance)?;
+            let needed = done as f64 * MORE * error * error;
+            let left = REPLICATES as f64 * (needed - done as f64);
+            if until.price.is_finite() && (is_biased || error > 1.0 && left > until.price) {
+                return Ok(GIVEN_UP);
+            }
+            if error <= 1.0 && replicates.counts().scored > 0 {
+                return Ok("done");
+            }
+            if done >= most {
+                return Ok("error_not_reached");
+            }
+            goal = (needed.ceil().min(64.0 * done as f64) as u64)
+                .max((MORE * done as f64).ceil() as u64)
+                .max(done + 1)
+                .min(most);
+        }
+    }
+
+    /// The function that walks make.
+    pub(crate) fn finished(
+        &self,
+        ready: Ready<'m>,
+        walked: Walked,
+    ) -> Result<WholeFunction<'m>, SolveError> {
+        let after = Instant::now();
+        let counts = walked.counts();
+        let field = ready.field(walked.coefficients)?;
+        let (about, walk) = (self.model.about(), &ready.walk);
+        let mut whole = WholeFunction {
+            model: self.model,
+            field,
+            summary: WholeSummary {
+                problem: about.kind,
+                dimension: about.dimension,
+                cells: ready.cells,
+                unknowns: ready.unknowns,
+                degree: self.settings.discretisation().degree,
+                lift: self.settings.lift,
+                score_degree: ready.degree,
+                pairs: walk.pairs.word(),
+                absorption: walk.absorption,
+                estimator: walk.estimator.word(),
+                form: walk.form.word(),
+                scalar: self.settings.scalar.word(),
+                generator: DEFAULT_GENERATOR,
+                sequence: walk.sequence_word(),
+                survivals: walk.survivals,
+                seed: walk.seed,
+                stop: walked.stop,
+                replicates: REPLICATES,
+                walks: counts.walks,
+                states: counts.states,
+                left: counts.left,
+                step_limit: counts.step_limit,
+                largest_std_error: (counts.scored > 0).then_some(0.0),
+                band_factor: None,
+                band_level: BAND_LEVEL,
+                truncation: 0.0,
+                quadrature_error: None,
+                rounding_floor: 0.0,
+                setup_seconds: ready.seconds,
+                walk_seconds: walked.seconds,
+                band_seconds: 0.0,
+            },
+        };
+        let [largest, radius_bound] = ready.system.sizes();
+        whole.summary.rounding_floor = match self.settings.scalar {
+            Scalar::F32 => rounding_floor::<f32>(largest, largest, radius_bound),
+            Scalar::F64 => rounding_floor::<f64>(largest, largest, radius_bound),
+        };
+        self.finish(&mut whole)?;
+        whole.summary.band_seconds = after.elapsed().as_secs_f64();
+        Ok(whole)
+    }
+
+    /// The error bars at the probes, the band, and what no band sees.
+    fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
+        let probes = self.model.spread(PROBES);
+        let images = whole.field.images(WholeQuantity::U, &probes)?;
+        let width = IMAGE_HEAD + whole.field.rows();
+        let mut values = Vec::with_capacity(probes.len() * REPLICATES);
+        let mut errors = Vec::with_capacity(probes.len());
+        for image in images.chunks_exact(width) {
+            let (_, replicates) = split(image, REPLICATES);
+            errors.push(over_replicates(replicates).std_error);
+            values.extend(replicates);
+            let moved = image.last().copied().unwrap_or(f64::NAN).abs();
+            whole.summary.truncation = whole.summary.truncation.max(moved);
+        }
+        if whole.summary.largest_std_error.is_none() {
+            return Ok(());
+        }
+        let largest = errors.iter().fold(0.0, |m: f64, error| m.max(*error));
+        whole.summary.largest_std_error = Some(largest);
+        let mut resamples = vec![0.0; RESAMPLES];
+        let seed = self.settings.seed;
+        let factor = band_factor(&mut values, REPLICATES, BAND_LEVEL, seed, &mut resamples);
+        whole.summary.band_factor = Some(factor);
+        errors.sort_unstable_by(f64::total_cmp);
+        let median = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+        let some = probes.len().div_ceil(QUADRATURE_PROBES).max(1);
+        let some: Vec<Region> = probes.into_iter().step_by(some).collect();
+        let moved = whole.field.refine(&some, QUADRATURE_SHARE * median)?;
+        whole.summary.quadrature_error = Some(moved).filter(|moved| moved.is_finite());
+        Ok(())
+    }
+}
+
+impl<'m> Ready<'m> {
+    /// The function of these coefficients of all replicates, and of the highest degree of their mean.
+    pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn WholeField + 'm>, Error> {
+        let degrees = self.system.degrees(self.degree);
+        rows.extend(highest(&rows, &degrees, self.system.cells()));
+        let request = WholeRequest {
+            walk: &self.walk,
+            degree: self.degree,
+        };
+        self.system.field(&request, rows)
+    }
+
+    /// What walks say of some quantities.
+    pub(crate) fn look(
+        &self,
+        walked: Walked,
+        looks: &Looks,
+        tolerance: Tolerance,
+    ) -> Result<Look, Error> {
+        looks.look(&*self.field(walked.coefficients)?, tolerance)
+    }
+}
+
+/// The part of the highest degree of the mean of all replicates.
+fn highest(coefficients: &[f64], degrees: &[usize], cells: usize) -> Vec<f64> {
+    let top = degrees.iter().copied().max().unwrap_or(0);
+    let unknowns = cells * degrees.len();
+    let mut mean = vec![0.0; unknowns];
+    for row in coefficients.chunks_exact(unknowns.max(1)) {
+        for ((mean, value), degree) in mean.iter_mut().zip(row).zip(degrees.iter().cycle()) {
+            if *degree == top {
+                *mean += value / REPLICATES as f64;
+            }
+        }
+    }
+    mean
+}
