@@ -432,6 +432,7 @@ impl Report {
             cells: summary.cells,
             unknowns: summary.unknowns,
             degree: summary.degree,
+            lift: summary.lift,
             pairs: summary.pairs,
             pair_counts: None,
             exact_source: false,
