@@ -77,6 +77,7 @@ fn defaults() {
             batch: Placed::default(4096),
             target_error: None,
             relative: Placed::default(false),
+            whole: None,
             allow_infinite_variance: false,
         }
     );
