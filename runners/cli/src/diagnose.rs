@@ -54,10 +54,6 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let settings = &problem.resolved.settings;
     let (model, goals) = (problem.model(), &problem.goals);
     let cells = cut(&problem.file, model, settings, goals)?;
-    let output = match &args.out {
-        Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
-        None => None,
-    };
     let least = least_nodes(model.about().dimension, cells.cells(), settings);
     if let Some(least) = least.filter(|&least| least > 2 * usize::from(args.nodes)) {
         say(format_args!(
@@ -66,6 +62,10 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
             args.nodes
         ));
     }
+    let output = match &args.out {
+        Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
+        None => None,
+    };
     let sites = Sites(counting("sites"));
     let work = || predict(model, goals, settings, usize::from(args.nodes), &sites);
     let diagnosis = with_threads(args.common.threads, work)?;

@@ -14,6 +14,8 @@ use crate::answer::{Gave, SolveObserver, Staged};
 /// How many times as many walks as predicted, made or told to be needed by those made, are a reason to look for another
 /// setting. Predictions are off by less in general.
 const WRONG: f64 = 2.0;
+/// How many times as long as the first look told is more than a wrong variance: what grows so has perhaps none.
+const ENDLESS_TIMES: f64 = 4.0;
 /// The standard error over an estimate of which a part may be asked for.
 const KNOWN: f64 = 0.5;
 
@@ -129,7 +131,7 @@ impl State<'_, '_> {
         }
         // What is nearly done is done.
         let times = now.walking / told;
-        (is_known && times > WRONG && left > walked.max(LONG_SECONDS))
+        (is_known && times > ENDLESS_TIMES && left > walked.max(LONG_SECONDS))
             .then_some(End::Gave(Gave::Unpredicted { times }))
     }
 }
