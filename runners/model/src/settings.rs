@@ -172,7 +172,7 @@ impl Settings {
             );
             return refuse(Subject::Lift, message);
         }
-        if self.pairs.is_some_and(|pairs| pairs != Pairs::Pointwise) {
+        if self.pairs.is_some() {
             let message = "with a `lift` all pairs are pointwise: leave `pairs` out".to_owned();
             return refuse(Subject::Pairs, message);
         }
@@ -213,10 +213,7 @@ impl Settings {
     #[must_use]
     pub fn walk_options(&self) -> WalkOptions {
         WalkOptions {
-            pairs: match self.lift {
-                Some(_) => Pairs::Pointwise,
-                None => self.pairs.unwrap_or(Pairs::Default),
-            },
+            pairs: self.pairs.unwrap_or(Pairs::Default),
             exact_source: self.exact_source.unwrap_or(false),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),

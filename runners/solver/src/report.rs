@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Model, Region, Settings};
+use crate::{Choices, Goal, Model, Pairs, Region, Settings};
 use fredholm_model::Flux;
 use fredholm_model::numbers::with_decimals;
 use fredholm_model::pairs::PairCounts;
@@ -366,7 +366,11 @@ impl Report {
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
             lift: settings.lift.filter(|_| !plain),
-            pairs: if plain { "no" } else { walk.pairs.word() },
+            pairs: match settings.lift {
+                _ if plain => "no",
+                Some(_) => Pairs::Pointwise.word(),
+                None => walk.pairs.word(),
+            },
             pair_counts: answer.pair_counts,
             exact_source: !plain && settings.exact_source == Some(true),
             absorption: walk.absorption,

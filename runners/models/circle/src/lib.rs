@@ -435,6 +435,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
             cut: *self,
             tables,
             solution,
+            lifted: false,
         }))
     }
 
@@ -444,6 +445,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
             cut: *self,
             tables: self.tables::<f64>()?,
             solution: saved.fitting(self.unknowns(), Some(0), Some(0))?,
+            lifted: false,
         }))
     }
 

@@ -34,6 +34,8 @@ pub(super) struct CircleSystem<'m> {
     pub(super) cut: CirclePartition<'m>,
     pub(super) tables: Tables<f64>,
     pub(super) solution: Solution,
+    /// Whether the solution is a lift, so that all pairs are pointwise, whatever else is asked for.
+    pub(super) lifted: bool,
 }
 
 /// Tables, v and G of walks in one scalar.
@@ -76,6 +78,7 @@ impl<'m> CircleSystem<'m> {
         kinds: Option<&[u8]>,
         absorption: f64,
     ) -> Result<NeighbourSource<F>, Error> {
+        let pairs = if self.lifted { Pairs::Pointwise } else { pairs };
         let circle = self.circle(absorption)?;
         match self.cut.degree {
             0 => {
@@ -439,6 +442,7 @@ impl System for CircleSystem<'_> {
             cut: CirclePartition { degree, ..self.cut },
             tables: self.tables,
             solution: Solution { v, ..self.solution },
+            lifted: true,
         }))
     }
 

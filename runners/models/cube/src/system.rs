@@ -242,7 +242,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
         let walk = request.walk;
-        let is_residual = walk.form == Form::Residual;
+        let is_residual = walk.form == Form::Residual || self.lifted.is_some();
         let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
             None
         } else {

@@ -66,7 +66,8 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 ),
             });
         }
-        if !(walk.allow_infinite_variance || walk.form == Form::Residual) {
+        let is_residual = walk.form == Form::Residual || system.lifted.is_some();
+        if !(walk.allow_infinite_variance || is_residual) {
             system.check_neighbour(walk.pairs, walk.absorption)?;
         }
         let kinds = system.kinds(&Request {

@@ -1,7 +1,7 @@
 //! Settings of walks that not every equation takes.
 
 use super::Solver;
-use crate::{Error, Pairs, Sequence, Subject};
+use crate::{Error, Sequence, Subject};
 
 impl Solver<'_> {
     /// Sets the degree of a lift: walks follow v', the projection of F + T_K v on polynomials of this degree, with h = k and
@@ -60,11 +60,10 @@ impl Solver<'_> {
                     .to_owned(),
             });
         }
-        let Some(lift) = self.settings.lift else {
-            return self.model.check(&cut, walk.pairs);
-        };
-        let most = self.model.most_lift();
-        if lift > most {
+        // What is the highest may ask for values of the kernel.
+        let too_high = |lift: &usize| *lift > self.model.most_lift();
+        if let Some(lift) = self.settings.lift.filter(too_high) {
+            let most = self.model.most_lift();
             return Err(Error::Option {
                 subject: Subject::Lift,
                 message: match most {
@@ -73,8 +72,7 @@ impl Solver<'_> {
                 },
             });
         }
-        // The pairs of its matrix are those that solve it, whatever walks do.
-        self.model.check(&cut, Pairs::Default)
+        self.model.check(&cut, walk.pairs)
     }
 
     /// Refuses a lift, of which predictions know nothing.

@@ -90,9 +90,7 @@ impl<'m> Whole<'_, 'm> {
             });
         }
         let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
-        if self.settings.lift.is_none() {
-            walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
-        }
+        walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
         if walk.pairs == Pairs::Theory {
             return Err(Error::Option {
                 subject: Subject::Pairs,
@@ -287,7 +285,11 @@ impl<'m> Whole<'_, 'm> {
                 degree: self.settings.discretisation().degree,
                 lift: self.settings.lift,
                 score_degree: ready.degree,
-                pairs: walk.pairs.word(),
+                pairs: self
+                    .settings
+                    .lift
+                    .map_or(walk.pairs, |_| Pairs::Pointwise)
+                    .word(),
                 absorption: walk.absorption,
                 estimator: walk.estimator.word(),
                 form: walk.form.word(),
