@@ -1,7 +1,6 @@
 //! Walls, the hierarchy over them, and what a ray meets.
 
 use fredholm_core::Real;
-use fredholm_core::array::Each;
 use num_traits::{one, zero};
 
 use crate::RoomError;
@@ -41,17 +40,89 @@ impl<F: Real> Wall<F> {
     }
 }
 
-/// A wall as rays see it, in the order of the hierarchy's leaves.
+/// The ends of a wall, their numbers, and its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Segment<F> {
+    pub(crate) ends: [Vector<F>; 2],
+    pub(crate) vertices: [u32; 2],
+    pub(crate) wall: u32,
+}
+
+/// The vertices of a [`Strip`].
+pub(crate) const LANES: usize = 4;
+
+/// Four vertices as rays see them, and the walls that lead from each to the next one of the same leaf.
+///
+/// On which side of a ray a vertex lies is computed once for all walls of a leaf that meet there, four at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
-pub struct Segment<F> {
-    /// The wall's vertices.
-    pub ends: [[F; 2]; 2],
-    /// Their numbers.
-    pub vertices: [u32; 2],
-    /// The number of the wall.
-    pub wall: u32,
+pub struct Strip<F> {
+    /// The coordinates x of the vertices, and y.
+    pub places: [[F; 4]; 2],
+    /// The numbers of the vertices.
+    pub vertices: [u32; 4],
+    /// The number of the wall from each vertex to the next, `u32::MAX` where there is none.
+    pub walls: [u32; 4],
+}
+
+/// In place of the number of a wall.
+pub(crate) const NO_WALL: u32 = u32::MAX;
+
+/// The most strips of a leaf: a ray keeps a bit for every vertex.
+pub(crate) const LEAF: usize = 16;
+
+impl<F: Real> Strip<F> {
+    /// A vertex and its number.
+    #[inline(always)]
+    fn vertex(&self, lane: usize) -> Option<(Vector<F>, u32)> {
+        let [x, y] = &self.places;
+        Some(([*x.get(lane)?, *y.get(lane)?], *self.vertices.get(lane)?))
+    }
+}
+
+/// The bits of the vertices of a leaf from which a wall leads to the next: [`Node::links`].
+pub(crate) fn links<F>(leaf: &[Strip<F>]) -> [u32; 2] {
+    let mut links = 0_u64;
+    for (s, strip) in leaf.iter().enumerate().take(LEAF) {
+        for (l, &wall) in strip.walls.iter().enumerate() {
+            links |= u64::from(wall != NO_WALL) << (LEAF * l + s);
+        }
+    }
+    [links as u32, (links >> 32) as u32]
+}
+
+/// From vertex number `at` of a leaf to the next. `None`: there is no next one.
+#[inline(always)]
+pub(crate) fn link<F: Real>(leaf: &[Strip<F>], at: usize) -> Option<Segment<F>> {
+    let strip = leaf.get(at / LANES)?;
+    let (a, first) = strip.vertex(at % LANES)?;
+    let (b, second) = leaf.get((at + 1) / LANES)?.vertex((at + 1) % LANES)?;
+    Some(Segment {
+        ends: [a, b],
+        vertices: [first, second],
+        wall: *strip.walls.get(at % LANES)?,
+    })
+}
+
+/// Takes the lowest of the bits of [`Node::links`], and says which vertex of the leaf it is.
+#[inline(always)]
+pub(crate) fn take_bit(bits: &mut u64) -> Option<usize> {
+    if *bits == 0 {
+        return None;
+    }
+    let bit = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    Some(LANES * (bit % LEAF) + bit / LEAF)
+}
+
+impl<F> Node<F> {
+    /// The links in one number.
+    #[inline(always)]
+    pub(crate) fn bits(&self) -> u64 {
+        let [low, high] = self.links;
+        u64::from(low) | u64::from(high) << 32
+    }
 }
 
 /// A box of the hierarchy: centre and half extents, widened so that no rounding error of a test
@@ -64,20 +135,23 @@ pub struct Node<F> {
     pub centre: [F; 2],
     /// Half its width and height.
     pub half: [F; 2],
-    /// A leaf's first segment, otherwise the first of two children, which stand side by side.
+    /// A leaf's first strip, otherwise the first of two children, which stand side by side.
     pub first: u32,
-    /// The number of a leaf's segments, 0 for other nodes.
+    /// The number of a leaf's strips, at most 16; 0 for other nodes.
     pub count: u32,
+    /// The vertices of a leaf from which a wall leads to the next: of each number in its strip 16 bits, the first lowest, with
+    /// one for every strip. 0 for other nodes.
+    pub links: [u32; 2],
 }
 
 /// The levels that a hierarchy may have.
-const DEPTH: usize = 40;
+pub(crate) const DEPTH: usize = 40;
 
 /// The geometry of a room: borrowed tables, all in one scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometry<'a, F> {
     walls: &'a [Wall<F>],
-    segments: &'a [Segment<F>],
+    strips: &'a [Strip<F>],
     nodes: &'a [Node<F>],
     open: bool,
 }
@@ -109,18 +183,18 @@ impl<'a, F: Real> Geometry<'a, F> {
     /// What cannot be is refused; whether the numbers are right is not looked at.
     ///
     /// # Errors
-    /// [`RoomError::Tables`]: a number in them leads nowhere, a segment is not its wall's, a
+    /// [`RoomError::Tables`]: a number in them leads nowhere, a strip's wall is another, a
     /// material is none, or the hierarchy is no tree of at most 40 levels in which children follow
     /// their parents.
     pub fn new(
         walls: &'a [Wall<F>],
-        segments: &'a [Segment<F>],
+        strips: &'a [Strip<F>],
         nodes: &'a [Node<F>],
         open: bool,
     ) -> Result<Self, RoomError> {
         let geometry = Self {
             walls,
-            segments,
+            strips,
             nodes,
             open,
         };
@@ -128,24 +202,23 @@ impl<'a, F: Real> Geometry<'a, F> {
         let materials = walls
             .iter()
             .all(|w| possible.contains(&w.reflectance) && w.emission.is_finite());
-        // What rays meet is held twice.
-        let segments_lead = segments.len() == walls.len()
-            && segments.iter().all(|s| {
-                let wall = walls.get(s.wall as usize);
-                wall.is_some_and(|w| w.ends == s.ends && w.vertices == s.vertices)
-            });
         let nodes_lead = nodes.iter().enumerate().all(|(i, node)| {
             let first = node.first as usize;
             if node.count == 0 {
                 first > i && first + 1 < nodes.len()
             } else {
-                first + node.count as usize <= segments.len()
+                let leaf = strips.get(first..first + node.count as usize);
+                // No wall leads out of a leaf.
+                let last = leaf.and_then(|leaf| leaf.last());
+                node.count as usize <= LEAF
+                    && last.is_some_and(|last| last.walls[3] == NO_WALL)
+                    && leaf.is_some_and(|leaf| node.links == links(leaf))
             }
         });
         // In a tree no node has two parents: the children of all others are as many as its nodes.
         let inner = nodes.iter().filter(|node| node.count == 0).count();
         let tree = 2 * inner + 1 == nodes.len();
-        if materials && segments_lead && nodes_lead && tree && geometry.depth() <= DEPTH {
+        if materials && nodes_lead && tree && geometry.depth() <= DEPTH && geometry.strips_lead() {
             Ok(geometry)
         } else {
             Err(RoomError::Tables)
@@ -156,16 +229,33 @@ impl<'a, F: Real> Geometry<'a, F> {
     #[cfg(feature = "alloc")]
     pub(crate) const fn made(
         walls: &'a [Wall<F>],
-        segments: &'a [Segment<F>],
+        strips: &'a [Strip<F>],
         nodes: &'a [Node<F>],
         open: bool,
     ) -> Self {
         Self {
             walls,
-            segments,
+            strips,
             nodes,
             open,
         }
+    }
+
+    /// Whether what rays meet are the walls, which are held twice.
+    fn strips_lead(&self) -> bool {
+        let mut met = 0;
+        let lead = (0..self.strips.len() * LANES).all(|at| {
+            let strip = self.strips.get(at / LANES);
+            if strip.is_some_and(|strip| strip.walls.get(at % LANES) == Some(&NO_WALL)) {
+                return true;
+            }
+            met += 1;
+            link(self.strips, at).is_some_and(|segment| {
+                let wall = self.wall(segment.wall);
+                wall.is_some_and(|w| w.ends == segment.ends && w.vertices == segment.vertices)
+            })
+        });
+        lead && met == self.walls.len()
     }
 
     /// The largest number of nodes that wait on the stack.
@@ -201,8 +291,8 @@ impl<'a, F: Real> Geometry<'a, F> {
 
     /// The walls as rays see them.
     #[must_use]
-    pub const fn segments(&self) -> &'a [Segment<F>] {
-        self.segments
+    pub const fn strips(&self) -> &'a [Strip<F>] {
+        self.strips
     }
 
     /// The hierarchy.
@@ -222,117 +312,12 @@ impl<'a, F: Real> Geometry<'a, F> {
         self.walls.get(wall as usize)
     }
 
-    /// The first wall that a ray from a point of wall `from` to its active side meets; `direction`
-    /// has length 1.
-    ///
-    /// **Rays and vertices.** A vertex V lies on the left or on the right of the ray by the sign of
-    /// (direction × (V − origin)), where 0 is left; the number is computed once per vertex and ray
-    /// in the same way for every wall that has it, so that a ray passes a vertex on one definite
-    /// side and no gap is between walls that share it. A wall is met from its active side where its
-    /// first vertex is on the right and its second on the left. The emitting wall is left out by
-    /// its number, its own vertices are on the sides where an exact ray from it has them, and a
-    /// wall that shares a vertex with it is met where its other end is on the active side, whatever
-    /// rounding says about the distance.
-    ///
-    /// In a closed room walls are not met from behind: an active side comes first. In an open one
-    /// they are, and a ray that meets a back first has left.
+    /// The strips of a leaf.
     #[inline(always)]
-    #[must_use]
-    pub fn cast(&self, from: u32, origin: [F; 2], direction: [F; 2]) -> Option<Hit<F>> {
-        let emitter = self.wall(from)?;
-        if self.open {
-            let hit = self.nearest(emitter, from, origin, direction, Backs::Block)?;
-            (!hit.back).then_some(hit)
-        } else {
-            self.nearest(emitter, from, origin, direction, Backs::Pass)
-        }
-    }
-
-    #[inline(always)]
-    pub(crate) fn nearest(
-        &self,
-        emitter: &Wall<F>,
-        from: u32,
-        origin: Vector<F>,
-        direction: Vector<F>,
-        backs: Backs,
-    ) -> Option<Hit<F>> {
-        let mut best: Option<Hit<F>> = None;
-        let mut limit = F::from_f64(1e300);
-        let spread = [direction[0].abs(), direction[1].abs()];
-        // The distance at which the ray may enter a box.
-        let entry = |node: &Node<F>, limit: F| -> Option<F> {
-            let to = sub(node.centre, origin);
-            let aside = spread[0] * node.half[1] + spread[1] * node.half[0];
-            let ahead = dot(spread, node.half);
-            let distance = dot(direction, to);
-            let near = distance - ahead;
-            let met =
-                cross(direction, to).abs() <= aside && distance + ahead >= zero() && near <= limit;
-            met.then_some(near)
-        };
-        // Numbers alone: what waits is looked at again, which is seldom and costs less than clearing distances, too.
-        let mut stack = [0_u32; DEPTH + 2];
-        let mut top = 0;
-        let mut current = 0;
-        'nodes: while let Some(node) = self.nodes.get(current as usize) {
-            if node.count == 0 {
-                let children = self.nodes.get(node.first as usize..);
-                let (left, right) = match children {
-                    Some([left, right, ..]) => (entry(left, limit), entry(right, limit)),
-                    _ => break,
-                };
-                let (a, b) = (node.first, node.first + 1);
-                match (left, right) {
-                    (Some(near_a), Some(near_b)) => {
-                        let (next, wait) = if near_a <= near_b { (a, b) } else { (b, a) };
-                        if let Some(place) = stack.get_mut(top) {
-                            *place = wait;
-                            top += 1;
-                        }
-                        current = next;
-                        continue;
-                    }
-                    (Some(_), None) => {
-                        current = a;
-                        continue;
-                    }
-                    (None, Some(_)) => {
-                        current = b;
-                        continue;
-                    }
-                    (None, None) => {}
-                }
-            } else {
-                let first = node.first as usize;
-                let leaf = self.segments.get(first..first + node.count as usize);
-                for segment in leaf.unwrap_or(&[]) {
-                    let met = meets(segment, emitter, from, origin, direction, backs);
-                    if let Some(hit) = met {
-                        // Twins back to back are met at one distance: the active side counts.
-                        if hit.distance < limit || (hit.distance == limit && !hit.back) {
-                            limit = hit.distance;
-                            best = Some(hit);
-                        }
-                    }
-                }
-            }
-            loop {
-                if top == 0 {
-                    break 'nodes;
-                }
-                top -= 1;
-                let Some(&number) = stack.get(top) else {
-                    break 'nodes;
-                };
-                let waiting = self.nodes.get(number as usize);
-                if waiting.is_some_and(|node| entry(node, limit).is_some()) {
-                    current = number;
-                    break;
-                }
-            }
-        }
-        best
+    pub(crate) fn leaf(&self, node: &Node<F>) -> &'a [Strip<F>] {
+        let first = node.first as usize;
+        let leaf = self.strips.get(first..first + node.count as usize);
+        leaf.unwrap_or(&[])
     }
 
     /// Calls `each` for all segments of leaves that `outside` does not leave out.
@@ -354,12 +339,18 @@ impl<'a, F: Real> Geometry<'a, F> {
             if number > 0 && outside(node) {
                 continue;
             }
-            let first = node.first as usize;
             if node.count > 0 {
-                let leaf = self.segments.get(first..first + node.count as usize);
                 // Not `for_each`, which calls the closure through a reference and keeps it from being inlined.
-                for segment in leaf.unwrap_or(&[]) {
-                    each(segment);
+                for strip in self.leaf(node) {
+                    for number in strip.walls {
+                        if let Some(wall) = self.wall(number) {
+                            each(&Segment {
+                                ends: wall.ends,
+                                vertices: wall.vertices,
+                                wall: number,
+                            });
+                        }
+                    }
                 }
             } else if let Some(places) = stack.get_mut(top..top + 2) {
                 places.copy_from_slice(&[node.first, node.first + 1]);
@@ -367,79 +358,6 @@ impl<'a, F: Real> Geometry<'a, F> {
             }
         }
     }
-}
-
-/// The widest that two walls at a vertex may be out of line and count as one straight wall, in
-/// units of ε: a wall that starts where the emitting one ends, and goes on in its direction, is met
-/// by rays that pass its far end on the other side.
-const STRAIGHT: f64 = 16.0;
-
-/// Where a ray meets a segment; see [`Geometry::cast`].
-#[inline(always)]
-fn meets<F: Real>(
-    segment: &Segment<F>,
-    emitter: &Wall<F>,
-    from: u32,
-    origin: Vector<F>,
-    direction: Vector<F>,
-    backs: Backs,
-) -> Option<Hit<F>> {
-    let to = segment.ends.each(|end| sub(end, origin));
-    let turn = to.each(|to| cross(direction, to));
-    let [start, end] = emitter.vertices;
-    // Whether a vertex is on the left.
-    let left = |k: usize| {
-        let vertex = segment.vertices[k];
-        if vertex == start {
-            true
-        } else if vertex == end {
-            false
-        } else {
-            turn[k] >= zero()
-        }
-    };
-    let (left_a, left_b) = (left(0), left(1));
-    if left_a == left_b {
-        return None;
-    }
-    let back = left_a;
-    if (back && backs == Backs::Pass) || segment.wall == from {
-        return None;
-    }
-    // From the vertex on the right to the one on the left, so that twins compute the same.
-    let (r, l) = if left_a { (1, 0) } else { (0, 1) };
-    let (on_right, on_left) = (turn[r].abs(), turn[l].abs());
-    let sum = on_right + on_left;
-    let weight = if sum > zero() {
-        on_right / sum
-    } else {
-        F::from_f64(0.5)
-    };
-    let [near, far] = [dot(direction, to[r]), dot(direction, to[l])];
-    let mut distance = near + weight * (far - near);
-    let shares = |k: usize| segment.vertices[k] == start || segment.vertices[k] == end;
-    let (shares_a, shares_b) = (shares(0), shares(1));
-    if shares_a || shares_b {
-        if shares_a && shares_b {
-            return None;
-        }
-        let (at, other) = if shares_a { (0, 1) } else { (1, 0) };
-        let span = sub(segment.ends[other], segment.ends[at]);
-        let height = cross(emitter.tangent, span);
-        let straight = F::from_f64(-STRAIGHT) * F::EPSILON;
-        if !(height > straight * (span[0].abs() + span[1].abs())) {
-            return None;
-        }
-        distance = distance.max(zero());
-    } else if !(distance > zero()) {
-        return None;
-    }
-    Some(Hit {
-        wall: segment.wall,
-        fraction: if back { one::<F>() - weight } else { weight },
-        distance,
-        back,
-    })
 }
 
 impl<F: Real> Hit<F> {

@@ -9,9 +9,12 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+mod cast;
 mod cells;
 #[cfg(feature = "alloc")]
 mod closed;
+#[cfg(feature = "alloc")]
+mod coarse;
 #[cfg(feature = "alloc")]
 mod covered;
 mod error;
@@ -53,12 +56,14 @@ mod visible;
 
 pub use cells::{Cells, Edge};
 #[cfg(feature = "alloc")]
+pub use coarse::{CoarseSolution, CoarseStep};
+#[cfg(feature = "alloc")]
 pub use covered::Covered;
 pub use error::{Place, RoomError};
 #[cfg(feature = "alloc")]
 pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
-pub use geometry::{Geometry, Hit, Node, Segment, Wall};
+pub use geometry::{Geometry, Hit, Node, Strip, Wall};
 #[cfg(feature = "alloc")]
 pub use material::{Material, STEFAN_BOLTZMANN};
 #[cfg(feature = "alloc")]

@@ -31,6 +31,9 @@ const EVEN: f64 = 0.2;
 const LEAST: f64 = 0.01;
 /// The points from which the residual of v is looked at.
 const PROBES: usize = 128;
+/// How often an interval of directions, in which v is looked at from there, is halved towards its ends: from near a corner
+/// the next wall is seen from there to its far end within a small part of the angle.
+const GRADES: i32 = 12;
 
 /// The set-up of a [`RayNeighbour`], cell by cell.
 ///
@@ -162,7 +165,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
             };
             if wall.reflectance > 0.0 {
                 let emitted = (self.value(&x) - wall.emission) / wall.reflectance;
-                let residual = emitted - self.polynomials.irradiance_of(&x, self.v);
+                let residual = emitted - self.irradiance(&x, cell, t);
                 let length = room.table().length(cell);
                 sum += length * residual * residual;
                 all += length;
@@ -173,6 +176,31 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         } else {
             0.0
         }
+    }
+
+    /// (T_k v)(x)/ρ by Gauss points between the directions of vertices: it takes as long on any number of cells.
+    fn irradiance(&self, x: &Point<f64>, cell: usize, t: f64) -> f64 {
+        let Some(wall) = self.polynomials.room().geometry().wall(x.wall() as u32) else {
+            return f64::NAN;
+        };
+        let intervals = intervals(&self.edges(cell, t));
+        let mut sum = 0.0;
+        each_interval(&intervals, x.position(), wall.tangent, |_, from, width| {
+            // ω = (1 − cos θ)/2: in θ there is no root at the horizon.
+            let angle = |omega: f64| {
+                let square = Real::max(omega * (1.0 - omega), 0.0);
+                Real::atan2(2.0 * Real::sqrt(square), 1.0 - 2.0 * omega)
+            };
+            let (begin, end) = (angle(from), angle(from + width));
+            for (part, size) in panels() {
+                for (place, weight) in GAUSS {
+                    let theta = begin + (end - begin) * (part + size * place);
+                    let share = 0.5 * Real::sin(theta) * (end - begin) * size * weight;
+                    sum += share * self.seen(x, 0.5 - 0.5 * Real::cos(theta));
+                }
+            }
+        });
+        sum
     }
 
     fn value(&self, x: &Point<f64>) -> f64 {
@@ -288,14 +316,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
 
     /// Adds a part of a cell to its tables.
     fn stretch(&self, cell: usize, [from, to]: [f64; 2], rays: &mut CellRays) {
-        let edges = self.edges(cell, 0.5 * (from + to));
-        let ends = edges.iter().map(|edge| edge.position).chain([[0.0; 2]]);
-        let mut intervals: Vec<Interval<f64>> = ends
-            .map(|end| Interval {
-                end,
-                mean: [0.0; TERMS],
-            })
-            .collect();
+        let mut intervals = intervals(&self.edges(cell, 0.5 * (from + to)));
         let nodes: Vec<Viewpoint> = self.viewpoints(cell, [from, to], &intervals);
         let mut boxes: Vec<Fitted> = Vec::new();
         for number in 0..intervals.len() as u32 {
@@ -394,6 +415,31 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
             share: mean_width * Real::sqrt(squares),
         }
     }
+}
+
+/// Where parts of the unit interval begin, and their widths: halves of halves towards both ends, each in two parts.
+fn panels() -> impl Iterator<Item = (f64, f64)> {
+    let half = |grade: i32| {
+        let to = 0.5 / f64::from(1 << grade);
+        let from = if grade == GRADES { 0.0 } else { 0.5 * to };
+        (from, 0.5 * (to - from))
+    };
+    let halves = (0..=GRADES).map(half);
+    halves.flat_map(|(from, size)| {
+        let first = [(from, size), (from + size, size)];
+        let last = first.each(|(from, size)| (1.0 - from - size, size));
+        first.into_iter().chain(last)
+    })
+}
+
+/// The intervals between vertices, with a c of 0.
+fn intervals(edges: &[Edge]) -> Vec<Interval<f64>> {
+    let ends = edges.iter().map(|edge| edge.position).chain([[0.0; 2]]);
+    let interval = |end| Interval {
+        end,
+        mean: [0.0; TERMS],
+    };
+    ends.map(interval).collect()
 }
 
 impl RayBox<f64> {

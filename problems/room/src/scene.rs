@@ -11,7 +11,7 @@ use robust::{Coord, orient2d};
 use crate::RoomError;
 use crate::covered::{self, Covered};
 use crate::error::Place;
-use crate::geometry::{Backs, Geometry, Node, Segment, Wall};
+use crate::geometry::{Backs, Geometry, Node, Segment, Strip, Wall};
 use crate::hierarchy;
 use crate::material::Material;
 use crate::vector::{Vector, along, bounds, cross, dot, norm, sub};
@@ -52,7 +52,7 @@ pub(crate) struct Piece {
 pub struct Scene {
     pub(crate) walls: Vec<Wall<f64>>,
     pub(crate) pieces: Vec<Piece>,
-    pub(crate) segments: Vec<Segment<f64>>,
+    pub(crate) strips: Vec<Strip<f64>>,
     pub(crate) nodes: Vec<Node<f64>>,
     /// The first wall of every surface, and their number.
     first: Vec<u32>,
@@ -97,6 +97,20 @@ struct Raw {
     material: Material,
 }
 
+impl Raw {
+    /// Its ends, as a wall that is nothing else.
+    fn wall(&self) -> Wall<f64> {
+        Wall {
+            ends: self.ends,
+            vertices: self.vertices,
+            tangent: [0.0; 2],
+            length: 0.0,
+            reflectance: 0.0,
+            emission: 0.0,
+        }
+    }
+}
+
 impl Scene {
     /// Checks the surfaces and builds what rays need. F is the scalar of the walks; coordinates are
     /// rounded to it first.
@@ -125,7 +139,7 @@ impl Scene {
         let mut scene = Self {
             walls,
             pieces,
-            segments: Vec::new(),
+            strips: Vec::new(),
             nodes: Vec::new(),
             first: Vec::new(),
             vertices: points,
@@ -157,8 +171,9 @@ impl Scene {
             }
         }
         self.first.resize(surfaces + 1, self.pieces.len() as u32);
-        self.segments = segments(&self.walls);
-        self.nodes = hierarchy::build(&mut self.segments, margin(&self.walls, epsilon));
+        let mut segments = segments(&self.walls);
+        let margin = margin(&self.walls, epsilon);
+        (self.strips, self.nodes) = hierarchy::build(&mut segments, margin);
     }
 
     /// Leaves out the parts of walls on which obstacles stand.
@@ -255,7 +270,7 @@ impl Scene {
     pub fn geometry(&self) -> Geometry<'_, f64> {
         Geometry::made(
             &self.walls,
-            &self.segments,
+            &self.strips,
             &self.nodes,
             self.enclosure == Enclosure::Open,
         )
@@ -432,8 +447,9 @@ fn join(
             wall: i as u32,
         })
         .collect();
-    let nodes = hierarchy::build(&mut segments, smallest);
-    let geometry = Geometry::made(&[], &segments, &nodes, false);
+    let (strips, nodes) = hierarchy::build(&mut segments, smallest);
+    let walls: Vec<Wall<f64>> = raw.iter().map(Raw::wall).collect();
+    let geometry = Geometry::made(&walls, &strips, &nodes, false);
     // A forest: every vertex points to one of a smaller number that it is one with.
     let mut parent: Vec<u32> = (0..points.len() as u32).collect();
     // Raw segment, distance along it, vertex.

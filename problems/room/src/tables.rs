@@ -6,7 +6,7 @@ use fredholm_core::array::Each;
 use fredholm_core::Real;
 
 use crate::cells::{Cells, Edge};
-use crate::geometry::{Geometry, Node, Segment, Wall};
+use crate::geometry::{Geometry, Node, Strip, Wall};
 use crate::scene::margin;
 use crate::{Enclosure, Mesh, Scene};
 
@@ -14,7 +14,7 @@ use crate::{Enclosure, Mesh, Scene};
 #[derive(Clone, Debug)]
 pub struct Tables<F> {
     walls: Vec<Wall<F>>,
-    segments: Vec<Segment<F>>,
+    strips: Vec<Strip<F>>,
     nodes: Vec<Node<F>>,
     open: bool,
     edges: Vec<Edge<F>>,
@@ -37,10 +37,10 @@ impl<F: Real> Tables<F> {
             reflectance: to(w.reflectance),
             emission: to(w.emission),
         };
-        let segment = |s: &Segment<f64>| Segment {
-            ends: s.ends.each(pair),
+        let strip = |s: &Strip<f64>| Strip {
+            places: s.places.each(|lanes| lanes.each(to)),
             vertices: s.vertices,
-            wall: s.wall,
+            walls: s.walls,
         };
         // What the rounding of the centre may cut off is less than a margin.
         let margin = margin(&scene.walls, F::EPSILON.to_f64());
@@ -49,6 +49,7 @@ impl<F: Real> Tables<F> {
             half: n.half.each(|h| to(h + margin)),
             first: n.first,
             count: n.count,
+            links: n.links,
         };
         let edge = |e: &Edge<f64>| Edge {
             along: to(e.along),
@@ -63,7 +64,7 @@ impl<F: Real> Tables<F> {
         }
         Self {
             walls: scene.walls.iter().map(wall).collect(),
-            segments: scene.segments.iter().map(segment).collect(),
+            strips: scene.strips.iter().map(strip).collect(),
             nodes: scene.nodes.iter().map(node).collect(),
             open: scene.enclosure() == Enclosure::Open,
             edges: mesh.edges.iter().map(edge).collect(),
@@ -76,7 +77,7 @@ impl<F: Real> Tables<F> {
     /// The walls.
     #[must_use]
     pub fn geometry(&self) -> Geometry<'_, F> {
-        Geometry::made(&self.walls, &self.segments, &self.nodes, self.open)
+        Geometry::made(&self.walls, &self.strips, &self.nodes, self.open)
     }
 
     /// The partition.

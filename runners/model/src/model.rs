@@ -133,6 +133,11 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// The kinds of pairs that an automatic choice looks at, unless one is given.
+    fn pairs_to_choose(&self) -> &'static [Pairs] {
+        &[Pairs::Default, Pairs::Pointwise]
+    }
+
     /// The pairs of a whole function unless they are given.
     fn whole_pairs(&self) -> Pairs {
         Pairs::Default

@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
 use fredholm_core::{At, Batch, Estimator, Form, Real, Length, Statistics, Task, WalkSeeds};
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Segment,
+    Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Strip,
     VisibilityTable, Wall,
 };
 
@@ -29,22 +29,26 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
         }
     };
     let walls: [Wall<F>; 4] = core::array::from_fn(wall);
-    let segments: [Segment<F>; 4] = core::array::from_fn(|w| {
-        let wall = wall(w);
-        Segment {
-            ends: wall.ends,
-            vertices: wall.vertices,
-            wall: w as u32,
+    // Two walls from corner to corner, the last of which stands twice.
+    let strips: [Strip<F>; 2] = core::array::from_fn(|s| {
+        let lanes = [2 * s, 2 * s + 1, 2 * s + 2, 2 * s + 2];
+        let corners = lanes.map(corner);
+        Strip {
+            places: [corners.map(|p| to(p[0])), corners.map(|p| to(p[1]))],
+            vertices: lanes.map(|k| k as u32 % 4),
+            walls: [2 * s as u32, 2 * s as u32 + 1, u32::MAX, u32::MAX],
         }
     });
     // One box for all, so that nothing depends on how it is divided.
-    let node = |first, count| Node {
+    let node = |first, count, links| Node {
         centre: [to(0.5); 2],
         half: [to(0.6); 2],
         first,
         count,
+        links,
     };
-    let nodes = [node(1, 0), node(0, 2), node(2, 2)];
+    let links = [1 | 1 << 16, 0];
+    let nodes = [node(1, 0, [0; 2]), node(0, 1, links), node(1, 1, links)];
     let edges: [Edge<F>; 12] = core::array::from_fn(|e| {
         let (w, along) = (e / 3, 0.5 * (e % 3) as f64);
         let [a, b] = [corner(w), corner(w + 1)];
@@ -57,7 +61,7 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<[Statistics;
             position: [at(0), at(1)],
         }
     });
-    let geometry = Geometry::new(&walls, &segments, &nodes, false).ok()?;
+    let geometry = Geometry::new(&walls, &strips, &nodes, false).ok()?;
     let cells = Cells::new(&geometry, &edges, &WALLS, &FIRST).ok()?;
     // Opposite walls in S, others pointwise; a wall sees nothing of itself.
     let mut table = [0; 64];

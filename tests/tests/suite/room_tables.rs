@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::Piecewise;
 use fredholm_room::{
-    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Segment, Tables,
+    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Strip, Tables,
     VisibilityTable, Wall,
 };
 use fredholm_tests::check::neighbour_equation;
@@ -41,19 +41,20 @@ fn tables_that_do_not_belong_together() {
         reflectance: 0.5,
         emission: 0.0,
     };
-    let segment = |wall_number| Segment {
-        ends: wall.ends,
-        vertices: wall.vertices,
-        wall: wall_number,
+    let strip = |wall_number| Strip {
+        places: [[0.0, 1.0, 1.0, 1.0], [0.0; 4]],
+        vertices: [0, 1, 1, 1],
+        walls: [wall_number, u32::MAX, u32::MAX, u32::MAX],
     };
     let node = |first, count| Node {
         centre: [0.5, 0.0],
         half: [0.6, 0.1],
         first,
         count,
+        links: [u32::from(count > 0), 0],
     };
     let geometry = |wall_number, nodes: &[Node<f64>]| {
-        Geometry::new(&[wall], &[segment(wall_number)], nodes, true).err()
+        Geometry::new(&[wall], &[strip(wall_number)], nodes, true).err()
     };
     let bad = Some(RoomError::Tables);
     assert_eq!(geometry(0, &[node(0, 1)]), None);
@@ -62,12 +63,32 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(geometry(0, &[node(0, 2)]), bad);
     assert_eq!(geometry(0, &[node(1, 1)]), bad);
     assert_eq!(geometry(0, &[]), bad);
-    // No materials, and a segment that is not its wall's.
+    // Bits of walls that are not there, of none, and a wall that leads out of its leaf.
+    let bits = |links| Node {
+        links,
+        ..node(0, 1)
+    };
+    assert_eq!(geometry(0, &[bits([3, 0])]), bad);
+    assert_eq!(geometry(0, &[bits([0; 2])]), bad);
+    let out = Strip {
+        vertices: [1, 1, 1, 0],
+        places: [[1.0, 1.0, 1.0, 0.0], [0.0; 4]],
+        walls: [u32::MAX, u32::MAX, u32::MAX, 0],
+    };
+    let leads_out = [Node {
+        links: [0, 1 << 16],
+        ..node(0, 1)
+    }];
+    assert_eq!(
+        Geometry::new(&[wall], &[out, strip(u32::MAX)], &leads_out, true).err(),
+        bad
+    );
+    // No materials, and a strip that is not its wall's.
     let changed = |change: fn(&mut Wall<f64>)| {
         let mut other = wall;
         change(&mut other);
-        let (segments, nodes) = ([segment(0)], [node(0, 1)]);
-        Geometry::new(&[other], &segments, &nodes, true).err()
+        let (strips, nodes) = ([strip(0)], [node(0, 1)]);
+        Geometry::new(&[other], &strips, &nodes, true).err()
     };
     assert_eq!(changed(|_| ()), None);
     assert_eq!(changed(|w| w.reflectance = 1.0), None);
@@ -76,8 +97,8 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(changed(|w| w.emission = f64::NAN), bad);
     assert_eq!(changed(|w| w.ends[1][1] = 0.1), bad);
     assert_eq!(changed(|w| w.vertices[1] = 2), bad);
-    let (segments, nodes) = ([segment(0)], [node(0, 1)]);
-    let unseen = Geometry::new(&[wall; 2], &segments, &nodes, true).err();
+    let (strips, nodes) = ([strip(0)], [node(0, 1)]);
+    let unseen = Geometry::new(&[wall; 2], &strips, &nodes, true).err();
     assert_eq!(unseen, bad);
     // Children that are their own parents, and that have two.
     assert_eq!(geometry(0, &[node(0, 0), node(0, 1), node(0, 1)]), bad);
@@ -100,8 +121,8 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(geometry(0, &deep(40)), None);
     assert_eq!(geometry(0, &deep(41)), bad);
 
-    let (walls, segments, nodes) = ([wall], [segment(0)], [node(0, 1)]);
-    let good = Geometry::new(&walls, &segments, &nodes, true).unwrap();
+    let (walls, strips, nodes) = ([wall], [strip(0)], [node(0, 1)]);
+    let good = Geometry::new(&walls, &strips, &nodes, true).unwrap();
     let edge = |along| Edge {
         along,
         position: [along, 0.0],

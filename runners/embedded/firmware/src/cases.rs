@@ -484,7 +484,7 @@ macro_rules! room_of_constants {
             absorb: $module::ABSORB[0],
             open: $module::OPEN[0],
             walls: &$module::WALLS,
-            segments: &$module::SEGMENTS,
+            strips: &$module::STRIPS,
             nodes: &$module::NODES,
             edges: &$module::EDGES,
             cells: &$module::CELLS,

@@ -5,8 +5,8 @@ use fredholm_core::galerkin::Dense;
 use fredholm_embedded::Table;
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Segment,
-    VisibilityTable, Wall,
+    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Strip, VisibilityTable,
+    Wall,
 };
 
 /// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`,
@@ -20,7 +20,7 @@ pub(crate) struct RoomTable<'a, F, C = F> {
     /// The walls.
     pub(crate) walls: &'a [Wall<F>],
     /// The walls as rays see them.
-    pub(crate) segments: &'a [Segment<F>],
+    pub(crate) strips: &'a [Strip<F>],
     /// The hierarchy over them.
     pub(crate) nodes: &'a [Node<F>],
     /// The edges of cells.
@@ -58,7 +58,7 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
             absorb: table.one("absorb").ok()?,
             open: table.one("open").ok()?,
             walls: table.slice("walls").ok()?,
-            segments: table.slice("segments").ok()?,
+            strips: table.slice("strips").ok()?,
             nodes: table.slice("nodes").ok()?,
             edges: table.slice("edges").ok()?,
             cells: table.slice("cells").ok()?,
@@ -81,7 +81,7 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
             1 => true,
             _ => return None,
         };
-        let geometry = Geometry::new(self.walls, self.segments, self.nodes, open).ok()?;
+        let geometry = Geometry::new(self.walls, self.strips, self.nodes, open).ok()?;
         let cells = Cells::new(&geometry, self.edges, self.cells, self.first).ok()?;
         let views = VisibilityTable::new(self.views, self.cells.len()).ok()?;
         Room::new(geometry, cells, views, self.absorb).ok()

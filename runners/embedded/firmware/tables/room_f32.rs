@@ -14,26 +14,14 @@ pub(crate) static WALLS: [fredholm_room::Wall<f32>; 10] = [
     fredholm_room::Wall { ends: [[0.7, 0.8], [0.8, 0.5]], vertices: [12, 13], tangent: [0.31622782, -0.94868326], length: 0.3162278, reflectance: 0.5, emission: 0.0 },
     fredholm_room::Wall { ends: [[0.8, 0.5], [0.7, 0.8]], vertices: [13, 12], tangent: [-0.31622782, 0.94868326], length: 0.3162278, reflectance: 0.5, emission: 0.0 },
 ];
-pub(crate) static SEGMENTS: [fredholm_room::Segment<f32>; 10] = [
-    fredholm_room::Segment { ends: [[0.0, 0.0], [1.0, 0.0]], vertices: [0, 1], wall: 0 },
-    fredholm_room::Segment { ends: [[0.2, 0.2], [0.2, 0.4]], vertices: [7, 8], wall: 4 },
-    fredholm_room::Segment { ends: [[0.2, 0.4], [0.5, 0.4]], vertices: [8, 9], wall: 5 },
-    fredholm_room::Segment { ends: [[0.5, 0.4], [0.5, 0.2]], vertices: [9, 10], wall: 6 },
-    fredholm_room::Segment { ends: [[0.5, 0.2], [0.2, 0.2]], vertices: [10, 7], wall: 7 },
-    fredholm_room::Segment { ends: [[1.0, 1.0], [0.0, 1.0]], vertices: [3, 5], wall: 2 },
-    fredholm_room::Segment { ends: [[0.0, 1.0], [0.0, 0.0]], vertices: [5, 0], wall: 3 },
-    fredholm_room::Segment { ends: [[1.0, 0.0], [1.0, 1.0]], vertices: [1, 3], wall: 1 },
-    fredholm_room::Segment { ends: [[0.7, 0.8], [0.8, 0.5]], vertices: [12, 13], wall: 8 },
-    fredholm_room::Segment { ends: [[0.8, 0.5], [0.7, 0.8]], vertices: [13, 12], wall: 9 },
+pub(crate) static STRIPS: [fredholm_room::Strip<f32>; 4] = [
+    fredholm_room::Strip { places: [[0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]], vertices: [0, 1, 3, 5], walls: [0, 1, 2, 3] },
+    fredholm_room::Strip { places: [[0.0, 0.2, 0.2, 0.5], [0.0, 0.2, 0.4, 0.4]], vertices: [0, 7, 8, 9], walls: [4294967295, 4, 5, 6] },
+    fredholm_room::Strip { places: [[0.5, 0.2, 0.7, 0.8], [0.2, 0.2, 0.8, 0.5]], vertices: [10, 7, 12, 13], walls: [7, 4294967295, 8, 9] },
+    fredholm_room::Strip { places: [[0.7, 0.7, 0.7, 0.7], [0.8, 0.8, 0.8, 0.8]], vertices: [12, 12, 12, 12], walls: [4294967295, 4294967295, 4294967295, 4294967295] },
 ];
-pub(crate) static NODES: [fredholm_room::Node<f32>; 7] = [
-    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 1, count: 0 },
-    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 3, count: 0 },
-    fredholm_room::Node { centre: [0.85, 0.5], half: [0.15000764, 0.5000076], first: 7, count: 3 },
-    fredholm_room::Node { centre: [0.5, 0.2], half: [0.5000076, 0.20000763], first: 5, count: 0 },
-    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 5, count: 2 },
-    fredholm_room::Node { centre: [0.5, 0.0], half: [0.5000076, 7.6293945e-6], first: 0, count: 1 },
-    fredholm_room::Node { centre: [0.35, 0.3], half: [0.15000764, 0.10000763], first: 1, count: 4 },
+pub(crate) static NODES: [fredholm_room::Node<f32>; 1] = [
+    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 0, count: 4, links: [196613, 458759] },
 ];
 pub(crate) static EDGES: [fredholm_room::Edge<f32>; 70] = [
     fredholm_room::Edge { along: 0.0, position: [0.0, 0.0] },

@@ -10,18 +10,12 @@ pub(crate) static WALLS: [fredholm_room::Wall<f32>; 6] = [
     fredholm_room::Wall { ends: [[0.7, 0.8], [0.8, 0.5]], vertices: [8, 9], tangent: [0.31622782, -0.94868326], length: 0.3162278, reflectance: 0.5, emission: 0.0 },
     fredholm_room::Wall { ends: [[0.8, 0.5], [0.7, 0.8]], vertices: [9, 8], tangent: [-0.31622782, 0.94868326], length: 0.3162278, reflectance: 0.5, emission: 0.0 },
 ];
-pub(crate) static SEGMENTS: [fredholm_room::Segment<f32>; 6] = [
-    fredholm_room::Segment { ends: [[0.0, 0.0], [1.0, 0.0]], vertices: [0, 1], wall: 0 },
-    fredholm_room::Segment { ends: [[1.0, 1.0], [0.0, 1.0]], vertices: [3, 5], wall: 2 },
-    fredholm_room::Segment { ends: [[0.0, 1.0], [0.0, 0.0]], vertices: [5, 0], wall: 3 },
-    fredholm_room::Segment { ends: [[1.0, 0.0], [1.0, 1.0]], vertices: [1, 3], wall: 1 },
-    fredholm_room::Segment { ends: [[0.7, 0.8], [0.8, 0.5]], vertices: [8, 9], wall: 4 },
-    fredholm_room::Segment { ends: [[0.8, 0.5], [0.7, 0.8]], vertices: [9, 8], wall: 5 },
+pub(crate) static STRIPS: [fredholm_room::Strip<f32>; 2] = [
+    fredholm_room::Strip { places: [[0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]], vertices: [0, 1, 3, 5], walls: [0, 1, 2, 3] },
+    fredholm_room::Strip { places: [[0.0, 0.7, 0.8, 0.7], [0.0, 0.8, 0.5, 0.8]], vertices: [0, 8, 9, 8], walls: [4294967295, 4, 5, 4294967295] },
 ];
-pub(crate) static NODES: [fredholm_room::Node<f32>; 3] = [
-    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 1, count: 0 },
-    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 0, count: 3 },
-    fredholm_room::Node { centre: [0.85, 0.5], half: [0.15000764, 0.5000076], first: 3, count: 3 },
+pub(crate) static NODES: [fredholm_room::Node<f32>; 1] = [
+    fredholm_room::Node { centre: [0.5, 0.5], half: [0.5000076, 0.5000076], first: 0, count: 2, links: [196609, 65539] },
 ];
 pub(crate) static EDGES: [fredholm_room::Edge<f32>; 20] = [
     fredholm_room::Edge { along: 0.0, position: [0.0, 0.0] },

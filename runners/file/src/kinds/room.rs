@@ -336,8 +336,10 @@ impl Kind for Room {
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let surfaces = self.all_surfaces(file)?;
-        let cut = file.settings().discretisation();
-        RoomModel::refuse_beyond_memory(&surfaces, &cut).map_err(|error| file.explain(&error))?;
+        let settings = file.settings();
+        let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
+        RoomModel::refuse_beyond_memory(&surfaces, &cut, pairs)
+            .map_err(|error| file.explain(&error))?;
         let names = surfaces.names.clone();
         let model = RoomModel::new(surfaces, file.walk.scalar.value);
         let model = model.map_err(|error| file.explain(&error))?;

@@ -30,19 +30,20 @@ pub(super) fn room<F: Real + Number>(
     });
     add::<F, _>(
         &mut tables,
-        ["segments", "Segment"],
-        geometry.segments(),
-        |segment| {
+        ["strips", "Strip"],
+        geometry.strips(),
+        |strip| {
+            let numbers = [strip.vertices, strip.walls];
             [
-                bytes(segment.ends.as_flattened()),
-                bytes(&segment.vertices),
-                bytes(&[segment.wall]),
+                bytes(strip.places.as_flattened()),
+                bytes(numbers.as_flattened()),
             ]
             .concat()
         },
     );
     add::<F, _>(&mut tables, ["nodes", "Node"], geometry.nodes(), |node| {
-        let numbers = [node.first, node.count];
+        let [low, high] = node.links;
+        let numbers = [node.first, node.count, low, high];
         [bytes(&node.centre), bytes(&node.half), bytes(&numbers)].concat()
     });
     let (edges, walls, first) = setup.tables.cells().tables();
@@ -58,7 +59,7 @@ pub(super) fn room<F: Real + Number>(
         surfaces.push(walls.end as u32);
     }
     tables.numbers("surfaces", &surfaces);
-    let matrix = &setup.system.matrix;
+    let matrix = setup.system.matrix()?;
     tables.numbers("views", matrix.views().table());
     tables.numbers("degree", &[matrix.functions() as u32 - 1]);
     add_dense::<F>(&mut tables, matrix.entries(), matrix.functions());

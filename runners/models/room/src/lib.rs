@@ -90,13 +90,14 @@ impl RoomModel {
     pub fn refuse_beyond_memory(
         surfaces: &Surfaces,
         discretisation: &Discretisation,
+        pairs: Pairs,
     ) -> Result<(), Error> {
         // Every segment is one cell at least.
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
         let cells = discretisation.cells.unwrap_or(DEFAULT_CELLS);
         let least = cells.max(segments.sum());
         let what = || format!("{least} unknowns");
-        refuse_beyond_memory(what, memory(least, discretisation.degree), ADVICE)
+        refuse_beyond_memory(what, memory(least, discretisation.degree, pairs), ADVICE)
     }
 
     /// The surfaces.
@@ -316,6 +317,11 @@ impl Model for RoomModel {
 
     fn has_whole(&self) -> bool {
         true
+    }
+
+    /// Rays in place of the default: in what was measured they take 4 to 40 times less work for the same error.
+    fn pairs_to_choose(&self) -> &'static [Pairs] {
+        &[Pairs::Rays, Pairs::Pointwise]
     }
 
     /// All pointwise. In a corner T_K is no more smooth than p is: u there is what the nearest cells of the other wall say,

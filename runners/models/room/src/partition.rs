@@ -2,15 +2,17 @@
 
 use std::sync::{Arc, OnceLock};
 
+use fredholm_core::galerkin::Solution;
 use fredholm_core::{Form, NoNeighbour, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, System, Then,
     WalkOptions, in_scalar,
 };
+use fredholm_rayon::fill_rows;
 use fredholm_room::{
-    Cells, Choice, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables, Visibility,
-    VisibilityTable, min_mass_ratio, second_moment_radius,
+    Cells, Choice, CoarseSolution, MIN_MASS_RATIO, Matrix, Mesh, Room, RoomPairs, Tables,
+    Visibility, VisibilityTable, min_mass_ratio, second_moment_radius,
 };
 
 use crate::system::{Boxed, RoomSystem, Solutions, with_job};
@@ -20,6 +22,10 @@ use crate::{DEFAULT_CELLS, RoomModel, corners, of_degree};
 const TOLERANCE: f64 = 1e-14;
 /// The most sweeps.
 const SWEEPS: u32 = 10_000;
+/// The most unknowns of which all coefficients are computed for v: 130 MB, and a second of a processor at degree 0. Of more
+/// unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells.
+const MOST_IN_PAIRS: usize = 4000;
+const FEW: usize = 1000;
 /// Cells enough to estimate a spectral radius.
 const COARSE: usize = 100;
 /// The fewest cells that it takes to estimate a spectral radius: on 50 it is within 0.4 % of what it is on 400 in the
@@ -54,6 +60,8 @@ const NEAR_DEGREE: f64 = 180e-9;
 const RAYS_SCORE: f64 = 60e-9;
 const RAYS_DIRECTIONS: f64 = 25e-9;
 const RAYS_OF_CELL: f64 = 1500.0;
+/// Seconds of an unknown of v from a solution on few cells.
+const STEP_FROM_FEW: f64 = 25e-6;
 /// Bytes of a cell's boxes, of which it seldom has more.
 const RAYS_BYTES: usize = 24 << 10;
 
@@ -87,16 +95,53 @@ impl<'m> RoomPartition<'m> {
         self.model.mesh(&self.cut, cells)
     }
 
-    /// The coefficients, and the solution.
-    pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
+    /// The coefficients of all pairs of cells.
+    pub(crate) fn matrix(&self) -> Result<Matrix<'static>, Error> {
         let (scene, mesh, degree) = (&self.model.scene, &*self.mesh, self.cut.degree);
-        let matrix = Matrix::with_functions(scene, mesh, min_mass_ratio(degree), degree + 1)?;
-        let solution = matrix.solve(scene, mesh, TOLERANCE, SWEEPS)?;
+        let ratio = min_mass_ratio(degree);
+        Ok(Matrix::with_functions(scene, mesh, ratio, degree + 1)?)
+    }
+
+    /// The solution, and the coefficients if it is theirs.
+    pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
+        let (matrix, solution) = if is_large(self.unknowns()) {
+            (None, self.from_few()?)
+        } else {
+            let matrix = self.matrix()?;
+            let solution = matrix.solve(&self.model.scene, &self.mesh, TOLERANCE, SWEEPS)?;
+            (Some(matrix), solution)
+        };
         Ok(RoomSystem {
             cut: self.clone(),
-            matrix,
+            given: matrix,
+            made: OnceLock::new(),
             solution,
             rays: OnceLock::new(),
+        })
+    }
+
+    /// v by one step from a solution on few cells.
+    fn from_few(&self) -> Result<Solution, Error> {
+        let few = CoarseSolution::new(&self.model.scene, FEW)?;
+        let (on_few, tables) = (
+            few.room()?,
+            Tables::<f64>::new(&self.model.scene, &self.mesh),
+        );
+        let step = few.step(&on_few);
+        // q0 makes no difference to v.
+        let (geometry, cells) = (tables.geometry(), tables.cells());
+        let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5)?;
+        let mut v = vec![0.0; self.unknowns()];
+        of_degree!(self.cut.degree, B => {
+            let polynomials = room.with_functions::<B>();
+            fill_rows(&mut v, B, |cell, row| {
+                row.copy_from_slice(&step.on(&polynomials, cell));
+                Ok::<(), Error>(())
+            })?;
+        });
+        Ok(Solution {
+            v,
+            ..few.solution().clone()
         })
     }
 
@@ -114,7 +159,7 @@ impl<'m> RoomPartition<'m> {
             return Ok(0.0);
         }
         if let Some(solved) = solved.filter(|_| self.cells <= COARSE) {
-            return self.radius_of(&self.mesh, &solved.matrix, choice, absorption);
+            return self.radius_of(&self.mesh, solved.matrix()?, choice, absorption);
         }
         let mesh = self.model.mesh(&self.cut, self.cells.min(COARSE))?;
         let degree = self.cut.degree;
@@ -164,12 +209,13 @@ impl<'m> RoomPartition<'m> {
         })
     }
 
-    pub(crate) fn rare(&self, pairs: Pairs, matrix: &Matrix<'_>) -> Result<f64, Error> {
+    pub(crate) fn rare(&self, pairs: Pairs, solved: &RoomSystem<'_>) -> Result<f64, Error> {
         let squares = self.model.square_of_source();
         let choice = choice(pairs);
         if choice == Choice::Pointwise || squares == 0.0 {
             return Ok(0.0);
         }
+        let matrix = solved.matrix()?;
         let rare = of_degree!(self.cut.degree, B => {
             corners::rare::<B>(&self.model.scene, &self.mesh, choice, matrix)
         })?;
@@ -218,12 +264,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {
         let theory = fredholm_model::pairs::memory(pairs, self.mesh.len(), self.cut.degree + 2);
-        let rays = match pairs {
-            Pairs::Rays => self.mesh.len().saturating_mul(RAYS_BYTES),
-            _ => 0,
-        };
-        let tables = memory(self.mesh.len(), self.cut.degree);
-        tables.saturating_add(theory).saturating_add(rays)
+        memory(self.mesh.len(), self.cut.degree, pairs).saturating_add(theory)
     }
 
     fn cost(&self, pairs: Pairs) -> Cost {
@@ -269,9 +310,15 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             Pairs::Rays => RAYS_OF_CELL * n * ray,
             _ => 0.0,
         };
+        let matrix = n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE;
+        let (setup, source) = match pairs {
+            Pairs::Rays if is_large(self.unknowns()) => (n * (degree + 1.0) * STEP_FROM_FEW, 0.0),
+            Pairs::Rays => (matrix, 0.0),
+            _ => (matrix, SOURCE * (n * (degree + 1.0)).powi(2)),
+        };
         Cost {
-            setup: n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE + boxes,
-            source: SOURCE * (n * (degree + 1.0)).powi(2) + boxes,
+            setup: setup + boxes,
+            source: source + boxes,
             moments: 0.0,
             walk,
             plain,
@@ -316,7 +363,8 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         let matrix = Matrix::from_tables(saved.views, saved.coefficients, cells, functions)?;
         Ok(Box::new(RoomSystem {
             cut: self.clone(),
-            matrix,
+            given: Some(matrix),
+            made: OnceLock::new(),
             solution,
             rays: OnceLock::new(),
         }))
@@ -362,9 +410,21 @@ pub(crate) fn pointwise_pairs<F: Real>(
 }
 
 /// Bytes of the tables of n cells.
-pub(crate) const fn memory(n: usize, degree: usize) -> usize {
+pub(crate) fn memory(n: usize, degree: usize, pairs: Pairs) -> usize {
     let functions = degree + 1;
+    let of_cell = match pairs {
+        Pairs::Rays => RAYS_BYTES,
+        _ => 0,
+    };
+    let cells = n.saturating_mul(200 + 8 * 8 * functions + of_cell);
+    if pairs == Pairs::Rays && is_large(n.saturating_mul(functions)) {
+        return cells;
+    }
     let pair = 1 + 8 * functions * functions;
-    let table = n.saturating_mul(n).saturating_mul(pair);
-    table.saturating_add(n.saturating_mul(200 + 8 * 8 * functions))
+    cells.saturating_add(n.saturating_mul(n).saturating_mul(pair))
+}
+
+/// Whether v comes from a solution on few cells, without coefficients of all pairs.
+const fn is_large(unknowns: usize) -> bool {
+    unknowns > MOST_IN_PAIRS
 }

@@ -8,7 +8,7 @@ use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
     CellRays, Choice, Irradiance, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
-    RoomQuadrature, Seen, Tables,
+    RoomQuadrature, Seen, Tables, VisibilityTable,
 };
 use fredholm_variance::{
     Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
@@ -30,7 +30,10 @@ use fredholm_rayon::fill_rows;
 #[derive(Debug)]
 pub(super) struct RoomSystem<'m> {
     pub(super) cut: RoomPartition<'m>,
-    pub(super) matrix: Matrix<'m>,
+    /// The coefficients of all pairs that v came from, if there are some.
+    pub(super) given: Option<Matrix<'m>>,
+    /// Those that are made when pairs are asked for.
+    pub(super) made: OnceLock<Matrix<'static>>,
     pub(super) solution: Solution,
     /// What cells see, for walks whose G takes a ray: the same for all walks.
     pub(super) rays: OnceLock<RayTables<f64>>,
@@ -62,6 +65,29 @@ type StartDensity<'a> = dyn Fn(&Point<f64>) -> Density + Sync + 'a;
 pub(super) type Use<'a, F> =
     dyn FnMut(&Boxed<'_, F>, &dyn Fn(&Point<F>) -> f64) -> Result<(), Error> + 'a;
 
+impl<'m> RoomSystem<'m> {
+    /// The coefficients of all pairs, made at the first call.
+    pub(super) fn matrix(&self) -> Result<&Matrix<'m>, Error> {
+        if let Some(matrix) = self.known_matrix() {
+            return Ok(matrix);
+        }
+        let matrix = self.cut.matrix()?;
+        Ok(self.made.get_or_init(|| matrix))
+    }
+
+    fn known_matrix(&self) -> Option<&Matrix<'m>> {
+        self.given
+            .as_ref()
+            .or_else(|| self.made.get().map(|made| made as &Matrix<'m>))
+    }
+
+    /// What cells see of each other, if anyone has asked for pairs.
+    pub(super) fn views(&self) -> VisibilityTable<'_> {
+        let matrix = self.known_matrix();
+        matrix.map_or(VisibilityTable::none(), Matrix::views)
+    }
+}
+
 impl RoomSystem<'_> {
     /// Tables, v and G, with these kinds of all pairs if there are some.
     pub(super) fn set_up<F: Real>(
@@ -71,14 +97,15 @@ impl RoomSystem<'_> {
         absorption: f64,
     ) -> Result<Setup<'_, F>, Error> {
         let choice = choice(pairs);
-        let dense = self.matrix.coefficients();
         let g = match &kinds {
+            _ if pairs == Pairs::Rays => Vec::new(),
             Some(table) => {
                 let pairs = PairTable::new(table, self.cut.mesh.len())?;
-                self.solution.source(&dense, &pairs)?
+                self.solution
+                    .source(&self.matrix()?.coefficients(), &pairs)?
             }
             None => {
-                let views = self.matrix.views();
+                let (dense, views) = (self.matrix()?.coefficients(), self.views());
                 self.solution.source(&dense, &RoomPairs { views, choice })?
             }
         };
@@ -103,9 +130,8 @@ impl RoomSystem<'_> {
             return Ok(rays);
         }
         let tables = Tables::<f64>::new(&self.cut.model.scene, &self.cut.mesh);
-        let views = self.matrix.views();
         // q0 makes no difference to what is seen.
-        let room = Room::new(tables.geometry(), tables.cells(), views, 0.5)?;
+        let room = Room::new(tables.geometry(), tables.cells(), self.views(), 0.5)?;
         let mut cells = vec![CellRays::default(); self.cut.mesh.len()];
         of_degree!(self.cut.cut.degree, B => {
             let polynomials = room.with_functions::<B>();
@@ -318,13 +344,17 @@ impl<F: Real> Setup<'_, F> {
     /// The room.
     pub(super) fn room(&self) -> Result<Room<'_, F>, Error> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
-        let views = self.system.matrix.views();
-        Ok(Room::new(geometry, cells, views, self.absorption)?)
+        Ok(Room::new(
+            geometry,
+            cells,
+            self.system.views(),
+            self.absorption,
+        )?)
     }
 
     /// Pointwise pairs of a row.
     fn pointwise(&self) -> Result<PointwisePairs, Error> {
-        let (views, cells) = (self.system.matrix.views(), self.tables.cells());
+        let (views, cells) = (self.system.views(), self.tables.cells());
         if self.rays.is_some() {
             return Ok(PointwisePairs::default());
         }
@@ -349,13 +379,13 @@ impl<F: Real> Setup<'_, F> {
         then: &mut Use<'_, F>,
     ) -> Result<(), Error> {
         let polynomials = room.with_functions::<B>();
-        let dense: Dense<'_, f64> = self.system.matrix.coefficients();
-        let coefficients = Rounded::new(&dense);
         let (v, g) = (&self.v, &self.g);
         let irradiance = |x: &Point<F>| polynomials.irradiance_of(x, v);
         if let Some(rays) = &self.rays {
             return then(&rays.neighbour(&polynomials, v)?, &irradiance);
         }
+        let dense: Dense<'_, f64> = self.system.matrix()?.coefficients();
+        let coefficients = Rounded::new(&dense);
         match self.pairs()? {
             AnyPairs::Table(pairs) => then(
                 &Piecewise::with_pointwise(&polynomials, &coefficients, pairs, v, g)?,
@@ -370,7 +400,7 @@ impl<F: Real> Setup<'_, F> {
 
     fn by_views(&self) -> RoomPairs<'_> {
         RoomPairs {
-            views: self.system.matrix.views(),
+            views: self.system.views(),
             choice: self.choice,
         }
     }
@@ -390,7 +420,7 @@ impl System for RoomSystem<'_> {
     }
 
     fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        self.cut.rare(pairs, &self.matrix)
+        self.cut.rare(pairs, self)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
@@ -407,14 +437,17 @@ impl System for RoomSystem<'_> {
         let room = setup.room()?;
         let degree = self.cut.cut.degree;
         let quadrature = RoomQuadrature::new(&room, nodes, degree)?;
-        let dense = self.matrix.coefficients();
         let cells = self.cut.mesh.len();
-        let coefficients = MeanCoefficients {
-            cells,
-            mean: &|i, j| dense.mean(i, j),
-        };
         // Of piecewise constants: the first function of a cell is all of it.
         let is_constant = degree == 0 && cells <= quadrature.sites();
+        let dense = match is_constant {
+            true => Some(self.matrix()?.coefficients()),
+            false => None,
+        };
+        let coefficients = MeanCoefficients {
+            cells,
+            mean: &|i, j| dense.as_ref().map_or(f64::NAN, |dense| dense.mean(i, j)),
+        };
         let place = |site: usize| {
             let mut wall = 0;
             quadrature.nodes(site, |x, _| wall = x.wall());
@@ -451,9 +484,10 @@ impl System for RoomSystem<'_> {
     }
 
     fn saved(&self) -> Option<SavedSystem<'_>> {
+        let matrix = self.matrix().ok()?;
         Some(SavedSystem {
-            views: Cow::Borrowed(self.matrix.views().table()),
-            ..SavedSystem::new(&self.solution, self.matrix.entries())
+            views: Cow::Borrowed(matrix.views().table()),
+            ..SavedSystem::new(&self.solution, matrix.entries())
         })
     }
 

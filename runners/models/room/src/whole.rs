@@ -152,7 +152,7 @@ impl RoomField<'_> {
 
     fn room(&self) -> Result<Room<'_, f64>, Error> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
-        let views = self.system.matrix.views();
+        let views = self.system.views();
         // T_K does not depend on q0.
         Ok(Room::new(geometry, cells, views, 0.5)?)
     }

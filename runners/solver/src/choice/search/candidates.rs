@@ -79,7 +79,7 @@ impl Search<'_> {
     /// Plain walks, and every degree with every choice of pairs, as far as they are open.
     pub(super) fn begin_families(&mut self) {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
-        let pairs = open(self.settings.pairs, &[Pairs::Default, Pairs::Pointwise]);
+        let pairs = open(self.settings.pairs, self.model.pairs_to_choose());
         let degrees = open(self.settings.degree, &degrees);
         let sources: &[bool] = match self.model.has_exact_source() {
             true => &[false, true],

@@ -1,0 +1,148 @@
+//! A solution on many cells, from one on few.
+
+use fredholm_core::galerkin::{Solution, legendre};
+
+use crate::panels::gauss;
+use crate::{
+    Grading, Matrix, Mesh, PolynomialRoom, Room, RoomError, Scene, Tables, min_mass_ratio,
+};
+
+/// The functions on a cell of few.
+const FUNCTIONS: usize = 4;
+/// Sweeps of the solution on few cells, and the change at which they end.
+const SWEEPS: u32 = 1000;
+const TOLERANCE: f64 = 1e-14;
+
+/// A Galerkin solution v_c on few cells of degree 3, from which a v on any number n of cells follows by one step,
+///
+/// ```text
+/// v = the projection of F + T_K v_c.
+/// ```
+///
+/// What is lost against the Galerkin solution on the n cells is the error of v_c, which a step smooths; the estimate of a walk
+/// is unbiased for any v. Time and memory grow like n, those of a [`Matrix`] like n².
+///
+/// ```
+/// use fredholm_room::{
+///     CoarseSolution, Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+/// };
+///
+/// // ρ = ½ and F = ½ everywhere: u = 1.
+/// let grey = [Material { reflectance: 0.5, emission: 0.5 }];
+/// let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+/// let scene = Scene::new::<f64>(&[Surface { points: &points, materials: &grey }], Enclosure::Closed)?;
+/// let mesh = Mesh::new::<f64>(&scene, 1000, Grading::default())?;
+/// let tables = Tables::<f64>::new(&scene, &mesh);
+/// let room = Room::new(tables.geometry(), tables.cells(), VisibilityTable::none(), 0.5)?;
+/// let polynomials = room.with_functions::<1>();
+///
+/// let coarse = CoarseSolution::new(&scene, 100)?;
+/// let on_few = coarse.room()?;
+/// let step = coarse.step(&on_few);
+/// let v = (0..mesh.len()).map(|cell| step.on(&polynomials, cell));
+/// assert!(v.flatten().all(|v| (v - 1.0).abs() < 1e-9));
+/// # Ok::<(), fredholm_room::RoomError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CoarseSolution {
+    tables: Tables<f64>,
+    matrix: Matrix<'static>,
+    solution: Solution,
+}
+
+/// The step from few cells to many.
+#[derive(Clone, Debug)]
+pub struct CoarseStep<'c, 'r> {
+    few: PolynomialRoom<'r, 'c, f64, FUNCTIONS>,
+    v: &'c [f64],
+}
+
+impl CoarseSolution {
+    /// The Galerkin solution with about so many unknowns.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::new`] and [`Matrix::with_functions`], and [`RoomError::Galerkin`].
+    pub fn new(scene: &Scene, unknowns: usize) -> Result<Self, RoomError> {
+        let cells = unknowns.div_ceil(FUNCTIONS).max(1);
+        let mesh = Mesh::new::<f64>(scene, cells, Grading::of_degree(FUNCTIONS - 1))?;
+        let ratio = min_mass_ratio(FUNCTIONS - 1);
+        let matrix = Matrix::with_functions(scene, &mesh, ratio, FUNCTIONS)?;
+        let solution = matrix.solve(scene, &mesh, TOLERANCE, SWEEPS)?;
+        Ok(Self {
+            tables: Tables::new(scene, &mesh),
+            matrix,
+            solution,
+        })
+    }
+
+    /// The Galerkin solution on the few cells.
+    #[must_use]
+    pub const fn solution(&self) -> &Solution {
+        &self.solution
+    }
+
+    /// The room with the few cells.
+    ///
+    /// # Errors
+    /// None: q0 is one that [`Room::new`] takes.
+    pub fn room(&self) -> Result<Room<'_, f64>, RoomError> {
+        // q0 makes no difference to T_K.
+        let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
+        Room::new(geometry, cells, self.matrix.views(), 0.5)
+    }
+
+    /// The step to other cells. `room` is [`room`](Self::room).
+    #[must_use]
+    pub fn step<'c, 'r>(&'c self, room: &'r Room<'c, f64>) -> CoarseStep<'c, 'r> {
+        CoarseStep {
+            few: room.with_functions(),
+            v: &self.solution.v,
+        }
+    }
+}
+
+impl CoarseStep<'_, '_> {
+    /// v on a cell: the coefficients of its B functions.
+    #[must_use]
+    pub fn on<const B: usize>(
+        &self,
+        many: &PolynomialRoom<'_, '_, f64, B>,
+        cell: usize,
+    ) -> [f64; B] {
+        let mut own = [0.0; B];
+        // The mean over a cell is the value in its middle, but for what cells of degree 0 do not see either.
+        if B == 1 {
+            own[0] = self.at(many, cell, 0.5);
+            return own;
+        }
+        for (t, weight) in gauss::<f64>(usize::from(B > 3)) {
+            let value = self.at(many, cell, 0.5 + 0.5 * t);
+            let psi: [f64; B] = legendre(t);
+            for (own, psi) in own.iter_mut().zip(psi) {
+                *own += 0.5 * weight * value * psi;
+            }
+        }
+        own
+    }
+
+    /// F + T_K v_c at a place in a cell.
+    fn at<const B: usize>(
+        &self,
+        many: &PolynomialRoom<'_, '_, f64, B>,
+        cell: usize,
+        t: f64,
+    ) -> f64 {
+        let place = many.room().inside(cell, t).and_then(|x| {
+            let wall = many.room().geometry().wall(x.wall() as u32)?;
+            Some((
+                self.few
+                    .room()
+                    .at(x.wall() as u32, wall, x.along() / wall.length),
+                wall,
+            ))
+        });
+        place.map_or(f64::NAN, |(x, wall)| {
+            wall.emission + wall.reflectance * self.few.irradiance_of(&x, self.v)
+        })
+    }
+}
