@@ -105,7 +105,7 @@ impl<'m> RoomPartition<'m> {
     /// The solution, and the coefficients if it is theirs.
     pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
         let (matrix, solution) = if is_large(self.unknowns()) {
-            (None, self.from_few()?)
+            (None, self.step_from_few()?)
         } else {
             let matrix = self.matrix()?;
             let solution = matrix.solve(&self.model.scene, &self.mesh, TOLERANCE, SWEEPS)?;
@@ -121,7 +121,7 @@ impl<'m> RoomPartition<'m> {
     }
 
     /// v by one step from a solution on few cells.
-    fn from_few(&self) -> Result<Solution, Error> {
+    fn step_from_few(&self) -> Result<Solution, Error> {
         let few = CoarseSolution::new(&self.model.scene, FEW)?;
         let (on_few, tables) = (
             few.room()?,
