@@ -25,11 +25,8 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<String, Failure> {
         std_error: target.preconditioned.std_error,
         known: target.galerkin,
     });
-    picture(
-        points,
-        (name, report.problem),
-        ["preconditioned walks", "v"],
-    )
+    let words = ["preconditioned walks", "error band", "v"];
+    picture(points, (name, report.problem), words)
 }
 
 /// A picture of the same target of a whole function, with its band.
@@ -42,12 +39,8 @@ pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<String, Fail
         std_error: target.value.band.map(|band| band / QUANTILE),
         known: target.value.iterate,
     });
-    let walks = "whole function, band of all points together";
-    picture(
-        points,
-        (name, report.summary.problem),
-        [walks, "(F + T_K v)"],
-    )
+    let words = ["whole function", "band of all points together", "F + T_K v"];
+    picture(points, (name, report.summary.problem), words)
 }
 
 /// Whether a functional of this name is one of a target: `name` itself, or `name[0]`, `name[1]`, …
@@ -71,7 +64,7 @@ struct Drawn<'a> {
 fn picture<'a>(
     all: impl Iterator<Item = Drawn<'a>>,
     (name, problem): (&str, &str),
-    [walks, known]: [&str; 2],
+    [walks, band, known]: [&str; 3],
 ) -> Result<String, Failure> {
     let on_grid = |target: &Drawn<'_>| target.name != name && is_of(target.name, name);
     let points: Vec<Drawn<'_>> = all.filter(on_grid).collect();
@@ -109,14 +102,14 @@ fn picture<'a>(
             curves: exact.into_iter().collect(),
         }
     };
-    let title = format!("{name}: the solution with its 95 % error band");
+    let title = format!("{name}: the solution with its 95 % {band}");
     let values = plot(title, None, &|_| 0.0);
     let svg = values.svg().map_err(Failure::run)?;
     if !values.is_invisible() || points.iter().any(|t| t.known.is_nan()) {
         return Ok(svg);
     }
     let title = format!("{name}: what walks add to {known}, with the same band");
-    let added = plot(title, Some(format!("u − {known}")), &|t| t.known);
+    let added = plot(title, Some("difference".to_owned()), &|t| t.known);
     let added = added.svg().map_err(Failure::run)?;
     Ok(stacked(&[svg, added]))
 }
