@@ -76,7 +76,6 @@ fn defaults() {
             seed: Placed::default(1),
             batch: Placed::default(4096),
             target_error: None,
-            whole: None,
             relative: Placed::default(false),
             whole: None,
             allow_infinite_variance: false,
