@@ -1,7 +1,7 @@
 //! What neighbour equations gain in four rooms, with pairs of cells and with rays in their place: nanoseconds a state of plain
 //! walks, microseconds a walk, standard deviations, and √(variance × time), of the mean over all walls.
 //!
-//! `cargo run --release -p fredholm-room --features alloc --example gain -- SCENES UNKNOWNS DEGREES GRADINGS`, each one or more
+//! `cargo run --release -p fredholm-room --features alloc --example room_gain -- SCENES UNKNOWNS DEGREES GRADINGS`, each one or more
 //! values with commas: `furnished,doorway,furnace,facet 100,1000,5000 0,2,4 3`. The grading of a degree is called `default`.
 //!
 //! Times are those of the processor where Linux tells them, the least of a few runs.
