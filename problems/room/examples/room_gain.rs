@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use fredholm_core::galerkin::{Dense, Partition, Piecewise, rounded};
 use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, Form, Neighbour, NoNeighbour, STEP_LIMIT, Task, WalkSeeds,
+    Batch, DefaultGenerator, Estimator, Form, Length, Neighbour, NoNeighbour, Task, WalkSeeds,
 };
 use fredholm_room::{
     Choice, CoarseSolution, Enclosure, Grading, Material, Matrix, MeanOver, Mesh, Point,
@@ -188,7 +188,7 @@ fn measure(
         estimator: Estimator::Absorption,
         form: Form::Product,
         seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        step_limit: STEP_LIMIT,
+        length: Length::default(),
     };
     let start = Instant::now();
     let timed = |walks: u64| {
