@@ -109,7 +109,7 @@ impl<G> WalkSeeds<G> {
 }
 
 impl<G> WalkSeeds<G> {
-    /// The same seeds for another generator.
+    /// Seeds of walks that are these for another generator.
     #[inline]
     #[must_use]
     pub const fn with_generator<H>(&self) -> WalkSeeds<H> {
@@ -147,7 +147,7 @@ pub struct WalkNumber {
     pub walk: u64,
     /// The number of its replicate: that of the first walk of its batch, or a number from 0.
     pub replicate: u64,
-    /// Its place in the replicate, from 0.
+    /// Place of the walk in the replicate, from 0.
     pub index: u64,
 }
 

@@ -49,7 +49,7 @@ impl<'s> Replicate<'s> {
         }
     }
 
-    /// Its number, from 0.
+    /// The number of the replicate, from 0.
     #[must_use]
     pub const fn number(&self) -> u64 {
         self.number

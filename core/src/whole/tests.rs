@@ -198,7 +198,7 @@ fn squares(all: &[[f64; 6]]) -> f64 {
     (0..6).map(error).sum::<f64>() / 6.0
 }
 
-/// With Sobol' points, and with absorption from the fourth state on. Of 192 values of t none is beyond 4.8 but with
+/// Coefficients are those of the error with Sobol' points, too, and with absorption from the fourth state on. Of 192 values of t none is beyond 4.8 but with
 /// probability 192 · 3.8·10⁻⁵ = 0.7 %.
 #[test]
 fn coefficients_are_those_of_the_error_whatever_walks_draw() {

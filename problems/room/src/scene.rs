@@ -98,7 +98,7 @@ struct Raw {
 }
 
 impl Raw {
-    /// Its ends, as a wall that is nothing else.
+    /// A wall that has the ends of this one and is nothing else.
     fn wall(&self) -> Wall<f64> {
         Wall {
             ends: self.ends,

@@ -18,7 +18,7 @@ use fredholm_core::galerkin::{
     gauss_seidel, max_row_sum, neighbour_source,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Form, Kernel, Located, Neighbour, Real, Length, Sampler, Source,
+    At, Batch, Estimator, Form, Kernel, Length, Located, Neighbour, Real, Sampler, Source,
     StateSpace, Statistics, Task, Uniforms, WalkSeeds,
 };
 

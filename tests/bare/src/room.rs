@@ -1,7 +1,7 @@
 //! A square room from tables that a device would keep.
 
 use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
-use fredholm_core::{At, Batch, Estimator, Form, Real, Length, Statistics, Task, WalkSeeds};
+use fredholm_core::{At, Batch, Estimator, Form, Length, Real, Statistics, Task, WalkSeeds};
 use fredholm_room::{
     Cells, Choice, Edge, Geometry, Irradiance, MeanOver, Node, Room, RoomPairs, Strip,
     VisibilityTable, Wall,

@@ -32,7 +32,7 @@ pub(super) struct RoomSystem<'m> {
     pub(super) cut: RoomPartition<'m>,
     /// The coefficients of all pairs that v came from, if there are some.
     pub(super) given: Option<Matrix<'m>>,
-    /// Those that are made when pairs are asked for.
+    /// Coefficients that are made when pairs are asked for.
     pub(super) made: OnceLock<Matrix<'static>>,
     pub(super) solution: Solution,
     /// What cells see, for walks whose G takes a ray: the same for all walks.

@@ -135,7 +135,7 @@ pub fn solve<'m>(
     }
 }
 
-/// As [`solve`], or with one set of walks for all targets where that is predicted to take less.
+/// Solves as [`solve`] does, or with one set of walks for all targets where that is predicted to take less.
 ///
 /// # Errors
 /// As [`solve`].

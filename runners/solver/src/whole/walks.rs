@@ -163,7 +163,7 @@ impl<'m> Whole<'_, 'm> {
         self.walk_as(ready, &ready.walk, until)
     }
 
-    /// So many walks of a seed of their own, without any other end.
+    /// A pilot of so many walks of a seed of their own, without any other end.
     pub(crate) fn pilot(
         &self,
         ready: &Ready<'m>,

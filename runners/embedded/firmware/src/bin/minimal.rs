@@ -10,7 +10,7 @@ use cortex_m_semihosting::{debug, hprintln};
 use fredholm_circle::{Cells, Circle, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Form, Neighbour, Real, RunOptions, Length, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Length, Neighbour, Real, RunOptions, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 

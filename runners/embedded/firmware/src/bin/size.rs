@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::entry;
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Form, Neighbour, Real, RunOptions, Length, Task, Tolerance, WalkSeeds,
+    At, Estimator, Form, Length, Neighbour, Real, RunOptions, Task, Tolerance, WalkSeeds,
 };
 use fredholm_embedded::{Aligned, Driver, Table};
 

@@ -13,6 +13,9 @@ use crate::{Discretisation, Error, Pairs, Settings};
 const ABSORPTIONS: [f64; 11] = [
     0.7, 0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001,
 ];
+/// How much larger ρ is taken than few cells tell, so that the largest absorption is safe for the true one, too: they told half a
+/// thousandth less of a Gaussian on a square.
+const ROUGH_RADIUS: f64 = 1.001;
 /// The most bytes of a set-up that nobody asked for.
 const MEMORY: usize = 1 << 30;
 /// The most unknowns of a set-up that nobody asked for.
@@ -64,7 +67,7 @@ impl Search<'_> {
         let is_safe = |absorption: &f64| radius(*absorption).powi(2) < 1.0 - absorption;
         self.absorptions.retain(is_safe);
         // Walks as short as they may be: next to the largest constant they are several times as long on the next smaller value.
-        let largest = two_digits(1.0 - Real::exp(2.0 / 3.0 * Real::ln(squares)));
+        let largest = two_digits(1.0 - Real::exp(2.0 / 3.0 * Real::ln(ROUGH_RADIUS * squares)));
         let largest = open(self.settings.absorption, &[largest.min(ABSORPTIONS[0])]);
         let is_larger = |of: &f64| *of > self.absorptions.first().copied().unwrap_or(0.0);
         let largest = largest.into_iter().find(|of| is_larger(of) && is_safe(of));
