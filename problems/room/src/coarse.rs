@@ -40,7 +40,7 @@ const TOLERANCE: f64 = 1e-14;
 /// let on_few = coarse.room()?;
 /// let step = coarse.step(&on_few);
 /// let v = (0..mesh.len()).map(|cell| step.on(&polynomials, cell));
-/// assert!(v.flatten().all(|v| (v - 1.0).abs() < 1e-3));
+/// assert!(v.flatten().all(|v| (v - 1.0).abs() < 1e-8));
 /// # Ok::<(), fredholm_room::RoomError>(())
 /// ```
 #[derive(Clone, Debug)]
