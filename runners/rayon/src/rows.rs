@@ -1,5 +1,8 @@
 //! Tables whose rows are independent.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use rayon::prelude::*;
 
 /// Fills a table of rows of `width` entries on the threads of the current rayon pool: `fill` gets the
@@ -26,7 +29,32 @@ where
     T: Send,
     E: Send,
 {
-    let rows = table.par_chunks_mut(width.max(1)).enumerate();
-    let first = rows.find_map_first(|(i, row)| fill(i, row).err());
-    first.map_or(Ok(()), Err)
+    // Each row and each error is taken once, so that no thread ever waits for another.
+    let rows: Vec<_> = table.chunks_mut(width.max(1)).map(Mutex::new).collect();
+    let errors = Mutex::new(BTreeMap::new());
+    let fails = |number: usize| {
+        let Some(row) = rows.get(number) else {
+            return false;
+        };
+        let Err(error) = fill(number, &mut locked(row)) else {
+            return false;
+        };
+        locked(&errors).insert(number, error);
+        true
+    };
+    let _ = first_failure(rows.len(), &fails);
+    let first = locked(&errors).pop_first();
+    first.map_or(Ok(()), |(_, error)| Err(error))
+}
+
+/// The first of so many numbers that fails. It is the one place where threads share numbers out, compiled once for all tables.
+fn first_failure(count: usize, fails: &(dyn Fn(usize) -> bool + Sync)) -> Option<usize> {
+    (0..count)
+        .into_par_iter()
+        .find_first(|number| fails(*number))
+}
+
+/// What a lock guards. A panic elsewhere ends the whole, so a poisoned lock tells nothing new.
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
