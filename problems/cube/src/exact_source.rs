@@ -49,14 +49,13 @@
 //! leave an error like s^((d+1)/2), of s^−(d−1) boxes: a thousandth part in three dimensions for a thousand of them.
 
 use fredholm_core::array::from_fn;
-use fredholm_core::galerkin::Partition;
 use fredholm_core::rand_core::Rng;
 use fredholm_core::{
     DefaultGenerator, Located, Neighbour, RngUniforms, StateSpace, Uniforms, WalkSeeds,
 };
 
-use crate::functions::{Functions, values_at};
-use crate::{Cube, CubeError, ScalarField};
+use crate::functions::values_at;
+use crate::{CellFunctions, Cube, CubeError, CubeSetup, KernelFn, ScalarField};
 
 /// The number of errors that [`Cube::sample_source`] draws beside the moments: their mean square is χ² distributed with so
 /// many degrees of freedom, so an error bar is known to 18 %.
@@ -70,6 +69,7 @@ const STREAM: u64 = u64::MAX;
 
 impl<const D: usize, K, S, const B: usize> Cube<f64, D, K, S, B>
 where
+    K: KernelFn<f64, D>,
     S: ScalarField<f64, D>,
 {
     /// The length of what [`sample_source`](Self::sample_source) fills: (1 + [`REPLICATES`])·B + 1.
@@ -103,7 +103,34 @@ where
         seed: u64,
         out: &mut [f64],
     ) -> Result<(), CubeError> {
-        for (expected, found) in [(B, near.len()), (Self::SAMPLE, out.len())] {
+        CubeSetup::new(self, CellFunctions::new::<B>()).sample_source(i, near, threshold, seed, out)
+    }
+}
+
+impl<const D: usize> CubeSetup<'_, D> {
+    /// The length of what [`sample_source`](Self::sample_source) fills: (1 + [`REPLICATES`])·B + 1.
+    #[must_use]
+    pub const fn sample_length(&self) -> usize {
+        (1 + REPLICATES) * self.functions.count() + 1
+    }
+
+    /// Fills `out` with an unbiased estimate of the means of F ψ_ia over cell `i`, and errors of its distribution: see
+    /// [`Cube::sample_source`].
+    ///
+    /// # Errors
+    /// As [`Cube::sample_source`], and [`CubeError::Memory`].
+    pub fn sample_source(
+        &self,
+        i: usize,
+        near: &[f64],
+        threshold: f64,
+        seed: u64,
+        out: &mut [f64],
+    ) -> Result<(), CubeError> {
+        for (expected, found) in [
+            (self.functions.count(), near.len()),
+            (self.sample_length(), out.len()),
+        ] {
             if expected != found {
                 return Err(CubeError::Length { expected, found });
             }
@@ -117,22 +144,21 @@ where
         }
         let seeds = WalkSeeds::<DefaultGenerator>::new(seed, STREAM);
         let mut strata = Strata {
-            source: self.right_hand_side(),
-            corner: self.mesh().places(i).map(f64::from),
-            width: 1.0 / f64::from(self.mesh().per_axis()),
-            degree: Functions::<D, B>::DEGREE,
+            source: self.source,
+            corner: self.mesh.places(i).map(f64::from),
+            width: 1.0 / f64::from(self.mesh.per_axis()),
+            degree: self.functions.degree,
             near,
             threshold,
             draws: RngUniforms(seeds.generator(i as u64)),
         };
-        let psi = &mut [[0.0; B]; 2];
-        let [first, second] = psi;
+        let [mut first, mut second] = [self.block()?, self.block()?];
         let whole = Place {
             low: [0.0; D],
             side: 1.0,
             halves: 0,
         };
-        strata.visit(&whole, [first, second], out);
+        strata.visit(&whole, [&mut first, &mut second], out);
         if out.iter().all(|number| number.is_finite()) {
             Ok(())
         } else {

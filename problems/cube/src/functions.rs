@@ -39,9 +39,19 @@ pub const fn functions(dimension: usize, degree: usize) -> usize {
 /// p + 1, and B may be far larger.
 pub(crate) const FEW: usize = 5;
 
-/// All functions of total degree ≤ p, with p known at run time: of [`Functions`] what is set up before walks.
+/// The functions of total degree ≤ p on a cell, with p known at run time: products of Legendre polynomials along the axes.
+///
+/// Whatever is set up before walks takes them in place of a constant number of functions, so that it is compiled once for all
+/// degrees.
+///
+/// ```
+/// use fredholm_cube::CellFunctions;
+///
+/// let cubic = CellFunctions::<2>::new::<10>();
+/// assert_eq!((cubic.degree(), cubic.count()), (3, 10));
+/// ```
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CellFunctions<const D: usize> {
+pub struct CellFunctions<const D: usize> {
     /// p.
     pub(crate) degree: usize,
     /// The degrees, as in [`Functions::DEGREES`].
@@ -49,14 +59,38 @@ pub(crate) struct CellFunctions<const D: usize> {
 }
 
 impl<const D: usize> CellFunctions<D> {
-    /// B.
-    pub(crate) const fn count(&self) -> usize {
+    /// All `B` functions of a cell: [`functions`](D, p) of them, or the compiler refuses.
+    #[must_use]
+    pub const fn new<const B: usize>() -> Self {
+        Functions::<D, B>::ALL
+    }
+
+    /// The number B of functions.
+    #[must_use]
+    pub const fn count(&self) -> usize {
         self.degrees.len()
+    }
+
+    /// The total degree p.
+    #[must_use]
+    pub const fn degree(&self) -> usize {
+        self.degree
     }
 
     /// p + 1.
     pub(crate) const fn per_axis(&self) -> usize {
         self.degree + 1
+    }
+
+    /// Σ_b w_b ψ_b(x) at a point of a cell.
+    pub(crate) fn sum<F: Real>(&self, mesh: &Mesh<D>, x: &Located<[F; D]>, w: &[F]) -> f64 {
+        let axes = mesh.local(x).each(Axis::new);
+        let mut sum = Sum {
+            terms: -0.0,
+            weights: w.iter(),
+        };
+        sum.add(&axes, self.degree, F::one());
+        sum.terms
     }
 }
 
@@ -65,28 +99,55 @@ pub(crate) fn values_at<const D: usize>(t: [f64; D], degree: usize, out: &mut [f
     if degree == 0 {
         return out.fill(1.0);
     }
-    let axes = t.map(|t| Axis {
-        t,
-        few: legendre(t),
-    });
-    products(&axes, degree, 1.0, &mut out.iter_mut());
+    products(&t.map(Axis::new), degree, 1.0, &mut out.iter_mut());
 }
 
 /// A coordinate, and the polynomials of the lowest degrees there.
-struct Axis {
-    t: f64,
-    few: [f64; FEW],
+#[derive(Clone, Copy)]
+struct Axis<F> {
+    t: F,
+    few: [F; FEW],
 }
 
-impl Axis {
-    fn polynomial(&self, degree: usize) -> f64 {
+impl<F: Real> Axis<F> {
+    fn new(t: F) -> Self {
+        Self {
+            t,
+            few: legendre(t),
+        }
+    }
+
+    fn polynomial(&self, degree: usize) -> F {
         let few = self.few.get(degree).copied();
-        few.unwrap_or_else(|| Legendre::new(self.t).nth(degree).unwrap_or(f64::NAN))
+        few.unwrap_or_else(|| Legendre::new(self.t).nth(degree).unwrap_or(F::NAN))
+    }
+}
+
+/// A sum of weights times functions, in the order of the functions.
+struct Sum<'a, F> {
+    terms: f64,
+    weights: slice::Iter<'a, F>,
+}
+
+impl<F: Real> Sum<'_, F> {
+    /// Adds the functions that are `factor` times products of total degree ≤ `most` along these axes.
+    fn add(&mut self, axes: &[Axis<F>], most: usize, factor: F) {
+        let Some((axis, rest)) = axes.split_first() else {
+            return;
+        };
+        for degree in 0..=most {
+            let product = factor * axis.polynomial(degree);
+            if !rest.is_empty() {
+                self.add(rest, most - degree, product);
+            } else if let Some(weight) = self.weights.next() {
+                self.terms += weight.to_f64() * product.to_f64();
+            }
+        }
     }
 }
 
 /// `factor` times the products of polynomials of total degree ≤ `most` along these axes.
-fn products(axes: &[Axis], most: usize, factor: f64, out: &mut slice::IterMut<'_, f64>) {
+fn products(axes: &[Axis<f64>], most: usize, factor: f64, out: &mut slice::IterMut<'_, f64>) {
     let Some((axis, rest)) = axes.split_first() else {
         return;
     };
@@ -197,12 +258,7 @@ impl<const D: usize, const B: usize> Functions<D, B> {
         if const { Self::DEGREE == 0 } {
             return [F::one(); B];
         }
-        let per_axis = F::from_u32(mesh.per_axis());
-        let mut t = mesh.places(x.cell).each(F::from_u32);
-        for (t, &x) in t.iter_mut().zip(&x.point) {
-            *t = F::from_f64(2.0) * (x * per_axis - *t) - F::one();
-        }
-        Self::at(t)
+        Self::at(mesh.local(x))
     }
 
     #[inline]

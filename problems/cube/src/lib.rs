@@ -29,6 +29,8 @@ mod quadrature;
 mod rule;
 mod scores;
 #[cfg(feature = "alloc")]
+mod setup;
+#[cfg(feature = "alloc")]
 mod solution;
 mod table;
 
@@ -38,7 +40,7 @@ pub use error::CubeError;
 #[cfg(feature = "alloc")]
 pub use exact_source::{ExactSource, REPLICATES};
 pub use factors::FactorTables;
-pub use functions::functions;
+pub use functions::{CellFunctions, functions};
 pub use mean::{Mean, Weighted};
 #[cfg(feature = "alloc")]
 pub use moments::KernelMoments;
@@ -49,6 +51,8 @@ pub use product_tables::ProductTables;
 pub use quadrature::CubeQuadrature;
 pub use rule::Rule;
 pub use scores::{CubeScores, degrees};
+#[cfg(feature = "alloc")]
+pub use setup::CubeSetup;
 #[cfg(feature = "alloc")]
 pub use solution::{absolute_radius, empty_table, table};
 pub use table::table_bytes;

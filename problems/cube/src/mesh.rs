@@ -1,6 +1,7 @@
 //! Cell numbers.
 
-use fredholm_core::Real;
+use fredholm_core::array::Each;
+use fredholm_core::{Located, Real};
 
 use crate::CubeError;
 
@@ -58,5 +59,16 @@ impl<const D: usize> Mesh<D> {
             rest /= self.per_axis;
         }
         places
+    }
+
+    /// The place of a point in its cell, from −1 to 1 along every axis.
+    #[inline]
+    pub(crate) fn local<F: Real>(&self, x: &Located<[F; D]>) -> [F; D] {
+        let per_axis = F::from_u32(self.per_axis);
+        let mut t = self.places(x.cell).each(F::from_u32);
+        for (t, &x) in t.iter_mut().zip(&x.point) {
+            *t = F::from_f64(2.0) * (x * per_axis - *t) - F::one();
+        }
+        t
     }
 }

@@ -47,7 +47,7 @@ impl<const D: usize> ProductTables<f64, D> {
         Self::of_factors(factors, cube.mesh(), Functions::<D, B>::ALL, rule)
     }
 
-    fn of_factors(
+    pub(crate) fn of_factors(
         factors: &dyn KernelFactors<f64>,
         mesh: Mesh<D>,
         functions: CellFunctions<D>,
@@ -105,7 +105,14 @@ impl<const D: usize> ProductTables<f64, D> {
         cube: &Cube<f64, D, K, S, B>,
         entries: Vec<f64>,
     ) -> Result<Self, CubeError> {
-        let (mesh, functions) = (cube.mesh(), Functions::<D, B>::ALL);
+        Self::of_entries(cube.mesh(), CellFunctions::new::<B>(), entries)
+    }
+
+    pub(crate) fn of_entries(
+        mesh: Mesh<D>,
+        functions: CellFunctions<D>,
+        entries: Vec<f64>,
+    ) -> Result<Self, CubeError> {
         let width = (mesh.per_axis() as usize).saturating_mul(functions.per_axis());
         let expected = width.saturating_mul(width).saturating_mul(D);
         let found = entries.len();

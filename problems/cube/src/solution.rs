@@ -7,7 +7,7 @@ use fredholm_core::galerkin::{
     GalerkinMatrix, Partition, Solution, buffer, collatz_wielandt_bounds,
 };
 
-use crate::{Cube, CubeError, KernelFn, Rule, ScalarField, table_bytes};
+use crate::{CellFunctions, Cube, CubeError, CubeSetup, KernelFn, Rule, ScalarField, table_bytes};
 
 /// The most powers of a matrix that are looked at for its spectral radius.
 const POWERS: u32 = 100;
@@ -85,9 +85,7 @@ where
         tolerance: f64,
         at_most: u32,
     ) -> Result<Solution, CubeError> {
-        let mut source = buffer(self.cells().saturating_mul(B))?;
-        self.source_means(rule, &mut source)?;
-        Ok(Solution::new(matrix, source, tolerance, at_most)?)
+        CubeSetup::new(self, CellFunctions::new::<B>()).solve(matrix, rule, tolerance, at_most)
     }
 
     /// An estimate from above of the spectral radius of T_h²p, with all pairs in S: that of the matrix
@@ -112,7 +110,10 @@ where
 }
 
 /// The spectral radius, from above, of the matrix of Σ_ab K'_(ia)(jb)²/`mass`.
-fn squares_radius(matrix: &dyn GalerkinMatrix<Scalar = f64>, mass: f64) -> Result<f64, CubeError> {
+pub(crate) fn squares_radius(
+    matrix: &dyn GalerkinMatrix<Scalar = f64>,
+    mass: f64,
+) -> Result<f64, CubeError> {
     let (n, functions) = (matrix.cells(), matrix.functions());
     let mut block: Vec<f64> = buffer(functions.saturating_mul(functions))?;
     let mut apply = |w: &[f64], out: &mut [f64]| {

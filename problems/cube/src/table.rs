@@ -100,10 +100,10 @@ where
 /// A rule on all cells. Of everything that is set up the dimension alone is a constant, so that it is compiled once for
 /// all degrees, kernels and functions.
 #[derive(Clone, Copy, Debug)]
-struct Quadrature<const D: usize> {
-    mesh: Mesh<D>,
-    functions: CellFunctions<D>,
-    rule: Rule,
+pub(crate) struct Quadrature<const D: usize> {
+    pub(crate) mesh: Mesh<D>,
+    pub(crate) functions: CellFunctions<D>,
+    pub(crate) rule: Rule,
 }
 
 /// The block of a cell in its rows of the table.
@@ -123,7 +123,7 @@ impl Block<'_> {
 
 impl<const D: usize> Quadrature<D> {
     /// Fills a row as [`Cube::fill_row`] does; the scratch is B numbers each.
-    fn fill_row(
+    pub(crate) fn fill_row(
         &self,
         kernel: &dyn KernelFn<f64, D>,
         i: usize,
@@ -181,7 +181,7 @@ impl<const D: usize> Quadrature<D> {
     }
 
     /// Takes means as [`Cube::means`] does. `psi` has room for B numbers.
-    fn means(
+    pub(crate) fn means(
         &self,
         function: &dyn ScalarField<f64, D>,
         out: &mut [f64],

@@ -53,6 +53,8 @@ impl PairsTrait for Band {
 /// Pairs of any kind, for an analysis.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyPairs<'a> {
+    /// All pointwise.
+    AllPointwise,
     /// A rule for the diagonal, all others in S.
     Diagonal(DiagonalRule),
     /// A band of pointwise pairs.
@@ -66,6 +68,7 @@ pub enum AnyPairs<'a> {
 impl PairsTrait for AnyPairs<'_> {
     fn kind(&self, i: usize, j: usize) -> PairKind {
         match self {
+            Self::AllPointwise => PairKind::Pointwise,
             Self::Diagonal(pairs) => pairs.kind(i, j),
             Self::Band(pairs) => pairs.kind(i, j),
             Self::Views(pairs) => pairs.kind(i, j),

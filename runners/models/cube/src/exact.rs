@@ -1,12 +1,12 @@
 //! Neighbour equations whose source is F itself: their moments, and the errors of these.
 
 use fredholm_core::galerkin::{GalerkinMatrix, Solution, StoppingRule, gauss_seidel};
-use fredholm_cube::{CubeError, REPLICATES};
+use fredholm_cube::{CubeError, CubeSetup, Mean, REPLICATES};
 
-use super::degree::Degree;
 use super::functions::{Watched, WeightOf, with_values};
+use super::setup::ANY;
 use super::system::CubeSystem;
-use super::table::fill;
+use super::table::{Table, fill};
 use super::{SWEEPS, TOLERANCE};
 use fredholm_model::{Error, Region, Request, WalkOptions};
 
@@ -121,9 +121,28 @@ impl<const D: usize> CubeSystem<'_, D> {
         }
         let table = &self.solved.table;
         let moments = with_values::<f64, _>(self.cut.functions(), |values| {
-            self.degree.moments(&self.cut, values, table, walk)
+            self.sample_moments(values, table, walk)
         });
         moments.map(Some)
+    }
+
+    fn sample_moments(
+        &self,
+        values: &Watched<'_, f64>,
+        table: &Table<'_, D>,
+        walk: &WalkOptions,
+    ) -> Result<(Moments, Solution), Error> {
+        let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
+        let functions = self.degree.functions();
+        let near = CubeSetup::new(&cube, functions).source_means(self.cut.rule()?)?;
+        let sample = |i: usize, threshold, out: &mut [f64]| {
+            let count = functions.count();
+            let near = &near[i * count..(i + 1) * count];
+            let setup = CubeSetup::new(&cube, functions);
+            setup.sample_source(i, near, threshold, walk.seed, out)
+        };
+        let enough = self.cut.enough(walk.moments_tolerance());
+        Moments::new(table, &near, enough, &sample)
     }
 
     /// The moments and their solution, or the system's own solution.
@@ -163,6 +182,9 @@ impl<const D: usize> CubeSystem<'_, D> {
     ) -> Result<Vec<f64>, Error> {
         let mut weights = weights.iter();
         let mut errors = Vec::new();
+        let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
+        let functions = self.degree.functions();
+        let setup = CubeSetup::new(&cube, functions);
         for goal in request.goals {
             let weight = match &goal.region {
                 Region::Weight(_) | Region::Function(_) => weights.next(),
@@ -174,13 +196,13 @@ impl<const D: usize> CubeSystem<'_, D> {
                 let error = match (&goal.region, weight) {
                     (Region::Point(x), _) => {
                         let x = values.domain().unit::<D>(x);
-                        self.degree.value(&self.cut, values, rest, &x)?
+                        setup.value(rest, &x)
                     }
                     (_, Some((_, means))) => {
                         let products = means.iter().zip(solution).map(|(w, z)| w * z);
                         products.sum::<f64>() / self.cut.all_cells() as f64
                     }
-                    _ => Degree::<f64, D>::mean(self.degree, solution),
+                    _ => Mean::of_functions(solution, functions.count()),
                 };
                 squares += error * error;
             }

@@ -14,6 +14,7 @@ mod lift;
 mod mean;
 mod nystrom;
 mod regions;
+mod setup;
 mod shapes;
 mod singular;
 mod spikes;
@@ -34,7 +35,7 @@ use fredholm_cube::{
 pub use functions::{CubeFunctions, CubeValues};
 
 use compiled::{Follow, Parts};
-use degree::{AnyDegree, Constants, Smooth};
+use degree::{Constants, Smooth};
 use domain::Domain;
 use extended::Known;
 use fredholm_model::Deterministic;
@@ -46,7 +47,7 @@ use fredholm_model::{
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
-use system::{Boxed, CubeSystem, Solved, WeightedStart, goals_of, with_job};
+use system::{Boxed, WeightedStart, goals_of, with_job};
 use table::fill;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
@@ -345,53 +346,6 @@ impl<'m> CubePartition<'m> {
         Some(DiagonalRule { diagonal })
     }
 
-    /// The coefficients and the Galerkin solution, on all threads.
-    fn solve_in<const D: usize>(
-        &self,
-        degree: &'static dyn AnyDegree<D>,
-        absorption: f64,
-    ) -> Result<Box<dyn System + 'm>, Error> {
-        let solved = with_values::<f64, _>(self.functions(), |values| {
-            if self.functions().has_integral() {
-                integral::check(self.functions(), values)?;
-            }
-            degree.solve(self, values, absorption)
-        })?;
-        Ok(Box::new(CubeSystem::<'m, D> {
-            cut: *self,
-            solved,
-            degree,
-            lifted: None,
-        }))
-    }
-
-    /// The system of coefficients that were computed before.
-    fn restore_in<const D: usize>(
-        &self,
-        degree: &'static dyn AnyDegree<D>,
-        saved: SavedSystem<'m>,
-    ) -> Result<Box<dyn System + 'm>, Error> {
-        let solution = saved.fitting(self.unknowns(), self.coefficients(), Some(0))?;
-        let table = with_values::<f64, _>(self.functions(), |values| {
-            degree.table(self, values, saved.coefficients)
-        })?;
-        Ok(Box::new(CubeSystem::<'m, D> {
-            cut: *self,
-            solved: Solved { table, solution },
-            degree,
-            lifted: None,
-        }))
-    }
-
-    /// The number of coefficients that a table has, if it can be had.
-    fn coefficients(&self) -> Option<usize> {
-        if !self.functions().is_product() {
-            return self.unknowns().checked_mul(self.unknowns());
-        }
-        let width = self.per_axis.checked_mul(self.degree + 1)?;
-        width.checked_mul(width)?.checked_mul(self.model.dimension)
-    }
-
     /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
     /// looked at when K' is known: it is smaller if K' is exact.
     fn squared_radius_in<const D: usize>(&self) -> Result<f64, Error> {
@@ -443,8 +397,7 @@ impl<'m> CubePartition<'m> {
                 let goal: &Goal = goal;
                 Some(WeightedStart {
                     weight: values.function(Which::Weight(WeightOf::region(&goal.region)?)),
-                    of_means: 0.0,
-                    control_estimate: Box::new(|_, _, _| 0.0),
+                    weighted: None,
                 })
             };
             let weighted: Vec<WeightedStart<'_, F, D>> =

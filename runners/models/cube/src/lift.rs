@@ -10,6 +10,7 @@ use fredholm_variance::gauss;
 
 use super::CubePartition;
 use super::functions::{ModelCube, Watched};
+use super::setup::ANY;
 use super::whole::{MOST_POINTS, nodes};
 
 /// The degree in which T_K v' is approximated: the highest that there is.
@@ -21,9 +22,6 @@ const SETTLED: f64 = 1e-14;
 const MOST_WORK: f64 = 2e9;
 /// Values of the kernel, or what takes as long, that corrections of a score take on average.
 const CORRECTIONS: f64 = 2.0;
-/// A q0 for what does not depend on it.
-const ANY: f64 = 0.5;
-
 const DEGREE: Error = Error::Internal("polynomials of this degree are not offered");
 
 /// v', the projection of F + T_K v on polynomials of degree p', and what walks need of its neighbour equation h = k,

@@ -5,16 +5,19 @@ use fredholm_core::{
     At, Form, Functional, Goals, Located, Neighbour, Real, Sobol, StateSpace, UncertainControl,
     Uniforms,
 };
-use fredholm_cube::{CubeQuadrature, Mean, ScalarField};
+use fredholm_cube::{CubeQuadrature, CubeSetup, Mean, ScalarField, Weighted};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_variance::{Density, MeanCoefficients, PairCosts, Start as Begin, VarianceSetup};
 
 use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::domain::Domain;
-use super::functions::{CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, with_values};
+use super::functions::{
+    CubeScalar, ModelCube, Watched, WatchedFunction, WeightOf, Which, with_values,
+};
 use super::lift::{Lifted, LiftedNeighbour};
 use super::regions::place_of;
+use super::setup::ANY;
 use super::table::Table;
 use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
@@ -51,14 +54,24 @@ pub(super) type Boxed<'a, F, const D: usize> =
 /// What is done with a neighbour equation.
 pub(super) type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Error> + 'a;
 
-/// What a functional scores of v at a start, from φ(x0) and v(x0).
-type Score<'a, F, const D: usize> = dyn Fn(&Located<[F; D]>, F, F) -> f64 + Sync + 'a;
-
 /// A weighted mean with a neighbour equation of any degree.
 pub(super) struct WeightedStart<'a, F, const D: usize> {
     pub(super) weight: WatchedFunction<'a, F>,
-    pub(super) of_means: f64,
-    pub(super) control_estimate: Box<Score<'a, F, D>>,
+    /// What is known of v; nothing for plain walks, whose v is 0.
+    pub(super) weighted: Option<Weighted<'a, F, D, WatchedFunction<'a, F>>>,
+}
+
+impl<F: Real, const D: usize> WeightedStart<'_, F, D> {
+    /// Σ_ia v_ia w_ia/n.
+    fn of_means(&self) -> f64 {
+        self.weighted.as_ref().map_or(0.0, Weighted::of_means)
+    }
+
+    /// The estimate of (v, Φ) from φ(x0) and v(x0) at a start.
+    fn control(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        let weighted = self.weighted.as_ref();
+        weighted.map_or(0.0, |weighted| weighted.control(x0, phi, v))
+    }
 }
 
 /// The pairs of a neighbour equation.
@@ -75,17 +88,15 @@ pub(super) enum Kinds {
 }
 
 impl Kinds {
-    /// The pairs for an analysis.
-    fn any(&self, cells: usize) -> Result<AnyPairs<'_>, Error> {
-        use fredholm_core::galerkin::{DiagonalRule, PairTable};
+    /// The pairs in one type.
+    pub(super) fn any(&self, cells: usize) -> Result<AnyPairs<'_>, Error> {
         Ok(match self {
-            // None is left out.
-            Self::AllPointwise => AnyPairs::Diagonal(DiagonalRule {
-                diagonal: PairKind::Pointwise,
-            }),
+            Self::AllPointwise => AnyPairs::AllPointwise,
             Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
             Self::Band(band) => AnyPairs::Band(*band),
-            Self::Table(table) => AnyPairs::Table(PairTable::new(table, cells)?),
+            Self::Table(table) => {
+                AnyPairs::Table(fredholm_core::galerkin::PairTable::new(table, cells)?)
+            }
         })
     }
 }
@@ -109,8 +120,9 @@ impl<const D: usize> CubeSystem<'_, D> {
         }
         let radius = match &self.solved.table {
             table @ Table::Dense { .. } => with_values::<f64, _>(self.cut.functions(), |values| {
-                self.degree
-                    .neighbour_second_moment_radius(&self.cut, values, table, absorption)
+                let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
+                let setup = CubeSetup::new(&cube, self.degree.functions());
+                Ok(setup.neighbour_second_moment_radius(table)?)
             })?,
             Table::Product(tables) => tables.neighbour_second_moment_radius(absorption)?,
         };
@@ -215,7 +227,10 @@ impl<const D: usize> CubeSystem<'_, D> {
         with_values::<f64, _>(self.cut.functions(), |values| {
             weights(request)
                 .map(|weight| {
-                    let means = self.degree.weight_means(&self.cut, values, weight)?;
+                    let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
+                    let setup = CubeSetup::new(&cube, self.degree.functions());
+                    let weight_fn = values.function(Which::Weight(weight));
+                    let means = setup.means(&weight_fn, self.cut.rule()?)?;
                     Ok((weight, fredholm_core::galerkin::rounded(&means)?))
                 })
                 .collect()
@@ -229,9 +244,15 @@ impl<const D: usize> CubeSystem<'_, D> {
         means: &'a [(WeightOf<'a>, Vec<F>)],
         v: &[F],
     ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
-        let degree = F::degree(self.degree);
+        let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
+        let functions = self.degree.functions();
         let of = |(weight, means): &'a (WeightOf<'a>, Vec<F>)| {
-            degree.weighted(&self.cut, values, *weight, means, v)
+            let weight = values.function(Which::Weight(*weight));
+            let weighted = Weighted::with_functions(&cube, functions, weight, means, v)?;
+            Ok(WeightedStart {
+                weight,
+                weighted: Some(weighted),
+            })
         };
         means.iter().map(of).collect()
     }
@@ -265,7 +286,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             };
             let weighted = self.weighted::<F>(values, &means, &v)?;
             let degree = F::degree(self.degree);
-            let mean = degree.mean(&v);
+            let mean = Mean::of_functions(&v, self.degree.functions().count());
             let of = Of {
                 cut: &self.cut,
                 values,
@@ -529,7 +550,7 @@ pub(super) fn goals_of<'a, F: Real, const D: usize>(
             Region::Weight(_) | Region::Function(_) => {
                 let weighted = weighted.next();
                 let weighted = weighted.ok_or(Error::Internal("a weight has no means"))?;
-                (Start::Weighted(weighted), weighted.of_means)
+                (Start::Weighted(weighted), weighted.of_means())
             }
             _ => (Start::Mean, mean),
         };
@@ -572,7 +593,7 @@ where
 
     fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
         match self {
-            Self::Weighted(weighted) => (weighted.control_estimate)(x0, phi, v),
+            Self::Weighted(weighted) => weighted.control(x0, phi, v),
             // These are known.
             Self::Point(_) | Self::Mean => (phi * v).to_f64(),
         }
@@ -594,12 +615,12 @@ fn with_starts<const D: usize>(
             move |x: &[f64; D]| {
                 let phi = weighted.weight.value(x);
                 let x = neighbour.locate(*x);
-                let value = (weighted.control_estimate)(&x, phi, neighbour.value(&x));
+                let value = weighted.control(&x, phi, neighbour.value(&x));
                 Density {
                     functional: phi,
                     square: phi * phi,
                     initial: 1.0,
-                    fluctuation: value - weighted.of_means,
+                    fluctuation: value - weighted.of_means(),
                 }
             }
         })

@@ -18,10 +18,8 @@ use super::compiled::Parts;
 use super::degree::Of;
 use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
 use super::lift::LiftedNeighbour;
+use super::setup::ANY;
 use super::system::{Boxed, CubeSystem};
-
-/// A q0 for what does not depend on it.
-const ANY: f64 = 0.5;
 
 /// The most Gauss points of a cell and axis, and the most of all cells: more are not tried.
 pub(super) const MOST_POINTS: usize = 12;
