@@ -139,12 +139,24 @@ pub(super) fn with_values<F: CubeScalar, R>(
     functions: &dyn CubeFunctions,
     then: impl FnOnce(&Watched<'_, F>) -> Result<R, Error>,
 ) -> Result<R, Error> {
-    let mut result = Err(Error::Internal("functions without values"));
-    let mut then = Some(then);
-    watch(functions, &mut |watched| {
+    let (mut then, mut result) = (Some(then), None);
+    explained::<F>(functions, &mut |watched| {
         if let Some(then) = then.take() {
-            result = then(watched).map_err(|error| watched.explain(error));
+            result = Some(then(watched)?);
         }
+        Ok(())
+    })?;
+    result.ok_or(Error::Internal("functions without values"))
+}
+
+/// What [`with_values`] does but for the type of the result.
+fn explained<F: CubeScalar>(
+    functions: &dyn CubeFunctions,
+    then: &mut dyn FnMut(&Watched<'_, F>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut result = Ok(());
+    watch(functions, &mut |watched| {
+        result = then(watched).map_err(|error| watched.explain(error));
     });
     result
 }
