@@ -30,12 +30,14 @@ mod events;
 mod fit;
 #[cfg(feature = "alloc")]
 mod setup;
+mod tables;
 #[cfg(feature = "alloc")]
 mod variance;
 
 pub use control::{Sampled, SampledError, StepControl};
 pub use events::{NoEvents, SampledStep, StepEvents};
 #[cfg(feature = "alloc")]
-pub use setup::{CellSteps, SampledSetup, SampledSolution, SampledTables, SetupOptions};
+pub use setup::{CellSteps, SampledSetup, SampledSolution, SetupOptions};
+pub use tables::SampledTables;
 #[cfg(feature = "alloc")]
 pub use variance::ScoreVariance;

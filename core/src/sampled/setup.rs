@@ -1,12 +1,11 @@
 //! v and c from steps that are kept.
 
 use alloc::vec::Vec;
-use core::num::NonZeroU32;
 
+use super::SampledTables;
 use super::control::{Given, advance, power, spread};
 use super::events::{NoEvents, SampledStep, StepEvents};
 use super::fit::{Fit, NO_EVENT, Step, inverse};
-use super::{Sampled, SampledError, StepControl};
 use crate::galerkin::{Basis, CellMap, Convergence, GalerkinError, buffer, reserve, rounded};
 use crate::{
     DefaultGenerator, Kernel, Located, RandomSource, Real, RngUniforms, Sampler, StateSpace,
@@ -557,67 +556,4 @@ fn boxes(most: usize, dimension: usize) -> u32 {
         m += 1;
     }
     m as u32
-}
-
-/// v, c and C in the scalar of the walks.
-#[derive(Clone, Debug)]
-pub struct SampledTables<F> {
-    v: Vec<F>,
-    control: Vec<F>,
-    integral: Vec<F>,
-    per_axis: u32,
-    events: Vec<u32>,
-    of_events: Vec<F>,
-}
-
-impl<F: Real> SampledTables<F> {
-    /// v_ia.
-    #[must_use]
-    pub fn v(&self) -> &[F] {
-        &self.v
-    }
-
-    /// The tables, borrowed.
-    #[must_use]
-    pub fn tables(&self) -> StepControl<'_, F> {
-        StepControl {
-            v: &self.v,
-            control: &self.control,
-            integral: &self.integral,
-            per_axis: self.per_axis,
-            events: &self.events,
-            of_events: &self.of_events,
-        }
-    }
-
-    /// The neighbour equation of v, with so many steps wherever G is scored.
-    ///
-    /// # Errors
-    /// [`SampledError`]: it is none of the problem's cells and functions.
-    pub fn neighbour<'a, P, const D: usize, const B: usize>(
-        &'a self,
-        problem: &'a P,
-        steps: NonZeroU32,
-    ) -> Result<Sampled<'a, F, P, D, B>, SampledError>
-    where
-        P: Basis<B> + StateSpace<Scalar = F>,
-    {
-        Sampled::new(problem, self.tables(), steps)
-    }
-
-    /// The neighbour equation of v whose c has events of the steps, with so many steps wherever G is scored.
-    ///
-    /// # Errors
-    /// [`SampledError`]: it is none of the problem's cells and functions.
-    pub fn neighbour_with_events<'a, P, E, const D: usize, const B: usize>(
-        &'a self,
-        of: (&'a P, &'a E),
-        steps: NonZeroU32,
-    ) -> Result<Sampled<'a, F, P, D, B, E>, SampledError>
-    where
-        P: Basis<B> + StateSpace<Scalar = F>,
-        E: StepEvents<D, Scalar = F, Point = P::Point>,
-    {
-        Sampled::with_events(of, self.tables(), steps)
-    }
 }

@@ -40,6 +40,8 @@ mod polynomials;
 mod quadrature;
 #[cfg(feature = "alloc")]
 mod ray_setup;
+#[cfg(feature = "alloc")]
+mod ray_tables;
 mod rays;
 mod room;
 #[cfg(feature = "alloc")]
@@ -75,7 +77,9 @@ pub use polynomials::PolynomialRoom;
 #[cfg(feature = "alloc")]
 pub use quadrature::RoomQuadrature;
 #[cfg(feature = "alloc")]
-pub use ray_setup::{CellRays, RaySetup, RayTables};
+pub use ray_setup::{CellRays, RaySetup};
+#[cfg(feature = "alloc")]
+pub use ray_tables::RayTables;
 pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Stretch};
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]

@@ -4,12 +4,11 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::Each;
-use fredholm_core::galerkin::{Basis, Partition, legendre, reserve};
+use fredholm_core::galerkin::{Basis, Partition, legendre};
 
 use crate::geometry::{Wall, lambert};
 use crate::rays::{
-    GAUSS, Interval, PRODUCTS, RayBox, RayControl, RayNeighbour, Stretch, TERMS, each_interval,
-    omega_of, products,
+    GAUSS, Interval, PRODUCTS, RayBox, Stretch, TERMS, each_interval, omega_of, products,
 };
 use crate::vector::{Vector, dot, sub};
 use crate::{Point, PolynomialRoom, RoomError};
@@ -93,10 +92,10 @@ pub struct RaySetup<'s, 'r, 'a, const B: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct CellRays {
     /// Stretches, whose numbers of intervals and boxes begin at 0.
-    stretches: Vec<Stretch<f64>>,
-    intervals: Vec<Interval<f64>>,
-    boxes: Vec<RayBox<f64>>,
-    cumulative: Vec<f64>,
+    pub(crate) stretches: Vec<Stretch<f64>>,
+    pub(crate) intervals: Vec<Interval<f64>>,
+    pub(crate) boxes: Vec<RayBox<f64>>,
+    pub(crate) cumulative: Vec<f64>,
 }
 
 /// A vertex at which another wall begins to be seen, and its ω.
@@ -456,7 +455,7 @@ impl RayBox<f64> {
 
 impl<F: Real> Interval<F> {
     /// Adds a box's part of the mean of c: the functions of s have none but the first.
-    fn add(&mut self, ray_box: &RayBox<F>) {
+    pub(crate) fn add(&mut self, ray_box: &RayBox<F>) {
         let [constant, _, _, first, _, second] = ray_box.control;
         let terms = [constant, first, second];
         for (mean, term) in self.mean.iter_mut().zip(terms) {
@@ -485,126 +484,4 @@ fn cumulative(boxes: &[Fitted]) -> Vec<f64> {
         *last = 1.0;
     }
     sums
-}
-
-/// The tables of a [`RayNeighbour`].
-#[derive(Clone, Debug)]
-pub struct RayTables<F> {
-    first: Vec<u32>,
-    stretches: Vec<Stretch<F>>,
-    intervals: Vec<Interval<F>>,
-    boxes: Vec<RayBox<F>>,
-    cumulative: Vec<F>,
-}
-
-impl RayTables<f64> {
-    /// The tables of all cells, in their order.
-    ///
-    /// # Errors
-    /// [`RoomError::Memory`]: more than 2³² − 1 boxes, or no memory.
-    pub fn new(cells: Vec<CellRays>) -> Result<Self, RoomError> {
-        let count = |of: fn(&CellRays) -> usize| cells.iter().map(of).sum::<usize>();
-        let boxes = count(|cell| cell.boxes.len());
-        if u32::try_from(boxes).is_err() {
-            return Err(RoomError::Memory { bytes: None });
-        }
-        let mut all = Self {
-            first: reserve(cells.len() + 1)?,
-            stretches: reserve(count(|cell| cell.stretches.len()) + 1)?,
-            intervals: reserve(count(|cell| cell.intervals.len()))?,
-            boxes: reserve(boxes)?,
-            cumulative: reserve(boxes)?,
-        };
-        for cell in cells {
-            let (interval, ray_box) = (all.intervals.len() as u32, all.boxes.len() as u32);
-            all.first.push(all.stretches.len() as u32);
-            let own = cell.stretches.iter().map(|stretch| Stretch {
-                interval: interval + stretch.interval,
-                ray_box: ray_box + stretch.ray_box,
-                ..*stretch
-            });
-            all.stretches.extend(own);
-            all.intervals.extend(cell.intervals);
-            all.boxes.extend(cell.boxes);
-            all.cumulative.extend(cell.cumulative);
-        }
-        all.first.push(all.stretches.len() as u32);
-        all.stretches.push(Stretch {
-            from: 0.0,
-            interval: all.intervals.len() as u32,
-            ray_box: all.boxes.len() as u32,
-        });
-        Ok(all)
-    }
-
-    /// The tables in the scalar of the walks: c is rounded, and its means are those of c as rounded.
-    ///
-    /// # Errors
-    /// [`RoomError::Memory`].
-    pub fn rounded<F: Real>(&self) -> Result<RayTables<F>, RoomError> {
-        let to = F::from_f64;
-        let mut all = RayTables {
-            first: self.first.clone(),
-            stretches: reserve(self.stretches.len())?,
-            intervals: reserve(self.intervals.len())?,
-            boxes: reserve(self.boxes.len())?,
-            cumulative: reserve(self.cumulative.len())?,
-        };
-        all.stretches
-            .extend(self.stretches.iter().map(|stretch| Stretch {
-                from: to(stretch.from),
-                interval: stretch.interval,
-                ray_box: stretch.ray_box,
-            }));
-        all.intervals
-            .extend(self.intervals.iter().map(|interval| Interval {
-                end: interval.end.each(to),
-                mean: [F::zero(); TERMS],
-            }));
-        all.boxes.extend(self.boxes.iter().map(|ray_box| RayBox {
-            interval: ray_box.interval,
-            from: to(ray_box.from),
-            width: to(ray_box.width),
-            control: ray_box.control.each(to),
-        }));
-        all.cumulative
-            .extend(self.cumulative.iter().map(|&sum| to(sum)));
-        let stretches = all.stretches.iter().zip(all.stretches.iter().skip(1));
-        for (own, next) in stretches {
-            let boxes = all.boxes.get(own.ray_box as usize..next.ray_box as usize);
-            for ray_box in boxes.unwrap_or(&[]) {
-                let interval = own.interval as usize + ray_box.interval as usize;
-                if let Some(interval) = all.intervals.get_mut(interval) {
-                    interval.add(ray_box);
-                }
-            }
-        }
-        Ok(all)
-    }
-}
-
-impl<F: Real> RayTables<F> {
-    /// The tables, borrowed.
-    #[must_use]
-    pub fn control(&self) -> RayControl<'_, F> {
-        RayControl {
-            first: &self.first,
-            stretches: &self.stretches,
-            intervals: &self.intervals,
-            boxes: &self.boxes,
-            cumulative: &self.cumulative,
-        }
-    }
-
-    /// The neighbour equation of v with these tables.
-    ///
-    /// # Errors
-    /// [`RoomError::Length`], [`RoomError::Tables`]: v or the tables are those of other cells.
-    pub fn neighbour<'n, 'r, 'a, const B: usize>(
-        &'n self,
-        polynomials: &'n PolynomialRoom<'r, 'a, F, B>,
-        v: &'n [F],
-    ) -> Result<RayNeighbour<'n, 'r, 'a, F, B>, RoomError> {
-        RayNeighbour::new(polynomials, v, self.control())
-    }
 }

@@ -1,5 +1,6 @@
 //! `fredholm render`: a picture of a room with its light, or of a scene as a camera sees it.
 
+mod output;
 mod profile;
 mod view;
 
@@ -14,7 +15,8 @@ use fredholm::{Error, Pairs, Partitioned, WalkOptions};
 use fredholm_file::Resolution;
 use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall, panel_width};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
-use serde::Serialize;
+
+use output::{Noise, Summary, csv};
 
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
@@ -51,55 +53,6 @@ impl Format {
                 path.display()
             ))
         })
-    }
-}
-
-/// What `render --json` prints. Names are a promise; fields may be added.
-#[derive(Debug, Serialize)]
-struct Summary {
-    /// Pixels over the room and next to it.
-    width: usize,
-    height: usize,
-    /// In a picture, the place of the first of them: pixels from its left and its upper edge.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    origin: Option<[usize; 2]>,
-    /// Whether all pixels are from one set of walks, by the whole function.
-    #[serde(skip_serializing_if = "core::ops::Not::not")]
-    whole: bool,
-    /// Whether it is what a camera sees.
-    #[serde(skip)]
-    is_view: bool,
-    /// Those within the room, or which see a surface.
-    inside: usize,
-    cells: usize,
-    /// Of what is seen.
-    least: f64,
-    largest: f64,
-    preconditioned: Noise,
-    /// With `--side-by-side`.
-    plain: Option<Noise>,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Noise {
-    /// For a pixel, or of a whole function for all of them.
-    walks: u64,
-    /// Root mean square over pixels of the standard error; `null` for one walk.
-    std_error: Option<f64>,
-    seconds: f64,
-}
-
-impl Noise {
-    fn of(field: &Field) -> Self {
-        Self::new(&field.air, field.walks, field.seconds)
-    }
-
-    fn new(spots: &[Spot], walks: u64, seconds: f64) -> Self {
-        Self {
-            walks,
-            std_error: root_mean_square(spots.iter().map(|spot| spot.error)),
-            seconds,
-        }
     }
 }
 
@@ -545,70 +498,4 @@ fn captions(field: &Field, scale: &Scale, is_given: bool, heat: bool) -> Vec<Str
         ));
     }
     captions
-}
-
-/// What every pixel of the room sees.
-fn csv(canvas: &Canvas, air: &[Spot]) -> Result<Vec<u8>, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(["x", "y", "seen", "std_error"])
-        .map_err(Failure::run)?;
-    for (number, spot) in air.iter().enumerate() {
-        if spot.value.is_nan() {
-            continue;
-        }
-        let [x, y] = canvas.middle(number);
-        writer
-            .write_record([x, y, spot.value, spot.error].map(number_or_nothing))
-            .map_err(Failure::run)?;
-    }
-    writer.into_inner().map_err(Failure::run)
-}
-
-/// An empty field for what is not known.
-fn number_or_nothing(value: f64) -> String {
-    if value.is_nan() {
-        String::new()
-    } else {
-        format!("{value}")
-    }
-}
-
-impl Summary {
-    fn text(&self, json: bool) -> Result<String, Failure> {
-        if json {
-            let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
-            text.push('\n');
-            return Ok(text);
-        }
-        let [within, seen] = match self.is_view {
-            true => ["that see a surface", "seen"],
-            false => ["within the room", "seen between the walls"],
-        };
-        let mut text = format!(
-            "{} x {} pixels, {} {within}; {} cells\n{seen}: {} to {}\n",
-            self.width,
-            self.height,
-            self.inside,
-            self.cells,
-            short(self.least),
-            short(self.largest)
-        );
-        let (name, each) = match self.whole {
-            true => ("whole function", "for all of it"),
-            false => ("preconditioned", "a pixel"),
-        };
-        let all = [(name, Some(self.preconditioned)), ("plain", self.plain)];
-        for (name, noise) in all {
-            let Some(noise) = noise else { continue };
-            text.push_str(&format!(
-                "{name}: {} walk{} {each}, RMS standard error {}, {:.1} s\n",
-                noise.walks,
-                if noise.walks == 1 { "" } else { "s" },
-                noise.std_error.map_or("unknown".to_owned(), short),
-                noise.seconds
-            ));
-        }
-        Ok(text)
-    }
 }

@@ -5,7 +5,8 @@ use fredholm::numbers::short;
 use fredholm::room::{FieldRequest, RoomModel, Stretch};
 use fredholm_plot::{Piece, ProfilePlot};
 
-use super::{Content, Cut, Format, PROFILE_WALKS, Picturing, number_or_nothing, root_mean_square};
+use super::output::number_or_nothing;
+use super::{Content, Cut, Format, PROFILE_WALKS, Picturing, root_mean_square};
 use crate::failure::Failure;
 
 /// About so many points in all.

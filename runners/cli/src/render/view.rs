@@ -7,7 +7,8 @@ use fredholm_file::Resolution;
 use fredholm_plot::{Scale, ViewPanel, ViewPicture};
 use fredholm_scene::STEFAN_BOLTZMANN;
 
-use super::{Content, Cut, Format, Noise, Picturing, Summary, error_caption, number_or_nothing};
+use super::output::{Noise, Summary, number_or_nothing};
+use super::{Content, Cut, Format, Picturing, error_caption};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 

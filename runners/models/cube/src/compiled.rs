@@ -10,7 +10,8 @@ use fredholm_rayon::RunError;
 
 use super::closures::Closures;
 use super::functions::Watched;
-use super::system::{Boxed, GoalsOf, Start};
+use super::starts::{GoalsOf, Start};
+use super::system::Boxed;
 use fredholm_model::Error;
 use fredholm_model::{WithJob, WithWholeJob};
 

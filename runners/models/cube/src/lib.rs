@@ -18,6 +18,7 @@ mod setup;
 mod shapes;
 mod singular;
 mod spikes;
+mod starts;
 mod system;
 mod table;
 mod whole;
@@ -47,7 +48,8 @@ use fredholm_model::{
 };
 use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
-use system::{Boxed, WeightedStart, goals_of, with_job};
+use starts::{WeightedStart, goals_of};
+use system::{Boxed, with_job};
 use table::fill;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and

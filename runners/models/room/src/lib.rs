@@ -8,6 +8,7 @@ mod leaks;
 mod means;
 mod notes;
 mod partition;
+mod starts;
 mod surfaces;
 mod system;
 mod whole;

@@ -15,7 +15,8 @@ use fredholm_room::{
     Visibility, VisibilityTable, min_mass_ratio, second_moment_radius,
 };
 
-use crate::system::{Boxed, RoomSystem, Solutions, with_job};
+use crate::starts::{Solutions, with_job};
+use crate::system::{Boxed, RoomSystem};
 use crate::{DEFAULT_CELLS, RoomModel, corners, of_degree};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.

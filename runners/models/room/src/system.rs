@@ -4,26 +4,25 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
-use fredholm_core::{At, Functional, Goals, Neighbour, Real, Uniforms};
+use fredholm_core::{Neighbour, Real};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    CellRays, Choice, Irradiance, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
-    RoomQuadrature, Seen, Tables, VisibilityTable,
+    CellRays, Choice, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
+    RoomQuadrature, Tables, VisibilityTable,
 };
 use fredholm_variance::{
     Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
 };
 
-use super::means::Means;
 use super::partition::{RoomPartition, choice, pointwise_pairs};
+use super::starts::{Solutions, in_view, seen, with_job};
 use super::whole::RoomWhole;
-use super::{RoomModel, export, of_degree};
+use super::{export, of_degree};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{Error, Pairs, Region, SavedSystem, Subject, System, WholeSystem, in_scalar};
-use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithStarts};
+use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
 use fredholm_rayon::fill_rows;
 
 /// The coefficients of a room, and the Galerkin solution.
@@ -496,125 +495,5 @@ impl System for RoomSystem<'_> {
         Self: 's,
     {
         Ok(Box::new(RoomWhole::new(*self)))
-    }
-}
-
-/// What v gives where walks start.
-pub(super) struct Solutions<'s, 'a, F> {
-    /// The mean of the control variate.
-    pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
-    /// What a point between the walls sees of it.
-    pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
-    /// The irradiance that it makes.
-    pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
-}
-
-/// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
-pub(super) fn with_job<'a, F: Real>(
-    model: &RoomModel,
-    room: &Room<'a, F>,
-    lengths: &'a [f64],
-    neighbour: &Boxed<'_, F>,
-    solutions: &Solutions<'_, 'a, F>,
-    request: &Request<'_>,
-    then: &mut WithJob<'_>,
-) -> Result<(), Error> {
-    let mut goals = Vec::new();
-    let mut galerkins = Vec::new();
-    let regions = model.regions(request.goals, request.only_u);
-    for region in &regions {
-        let start = model.start(room, lengths, region)?;
-        let galerkin = match &start {
-            Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
-            Start::Mean(mean) => (solutions.mean)(mean),
-            Start::Air(seen) => (solutions.air)(seen),
-            Start::Light(_) | Start::LightMean(_) => f64::NAN,
-        };
-        galerkins.push(galerkin);
-        goals.push(fredholm_core::Goal {
-            functional: start,
-            control_mean: Some(galerkin),
-        });
-    }
-    // Where irradiance does not follow from u it takes walks of its own.
-    for region in &regions {
-        if model.takes_walks(region, request.only_u) {
-            goals.push(match model.start(room, lengths, region)? {
-                Start::Point(at) => fredholm_core::Goal {
-                    control_mean: Some((solutions.irradiance)(&at.0)),
-                    functional: Start::Light(Irradiance { room, of: at }),
-                },
-                Start::Mean(mean) => fredholm_core::Goal {
-                    control_mean: None,
-                    functional: Start::LightMean(Irradiance { room, of: mean }),
-                },
-                other => fredholm_core::Goal {
-                    functional: other,
-                    control_mean: None,
-                },
-            });
-        }
-    }
-    galerkins.truncate(request.goals.len());
-    let options = request.walk.for_core();
-    then(&Goals::new(room, neighbour, &goals, options), &galerkins)
-}
-
-impl RoomModel {
-    /// Where the walks of a goal start.
-    fn start<'r, 'a, F: Real>(
-        &self,
-        room: &'r Room<'a, F>,
-        lengths: &'a [f64],
-        region: &Region,
-    ) -> Result<Start<'r, 'a, F>, Error> {
-        Ok(match region {
-            Region::On(surface, t) => {
-                let (wall, fraction) = self.scene.along(*surface, *t)?;
-                Start::Point(At(room.point(wall, fraction)?))
-            }
-            Region::Point(x) => Start::Air(seen(room, x)),
-            region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
-        })
-    }
-}
-
-/// What a point in the air sees.
-fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r, 'a, F> {
-    Seen {
-        room,
-        position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
-    }
-}
-
-/// Walks that start with this density, φ = 1.
-const fn in_view(density: f64) -> Density {
-    Density {
-        functional: density,
-        square: density,
-        initial: density,
-        fluctuation: 0.0,
-    }
-}
-
-/// Where the walks of a goal start.
-pub(super) enum Start<'r, 'a, F> {
-    Point(At<Point<F>>),
-    Mean(Means<'r, 'a, F>),
-    Air(Seen<'r, 'a, F>),
-    Light(Irradiance<'r, 'a, F, At<Point<F>>>),
-    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
-}
-
-impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
-    #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        match self {
-            Self::Point(At(x)) => (*x, F::one()),
-            Self::Mean(mean) => mean.start(uniforms),
-            Self::Air(seen) => seen.start(uniforms),
-            Self::Light(light) => light.start(uniforms),
-            Self::LightMean(light) => light.start(uniforms),
-        }
     }
 }

@@ -1,0 +1,144 @@
+//! Where the walks of goals start, and what v gives there.
+
+use fredholm_core::{At, Functional, Located, Real, StateSpace, Uniforms};
+use fredholm_cube::{Mean, ScalarField, Weighted};
+use fredholm_model::{Error, Region, Request, WithStarts};
+use fredholm_variance::{Density, Start as Begin};
+
+use super::domain::Domain;
+use super::functions::{ModelCube, WatchedFunction};
+use super::system::Boxed;
+
+/// A weighted mean with a neighbour equation of any degree.
+pub(super) struct WeightedStart<'a, F, const D: usize> {
+    pub(super) weight: WatchedFunction<'a, F>,
+    /// What is known of v; nothing for plain walks, whose v is 0.
+    pub(super) weighted: Option<Weighted<'a, F, D, WatchedFunction<'a, F>>>,
+}
+
+impl<F: Real, const D: usize> WeightedStart<'_, F, D> {
+    /// Σ_ia v_ia w_ia/n.
+    pub(super) fn of_means(&self) -> f64 {
+        self.weighted.as_ref().map_or(0.0, Weighted::of_means)
+    }
+
+    /// The estimate of (v, Φ) from φ(x0) and v(x0) at a start.
+    pub(super) fn control(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        let weighted = self.weighted.as_ref();
+        weighted.map_or(0.0, |weighted| weighted.control(x0, phi, v))
+    }
+}
+
+/// The goals of walks, and (v, Φ) of each.
+pub(super) type GoalsOf<'a, F, const D: usize> =
+    (Vec<fredholm_core::Goal<Start<'a, F, D>>>, Vec<f64>);
+
+/// The goals of walks that follow this neighbour equation.
+pub(super) fn goals_of<'a, F: Real, const D: usize>(
+    domain: &Domain<F>,
+    neighbour: &Boxed<'_, F, D>,
+    request: &Request<'_>,
+    weighted: &'a [WeightedStart<'a, F, D>],
+    mean: f64,
+) -> Result<GoalsOf<'a, F, D>, Error> {
+    let mut weighted = weighted.iter();
+    let (mut goals, mut values) = (Vec::new(), Vec::new());
+    for goal in request.goals {
+        let (functional, galerkin) = match &goal.region {
+            Region::Point(x) => {
+                let x = domain.unit(x);
+                let value = neighbour.value(&neighbour.locate(x)).to_f64();
+                (Start::Point(At(x)), value)
+            }
+            Region::Weight(_) | Region::Function(_) => {
+                let weighted = weighted.next();
+                let weighted = weighted.ok_or(Error::Internal("a weight has no means"))?;
+                (Start::Weighted(weighted), weighted.of_means())
+            }
+            _ => (Start::Mean, mean),
+        };
+        values.push(galerkin);
+        goals.push(fredholm_core::Goal {
+            control_mean: match &functional {
+                Start::Weighted(_) => None,
+                _ => Some(galerkin),
+            },
+            functional,
+        });
+    }
+    Ok((goals, values))
+}
+
+/// Where the walks of a goal start.
+pub(super) enum Start<'a, F, const D: usize> {
+    Point(At<[F; D]>),
+    Mean,
+    Weighted(&'a WeightedStart<'a, F, D>),
+}
+
+impl<E, F, const D: usize> Functional<E> for Start<'_, F, D>
+where
+    E: StateSpace<Scalar = F, Point = [F; D]>,
+    F: Real,
+{
+    // Always: a call here would keep the walk's generator in memory, whose steps then wait for it.
+    #[inline(always)]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
+        if let Self::Point(At(x)) = self {
+            return (*x, F::one());
+        }
+        let (x, phi) = Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms);
+        match self {
+            Self::Weighted(weighted) => (x, weighted.weight.value(&x)),
+            _ => (x, phi),
+        }
+    }
+
+    fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+        match self {
+            Self::Weighted(weighted) => weighted.control(x0, phi, v),
+            // These are known.
+            Self::Point(_) | Self::Mean => (phi * v).to_f64(),
+        }
+    }
+}
+
+/// Calls `then` with the starts of the walks of all goals, as an analysis sees it.
+pub(super) fn with_starts<const D: usize>(
+    request: &Request<'_>,
+    domain: &Domain<f64>,
+    neighbour: &Boxed<'_, f64, D>,
+    weighted: &[WeightedStart<'_, f64, D>],
+    then: &mut WithStarts<'_, [f64; D]>,
+) -> Result<(), Error> {
+    let mean = |_: &[f64; D]| Density::uniform(1.0);
+    let densities: Vec<_> = weighted
+        .iter()
+        .map(|weighted| {
+            move |x: &[f64; D]| {
+                let phi = weighted.weight.value(x);
+                let x = neighbour.locate(*x);
+                let value = weighted.control(&x, phi, neighbour.value(&x));
+                Density {
+                    functional: phi,
+                    square: phi * phi,
+                    initial: 1.0,
+                    fluctuation: value - weighted.of_means(),
+                }
+            }
+        })
+        .collect();
+    let mut densities = densities.iter();
+    let mut starts: Vec<Begin<'_, [f64; D]>> = Vec::new();
+    for goal in request.goals {
+        starts.push(match &goal.region {
+            Region::Point(x) => Begin::At(domain.unit(x)),
+            Region::Weight(_) | Region::Function(_) => match densities.next() {
+                Some(density) => Begin::Density(density),
+                None => return Err(Error::Internal("a weight has no means")),
+            },
+            _ => Begin::Density(&mean),
+        });
+    }
+    then(&starts)
+}
