@@ -20,6 +20,7 @@ mod refusals;
 mod render;
 mod room;
 mod scene;
+mod scene_factors;
 mod solve;
 mod sphere;
 mod split;

@@ -1,0 +1,276 @@
+//! `fredholm factors` of scenes in space.
+
+use crate::common;
+
+use common::{Folder, Ran};
+
+/// Runs the program, which must end with this status.
+fn ended(status: i32, args: &[&str]) -> Ran {
+    let ran = common::fredholm(args);
+    assert_eq!(ran.status, Some(status), "{ran:?}");
+    ran
+}
+
+/// View3D's example: two unit squares with a square half-way between, which hides a quarter.
+const DECK: &str = "T Two squares\nC encl=0 list=3\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\n\
+V 7 1 1 1\nV 8 0 1 1\nV 9 0 0 .5\nV 10 .5 0 .5\nV 11 .5 .5 .5\nV 12 0 .5 .5\nS 1 1 2 3 4 0 0 0.5 low\nS 2 7 6 5 8 0 0 0.5 high\n\
+S 3 9 10 11 12 0 0 0.5 between\nEnd of data\n";
+
+/// Howell's C-11, of which the square takes a quarter.
+const QUARTER_LESS: f64 = 0.75 * 0.199_824_895_698_387;
+
+#[test]
+fn factors_of_a_deck_in_every_form() {
+    let folder = Folder::new();
+    let deck = folder.file("squares.vs3", DECK);
+    let printed = ended(0, &["factors", &deck]);
+    assert!(printed.stdout.contains("0.149869"), "{}", printed.stdout);
+    assert!(
+        printed
+            .stderr
+            .contains("3 polygons, 2 pairs see each other"),
+        "{}",
+        printed.stderr
+    );
+    let json = ended(
+        0,
+        &[
+            "factors",
+            &deck,
+            "--json",
+            "--error",
+            "1e-11",
+            "--threads",
+            "2",
+        ],
+    );
+    let json = json.json();
+    let f = json["factors"][0][1].as_f64().unwrap();
+    assert!((f - QUARTER_LESS).abs() < 1e-11, "{f}");
+    assert_eq!(json["surfaces"][2], "between");
+    assert_eq!(json["areas"][2], 0.25);
+    let csv = folder.at("factors.csv");
+    ended(0, &["factors", &deck, "--out", &csv]);
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        csv.starts_with("from,to,factor\nlow,high,0.14986867"),
+        "{csv}"
+    );
+    assert_eq!(csv.lines().count(), 5);
+    let arrays = folder.at("factors.npz");
+    ended(0, &["factors", &deck, "--out", &arrays]);
+    let arrays = std::fs::read(arrays).unwrap();
+    let at = |words: &[u8]| arrays.windows(words.len()).position(|w| w == words);
+    // The second number of the first array, behind its head of 128 bytes.
+    let first = at(b"\x93NUMPY").unwrap() + 128 + 8;
+    let number = f64::from_le_bytes(arrays[first..first + 8].try_into().unwrap());
+    assert!((number - QUARTER_LESS).abs() < 1e-9, "{number}");
+    for name in [
+        "factors.npy",
+        "surfaces.npy",
+        "areas.npy",
+        "emissivities.npy",
+    ] {
+        assert!(at(name.as_bytes()).is_some(), "{name}");
+    }
+    let text = folder.at("factors.txt");
+    ended(0, &["factors", &deck, "--out", &text]);
+    let text = std::fs::read_to_string(text).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[1], "1.0 1.0 0.25");
+    assert_eq!((lines.len(), lines[5]), (6, "0.5 0.5 0.5"));
+}
+
+#[test]
+fn the_template_has_factors_and_a_picture() {
+    let folder = Folder::new();
+    let template = ended(0, &["init", "scene"]).stdout;
+    let file = folder.file("scene.toml", &template);
+    let printed = ended(0, &["factors", &file, "--error", "1e-6"]);
+    assert!(
+        printed.stderr.contains("row sums: at most"),
+        "{}",
+        printed.stderr
+    );
+    let rough = ["factors", &file, "--error", "1e-2", "--close", "--json"];
+    let closed = ended(0, &rough);
+    assert!(closed.stderr.contains("rows closed"), "{}", closed.stderr);
+    for row in closed.json()["factors"].as_array().unwrap() {
+        let row = row.as_array().unwrap();
+        let sum: f64 = row.iter().filter_map(|f| f.as_f64()).sum();
+        assert!((sum - 1.0).abs() < 1e-14, "{sum}");
+    }
+    let open = ["factors", &file, "--open", "--close"];
+    let refused = ended(2, &open);
+    assert!(
+        refused.stderr.contains("`--close`: the scene is open"),
+        "{}",
+        refused.stderr
+    );
+    // Black surfaces exchange what they send.
+    let grey = ended(0, &["factors", &file, "--grey", "--error", "1e-6"]);
+    assert!(grey.stdout.contains("0.700000"), "{}", grey.stdout);
+    let svg = folder.at("scene.svg");
+    let check = ended(0, &["check", &file, "--out", &svg]);
+    assert!(check.stdout.contains("14"), "{}", check.stdout);
+    let svg = std::fs::read_to_string(svg).unwrap();
+    assert_eq!(svg.matches("<polygon").count(), 14);
+    assert!(svg.contains(">table</text>"));
+}
+
+/// A plate on the ground beside a wall that is as long as it: what it does not send to the wall leaves.
+const COURT: &str = "[problem]\nkind = \"scene\"\nsky = { altitudes = [0, 40, 90], sectors = [4, 2] }\n\
+[[problem.surface]]\nname = \"plate\"\npolygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nemissivity = 0.7\n\
+[[problem.surface]]\nname = \"wall\"\npolygon = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]\nemissivity = 0.9\n";
+
+#[test]
+fn factors_to_the_sky_in_every_form() {
+    let folder = Folder::new();
+    let file = folder.file("court.toml", COURT);
+    let printed = ended(0, &["factors", &file]);
+    let head = printed.stdout.lines().next().unwrap();
+    let head: Vec<&str> = head.split_whitespace().collect();
+    assert_eq!(head[3..], ["plate", "wall", "sky", "below", "sum"]);
+    // What the plate does not send to the wall goes to the sky: 1 less Howell's C-14.
+    let c_14 = 0.200_043_776_075_403;
+    assert!(printed.stdout.contains("0.799956"), "{}", printed.stdout);
+    assert!(
+        printed.stderr.contains("row sums: at most"),
+        "{}",
+        printed.stderr
+    );
+    let sum = |row: &serde_json::Value| -> f64 {
+        let row = row.as_array().unwrap().iter();
+        row.filter_map(serde_json::Value::as_f64).sum()
+    };
+    let json = ended(0, &["factors", &file, "--json"]).json();
+    let sky = &json["sky"];
+    assert!((sum(&sky["factors"][0]) - (1.0 - c_14)).abs() < 1e-9);
+    let below = sky["below"][1].as_f64().unwrap();
+    let wall = sum(&sky["factors"][1]);
+    assert!((below + wall + c_14 - 1.0).abs() < 1e-9, "{below} {wall}");
+    assert_eq!(sky["patches"][4]["name"], "sky 2.1");
+    assert_eq!(sky["patches"][3]["azimuths"][0], 270.0);
+    // The wall looks to the east.
+    assert!(sky["factors"][1][2].as_f64() == Some(0.0), "{sky}");
+    let grey = ended(0, &["factors", &file, "--grey", "--json"]).json();
+    let own = sum(&grey["factors"][1]) + sum(&grey["sky"]["factors"][1]);
+    let own = own + grey["sky"]["below"][1].as_f64().unwrap();
+    assert!((own - 0.9).abs() < 1e-9, "{own}");
+    let csv = folder.at("factors.csv");
+    ended(0, &["factors", &file, "--out", &csv]);
+    let csv = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        csv.contains("plate,sky 2.2,0.") && csv.contains("wall,below,0."),
+        "{csv}"
+    );
+    let arrays = folder.at("factors.npz");
+    ended(0, &["factors", &file, "--out", &arrays]);
+    let arrays = std::fs::read(arrays).unwrap();
+    for name in ["sky.npy", "below.npy", "patches.npy"] {
+        let found = arrays.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(found, "{name}");
+    }
+    let text = folder.at("factors.txt");
+    let refused = ended(2, &["factors", &file, "--out", &text]);
+    assert!(refused.stderr.contains("has no sky"), "{}", refused.stderr);
+    assert!(!std::path::Path::new(&text).exists());
+    let check = ended(0, &["check", &file]);
+    assert!(check.stdout.contains("6 patches"), "{}", check.stdout);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let folder = Folder::new();
+    let open = folder.file("open.vs3", DECK.replace("encl=0", "encl=1"));
+    let refused = ended(2, &["factors", &open]);
+    assert!(refused.stderr.contains("open.vs3:"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("not closed"), "{}", refused.stderr);
+    ended(0, &["factors", &open, "--open"]);
+    let deck = folder.file("squares.vs3", DECK);
+    ended(2, &["factors", &deck, "--error", "1"]);
+    ended(2, &["factors", &deck, "--out", "factors.doc"]);
+    let refused = ended(2, &["solve", &deck]);
+    assert!(
+        refused.stderr.contains("fredholm factors"),
+        "{}",
+        refused.stderr
+    );
+    let room = folder.file("room.toml", &ended(0, &["init", "room"]).stdout);
+    let refused = ended(2, &["factors", &room, "--grey"]);
+    assert!(
+        refused.stderr.contains("`--grey` belongs to scenes"),
+        "{}",
+        refused.stderr
+    );
+}
+
+/// Between polygons what is not 0 is written, and what is read with its zeros is the same.
+#[test]
+fn sparse_factors_between_polygons() {
+    let folder = Folder::new();
+    let file = folder.file("scene.toml", &ended(0, &["init", "scene"]).stdout);
+    let command = |out: &str| {
+        ended(
+            0,
+            &["factors", &file, "--faces", "--error", "1e-6", "--out", out],
+        )
+    };
+    let [json, csv, arrays] = ["f.json", "f.csv", "f.npz"].map(|name| folder.at(name));
+    for out in [&json, &csv, &arrays] {
+        command(out);
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    let whole: Vec<Vec<f64>> = serde_json::from_value(json["factors"].clone()).unwrap();
+    assert_eq!(whole.len(), 14);
+    for row in &whole {
+        let sum: f64 = row.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{row:?}");
+    }
+    let found: Vec<(usize, usize, f64)> = (0..14)
+        .flat_map(|i| (0..14).map(move |j| (i, j)))
+        .map(|(i, j)| (i, j, whole[i][j]))
+        .filter(|entry| entry.2 != 0.0)
+        .collect();
+    // Neither the ceiling nor the lid sees itself, and half of the sides of a box look away from a wall.
+    assert!(found.len() < 130, "{}", found.len());
+    let csv = std::fs::read_to_string(csv).unwrap();
+    let name = |k: usize| json["surfaces"][k].as_str().unwrap().to_owned();
+    let lines = csv.lines().skip(1).zip(&found);
+    assert_eq!(csv.lines().count(), found.len() + 1);
+    for (line, (i, j, f)) in lines {
+        assert_eq!(line, format!("{},{},{f:?}", name(*i), name(*j)));
+    }
+    let arrays = std::fs::read(arrays).unwrap();
+    // The content of an array, whose head says how long it is.
+    let content = |name: &str, bytes: usize| -> Vec<u8> {
+        let word = format!("{name}.npy");
+        let at = arrays
+            .windows(word.len())
+            .position(|w| w == word.as_bytes());
+        let at = at.unwrap() + word.len() + 8;
+        let head = usize::from(u16::from_le_bytes([arrays[at], arrays[at + 1]]));
+        arrays[at + 2 + head..at + 2 + head + bytes].to_vec()
+    };
+    assert_eq!(content("format", 3), b"csr");
+    let long = |bytes: Vec<u8>| -> Vec<u64> {
+        let words = bytes.chunks_exact(8);
+        words
+            .map(|w| u64::from_le_bytes(w.try_into().unwrap()))
+            .collect()
+    };
+    assert_eq!(long(content("shape", 16)), [14, 14]);
+    let first = long(content("indptr", 8 * 15));
+    let columns = content("indices", 4 * found.len());
+    let data = long(content("data", 8 * found.len()));
+    assert_eq!(first[14], found.len() as u64);
+    for (k, (i, j, f)) in found.iter().enumerate() {
+        assert!((first[*i]..first[*i + 1]).contains(&(k as u64)));
+        assert_eq!(
+            u32::from_le_bytes(columns[4 * k..4 * k + 4].try_into().unwrap()),
+            *j as u32
+        );
+        assert_eq!(f64::from_bits(data[k]), *f);
+    }
+}
