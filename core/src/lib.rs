@@ -15,6 +15,7 @@ mod known;
 mod last_step;
 mod neighbour;
 mod real;
+pub mod refused;
 pub mod sampled;
 mod schedule;
 mod sobol;

@@ -5,7 +5,7 @@ use core::fmt;
 use num_traits::{one, zero};
 
 use super::{GalerkinMatrix, Pairs};
-use crate::Real;
+use crate::{Real, refused};
 
 /// When the Gauss–Seidel iteration stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,14 +114,7 @@ impl fmt::Display for GalerkinError {
                 "the absolute values of the coefficients have an estimated spectral radius of 1 or \
                  more: the mean of the walks does not exist; a smaller kernel is needed"
             ),
-            Self::Memory { bytes: Some(bytes) } => write!(
-                f,
-                "there is no memory for a table of {bytes} bytes; fewer cells need less"
-            ),
-            Self::Memory { bytes: None } => write!(
-                f,
-                "a table of this size cannot be addressed; fewer cells need less"
-            ),
+            Self::Memory { bytes } => refused::memory(f, *bytes, "; fewer cells need less"),
             Self::Pointwise { row } => write!(
                 f,
                 "row {row} has a pointwise pair: its source is no table, the problem's exact \

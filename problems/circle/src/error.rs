@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use fredholm_core::refused;
+
 /// Why there is no such circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -61,19 +63,12 @@ impl fmt::Display for CircleError {
                 f,
                 "the number of cells ({cells}) must be a multiple of the number of arcs ({arcs})"
             ),
-            Self::Absorption => {
-                write!(
-                    f,
-                    "the absorption probability must lie strictly between 0 and 1"
-                )
-            }
+            Self::Absorption => f.write_str(refused::ABSORPTION),
             Self::Emission => write!(
                 f,
                 "the emission must be finite, and its frequency at least 1"
             ),
-            Self::Length { expected, found } => {
-                write!(f, "a buffer of length {expected} is needed, not of {found}")
-            }
+            Self::Length { expected, found } => refused::length(f, *expected, *found),
             Self::Slot { slot } => write!(
                 f,
                 "slot {slot} of the table leads to no cell: the table is no circle's"

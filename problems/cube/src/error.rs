@@ -3,6 +3,7 @@
 use core::fmt;
 
 use fredholm_core::galerkin::GalerkinError;
+use fredholm_core::refused;
 
 /// Why there is no such cube, table or solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,12 +53,7 @@ pub enum CubeError {
 impl fmt::Display for CubeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Absorption => {
-                write!(
-                    f,
-                    "the absorption probability must lie strictly between 0 and 1"
-                )
-            }
+            Self::Absorption => f.write_str(refused::ABSORPTION),
             Self::Cells => write!(
                 f,
                 "at least one cell per axis is needed, at most 2^32 - 1 cells in all, and per axis \
@@ -65,21 +61,10 @@ impl fmt::Display for CubeError {
             ),
             Self::Points => write!(f, "a rule has 1 to 5 quadrature points per axis"),
             Self::Cell { cell } => write!(f, "there is no cell {cell}"),
-            Self::Length { expected, found } => {
-                write!(f, "a buffer of length {expected} is needed, not of {found}")
+            Self::Length { expected, found } => refused::length(f, *expected, *found),
+            Self::Memory { bytes } => {
+                refused::memory(f, *bytes, "; fewer cells, or a product kernel, need less")
             }
-            Self::Memory { bytes: Some(bytes) } => {
-                write!(
-                    f,
-                    "there is no memory for a table of {bytes} bytes; fewer cells, or a product \
-                     kernel, need less"
-                )
-            }
-            Self::Memory { bytes: None } => write!(
-                f,
-                "a table of this size cannot be addressed; fewer cells, or a product kernel, need \
-                 less"
-            ),
             Self::Kernel { row, column } => write!(
                 f,
                 "the kernel is not finite at a quadrature point of cells {row} and {column}"

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use fredholm_core::galerkin::GalerkinError;
+use fredholm_core::refused;
 
 /// A vertex of a surface, both counted from 0; also the segment of the surface that starts there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,12 +167,7 @@ impl fmt::Display for RoomError {
                  from behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
                  whose active side is not on the left, or declare the room open"
             ),
-            Self::Absorption => {
-                write!(
-                    f,
-                    "the absorption probability must lie strictly between 0 and 1"
-                )
-            }
+            Self::Absorption => f.write_str(refused::ABSORPTION),
             Self::Cells => write!(
                 f,
                 "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can \
@@ -187,19 +183,8 @@ impl fmt::Display for RoomError {
             Self::Wall { wall } => write!(f, "there is no wall {wall}"),
             Self::Fraction => write!(f, "a place along a wall lies between 0 and 1"),
             Self::Tables => write!(f, "the tables of a room do not belong together"),
-            Self::Length { expected, found } => {
-                write!(f, "a buffer of length {expected} is needed, not of {found}")
-            }
-            Self::Memory { bytes: Some(bytes) } => write!(
-                f,
-                "there is no memory for a table of {bytes} bytes; fewer cells need less"
-            ),
-            Self::Memory { bytes: None } => {
-                write!(
-                    f,
-                    "a table of this size cannot be addressed; fewer cells need less"
-                )
-            }
+            Self::Length { expected, found } => refused::length(f, *expected, *found),
+            Self::Memory { bytes } => refused::memory(f, *bytes, "; fewer cells need less"),
             Self::Galerkin(error) => error.fmt(f),
         }
     }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use fredholm_core::refused;
+
 /// A polygon of a surface, both counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -295,12 +297,7 @@ impl fmt::Display for SceneError {
                 f,
                 "surface {surface}: the emissivity must be above 0 and at most 1"
             ),
-            Self::Memory { bytes: Some(bytes) } => {
-                write!(f, "there is no memory for a table of {bytes} bytes")
-            }
-            Self::Memory { bytes: None } => {
-                write!(f, "a table of this size cannot be addressed")
-            }
+            Self::Memory { bytes } => refused::memory(f, *bytes, ""),
             Self::Coordinate(_)
             | Self::Reflectance(_)
             | Self::Emission(_)

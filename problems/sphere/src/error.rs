@@ -27,7 +27,7 @@ impl core::fmt::Display for SphereError {
             Self::Albedo => "the albedo must lie between 0 and 1",
             Self::Asymmetry => "the asymmetry must be at least 0 and less than 1/2",
             Self::Emission => "the emission must be finite",
-            Self::Absorption => "the absorption probability must lie between 0 and 1",
+            Self::Absorption => fredholm_core::refused::ABSORPTION,
             Self::Forward => "the forward preference must lie from 0 to 1/2",
         })
     }
