@@ -5,7 +5,7 @@ use core::fmt::{self, Display};
 use crate::Error;
 use crate::report::Report;
 
-/// Why a [`Solver`] gives no report, or one that is not all that was asked for.
+/// Why a [`Solver`](crate::Solver) gives no report, or one that is not all that was asked for.
 ///
 /// ```
 /// use fredholm::{CubeModel, SolveError, Solver};
