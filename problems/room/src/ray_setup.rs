@@ -34,7 +34,7 @@ const PROBES: usize = 128;
 /// the next wall is seen from there to its far end within a small part of the angle.
 const GRADES: i32 = 12;
 
-/// The set-up of a [`RayNeighbour`], cell by cell.
+/// The set-up of a [`RayNeighbour`](crate::RayNeighbour), cell by cell.
 ///
 /// ```
 /// use fredholm_core::galerkin::Partition;
