@@ -2,6 +2,7 @@
 
 mod error;
 mod extra;
+mod whole;
 
 use core::fmt;
 use core::time::Duration;

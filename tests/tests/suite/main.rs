@@ -10,6 +10,7 @@ mod cube;
 mod cube_degrees;
 mod docs;
 mod embedded;
+mod house;
 mod kit;
 mod long;
 mod pairs_theory;

@@ -8,6 +8,7 @@ mod leaks;
 mod means;
 mod notes;
 mod partition;
+mod stages;
 mod starts;
 mod surfaces;
 mod system;

@@ -1,28 +1,23 @@
 //! A solved room: walks and predictions of every degree.
 
-use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use fredholm_core::galerkin::{Dense, GalerkinMatrix, PairTable, Piecewise, Rounded, Solution};
+use fredholm_core::galerkin::{Dense, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{Neighbour, Real};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
     CellRays, Choice, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
     RoomQuadrature, Tables, VisibilityTable,
 };
-use fredholm_variance::{
-    Density, MeanCoefficients, PairCosts, Quadrature, Start as Begin, VarianceSetup,
-};
+use fredholm_variance::{Density, PairCosts, Quadrature, Start as Begin, VarianceSetup};
 
 use super::partition::{RoomPartition, choice, pointwise_pairs};
 use super::starts::{Solutions, in_view, seen, with_job};
-use super::whole::RoomWhole;
 use super::{export, of_degree};
-use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, SavedSystem, Subject, System, WholeSystem, in_scalar};
-use fredholm_model::{Prepared, Request, Then, WalkOptions, WithStarts};
+use fredholm_model::{Error, Pairs, Region, Subject};
+use fredholm_model::{Prepared, Request, Then, WithStarts};
 use fredholm_rayon::fill_rows;
 
 /// The coefficients of a room, and the Galerkin solution.
@@ -197,7 +192,11 @@ impl RoomSystem<'_> {
         chosen.ok_or(Error::Internal("no pairs were chosen"))
     }
 
-    fn job_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+    pub(super) fn job_in<F: Real>(
+        &self,
+        request: &Request<'_>,
+        then: &mut Then<'_>,
+    ) -> Result<(), Error> {
         let setup = self.set_up_for::<F>(request)?;
         let room = setup.room()?;
         let pointwise = setup.pointwise()?;
@@ -231,7 +230,7 @@ impl RoomSystem<'_> {
     }
 
     /// Calls `then` with the starts of the walks of all goals, as an analysis sees it.
-    fn with_starts(
+    pub(super) fn with_starts(
         &self,
         request: &Request<'_>,
         room: &Room<'_, f64>,
@@ -275,7 +274,7 @@ impl RoomSystem<'_> {
     }
 
     /// The surface that a ray between two sites meets before the other, if one does.
-    fn hides(
+    pub(super) fn hides(
         &self,
         quadrature: &RoomQuadrature<'_, '_>,
         from: usize,
@@ -301,7 +300,10 @@ impl RoomSystem<'_> {
     }
 
     /// The place of every site: its wall, where on it in fractions of it, and its length.
-    fn pieces(&self, quadrature: &RoomQuadrature<'_, '_>) -> Vec<(usize, [f64; 2], f64)> {
+    pub(super) fn pieces(
+        &self,
+        quadrature: &RoomQuadrature<'_, '_>,
+    ) -> Vec<(usize, [f64; 2], f64)> {
         let geometry = self.cut.model.scene.geometry();
         let mut pieces = Vec::new();
         let (mut before, mut length, mut along) = (0, 0.0, 0.0);
@@ -323,7 +325,7 @@ impl RoomSystem<'_> {
         pieces
     }
 
-    fn tables_in<F: Real + Number>(
+    pub(super) fn tables_in<F: Real + Number>(
         &self,
         pairs: Pairs,
         absorption: f64,
@@ -405,95 +407,10 @@ impl<F: Real> Setup<'_, F> {
     }
 
     /// The kinds of pairs.
-    fn pairs(&self) -> Result<AnyPairs<'_>, Error> {
+    pub(super) fn pairs(&self) -> Result<AnyPairs<'_>, Error> {
         Ok(match &self.kinds {
             Some(table) => AnyPairs::Table(PairTable::new(table, self.tables.cells().len())?),
             None => AnyPairs::Views(self.by_views()),
         })
-    }
-}
-
-impl System for RoomSystem<'_> {
-    fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        self.cut.refuse_infinite(walk, Some(self))
-    }
-
-    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        self.cut.rare(pairs, self)
-    }
-
-    fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        in_scalar!(self.cut.cut.scalar, F => self.job_in::<F>(request, then))
-    }
-
-    fn examine(
-        &self,
-        request: &Request<'_>,
-        nodes: usize,
-        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        let setup = self.set_up_for::<f64>(request)?;
-        let room = setup.room()?;
-        let degree = self.cut.cut.degree;
-        let quadrature = RoomQuadrature::new(&room, nodes, degree)?;
-        let cells = self.cut.mesh.len();
-        // Of piecewise constants: the first function of a cell is all of it.
-        let is_constant = degree == 0 && cells <= quadrature.sites();
-        let dense = match is_constant {
-            true => Some(self.matrix()?.coefficients()),
-            false => None,
-        };
-        let coefficients = MeanCoefficients {
-            cells,
-            mean: &|i, j| dense.as_ref().map_or(f64::NAN, |dense| dense.mean(i, j)),
-        };
-        let place = |site: usize| {
-            let mut wall = 0;
-            quadrature.nodes(site, |x, _| wall = x.wall());
-            let model = self.cut.model;
-            let surface = model.scene.place(wall).map(|place| place.surface);
-            surface
-                .and_then(|surface| model.surfaces.names.get(surface))
-                .map_or_else(|| format!("wall {wall}"), Clone::clone)
-        };
-        let pieces = self.pieces(&quadrature);
-        setup.with_neighbour(&room, &mut |neighbour, _| {
-            self.with_starts(request, &room, &mut |starts| {
-                let setting = VarianceSetup {
-                    equation: &room,
-                    neighbour,
-                    pairs: setup.pairs()?,
-                    quadrature: &quadrature,
-                    galerkin: None,
-                };
-                then(&Examined {
-                    model: &setting.with_starts(starts)?,
-                    coefficients: is_constant.then_some(coefficients),
-                    hides: Some(&|from, into| self.hides(&quadrature, from, into)),
-                    pieces: Some(&pieces),
-                    goals: request.goals,
-                    place: &place,
-                })
-            })
-        })
-    }
-
-    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
-        in_scalar!(self.cut.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
-    }
-
-    fn saved(&self) -> Option<SavedSystem<'_>> {
-        let matrix = self.matrix().ok()?;
-        Some(SavedSystem {
-            views: Cow::Borrowed(matrix.views().table()),
-            ..SavedSystem::new(&self.solution, matrix.entries())
-        })
-    }
-
-    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
-    where
-        Self: 's,
-    {
-        Ok(Box::new(RoomWhole::new(*self)))
     }
 }

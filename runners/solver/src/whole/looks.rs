@@ -29,7 +29,7 @@ pub(crate) struct Look {
 
 impl Looks {
     /// u at some points, spread over the space.
-    pub(super) fn of_points(model: &dyn Model) -> Self {
+    pub(crate) fn of_points(model: &dyn Model) -> Self {
         Self(model.spread(PROBES))
     }
 

@@ -1,0 +1,361 @@
+//! The rules of the architecture: sizes, who imports whom, and no circle of imports between folders.
+//! `cargo test -p fredholm-tests --test suite house -- --nocapture` prints the tables.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The most lines of a file of sources.
+const LINES: usize = 600;
+/// The most lines of code of the program.
+const PROGRAM: usize = 5000;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The files of Rust below a folder of the project; tables that are written by a program are not read.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for path in entries.map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && !["target", "tables", ".git", ".venv"].contains(&&*name) {
+            found.extend(sources(&path));
+        } else if name.ends_with(".rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The folders of the packages of the workspace and beside it.
+fn packages() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![root()];
+    while let Some(folder) = open.pop() {
+        let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
+        for path in entries.map(|entry| entry.path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() && !["target", "src", "docs", ".git", ".venv"].contains(&&*name) {
+                if path.join("src/lib.rs").exists() || path.join("src/main.rs").exists() {
+                    found.push(path.clone());
+                }
+                open.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn shown(path: &Path) -> String {
+    let path = path.strip_prefix(root()).unwrap_or(path);
+    path.display().to_string()
+}
+
+/// Lines that are neither empty nor comments.
+fn code(text: &str) -> usize {
+    let lines = text.lines().map(str::trim);
+    lines
+        .filter(|line| !line.is_empty() && !line.starts_with("//"))
+        .count()
+}
+
+#[test]
+fn no_file_is_long_and_the_program_is_small() {
+    let mut long = Vec::new();
+    for path in sources(&root()) {
+        let lines = text(&path).lines().count();
+        if lines > LINES {
+            long.push(format!("{}: {lines}", shown(&path)));
+        }
+    }
+    let mut program = 0;
+    println!("lines of code of each package, without comments");
+    for package in packages() {
+        let all = sources(&package.join("src"));
+        let lines = all.iter().map(|path| code(&text(path))).sum();
+        println!("{lines:7}  {}", shown(&package));
+        if package.ends_with("runners/cli") {
+            program = lines;
+        }
+    }
+    assert!(long.is_empty(), "above {LINES} lines: {long:?}");
+    assert!(program > 0 && program <= PROGRAM, "{program}");
+}
+
+/// The dependencies on packages of ours that a manifest names, without those of tests.
+fn needs(manifest: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut counts = false;
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            counts = line.starts_with("[dependencies");
+        }
+        let name = line.split([' ', '.', '=']).next().unwrap_or_default();
+        if counts && name.starts_with("fredholm") {
+            found.insert(name.trim_start_matches("fredholm-").to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn packages_import_what_they_may() {
+    let allowed = |folder: &str, other: &str| {
+        let below = ["core", "variance"].contains(&other);
+        match folder {
+            "core" => false,
+            "core/variance" => other == "core",
+            _ if folder.starts_with("problems/") => below,
+            "runners/embedded" | "runners/rayon" => below,
+            "runners/plot" | "runners/published" => false,
+            // The library is below files, pictures and the program.
+            _ if folder.starts_with("runners/model") || folder == "runners/solver" => {
+                !["file", "plot", "cli", "parts", "published"].contains(&other)
+            }
+            "runners/file" | "runners/parts" => !["plot", "cli", "published"].contains(&other),
+            _ => true,
+        }
+    };
+    let mut wrong = Vec::new();
+    for package in packages() {
+        let folder = shown(&package);
+        let needs = needs(&text(&package.join("Cargo.toml")));
+        println!(
+            "{folder}: {}",
+            needs.iter().cloned().collect::<Vec<_>>().join(", ")
+        );
+        let refused = needs.iter().filter(|other| !allowed(&folder, other));
+        wrong.extend(refused.map(|other| format!("{folder} -> {other}")));
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// A module: its file, its names, and what its code names.
+#[derive(Default)]
+struct Module {
+    file: PathBuf,
+    /// The last names of what `use` brings here, and their paths.
+    names: BTreeMap<String, Vec<String>>,
+    /// The paths that the code names.
+    paths: BTreeSet<Vec<String>>,
+}
+
+/// The text without comments, strings and what is compiled for tests.
+fn bare(text: &str) -> String {
+    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The paths that begin here, with all that braces hold.
+fn paths(text: &str) -> (Vec<Vec<String>>, &str) {
+    let mut rest = text.trim_start();
+    if let Some(inside) = rest.strip_prefix('{') {
+        let mut all = Vec::new();
+        rest = inside;
+        loop {
+            rest = rest.trim_start();
+            if let Some(after) = rest.strip_prefix('}') {
+                return (all, after);
+            }
+            if rest.is_empty() {
+                return (all, rest);
+            }
+            let (found, after) = paths(rest);
+            all.extend(found);
+            let after = after.trim_start();
+            rest = after.strip_prefix(',').unwrap_or(after);
+            if rest.len() == text.len() {
+                return (all, rest);
+            }
+        }
+    }
+    let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == '*';
+    let end = rest.find(|c| !is_name(c)).unwrap_or(rest.len());
+    let (name, mut after) = rest.split_at(end);
+    if let Some(further) = after.strip_prefix("::") {
+        let (mut found, after) = paths(further);
+        for path in &mut found {
+            path.insert(0, name.to_owned());
+        }
+        return (found, after);
+    }
+    let mut path = vec![name.to_owned()];
+    if let Some(renamed) = after.trim_start().strip_prefix("as ") {
+        let renamed = renamed.trim_start();
+        let end = renamed.find(|c| !is_name(c)).unwrap_or(renamed.len());
+        path.push(format!("as {}", &renamed[..end]));
+        after = &renamed[end..];
+    }
+    if name.is_empty() {
+        after = after.get(1..).unwrap_or_default();
+    }
+    (vec![path], after)
+}
+
+/// The modules of a package by their paths from its root.
+fn modules(package: &Path) -> BTreeMap<Vec<String>, Module> {
+    let src = package.join("src");
+    let mut all = BTreeMap::new();
+    for file in sources(&src) {
+        let relative = file.strip_prefix(&src).unwrap_or(&file).with_extension("");
+        let mut path: Vec<String> = relative
+            .iter()
+            .map(|part| part.to_string_lossy().into_owned())
+            .collect();
+        if ["lib", "main", "mod"].contains(&path.last().map_or("", String::as_str)) {
+            path.pop();
+        }
+        let text = bare(&text(&file));
+        let mut module = Module {
+            file,
+            ..Module::default()
+        };
+        let starts = ["crate::", "super::", "self::"];
+        for (at, _) in text.match_indices("::") {
+            let begin = text[..at].rfind(|c: char| !c.is_alphanumeric() && c != '_');
+            let begin = begin.map_or(0, |begin| begin + 1);
+            let is_first = !text[..begin].ends_with("::") && !text[..begin].ends_with('$');
+            if is_first && starts.iter().any(|start| text[begin..].starts_with(start)) {
+                for mut found in paths(&text[begin..]).0 {
+                    let renamed = found.last().and_then(|last| last.strip_prefix("as "));
+                    let name = renamed.map(str::to_owned);
+                    if name.is_some() {
+                        found.pop();
+                    }
+                    let base = match found[0].as_str() {
+                        "crate" => Vec::new(),
+                        _ => path.clone(),
+                    };
+                    let mut full = base;
+                    for part in found {
+                        match part.as_str() {
+                            "crate" | "self" => {}
+                            "super" => drop(full.pop()),
+                            _ => full.push(part),
+                        }
+                    }
+                    if let Some(last) = name.or_else(|| full.last().cloned()) {
+                        module.names.insert(last, full.clone());
+                    }
+                    module.paths.insert(full);
+                }
+            }
+        }
+        // `use child::Name` of a module's own children.
+        for line in text.split(';') {
+            let line = line.trim();
+            let Some((_, used)) = line.rsplit_once("use ") else {
+                continue;
+            };
+            for found in paths(used).0 {
+                let mut full = path.clone();
+                full.extend(found);
+                if let Some(last) = full.last().cloned() {
+                    module.names.entry(last).or_insert(full);
+                }
+            }
+        }
+        all.insert(path, module);
+    }
+    all
+}
+
+/// The module in which a path ends, through what other modules bring in.
+fn home(all: &BTreeMap<Vec<String>, Module>, path: &[String], depth: usize) -> Option<Vec<String>> {
+    let mut here = Vec::new();
+    for (at, part) in path.iter().enumerate() {
+        here.push(part.clone());
+        if all.contains_key(&here) {
+            continue;
+        }
+        here.pop();
+        let target = all.get(&here)?.names.get(part);
+        return match target {
+            Some(target) if depth < 8 && target.as_slice() != &path[..=at] => {
+                let mut further = target.clone();
+                further.extend_from_slice(&path[at + 1..]);
+                home(all, &further, depth + 1).or(Some(here))
+            }
+            _ => Some(here),
+        };
+    }
+    Some(here)
+}
+
+/// Which module imports which.
+fn imports(all: &BTreeMap<Vec<String>, Module>) -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
+    let of = |(path, module): (&Vec<String>, &Module)| {
+        let homes = module.paths.iter().filter_map(|to| home(all, to, 0));
+        // A root names what its package offers; that is no import.
+        let homes = homes.filter(|to| to != path && !path.is_empty());
+        (path.clone(), homes.collect())
+    };
+    all.iter().map(of).collect()
+}
+
+/// All that can be reached from a module.
+fn reached(
+    graph: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>,
+    from: &[String],
+) -> BTreeSet<Vec<String>> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![from.to_vec()];
+    while let Some(at) = open.pop() {
+        for next in graph.get(&at).into_iter().flatten() {
+            if found.insert(next.clone()) {
+                open.push(next.clone());
+            }
+        }
+    }
+    found
+}
+
+/// The folder of a module: a file beside a folder of its name belongs to it.
+fn folder(all: &BTreeMap<Vec<String>, Module>, path: &[String]) -> Vec<String> {
+    let is_parent = all
+        .keys()
+        .any(|other| other.len() > path.len() && other.starts_with(path));
+    match path.split_last() {
+        Some((_, parents)) if !is_parent => parents.to_vec(),
+        _ => path.to_vec(),
+    }
+}
+
+/// Circles of imports within one folder are a matter of its files; between folders there is none.
+#[test]
+fn no_circle_of_imports_leaves_its_folder() {
+    let mut circles = Vec::new();
+    let mut looked = 0;
+    for package in packages() {
+        let all = modules(&package);
+        let graph = imports(&all);
+        looked += graph.values().map(BTreeSet::len).sum::<usize>();
+        let reach: BTreeMap<_, _> = graph
+            .keys()
+            .map(|path| (path.clone(), reached(&graph, path)))
+            .collect();
+        for (from, to) in graph
+            .iter()
+            .flat_map(|(from, to)| to.iter().map(move |to| (from, to)))
+        {
+            let back = reach.get(to).is_some_and(|reached| reached.contains(from));
+            if back && folder(&all, from) != folder(&all, to) {
+                let name = |path: &Vec<String>| shown(&all[path].file);
+                circles.push(format!("{} -> {}", name(from), name(to)));
+            }
+        }
+    }
+    assert!(looked > 500, "{looked} imports are too few to be all");
+    assert!(circles.is_empty(), "{circles:#?}");
+}
