@@ -30,6 +30,7 @@ mod events;
 mod fit;
 #[cfg(feature = "alloc")]
 mod setup;
+#[cfg(feature = "alloc")]
 mod tables;
 #[cfg(feature = "alloc")]
 mod variance;
@@ -38,6 +39,7 @@ pub use control::{Sampled, SampledError, StepControl};
 pub use events::{NoEvents, SampledStep, StepEvents};
 #[cfg(feature = "alloc")]
 pub use setup::{CellSteps, SampledSetup, SampledSolution, SetupOptions};
+#[cfg(feature = "alloc")]
 pub use tables::SampledTables;
 #[cfg(feature = "alloc")]
 pub use variance::ScoreVariance;
