@@ -3,7 +3,8 @@
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use core::time::Duration;
 use std::io::IsTerminal;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 use fredholm::Settings;
 use fredholm::answer::SolveObserver;
@@ -58,6 +59,16 @@ pub(crate) struct Progress<'a> {
     pending: AtomicU64,
     /// The most walks there may be.
     most: u64,
+    /// When walking began.
+    began: Arc<OnceLock<Instant>>,
+}
+
+/// The time that the rest takes if it goes on as since walking began: neither the choice nor the set-up says anything of it.
+/// Nothing is known before the first walks are done.
+fn left(began: Option<&Instant>, done: u64, all: Option<u64>) -> Option<Duration> {
+    let (began, all) = (began?, all.filter(|&all| all < u64::MAX)?);
+    let each = began.elapsed().as_secs_f64() / done as f64;
+    Duration::try_from_secs_f64(each * all.saturating_sub(done) as f64).ok()
 }
 
 impl<'a> Progress<'a> {
@@ -66,15 +77,16 @@ impl<'a> Progress<'a> {
         if !std::io::stderr().is_terminal() {
             return Self::hidden(signals);
         }
+        let began = Arc::new(OnceLock::new());
         let bar =
             ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
         let template = "{bar:30} {percent:>3} %  {human_pos} of {all} walks, {left} left {msg}";
         if let Ok(style) = ProgressStyle::with_template(template) {
-            // Nothing is known before the first walks are done.
-            let left = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
-                let _ = match state.pos() {
-                    0 => text.write_str("?"),
-                    _ => write!(text, "{}", HumanDuration(state.eta())),
+            let began = Arc::clone(&began);
+            let left = move |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+                let _ = match left(began.get(), state.pos(), state.len()) {
+                    None => text.write_str("?"),
+                    Some(left) => write!(text, "{}", HumanDuration(left)),
                 };
             };
             // A choice predicts how many there are.
@@ -92,6 +104,7 @@ impl<'a> Progress<'a> {
             signals,
             pending: AtomicU64::new(0),
             most: walks,
+            began,
         }
     }
 
@@ -102,6 +115,7 @@ impl<'a> Progress<'a> {
             signals,
             pending: AtomicU64::new(0),
             most: 0,
+            began: Arc::default(),
         }
     }
 
@@ -158,6 +172,7 @@ impl Observer for Progress<'_> {
 
 impl SolveObserver for Progress<'_> {
     fn walking(&self) {
+        self.began.get_or_init(Instant::now);
         self.say(String::new());
         self.signals.walking.store(true, Ordering::Relaxed);
     }
