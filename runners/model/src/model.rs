@@ -238,9 +238,10 @@ pub trait Model: Send + Sync {
         (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
     }
 
-    /// Whether a neighbour equation may have the source F itself.
-    fn has_exact_source(&self) -> bool {
-        false
+    /// The largest |F| as far as it is known, if a neighbour equation may have the source F itself: a relative tolerance of the moments
+    /// of F is a part of it.
+    fn exact_source_size(&self) -> Option<f64> {
+        None
     }
 
     /// Deterministic solutions to compare with, if there are some.

@@ -141,7 +141,7 @@ impl CubePartition<'_> {
 
 impl CubeModel {
     /// The largest |F| in some points, spread over the domain.
-    fn source_size(&self) -> f64 {
+    pub(super) fn source_size(&self) -> f64 {
         *self.source_size.get_or_init(|| {
             let mut size = 0.0_f64;
             self.functions.with_f64(&mut |values| {

@@ -289,8 +289,8 @@ impl Model for CubeModel {
         }
     }
 
-    fn has_exact_source(&self) -> bool {
-        true
+    fn exact_source_size(&self) -> Option<f64> {
+        Some(self.source_size())
     }
 
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {

@@ -130,20 +130,29 @@ pub(super) struct Walked<'a> {
     pub(super) weights: &'a [f64],
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
-    /// The part of the tolerance that moments of F are to leave; if walks have their own, what they leave is known.
+    /// The part of the tolerance that moments of F are to leave, if u is as large as F; if walks have their own, what they
+    /// leave is known.
     pub(super) of_moments: Option<f64>,
     /// The variance that few walks miss: see [`System::rare_variance`](crate::System::rare_variance).
     pub(super) rare: f64,
 }
 
-/// The estimates of the most walks so far, and their standard errors: u is the same in all settings.
+/// What holds for all settings: the estimates of the most walks so far and their standard errors, since u is the same, and the
+/// largest part of a target's E² that moments of F left, since they are as fine for every setting with an exact source.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     walks: u64,
     targets: Vec<[f64; 2]>,
+    taken: f64,
 }
 
 impl Known {
+    /// Learns from the answer's walks what moments of F leave.
+    pub(super) fn learn_of_moments(&mut self, pilot: &Pilot) {
+        let taken = pilot.targets.iter().map(|target| target.taken);
+        self.taken = taken.fold(self.taken, f64::max);
+    }
+
     /// Learns from statistics of the targets of pilots, if they have more walks.
     pub(super) fn learn(&mut self, all: &[&Statistics]) {
         let walks = all.iter().map(|of| of.walks()).max().unwrap_or(0);
@@ -193,6 +202,10 @@ impl Pilot {
         let rare = RARE * walked.rare * score / (1.0 - absorption);
         // E η² of walks from anywhere may be larger than that of walks from a target which little light reaches.
         let from_anywhere = model.mean_square_of_source() / score;
+        let of_source = match tolerance {
+            Tolerance::Absolute(error) => error,
+            Tolerance::Relative(error) => error * model.exact_source_size().unwrap_or(0.0),
+        };
         let of = |(statistics, weight): (&&Statistics, f64)| {
             let [plain, found] = [statistics.plain(), statistics.preconditioned()];
             let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
@@ -207,7 +220,7 @@ impl Pilot {
                 walks,
                 bound,
                 taken: match walked.of_moments {
-                    Some(part) => part * part,
+                    Some(part) => (part * of_source / bound).powi(2),
                     None => (statistics.control_error() / bound).powi(2),
                 },
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
@@ -247,6 +260,11 @@ impl Pilot {
 
     /// Corrects the variances by estimates of more walks.
     pub(super) fn correct(&mut self, known: &Known) {
+        if self.setting.exact_source {
+            for target in &mut self.targets {
+                target.taken = target.taken.max(known.taken);
+            }
+        }
         if self.is_sampled && self.walks_each < known.walks {
             let all = self.targets.iter_mut().zip(&known.targets);
             all.for_each(|(target, &known)| target.correct(known));

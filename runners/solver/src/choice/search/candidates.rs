@@ -84,7 +84,7 @@ impl Search<'_> {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
         let pairs = open(self.settings.pairs, self.model.pairs_to_choose());
         let degrees = open(self.settings.degree, &degrees);
-        let sources: &[bool] = match self.model.has_exact_source() {
+        let sources: &[bool] = match self.model.exact_source_size().is_some() {
             true => &[false, true],
             false => &[false],
         };
