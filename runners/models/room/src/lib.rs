@@ -321,6 +321,11 @@ impl Model for RoomModel {
         true
     }
 
+    /// Rays in place of the default: in what was measured they take 4 to 40 times less work for the same error.
+    fn pairs_to_choose(&self) -> &'static [Pairs] {
+        &[Pairs::Rays, Pairs::Pointwise]
+    }
+
     /// All pointwise. In a corner T_K is no more smooth than p is: u there is what the nearest cells of the other wall say,
     /// where few walks start, and what their scores scatter by the pairs in S is the largest error of all. In what was
     /// measured it takes 2 to 40 times less work to lower it.
