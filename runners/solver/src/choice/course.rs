@@ -118,7 +118,8 @@ impl State<'_, '_> {
         let left = (now.walking - walked).max(0.0);
         let best = self.search.best()?;
         let price = self.search.price(&best);
-        let is_tried = best.pilot_walks >= self.search.enough(&best, may, few);
+        // The last pilot tells the length of walks anew, and as many more or fewer are enough then.
+        let is_tried = 2 * best.pilot_walks >= self.search.enough(&best, may, few);
         let is_other = best.setting != setting && is_known;
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
