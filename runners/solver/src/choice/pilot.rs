@@ -137,22 +137,14 @@ pub(super) struct Walked<'a> {
     pub(super) rare: f64,
 }
 
-/// What holds for all settings: the estimates of the most walks so far and their standard errors, since u is the same, and the
-/// largest part of a target's E² that moments of F left, since they are as fine for every setting with an exact source.
+/// The estimates of the most walks so far, and their standard errors: u is the same in all settings.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     walks: u64,
     targets: Vec<[f64; 2]>,
-    taken: f64,
 }
 
 impl Known {
-    /// Learns from the answer's walks what moments of F leave.
-    pub(super) fn learn_of_moments(&mut self, pilot: &Pilot) {
-        let taken = pilot.targets.iter().map(|target| target.taken);
-        self.taken = taken.fold(self.taken, f64::max);
-    }
-
     /// Learns from statistics of the targets of pilots, if they have more walks.
     pub(super) fn learn(&mut self, all: &[&Statistics]) {
         let walks = all.iter().map(|of| of.walks()).max().unwrap_or(0);
@@ -260,11 +252,6 @@ impl Pilot {
 
     /// Corrects the variances by estimates of more walks.
     pub(super) fn correct(&mut self, known: &Known) {
-        if self.setting.exact_source {
-            for target in &mut self.targets {
-                target.taken = target.taken.max(known.taken);
-            }
-        }
         if self.is_sampled && self.walks_each < known.walks {
             let all = self.targets.iter_mut().zip(&known.targets);
             all.for_each(|(target, &known)| target.correct(known));

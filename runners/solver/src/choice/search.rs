@@ -380,7 +380,6 @@ impl<'m> Search<'m> {
         };
         let pilot = Pilot::new(&walked, self.tolerance, self.model);
         self.known.learn(&self.sample.of(statistics));
-        self.known.learn_of_moments(&pilot);
         self.learn(pilot);
         self.found()
             .find(|found| found.setting == *setting)
