@@ -4,9 +4,11 @@ use core::fmt;
 
 use rand_core::{Rng, SeedableRng};
 
+use crate::lanes::{Block, Lanes};
 use crate::{
-    Equation, Estimator, Form, Functional, Generators, Length, NeighbourOf, Real, RngUniforms,
-    Statistics, Termination, Walk, WalkNumber, WalkSeeds, uniforms::ControlDraws, walk,
+    Equation, Estimator, Form, Functional, Generators, Length, Located, NeighbourOf, Real,
+    RngUniforms, Statistics, Termination, Uniforms, Walk, WalkNumber, WalkSeeds,
+    uniforms::ControlDraws, walk,
 };
 
 /// The equations, goal, estimator and seeds of one goal: everything that a walk of it depends on. A
@@ -62,12 +64,18 @@ where
     #[inline]
     #[must_use]
     pub fn replay(&self, walk: u64) -> Walk<E::Scalar> {
+        self.alone(walk).0
+    }
+
+    /// A walk, and (v, Φ) or its own part of it.
+    #[inline]
+    pub(crate) fn alone(&self, walk: u64) -> (Walk<E::Scalar>, f64) {
         let alone = WalkNumber {
             walk,
             replicate: walk,
             index: 0,
         };
-        self.follow(self.estimator, alone, &mut ()).0
+        self.follow(self.estimator, alone, &mut ())
     }
 }
 
@@ -87,7 +95,33 @@ where
         memory: &mut G::Memory,
     ) -> (Walk<E::Scalar>, f64) {
         let mut draws = RngUniforms(G::generator(&self.seeds, number, memory));
-        let (x0, phi) = self.functional.start(&mut draws);
+        let (x0, phi, value) = self.start(&mut draws);
+        let walk = walk(
+            self.equation,
+            self.neighbour,
+            (x0, phi),
+            (estimator, self.form),
+            &self.length,
+            &mut draws,
+            &mut ControlDraws::<G::Random>::new(&self.seeds, number.walk),
+        );
+        (walk, value)
+    }
+}
+
+impl<E, N, T, G> Task<'_, E, N, T, G>
+where
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
+{
+    /// A start x0, φ(x0), and (v, Φ) or the start's own part of it.
+    #[inline(always)]
+    pub(crate) fn start<U: Uniforms<E::Scalar>>(
+        &self,
+        draws: &mut U,
+    ) -> (Located<E::Point>, E::Scalar, f64) {
+        let (x0, phi) = self.functional.start(draws);
         let x0 = self.neighbour.locate(x0);
         let value = match self.control_mean {
             Some(value) => value,
@@ -96,17 +130,7 @@ where
                 self.functional.control_estimate(&x0, phi, v)
             }
         };
-        let start = (x0, phi);
-        let walk = walk(
-            self.equation,
-            self.neighbour,
-            start,
-            (estimator, self.form),
-            &self.length,
-            &mut draws,
-            &mut ControlDraws::<G::Random>::new(&self.seeds, number.walk),
-        );
-        (walk, value)
+        (x0, phi, value)
     }
 }
 
@@ -192,12 +216,56 @@ impl Batch {
                 replicate: first,
                 index: self.next.wrapping_sub(first),
             });
-            if scores.termination == Termination::NotFinite || !value.is_finite() {
-                outcome = Err(NotFinite { walk: self.next });
+            outcome = self.push(&scores, value);
+            if outcome.is_err() {
                 break;
             }
-            self.statistics.push(&scores, value);
-            self.next += 1;
+        }
+        outcome
+    }
+
+    /// Adds the next walk.
+    #[inline(always)]
+    fn push<F: Real>(&mut self, scores: &Walk<F>, value: f64) -> Result<(), NotFinite> {
+        if scores.termination == Termination::NotFinite || !value.is_finite() {
+            return Err(NotFinite { walk: self.next });
+        }
+        self.statistics.push(scores, value);
+        self.next += 1;
+        Ok(())
+    }
+
+    /// Runs at most `at_most` further walks as [`run`](Self::run) does, with the same bits, several of them side by side if
+    /// they are such as [`Lanes`] follow.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    // Into code for the instructions that lanes are compiled for.
+    #[inline(always)]
+    pub fn run_in_lanes<E, N, T, G, W, const L: usize>(
+        &mut self,
+        task: &Task<'_, E, N, T, G>,
+        lanes: &W,
+        at_most: u64,
+    ) -> Result<(), NotFinite>
+    where
+        E: Equation,
+        N: NeighbourOf<E> + ?Sized,
+        T: Functional<E>,
+        G: Rng + SeedableRng,
+        W: Lanes<E, L>,
+    {
+        if !task.fits_lanes() {
+            return self.run(task, at_most);
+        }
+        let end = self.end.min(self.next.saturating_add(at_most));
+        let mut outcome = Ok(());
+        let mut block = Block::new(task);
+        while self.next < end && outcome.is_ok() {
+            block.run(task, lanes, self.next, end - self.next, |walk, value| {
+                outcome = self.push(walk, value);
+                outcome.is_ok()
+            });
         }
         outcome
     }

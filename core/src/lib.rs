@@ -12,6 +12,7 @@ mod equation;
 pub mod galerkin;
 mod job;
 mod known;
+pub mod lanes;
 mod last_step;
 mod neighbour;
 mod real;

@@ -34,6 +34,10 @@ fn circle(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("engine", n), |b| {
             b.iter(|| setup.engine(WALKS));
         });
+        assert_eq!(setup.lanes(WALKS), statistics);
+        group.bench_function(BenchmarkId::new("lanes", n), |b| {
+            b.iter(|| setup.lanes(WALKS));
+        });
         group.bench_function(BenchmarkId::new("specialised", n), |b| {
             b.iter(|| specialised.run(WALKS));
         });

@@ -124,6 +124,13 @@ where
     }
 }
 
+impl<'a, F, P, C, S, G, const B: usize> Piecewise<'a, F, P, C, S, G, B> {
+    /// The problem, the coefficients, the pairs and the solution v that it is made of.
+    pub const fn parts(&self) -> (&'a P, &'a C, &S, &'a [F]) {
+        (self.problem, self.coefficients, &self.pairs, self.solution)
+    }
+}
+
 /// ∫_Xj h(x,y)² p(x,y) dμ(y) for (i, j) ∈ S, x ∈ X_i, exactly: r·c with M_j(x) c = r and
 /// r_b = Σ_a K'_(ia)(jb) ψ_ia(x), since h(x,·) = Σ_c c_c ψ_jc there.
 #[inline]

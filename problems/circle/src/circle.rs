@@ -25,6 +25,15 @@ pub struct Point<F> {
     cell: usize,
 }
 
+impl<F> Point<F> {
+    /// Puts together what a point keeps.
+    #[cfg(feature = "lanes")]
+    pub(crate) const fn new(cos: F, sin: F, cell: u32) -> Self {
+        let cell = cell as usize;
+        Self { cos, sin, cell }
+    }
+}
+
 impl<F: Real> Point<F> {
     /// The angle s ∈ [0, 2π].
     #[must_use]
@@ -138,6 +147,21 @@ pub struct Constants<F> {
     galerkin: F,
     /// 1 − sin(π/n)/(π/n).
     diagonal: F,
+}
+
+#[cfg(feature = "lanes")]
+impl<F: Copy> Constants<F> {
+    pub(crate) const fn per_survival(&self) -> F {
+        self.per_survival
+    }
+
+    pub(crate) const fn galerkin(&self) -> F {
+        self.galerkin
+    }
+
+    pub(crate) const fn mass(&self) -> F {
+        self.mass
+    }
 }
 
 impl<F: Real> Constants<F> {

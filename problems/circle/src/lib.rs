@@ -17,6 +17,8 @@ mod coefficients;
 mod double;
 mod emission;
 mod error;
+#[cfg(feature = "lanes")]
+mod lanes;
 mod mean;
 mod polynomials;
 mod quadrature;
@@ -31,6 +33,8 @@ pub use cells::{Cell, Cells, Direction, Slot, slots};
 pub use circle::{Circle, Constants, Point};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
+#[cfg(feature = "lanes")]
+pub use lanes::{LaneNeighbour, LanePairs, LaneReal, SideBySide};
 pub use mean::MeanOver;
 pub use polynomials::{CircleScores, PolynomialCircle};
 pub use residual::{ClosedForm, Moment, Residual, moments};

@@ -6,11 +6,11 @@
 
 use core::f64::consts::{PI, TAU};
 
-use fredholm_circle::{Circle, Harmonic, Tables};
+use fredholm_circle::{Circle, Harmonic, SideBySide, Tables};
 use fredholm_core::galerkin::{DiagonalRule, GalerkinMatrix, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimator, Form, Length, Real, RngUniforms, Statistics, Task,
-    Uniforms, WalkSeeds,
+    At, Batch, DefaultGenerator, Estimator, Form, Goal, Goals, Job, Length, Real, RngUniforms,
+    Statistics, Task, Uniforms, WalkOptions, WalkSeeds,
 };
 
 pub const RHO: [f64; 10] = [0.11, 0.52, 0.7, 0.03, 0.33, 0.61, 0.74, 0.25, 0.4, 0.18];
@@ -64,6 +64,22 @@ impl Setup {
         };
         let mut batch = Batch::new(0, walks, walks);
         batch.run(&task, u64::MAX).unwrap();
+        *batch.statistics()
+    }
+
+    /// The same walks side by side.
+    #[inline(never)]
+    pub fn lanes(&self, walks: u64) -> Statistics {
+        let circle = Circle::new(self.tables.cells(), LIGHT, Q0).unwrap();
+        let neighbour =
+            Piecewise::with_pointwise(&circle, &circle, PAPER, &self.v, &self.g).unwrap();
+        let goals = [Goal {
+            functional: At(circle.point(START)),
+            control_mean: Some(self.v[self.cell(START)]),
+        }];
+        let goals = Goals::new(&circle, &neighbour, &goals, WalkOptions::default());
+        let mut batch = Batch::new(0, walks, walks);
+        SideBySide::new(goals).run(0, &mut batch, u64::MAX).unwrap();
         *batch.statistics()
     }
 

@@ -7,9 +7,11 @@ mod whole;
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{Arcs, Circle, Tables, neighbour_second_moment_radius, second_moment_radius};
+use fredholm_circle::{
+    Arcs, Circle, LaneReal, Tables, neighbour_second_moment_radius, second_moment_radius,
+};
 use fredholm_core::galerkin::{DiagonalRule, PairKind};
-use fredholm_core::{DefaultGenerator, Form, Job, NoNeighbour, Real, Sobol};
+use fredholm_core::{Form, Job, NoNeighbour, Real, Sobol};
 
 pub use fredholm_circle::Harmonic;
 
@@ -20,7 +22,7 @@ use fredholm_model::{
     Subject, System, WalkOptions, in_scalar,
 };
 use light::{DARK, Light};
-use system::{Boxed, CircleSystem, with_job};
+use system::{Boxed, CircleSystem, with_job, with_same_kernel};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
@@ -312,7 +314,11 @@ impl<'m> CirclePartition<'m> {
         self.cells.saturating_mul(setup.max(walk))
     }
 
-    fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+    fn plain_in<F: LaneReal>(
+        &self,
+        request: &Request<'_>,
+        then: &mut Then<'_>,
+    ) -> Result<(), Error> {
         let tables = self.tables::<F>()?;
         let circle = self.circle(&tables, request.walk.absorption)?;
         let zeros = vec![0.0; request.goals.len()];
@@ -320,7 +326,8 @@ impl<'m> CirclePartition<'m> {
         let mut walk = |job: &dyn Job| then(&Prepared::plain(job, &zeros));
         match request.walk.sequence {
             Sequence::Random => {
-                with_job::<DefaultGenerator, _, _, _>(&circle, &none, request, &zeros, &mut walk)
+                // v and G are 0, so that h does not matter.
+                with_same_kernel(&circle, &none, request, &zeros, &mut walk)
             }
             Sequence::Sobol => {
                 let none: &Boxed<'_, F> = &none;

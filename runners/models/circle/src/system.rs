@@ -3,7 +3,8 @@
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Circle, CircleQuadrature, Emission, MeanOver, Moment, Point, Residual, Tables, residual_moments,
+    Circle, CircleQuadrature, Emission, LaneNeighbour, LaneReal, MeanOver, Moment, Point, Residual,
+    SideBySide, Tables, residual_moments,
 };
 use fredholm_core::galerkin::{
     Basis, DiagonalRule, GalerkinMatrix, PairKind, PairTable, Piecewise, Solution,
@@ -182,7 +183,7 @@ impl<'m> CircleSystem<'m> {
         chosen.ok_or(Error::Internal("no pairs were chosen"))
     }
 
-    fn job_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
+    fn job_in<F: LaneReal>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let setup = self.set_up_for::<F>(request)?;
         let circle = self.cut.circle(&setup.tables, request.walk.absorption)?;
         let galerkin = request
@@ -214,16 +215,15 @@ impl<'m> CircleSystem<'m> {
             }
             NeighbourSource::Table(pairs, g) if self.cut.degree == 0 => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &setup.v, g)?;
-                with_job::<DefaultGenerator, _, _, _>(
-                    &circle, &neighbour, request, &galerkin, &mut walk,
-                )
+                side_by_side(&circle, &neighbour, request, &galerkin, &mut walk)
             }
             NeighbourSource::ClosedForm(moments) if self.cut.degree == 0 => {
                 let neighbour = Residual::new(&circle, &setup.v, moments)?;
-                with_job::<DefaultGenerator, _, _, _>(
-                    &circle, &neighbour, request, &galerkin, &mut walk,
-                )
+                side_by_side(&circle, &neighbour, request, &galerkin, &mut walk)
             }
+            NeighbourSource::ClosedForm(_) => setup.boxed(&circle, &mut |neighbour| {
+                with_same_kernel(&circle, neighbour, request, &galerkin, &mut walk)
+            }),
             _ => setup.boxed(&circle, &mut |neighbour| {
                 with_job::<DefaultGenerator, _, _, _>(
                     &circle, neighbour, request, &galerkin, &mut walk,
@@ -454,7 +454,7 @@ impl System for CircleSystem<'_> {
     }
 }
 
-/// Prepares the walks of all goals, (v, Φ) of which is known.
+/// Prepares the walks of all goals, (v, Φ) of which is known, with the draws of a generator.
 pub(super) fn with_job<G: Generators, F: Real, E: Emission<F> + Sync, N>(
     circle: &Circle<'_, F, E>,
     neighbour: &N,
@@ -465,20 +465,67 @@ pub(super) fn with_job<G: Generators, F: Real, E: Emission<F> + Sync, N>(
 where
     N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
-    let mut goals = Vec::with_capacity(request.goals.len());
-    for (goal, &galerkin) in request.goals.iter().zip(galerkin) {
-        let functional = match goal.region {
-            Region::Angle(s) => Start::Point(At(circle.point(s))),
-            Region::Arc(from, to) => Start::Mean(MeanOver::new(circle, from, to)?),
-            _ => return Err(Error::Internal("a circle has angles and arcs")),
-        };
-        goals.push(fredholm_core::Goal {
-            functional,
-            control_mean: Some(galerkin),
-        });
-    }
+    let goals = goals(circle, request, galerkin)?;
     let options = request.walk.for_core();
     then(&Goals::new(circle, neighbour, &goals, options).with_generator::<G>())
+}
+
+/// Prepares walks that go side by side if lanes know the h of the neighbour equation.
+fn side_by_side<F: LaneReal, E: Emission<F> + Sync, N>(
+    circle: &Circle<'_, F, E>,
+    neighbour: &N,
+    request: &Request<'_>,
+    galerkin: &[f64],
+    then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+) -> Result<(), Error>
+where
+    N: LaneNeighbour<F, E> + Sync,
+{
+    let goals = goals(circle, request, galerkin)?;
+    let options = request.walk.for_core();
+    then(&SideBySide::new(Goals::new(
+        circle, neighbour, &goals, options,
+    )))
+}
+
+/// Prepares walks that go side by side, of a neighbour equation with h = k.
+pub(super) fn with_same_kernel<F: LaneReal, E: Emission<F> + Sync, N>(
+    circle: &Circle<'_, F, E>,
+    neighbour: &N,
+    request: &Request<'_>,
+    galerkin: &[f64],
+    then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+) -> Result<(), Error>
+where
+    N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
+{
+    let goals = goals(circle, request, galerkin)?;
+    let options = request.walk.for_core();
+    then(&SideBySide::with_same_kernel(Goals::new(
+        circle, neighbour, &goals, options,
+    )))
+}
+
+/// The goals of all walks, (v, Φ) of which is known.
+fn goals<'a, 'c, F: Real, E: Emission<F>>(
+    circle: &'a Circle<'c, F, E>,
+    request: &Request<'_>,
+    galerkin: &[f64],
+) -> Result<Vec<fredholm_core::Goal<Start<'a, 'c, F, E>>>, Error> {
+    let goals = request.goals.iter().zip(galerkin);
+    goals
+        .map(|(goal, &galerkin)| {
+            let functional = match goal.region {
+                Region::Angle(s) => Start::Point(At(circle.point(s))),
+                Region::Arc(from, to) => Start::Mean(MeanOver::new(circle, from, to)?),
+                _ => return Err(Error::Internal("a circle has angles and arcs")),
+            };
+            Ok(fredholm_core::Goal {
+                functional,
+                control_mean: Some(galerkin),
+            })
+        })
+        .collect()
 }
 
 /// Where walks start.
