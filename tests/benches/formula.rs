@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fredholm_core::Real;
-use fredholm_file::formula::Formula;
+use fredholm_formula::Formula;
 
 type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
 
@@ -40,7 +40,7 @@ fn kernels(c: &mut Criterion) {
         .map(|i| [0.618, 0.414, 0.732].map(|step| (f64::from(i) * step).fract()))
         .collect();
     for (name, text, rust) in KERNELS {
-        let mut room = fredholm_file::formula::room(text);
+        let mut room = fredholm_formula::room(text);
         let formula = Formula::<f64>::new(text, &mut room).unwrap();
         for pair in points.windows(2) {
             let (a, b) = (formula.value(&pair[0], &pair[1]), rust(&pair[0], &pair[1]));

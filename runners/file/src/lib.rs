@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 
 pub mod deck;
-pub mod formula;
 pub mod kinds;
 mod load;
 mod model;

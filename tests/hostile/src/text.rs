@@ -2,9 +2,9 @@
 
 use fredholm_core::Real;
 use fredholm_file::deck::{self, Deck};
-use fredholm_file::formula::{self, Formula, Variables};
 use fredholm_file::scene::SceneFile;
 use fredholm_file::{self as file, InputError, ProblemFile};
+use fredholm_formula::{self as formula, Formula, Variables};
 use fredholm_scene::{Factors, Scene, Sights, Sky};
 
 use crate::memory::Bound;

@@ -116,6 +116,7 @@ fn packages_import_what_they_may() {
             _ if folder.starts_with("problems/") => below,
             "runners/embedded" | "runners/rayon" => below,
             "runners/plot" | "runners/published" => false,
+            "runners/formula" => below || other == "cube-model",
             // The library is below files, pictures and the program.
             _ if folder.starts_with("runners/model") || folder == "runners/solver" => {
                 !["file", "plot", "cli", "parts", "published"].contains(&other)

@@ -6,14 +6,14 @@ use fredholm::cube::CubeModel;
 use fredholm::{Ask, Error, Region, Subject, Target};
 use toml::de::DeValue;
 
-use super::functions::Formulas;
+use super::functions::formulas;
 use super::{Kind, KindEntry, shared};
-use crate::formula::{self, Variables};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
 use crate::points::numbers;
 use crate::section::{Field, Section};
 use crate::{MAX_GRID, ProblemFile, Resolution, Scalar, What};
+use fredholm_formula::{self as formula, Variables};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
     word: "cube",
@@ -378,7 +378,7 @@ impl Kind for Cube {
             };
             Ok(vec![Ask::One(region)])
         })?;
-        let model = CubeModel::new(Arc::new(Formulas::new(self, weights)));
+        let model = CubeModel::new(Arc::new(formulas(self, weights)));
         Ok((Resolution::Other(Box::new(model)), targets))
     }
 

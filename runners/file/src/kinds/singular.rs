@@ -141,7 +141,7 @@ fn is_number(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::integral;
-    use crate::formula::{Formula, room};
+    use fredholm_formula::{Formula, room};
 
     fn value(text: &str, x: f64, y: f64) -> f64 {
         Formula::new(text, &mut room::<f64>(text))

@@ -1,14 +1,14 @@
-//! Formulas in x and y: parsed once, evaluated in the walks.
-//!
-//! The library parses and runs them; the numbers that it runs them on are ours, so that every
-//! function is the one that the rest of the program uses and a formula has the same bits on every
-//! machine. What is not a number stays NaN, as in Rust; who evaluates asks for the reason afterwards.
+#![doc = include_str!("../README.md")]
+
+mod functions;
 
 use core::cmp::Ordering;
 use core::ops::Range;
 
 use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Evaluator, Instruction, Number, Program};
+
+pub use functions::Formulas;
 
 /// The words of formulas, for messages.
 pub const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, abs, \
