@@ -39,7 +39,7 @@ use fredholm_core::{Estimator, Real};
 use crate::analysis::seconds_of;
 use crate::flow::Flow;
 use crate::matrix::{Nodal, Seconds};
-use crate::row::{Parts, Place, Problem};
+use crate::row::{Parts, Place, Problem, State};
 use crate::{Analysis, Prediction, Run, VarianceError, Wanted};
 
 /// λ are V/C of what is there times 4^this, and a fourth of it, and so on.
@@ -114,8 +114,9 @@ pub struct PairSelection {
 /// A row of pairs while it is worked on.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
+    /// The kinds of the pairs for every λ, and those that are there.
     kinds: Vec<u8>,
-    /// Variance and price, for every λ.
+    /// Variance and price of each.
     outcomes: Vec<[f64; 2]>,
     /// b of the nodes of a site.
     pub(crate) mixed: Vec<f64>,
@@ -159,7 +160,7 @@ impl Analysis<'_> {
     /// was chosen, and looking at its [`figure_of_merit`](Self::figure_of_merit), is worth while.
     ///
     /// Sites must be cells or parts of them. `run` is as in [`new`](Self::new), for rows of pairs. O(n²)
-    /// evaluations of k and h for n nodes, three times, and n² bytes for n cells.
+    /// evaluations of k and h for n nodes, twice, and 10 n² bytes for n cells.
     ///
     /// # Errors
     /// [`VarianceError`].
@@ -190,15 +191,14 @@ impl Analysis<'_> {
         for (number, place) in lambdas.iter_mut().enumerate() {
             *place = lambda(number);
         }
-        // Once for all λ, and once for the best.
         let mut rows: Vec<Row> = reserve(n)?;
         rows.resize_with(n, Row::default);
         for row in &mut rows {
             row.outcomes = buffer(MULTIPLIERS + 1)?;
-            row.kinds = buffer(n)?;
+            row.kinds = buffer(n.saturating_mul(MULTIPLIERS + 1))?;
         }
         let scorings = |i: usize| flow.scorings.get(i).copied().unwrap_or(0.0);
-        let solve = |i: usize, row: &mut Row, best: Option<usize>| {
+        let solve = |i: usize, row: &mut Row| {
             let of = Of {
                 estimator: self.estimator,
                 seconds: &seconds,
@@ -206,11 +206,11 @@ impl Analysis<'_> {
                 scorings: scorings(i),
                 cell: i,
             };
-            if let Err(error) = self.solve_row(&of, terms, &lambdas, best, row) {
+            if let Err(error) = self.solve_row(&of, terms, &lambdas, row) {
                 row.failed = Some(error);
             }
         };
-        run(&mut rows, &|i, row| solve(i, row, None));
+        run(&mut rows, &|i, row| solve(i, row));
         let mut sums: Vec<[f64; 2]> = buffer(MULTIPLIERS + 1)?;
         for row in &rows {
             if let Some(error) = row.failed {
@@ -241,22 +241,15 @@ impl Analysis<'_> {
             }
         });
         let [variance, least] = sums.get(best).map_or([f64::NAN; 2], |&sum| predicted(sum));
+        // Unless what is there is no worse.
         let keep = !(variance * least < work);
-        if keep {
-            // What is there is no worse.
-            run(&mut rows, &|i, row| self.keep(i, row));
-        } else {
-            run(&mut rows, &|i, row| solve(i, row, Some(best)));
-        }
+        let chosen = if keep { MULTIPLIERS } else { best };
         let mut table = reserve(
             n.checked_mul(n)
                 .ok_or(GalerkinError::Memory { bytes: None })?,
         )?;
         for row in &rows {
-            if let Some(error) = row.failed {
-                return Err(error.into());
-            }
-            table.extend_from_slice(&row.kinds);
+            table.extend(row.kinds.iter().skip(chosen * n).take(n));
         }
         let [variance, work] = if keep { [1.0, work] } else { [variance, least] };
         Ok(PairSelection {
@@ -266,20 +259,13 @@ impl Analysis<'_> {
         })
     }
 
-    fn keep(&self, i: usize, row: &mut Row) {
-        for (j, kind) in row.kinds.iter_mut().enumerate() {
-            *kind = self.model.kind(i, j) as u8;
-        }
-    }
-
-    /// The integrals of a row, and its best kinds: for all λ what they come to, and what comes of the pairs that are
-    /// there; or for one λ the kinds.
+    /// The integrals of a row, and its best kinds for all λ with what they come to; and what comes of the pairs that are
+    /// there.
     fn solve_row(
         &self,
         of: &Of<'_>,
         terms: &PairCosts<'_>,
         lambdas: &[f64],
-        best: Option<usize>,
         row: &mut Row,
     ) -> Result<(), GalerkinError> {
         let n = terms.cells;
@@ -330,22 +316,22 @@ impl Analysis<'_> {
             free: &free,
             scorings: of.scorings,
         };
-        if best.is_none() {
-            self.keep(of.cell, row);
-            let now = problem.state(core::mem::take(&mut row.kinds))?;
-            if let Some(last) = row.outcomes.last_mut() {
-                *last = problem.outcome(&now);
-            }
-            row.kinds = now.kinds;
-        }
-        problem.solve(lambdas, best, |number, state, outcome| {
-            if let Some(place) = row.outcomes.get_mut(number).filter(|_| best.is_none()) {
+        let mut note = |number: usize, state: &State, outcome| {
+            if let Some(place) = row.outcomes.get_mut(number) {
                 *place = outcome;
             }
-            if best == Some(number) {
-                row.kinds.copy_from_slice(&state.kinds);
+            let kinds = row.kinds.iter_mut().skip(number * n);
+            for (to, &kind) in kinds.zip(&state.kinds) {
+                *to = kind;
             }
-        })
+        };
+        let mut kinds = buffer(n)?;
+        for (j, kind) in kinds.iter_mut().enumerate() {
+            *kind = self.model.kind(of.cell, j) as u8;
+        }
+        let now = problem.state(kinds)?;
+        note(lambdas.len(), &now, problem.outcome(&now));
+        problem.solve(lambdas, note)
     }
 }
 

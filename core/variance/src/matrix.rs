@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{
-    GalerkinError, GalerkinMatrix, StoppingRule, buffer, gauss_seidel, reserve,
+    Dense, GalerkinError, GalerkinMatrix, StoppingRule, buffer, gauss_seidel, reserve,
 };
 
 use crate::{Moments, Node, Site, VarianceError};
@@ -113,8 +113,30 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
             residual: TOLERANCE * largest,
             at_most: SWEEPS,
         };
-        gauss_seidel(self, source, &mut x, &mut [0.0; 2], sweeps)?;
+        let entries = self.entries()?;
+        let table = Dense::new(&entries, self.cells(), 1);
+        let table = table.ok_or(GalerkinError::Memory { bytes: None })?;
+        gauss_seidel(&table, source, &mut x, &mut [0.0; 2], sweeps)?;
         Ok(x)
+    }
+
+    /// The entries row by row: sweeps go over them some tens of times, and every one of them is far from the next in the sites.
+    fn entries(&self) -> Result<Vec<f64>, GalerkinError> {
+        let n = self.cells();
+        let mut entries: Vec<f64> = buffer(n.saturating_mul(n))?;
+        for (i, site) in self.sites.iter().enumerate() {
+            if self.transposed {
+                let column = entries.iter_mut().skip(i).step_by(n);
+                for (entry, moments) in column.zip(&site.row) {
+                    *entry = (self.moment)(moments);
+                }
+            } else if let Some(row) = entries.get_mut(i * n..(i + 1) * n) {
+                for (entry, moments) in row.iter_mut().zip(&site.row) {
+                    *entry = (self.moment)(moments);
+                }
+            }
+        }
+        Ok(entries)
     }
 
     /// The smallest power whose norm is below 1: ‖A^m‖ = max A^m 1, where A has no negative entries.

@@ -207,43 +207,30 @@ impl Problem<'_> {
         }
     }
 
-    /// Calls `visit` with the best that is found for every λ, or for that of one number: from cheap pairs on for falling
-    /// ones, and from pointwise pairs on for rising ones.
+    /// Calls `visit` with the best that is found for every λ: from cheap pairs on for falling ones, and from pointwise pairs
+    /// on for rising ones.
     pub(crate) fn solve(
         &self,
         lambdas: &[f64],
-        wanted: Option<usize>,
         mut visit: impl FnMut(usize, &State, [f64; 2]),
     ) -> Result<(), GalerkinError> {
         use PairKind::{Dropped, Galerkin, Pointwise};
         let mut rising = self.all([Pointwise, Galerkin, Dropped])?;
         let mut of_rising: Vec<(State, [f64; 2])> = reserve(lambdas.len())?;
-        let first = wanted.unwrap_or(0);
-        for &lambda in lambdas.iter().skip(first).rev() {
+        for &lambda in lambdas.iter().rev() {
             self.descend(&mut rising, lambda);
-            if wanted.is_none() {
-                of_rising.push((rising.clone(), self.outcome(&rising)));
-            }
-        }
-        if wanted.is_some() {
-            let outcome = self.outcome(&rising);
-            of_rising.push((rising, outcome));
+            of_rising.push((rising.clone(), self.outcome(&rising)));
         }
         let mut falling = self.all([Galerkin, Dropped, Pointwise])?;
         for (number, &lambda) in lambdas.iter().enumerate() {
             self.descend(&mut falling, lambda);
-            if number < first {
-                continue;
-            }
             let own = self.outcome(&falling);
             let value = |[variance, price]: [f64; 2]| variance + lambda * price;
             match of_rising.pop() {
                 Some((other, of_other)) if value(of_other) < value(own) => {
                     visit(number, &other, of_other);
                 }
-                Some(_) => visit(number, &falling, own),
-                // That of the wanted one was the last.
-                None => break,
+                _ => visit(number, &falling, own),
             }
         }
         Ok(())

@@ -22,7 +22,9 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
     let settings = &problem.resolved.settings;
-    let (model, walk) = (problem.model(), settings.walk_options());
+    let (model, mut walk) = (problem.model(), settings.walk_options());
+    // Where nothing is said of pairs, and others walk by rays.
+    walk.pairs = settings.pairs.unwrap_or(Pairs::Default);
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
     cells.check_variance(&walk).map_err(&fail)?;
     let source = match args.out.extension().and_then(|e| e.to_str()) {

@@ -4,7 +4,7 @@ use core::fmt::{self, Debug};
 
 use fredholm::room::RoomModel;
 use fredholm::scene::SceneModel;
-use fredholm::{Ask, Error, Model, Settings, Subject, Target, Tolerance};
+use fredholm::{Ask, Error, Model, Pairs, Settings, Subject, Target, Tolerance};
 
 use crate::{InputError, Place, Placed, ProblemFile, What};
 
@@ -113,6 +113,7 @@ impl ProblemFile {
             cells: value(&galerkin.cells),
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
+            default_pairs: Pairs::Default,
             lift: value(&galerkin.lift),
             score_degree: None,
             whole: walk.whole.as_ref().map(|whole| whole.value),

@@ -133,6 +133,11 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// How pairs are treated where nothing is said of them, unless they are chosen.
+    fn default_pairs(&self) -> Pairs {
+        Pairs::Default
+    }
+
     /// The kinds of pairs that an automatic choice looks at, unless one is given.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Default, Pairs::Pointwise]

@@ -13,8 +13,8 @@ use crate::{Error, Pairs};
 
 /// The most nodes, whose pairs are gone through some thirty times.
 const MOST_NODES: usize = 6200;
-/// Bytes of a pair of sites: moments, contributions and a kind.
-const PAIR: usize = 48 + 8 + 1;
+/// Bytes of a pair of sites: moments, contributions, an entry of a matrix, and kinds by price.
+const PAIR: usize = 48 + 8 + 8 + 10;
 /// Nodes where cells are few.
 const NODES: usize = 400;
 /// A choice that promises less than this improvement is not tried.

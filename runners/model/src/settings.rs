@@ -33,6 +33,9 @@ pub struct Settings {
     /// How the neighbour equation treats pairs of cells.
     #[serde(with = "open_choice")]
     pub pairs: Option<Pairs>,
+    /// How they are treated where nothing is said and nothing is chosen: [`Model::default_pairs`].
+    #[serde(default = "usual_pairs", with = "choice")]
+    pub default_pairs: Pairs,
     /// Degree of the polynomials on which F + T_K v is projected, for walks with h = k: higher than that of v.
     #[serde(default)]
     pub lift: Option<usize>,
@@ -84,12 +87,18 @@ pub struct Settings {
     pub allow_infinite_variance: bool,
 }
 
+/// How most problems treat pairs where nothing is said of them.
+const fn usual_pairs() -> Pairs {
+    Pairs::Default
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             cells: None,
             degree: None,
             pairs: None,
+            default_pairs: usual_pairs(),
             lift: None,
             score_degree: None,
             whole: None,
@@ -184,12 +193,13 @@ impl Settings {
         Ok(())
     }
 
-    /// The settings with the estimator of a model, if it has another one than most and nothing is said of it.
+    /// The settings with the estimator and the pairs of a model, if it has others than most and nothing is said of them.
     #[must_use]
     pub fn for_model(self, model: &dyn Model) -> Self {
         let own = Some(model.estimator()).filter(|own| *own != Estimator::Absorption);
         Self {
             estimator: self.estimator.or(own),
+            default_pairs: model.default_pairs(),
             ..self
         }
     }
@@ -213,7 +223,7 @@ impl Settings {
     #[must_use]
     pub fn walk_options(&self) -> WalkOptions {
         WalkOptions {
-            pairs: self.pairs.unwrap_or(Pairs::Default),
+            pairs: self.pairs.unwrap_or(self.default_pairs),
             exact_source: self.exact_source.unwrap_or(false),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption.unwrap_or(Self::ABSORPTION),

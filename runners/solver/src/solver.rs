@@ -97,7 +97,7 @@ impl<'m> Solver<'m> {
     pub fn with(model: &'m dyn Model, settings: Settings, targets: Vec<Target>) -> Self {
         Self {
             model,
-            settings,
+            settings: settings.for_model(model),
             asked: targets.into_iter().map(Asked::Target).collect(),
             watch: &(),
             execute: &OnThreads,

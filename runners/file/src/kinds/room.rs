@@ -337,7 +337,8 @@ impl Kind for Room {
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let surfaces = self.all_surfaces(file)?;
         let settings = file.settings();
-        let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
+        let cut = settings.discretisation();
+        let pairs = settings.pairs.unwrap_or(RoomModel::DEFAULT_PAIRS);
         RoomModel::refuse_beyond_memory(&surfaces, &cut, pairs)
             .map_err(|error| file.explain(&error))?;
         let names = surfaces.names.clone();

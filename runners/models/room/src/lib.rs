@@ -75,6 +75,9 @@ pub struct RoomModel {
 }
 
 impl RoomModel {
+    /// How a room treats pairs where nothing is said of them.
+    pub const DEFAULT_PAIRS: Pairs = Pairs::Rays;
+
     /// A room for walks in this scalar.
     ///
     /// # Errors
@@ -321,7 +324,13 @@ impl Model for RoomModel {
         true
     }
 
-    /// Rays in place of the default: in what was measured they take 4 to 40 times less work for the same error.
+    /// Rays: in what was measured, 27 rows of rooms, sizes and degrees, the error at equal time is that of default pairs in the
+    /// worst, at degree 4, and 8 times smaller in the median.
+    fn default_pairs(&self) -> Pairs {
+        Self::DEFAULT_PAIRS
+    }
+
+    /// Rays, and what is nearest to them.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Rays, Pairs::Pointwise]
     }
