@@ -143,7 +143,8 @@ fn predictions_are_what_solve_measures() {
 fn advice_is_worth_following() {
     let file = example("doorway.toml");
     let options = ["--cells", "400", "--json"];
-    let diagnosis = fredholm(&[diagnose(), &[file.as_str()], &options[..]].concat())
+    let default = ["--pairs", "default"];
+    let diagnosis = fredholm(&[diagnose(), &[file.as_str()], &options[..], &default].concat())
         .quietly(0)
         .json();
     let target = &list(&diagnosis, "targets")[0];

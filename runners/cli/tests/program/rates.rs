@@ -159,20 +159,18 @@ fn rooms_have_rates_by_the_clock() {
     assert!(work.contains("seconds, set-up included"));
     let on = |threads| rates(few, &["--json", "--threads", threads]).quietly(0);
     assert_eq!(on("1").timeless(), on("2").timeless());
-    // Corners keep equal cells, and what the paper leaves out keeps its pairs, at n^−½; pointwise
-    // pairs are better than the default.
+    // Corners keep equal cells with default pairs, and what the paper leaves out keeps its pairs, at n^−½; pointwise
+    // pairs and rays are better than the default.
     let last = |json: &serde_json::Value| number(list(json, "rows").last().unwrap(), "std_dev");
-    let default = last(&json);
+    let with = |args: &[&str]| last(&rates(ends, &[args, &["--json"]].concat()).quietly(0).json());
+    let default = with(&["--pairs", "default"]);
+    assert!(default > 2.0 * last(&json), "rays");
     for (args, worse) in [
-        (["--pairs", "paper"], true),
-        (["--grading", "1"], true),
-        (["--pairs", "pointwise"], false),
+        (&["--pairs", "paper"][..], true),
+        (&["--pairs", "default", "--grading", "1"], true),
+        (&["--pairs", "pointwise"], false),
     ] {
-        let other = last(
-            &rates(ends, &[&args[..], &["--json"]].concat())
-                .quietly(0)
-                .json(),
-        );
+        let other = with(args);
         assert_eq!(other > 1.2 * default, worse, "{args:?}: {other} {default}");
     }
     let text = rates(few, &["--pairs", "paper"]).quietly(0).stdout;

@@ -100,9 +100,14 @@ impl RoomModel {
         // Every segment is one cell at least.
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
         let cells = discretisation.cells.unwrap_or(DEFAULT_CELLS);
-        let least = cells.max(segments.sum());
+        let walls = segments.sum();
+        let least = cells.max(walls);
         let what = || format!("{least} unknowns");
-        refuse_beyond_memory(what, memory(least, discretisation.degree, pairs), ADVICE)
+        refuse_beyond_memory(
+            what,
+            memory([least, walls], discretisation.degree, pairs),
+            ADVICE,
+        )
     }
 
     /// The surfaces.

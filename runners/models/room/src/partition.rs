@@ -27,6 +27,8 @@ const SWEEPS: u32 = 10_000;
 /// unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells.
 const MOST_IN_PAIRS: usize = 4000;
 const FEW: usize = 1000;
+/// The functions on a cell of that solution.
+const FEW_FUNCTIONS: usize = 4;
 /// Cells enough to estimate a spectral radius.
 const COARSE: usize = 100;
 /// The fewest cells that it takes to estimate a spectral radius: on 50 it is within 0.4 % of what it is on 400 in the
@@ -265,7 +267,8 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {
         let theory = fredholm_model::pairs::memory(pairs, self.mesh.len(), self.cut.degree + 2);
-        memory(self.mesh.len(), self.cut.degree, pairs).saturating_add(theory)
+        let walls = self.model.scene.geometry().walls().len();
+        memory([self.mesh.len(), walls], self.cut.degree, pairs).saturating_add(theory)
     }
 
     fn cost(&self, pairs: Pairs) -> Cost {
@@ -411,18 +414,27 @@ pub(crate) fn pointwise_pairs<F: Real>(
 }
 
 /// Bytes of the tables of n cells.
-pub(crate) fn memory(n: usize, degree: usize, pairs: Pairs) -> usize {
+pub(crate) fn memory([n, walls]: [usize; 2], degree: usize, pairs: Pairs) -> usize {
     let functions = degree + 1;
+    let matrix = |cells: usize, functions: usize| {
+        let pair = 1 + 8 * functions * functions;
+        cells.saturating_mul(cells).saturating_mul(pair)
+    };
     let of_cell = match pairs {
         Pairs::Rays => RAYS_BYTES,
         _ => 0,
     };
-    let cells = n.saturating_mul(200 + 8 * 8 * functions + of_cell);
-    if pairs == Pairs::Rays && is_large(n.saturating_mul(functions)) {
-        return cells;
+    let mut bytes = n.saturating_mul(200 + 8 * 8 * functions + of_cell);
+    let is_large = is_large(n.saturating_mul(functions));
+    if is_large {
+        // Every wall is a cell of the few at least.
+        let few = walls.max(FEW.div_ceil(FEW_FUNCTIONS));
+        bytes = bytes.saturating_add(matrix(few, FEW_FUNCTIONS));
     }
-    let pair = 1 + 8 * functions * functions;
-    cells.saturating_add(n.saturating_mul(n).saturating_mul(pair))
+    if pairs == Pairs::Rays && is_large {
+        return bytes;
+    }
+    bytes.saturating_add(matrix(n, functions))
 }
 
 /// Whether v comes from a solution on few cells, without coefficients of all pairs.
