@@ -1,6 +1,7 @@
 //! Cells as images of a cube.
 
 use super::Partition;
+use crate::Located;
 
 /// Cells as images of the cube [0, 1]^d, for whoever takes integrals over cells or draws points from them.
 ///
@@ -8,7 +9,7 @@ use super::Partition;
 /// quadrature, and starts walks that estimate a mean over X.
 ///
 /// ```
-/// use fredholm_core::StateSpace;
+/// use fredholm_core::{Located, StateSpace};
 /// use fredholm_core::galerkin::{CellMap, Partition};
 ///
 /// /// [0, 2] in four cells.
@@ -40,8 +41,14 @@ use super::Partition;
 ///             _ => None,
 ///         }
 ///     }
+///     fn parameters(&self, x: &Located<f64>, t: &mut [f64]) -> bool {
+///         t.fill(2.0 * x.point - x.cell as f64);
+///         true
+///     }
 /// }
 ///
+/// let mut t = [0.0];
+/// assert!(Interval.parameters(&Located { point: 1.75, cell: 3 }, &mut t) && t == [0.5]);
 /// assert_eq!(Interval.locate(&Interval.point(3, &[0.5])), 3);
 /// assert_eq!(Interval.at(&[1.5]), Some(1.5));
 /// assert_eq!(Interval.at(&[2.5]), None);
@@ -65,4 +72,12 @@ pub trait CellMap: Partition {
 
     /// The point with these coordinates, of whatever kind people write them in; `None` if X has no such point.
     fn at(&self, coordinates: &[f64]) -> Option<Self::Point>;
+
+    /// Fills `t` with the parameters of a point of a cell, the inverse of [`point`](Self::point), and says whether it can.
+    /// By default it cannot. With it there are polynomials of any degree on cells, on which walks of a
+    /// [whole function](crate::whole) score.
+    fn parameters(&self, x: &Located<Self::Point>, t: &mut [f64]) -> bool {
+        let _ = (x, t);
+        false
+    }
 }

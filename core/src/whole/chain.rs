@@ -7,8 +7,8 @@ use crate::{StateSpace, Uniforms};
 ///
 /// Uniform starts and a symmetric p with a constant q are the common case, with p0 = 1/μ(X) and s = 1 − q: the circle,
 /// uniform steps on a cube, closed rooms with cosine-distributed directions, spheres. Then every state of a walk is scored.
-/// Where walks leave the space, or q differs from place to place, there is in general no such p0 that is known, and the
-/// starts alone are scored.
+/// Where walks leave the space, or q differs from place to place, there is in general no such p0 that is known. Then the
+/// starts alone are scored, unless the [density of all states](Self::density_of_states) is known.
 ///
 /// It is a fact that a problem states: if it is wrong, every result from suffixes is biased. The conformance kit's checks
 /// "preserved density" and "suffix starts" find that out.
@@ -60,4 +60,11 @@ pub trait Starts<E: StateSpace + ?Sized = Self> {
     /// s ∈ [0, 1), the probability that a walk of these starts has one state more, if the chain preserves p0. `None`: it does
     /// not, or nobody knows.
     fn survival(&self) -> Option<f64>;
+
+    /// The density of the first `most` states of a walk together, p0(x) for the start, then that of the next state, and so on,
+    /// if it is known of a chain that preserves none. At all points or at none; by default at none.
+    fn density_of_states(&self, x: &E::Point, most: usize) -> Option<f64> {
+        let _ = (x, most);
+        None
+    }
 }

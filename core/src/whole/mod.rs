@@ -33,7 +33,13 @@
 //! from x_N on it is followed as a walk that starts there, which gives the score of that suffix, and those of the kept
 //! states follow backwards by a_l = k(x_l,x_(l+1)) a_(l+1), to which collision adds F(x_l), and likewise with h and G.
 //!
-//! Where the chain preserves no density, N is 1: starts alone are scored.
+//! Where the chain preserves no density, but the density π_N of its first N states together is known, the same proof gives
+//!
+//! ```text
+//! E Σ_{l < N, l ≤ m} D_l ψ(x_l)/π_N(x_l) = ∫ e ψ dμ,      π_N = p0 + p1 + … + p(N−1).
+//! ```
+//!
+//! Otherwise N is 1: starts alone are scored.
 //!
 //! # Replicates
 //!

@@ -33,7 +33,7 @@ pub trait WholeJob: Sync {
 
 /// Equation, starts, neighbour equation, scored functions and seeds: everything that the walks of a whole function depend on.
 ///
-/// N = `KEPT` states of a walk are kept, or one where the chain does not preserve the density of the starts or walks are not
+/// N = `KEPT` states of a walk are kept, or one where the density of further states is not known or walks are not
 /// absorbed in their [first states](crate::WalkOptions::survivals): see the [module](super) for why they are the first ones.
 ///
 /// ```
@@ -180,18 +180,31 @@ where
     M: ?Sized,
     S: ?Sized,
 {
-    /// N, the number of states that are kept, and S_N = 1 + s + … + s^(N−1).
-    fn kept(&self) -> (usize, f64) {
+    /// N, the number of states that are kept if the density of these states is known.
+    fn most_kept(&self) -> usize {
+        KEPT.min(usize::try_from(self.length.step_limit).unwrap_or(usize::MAX))
+    }
+
+    /// s, where all kept states have the density of the starts.
+    fn preserved(&self) -> Option<f64> {
         // Where absorption begins late, the chain keeps the density of a constant q alone, and states do not become fewer.
-        let Some(s) = self
-            .starts
-            .survival()
-            .filter(|_| self.length.survivals == 0)
-        else {
-            return (1, 1.0);
-        };
-        let kept = KEPT.min(usize::try_from(self.length.step_limit).unwrap_or(usize::MAX));
-        (kept, (0..kept).fold(0.0, |sum, _| 1.0 + s * sum))
+        let is_absorbed = self.length.survivals == 0;
+        self.starts.survival().filter(|_| is_absorbed)
+    }
+
+    /// The number of states that are kept, of walks with such a start.
+    fn kept(&self, start: &E::Point) -> usize {
+        let most = self.most_kept();
+        let is_known = || self.starts.density_of_states(start, most).is_some();
+        let is_kept = self.preserved().is_some() || self.length.survivals == 0 && is_known();
+        if is_kept { most } else { 1 }
+    }
+
+    /// S_N = 1 + s + … + s^(N−1), by which sums of a preserved density are divided.
+    fn states_scored(&self) -> f64 {
+        self.preserved().map_or(1.0, |s| {
+            (0..self.most_kept()).fold(0.0, |sum, _| 1.0 + s * sum)
+        })
     }
 }
 
@@ -213,7 +226,7 @@ where
     ) -> Result<(), NotFinite> {
         const { assert!(KEPT > 0, "a walk of which no state is kept scores nothing") }
         let mut trail: Option<Trail<E::Point, E::Scalar, KEPT>> = None;
-        let (kept, _) = self.kept();
+        let (mut kept, is_preserved) = (1, self.preserved().is_some());
         let mut memory = G::Memory::default();
         let end = replicate.counts.walks.saturating_add(at_most);
         while replicate.counts.walks < end {
@@ -225,7 +238,10 @@ where
             };
             let mut draws = RngUniforms(G::generator(&self.seeds, place, &mut memory));
             let x0 = self.neighbour.locate(self.starts.start(&mut draws));
-            let trail = trail.get_or_insert_with(|| Trail::new(x0, kept));
+            let trail = trail.get_or_insert_with(|| {
+                kept = self.kept(&x0.point);
+                Trail::new(x0, kept)
+            });
             let (e, m) = (self.equation, self.neighbour);
             let mut control_draws = ControlDraws::<G::Random>::new(&self.seeds, number);
             let all_draws = (&mut draws, &mut control_draws as &mut dyn Uniforms<_>);
@@ -234,8 +250,14 @@ where
                 return Err(NotFinite { walk: number });
             }
             for (x, difference) in trail.iter() {
-                let score = difference.to_f64() / self.starts.start_density(&x.point);
-                self.scores.add(x, score, replicate.sums);
+                let density = if is_preserved || kept == 1 {
+                    self.starts.start_density(&x.point)
+                } else {
+                    let density = self.starts.density_of_states(&x.point, kept);
+                    density.unwrap_or(f64::NAN)
+                };
+                self.scores
+                    .add(x, difference.to_f64() / density, replicate.sums);
             }
             let counts = &mut replicate.counts;
             counts.walks += 1;
@@ -266,7 +288,7 @@ where
     fn normalisation(&self) -> Normalisation {
         Normalisation {
             functions: self.scores.functions(),
-            states_scored: self.kept().1,
+            states_scored: self.states_scored(),
         }
     }
 

@@ -56,6 +56,11 @@ pub trait Description<const B: usize = 1>: Sized {
         None
     }
 
+    /// The parameters of a point of a cell, where the equation's `CellMap` has them.
+    fn parameters(&self, _: &Located<PointOf<Self, B>>) -> Option<Vec<f64>> {
+        None
+    }
+
     /// The exact solution u(x), where it is known.
     fn solution(&self, _: &PointOf<Self, B>) -> Option<f64> {
         None

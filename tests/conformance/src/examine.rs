@@ -23,6 +23,7 @@ pub fn examine<D: Neighbours<B>, const B: usize>(description: &D, seed: u64) -> 
     for (name, outcome) in [
         ("measures", check::measures(description, seed)),
         ("uniform points", check::uniform_points(description, seed)),
+        ("parameters", check::inverse(description, seed)),
     ] {
         if let Some(outcome) = outcome {
             report.push(name, scalar, outcome);

@@ -6,11 +6,12 @@ use crate::check::Trace;
 use crate::outcome::Outcome;
 
 /// Every check, in the order of the table: what to mend first stands first.
-pub const CHECKS: [&str; 25] = [
+pub const CHECKS: [&str; 26] = [
     "cells",
     "steps' cells",
     "measures",
     "uniform points",
+    "parameters",
     "basis",
     "density",
     "moments",

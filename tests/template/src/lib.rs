@@ -7,6 +7,7 @@
 #![warn(missing_docs)]
 
 use fredholm_core::galerkin::{Basis, CellMap, PairIntegral, Partition, TransitionMoments};
+use fredholm_core::whole::Starts;
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -65,8 +66,8 @@ impl<F: Real> MyEquation<F> {
         })
     }
 
-    /// p: uniform.
-    fn survival(&self) -> F {
+    /// 1 − q, the density p of every step.
+    fn lives(&self) -> F {
         F::one() - self.absorption
     }
 
@@ -98,14 +99,14 @@ impl<F: Real> Sampler for MyEquation<F> {
 /// Yours: p(x, y), with ∫ p(x, y) dμ(y) = 1 − q(x). Walks do not need it, the checks do.
 impl<F: Real> TransitionDensity for MyEquation<F> {
     fn density(&self, _: &F, _: &F) -> F {
-        self.survival()
+        self.lives()
     }
 }
 
 /// Yours: k = K/p.
 impl<F: Real> Kernel for MyEquation<F> {
     fn kernel(&self, x: &F, y: &F) -> F {
-        F::from_f64(0.5) * *x * *y / self.survival()
+        F::from_f64(0.5) * *x * *y / self.lives()
     }
 }
 
@@ -148,6 +149,27 @@ impl<F: Real> CellMap for MyEquation<F> {
             _ => None,
         }
     }
+
+    /// Yours, or delete it: the inverse of `point`, with which there is a whole function.
+    fn parameters(&self, x: &Located<F>, t: &mut [f64]) -> bool {
+        t.fill(x.point.to_f64() * f64::from(self.cells) - x.cell as f64);
+        true
+    }
+}
+
+/// Yours, or delete it: starts whose density the chain preserves, so that a whole function scores in every state.
+impl<F: Real> Starts for MyEquation<F> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> F {
+        uniforms.uniform()
+    }
+
+    fn start_density(&self, _: &F) -> f64 {
+        1.0
+    }
+
+    fn survival(&self) -> Option<f64> {
+        Some(self.lives().to_f64())
+    }
 }
 
 /// As it is for piecewise constants.
@@ -160,7 +182,7 @@ impl<F: Real> Basis for MyEquation<F> {
 /// Yours: p_j(x) = ∫_Xj p(x, y) dμ(y), exact, and accurate relative to its own size.
 impl<F: Real> TransitionMoments for MyEquation<F> {
     fn moments(&self, _: &Located<F>, _: usize) -> [[F; 1]; 1] {
-        [[self.survival() / self.per_cell]]
+        [[self.lives() / self.per_cell]]
     }
 }
 

@@ -55,6 +55,11 @@ impl<F: Real> Description for Described<F> {
         Some(self.0.measure(cell))
     }
 
+    fn parameters(&self, x: &Located<F>) -> Option<Vec<f64>> {
+        let mut t = vec![0.0];
+        self.0.parameters(x, &mut t).then_some(t)
+    }
+
     fn solution(&self, x: &F) -> Option<f64> {
         Some(1.2 * x.to_f64())
     }
@@ -75,6 +80,8 @@ impl<F: Real> Neighbours for Described<F> {
         offers.pairs("all in S", diagonal(PairKind::Galerkin));
         offers.pairs("diagonal outside", diagonal(PairKind::Dropped));
         offers.pointwise_pairs("diagonal pointwise", diagonal(PairKind::Pointwise));
+        // What the chain of a whole function says of itself.
+        offers.starts(&self.0);
         // From steps alone: this one asks for no integrals of p or K. D = 1, the numbers that a step draws.
         let wide = Described::<f64>::new(self.0.cells() as u32).0;
         let options = SetupOptions {

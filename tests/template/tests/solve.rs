@@ -44,6 +44,25 @@ fn an_error_is_reached_in_both_scalars() {
 }
 
 #[test]
+fn the_whole_function_has_a_band() {
+    let model = model();
+    let starts = model.with_starts();
+    let whole = Solver::new(&starts)
+        .cells(10)
+        .walks(50_000)
+        .whole()
+        .unwrap();
+    assert!(whole.summary().largest_std_error.unwrap() < 1e-3);
+    for (region, value) in whole.grid(20).unwrap() {
+        let exact = fredholm::Model::exact(&starts, &region).unwrap().unwrap();
+        assert!(
+            (value.estimate - exact).abs() <= value.band.unwrap() + 1e-15,
+            "{region:?} {value:?}"
+        );
+    }
+}
+
+#[test]
 fn what_is_predicted_is_measured() {
     let model = model();
     for pairs in [Pairs::Paper, Pairs::Default, Pairs::Pointwise] {

@@ -56,6 +56,49 @@ pub(crate) fn crowding(seed: u64) -> Report {
     examined::<Toy<f64>>(&toy, &chain, seed)
 }
 
+/// The toy with uniform starts and the density of all its states: that of the l-th is a + b (x − ½), from which that of the
+/// next follows by the integrals of 1 − q = 0.8 − x/10 times polynomials.
+struct KnownStates {
+    /// What b is multiplied by: 1, or an error.
+    fault: f64,
+}
+
+impl Starts<Toy<f64>> for KnownStates {
+    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
+        uniforms.uniform()
+    }
+    fn start_density(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn survival(&self) -> Option<f64> {
+        None
+    }
+    fn density_of_states(&self, x: &f64, most: usize) -> Option<f64> {
+        let ([mut a, mut b], mut sum) = ([1.0, 0.0], 0.0);
+        for _ in 0..most {
+            sum += a + self.fault * b * (x - 0.5);
+            [a, b] = [0.75 * a - b / 120.0, 11.0 / 30.0 * a + 7.0 / 120.0 * b];
+        }
+        Some(sum)
+    }
+}
+
+/// A density of states that is known passes.
+#[test]
+fn known_states_pass() {
+    let states = check::states(&Toy::<f64>::new(10), &KnownStates { fault: 1.0 }, 1);
+    assert!(states.passed(), "{states:?}");
+}
+
+/// The same with states that crowd by a tenth more than they do.
+pub(crate) fn wrong_states(seed: u64) -> Report {
+    let mut report = Report::default();
+    let chain = KnownStates { fault: 1.1 };
+    let states = check::states(&Toy::<f64>::new(10), &chain, seed);
+    report.push("suffix starts", "chain", states);
+    report
+}
+
 /// A circle whose starts are nearer to 0 than they should be, which no quadrature sees.
 pub(crate) fn crowded_starts(seed: u64) -> Report {
     described::<f64, _>(&RHO, 10, LIGHT, |circle| {

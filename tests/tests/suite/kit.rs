@@ -36,6 +36,7 @@ const BROKEN: &[Entry] = &[
     ("one point in 100 found in the cell before", "steps' cells", |seed| with(Fault::Locate, seed)),
     ("the measure of a cell 0.1 % too large", "measures", |seed| with(Fault::Measure, seed)),
     ("points crowd at one end of a cell", "uniform points", |seed| with(Fault::Crowd, seed)),
+    ("the parameters of points 0.1 % too large", "parameters", |seed| with(Fault::Parameter, seed)),
     ("basis 1 % too large", "basis", |seed| with(Fault::Basis, seed)),
     ("density 1 % too large", "density", |seed| with(Fault::Density, seed)),
     ("p_j 0.1 % too large", "moments", |seed| with(Fault::Mass, seed)),
@@ -46,6 +47,7 @@ const BROKEN: &[Entry] = &[
     ("a chain whose states crowd, told to preserve what is uniform", "preserved density", chains::crowding),
     ("an open room, told to preserve what is uniform", "preserved density", chains::leaking_room),
     ("starts crowd at one end", "suffix starts", chains::crowded_starts),
+    ("states crowd more than they are said to", "suffix starts", chains::wrong_states),
     ("F 0.1 % too large", "solution", |seed| with(Fault::Source, seed)),
     ("k 0.1 % too large, u = 1", "constant", |seed| with(Fault::Kernel, seed)),
     ("one K'_ij 1 % too large", "coefficients", |seed| with(Fault::Coefficient, seed)),
@@ -77,6 +79,7 @@ enum Fault {
     Locate,
     Measure,
     Crowd,
+    Parameter,
     Basis,
     Density,
     Mass,
@@ -260,6 +263,11 @@ impl<F: Real> Description for Broken<F> {
     fn measure(&self, _: usize) -> Option<f64> {
         let factor = self.factor(Fault::Measure, 1.001).to_f64();
         Some(factor / Partition::cells(&self.toy) as f64)
+    }
+    fn parameters(&self, x: &Located<F>) -> Option<Vec<f64>> {
+        let cells = Partition::cells(&self.toy) as f64;
+        let factor = self.factor(Fault::Parameter, 1.001).to_f64();
+        Some(vec![factor * (x.point.to_f64() * cells - x.cell as f64)])
     }
     fn solution(&self, x: &F) -> Option<f64> {
         Description::<1>::solution(&self.toy, x)

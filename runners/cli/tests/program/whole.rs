@@ -216,9 +216,6 @@ fn what_has_no_whole_function_says_so() {
         assert!(ran.stderr.contains(words), "{ran:?}");
     };
     refused(&room, &["--whole"], "use a `degree` of at most 3");
-    let singular = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.2*abs(x-y)^-0.4'\nsource = '1'\n\
-                    [[target]]\nname = 'm'\nover = 'all'\n";
-    refused(singular, &["--whole"], "no singularity");
     refused(CIRCLE, &["--score-degree", "2"], "--whole");
     refused(
         CIRCLE,

@@ -165,16 +165,16 @@ impl Model for CubeModel {
     }
 
     fn most_lift(&self) -> usize {
-        if self.has_whole() {
-            lift::HIGHEST - 1
-        } else {
+        if self.exponent() > 0.0 {
             0
+        } else {
+            lift::HIGHEST - 1
         }
     }
 
-    /// T_K by quadrature needs a kernel that is not singular.
+    /// T_K needs a kernel with an integral.
     fn has_whole(&self) -> bool {
-        self.exponent() <= 0.0
+        self.exponent() < 1.0
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {

@@ -1,7 +1,7 @@
 //! Kernels of one axis that are singular at x = y.
 
 use fredholm_core::galerkin::Dense;
-use fredholm_cube::{KernelFn, KernelIntegral, absolute_radius, empty_table};
+use fredholm_cube::{KernelFactors, KernelFn, KernelIntegral, absolute_radius, empty_table};
 
 use super::functions::{WatchedKernel, with_values};
 use super::{CubeModel, CubePartition};
@@ -112,16 +112,26 @@ impl CubeModel {
         self.functions.has_integral() || self.exponent() > 0.0
     }
 
-    /// The exponent a of a kernel like |x − y|^−a in one dimension; 0 without a singularity.
+    /// The exponent a of a kernel like |x − y|^−a in one dimension, or of the factors of a product, the largest of them;
+    /// 0 without a singularity.
     pub(super) fn exponent(&self) -> f64 {
         *self.exponent.get_or_init(|| {
-            if self.dimension > 1 {
+            let is_product = self.functions.is_product();
+            if self.dimension > 1 && !is_product {
                 return 0.0;
             }
             let found = with_values::<f64, _>(&*self.functions, |values| {
                 let kernel = values.kernel();
-                let kernel = |x: f64, y: f64| KernelFn::<f64, 1>::kernel(&kernel, &[x], &[y]);
-                Ok(exponent(&kernel))
+                let of = |axis: usize| {
+                    exponent(&|x, y| {
+                        if is_product {
+                            kernel.factor(axis, x, y)
+                        } else {
+                            KernelFn::<f64, 1>::kernel(&kernel, &[x], &[y])
+                        }
+                    })
+                };
+                Ok((0..self.dimension).map(of).fold(0.0, f64::max))
             });
             found.unwrap_or(0.0)
         })

@@ -31,6 +31,9 @@ const NODE_SECONDS: f64 = 30e-9;
 /// Values of the kernel that a mean over x may take, once it has been compared.
 const MOST_WORK: f64 = 1e9;
 
+/// Intervals that grow from a singularity, on both sides of it.
+const GRADED: usize = 80;
+
 /// Parts in which the cells of a mean are gone through, by as many threads.
 const PARTS: usize = 64;
 
@@ -116,7 +119,13 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
 
 /// Values of the kernel, or of its factors, that T_K takes at one point with so many Gauss points of a cell and axis.
 pub(super) fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
-    let axis = ((cut.per_axis + 1) * points) as f64;
+    // Cells, and the intervals into which a kink or a singularity cuts them.
+    let cuts = if cut.model.exponent() > 0.0 {
+        GRADED
+    } else {
+        1
+    };
+    let axis = ((cut.per_axis + cuts) * points) as f64;
     let dimension = cut.model.dimension as i32;
     if cut.functions().is_product() {
         axis * f64::from(dimension)
@@ -347,7 +356,10 @@ impl<const D: usize> CubeField<'_, D> {
         let system = &self.system;
         with_values::<f64, _>(system.cut.functions(), |values| {
             let cube = values.cube::<D>(system.cut.per_axis, ANY)?;
-            let moments = KernelMoments::new(&cube, self.degree, self.points)?;
+            let mut moments = KernelMoments::new(&cube, self.degree, self.points)?;
+            if system.cut.model.exponent() > 0.0 {
+                moments = moments.with_singularity(system.cut.model.exponent());
+            }
             let of = Integrals {
                 values,
                 cube: &cube,

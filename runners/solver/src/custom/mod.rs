@@ -3,15 +3,18 @@
 mod cells;
 mod degree;
 mod quadrature;
+mod scores;
 mod system;
 mod walk;
+mod whole;
 
 use core::fmt;
 
 use fredholm_core::galerkin::{
     CellMap, PairIntegral, TransitionMoments, buffer, collatz_wielandt_bounds,
 };
-use fredholm_core::{Equation, Source, TransitionDensity};
+use fredholm_core::whole::Starts;
+use fredholm_core::{Equation, Located, Source, TransitionDensity};
 use fredholm_rayon::fill_rows;
 
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
@@ -21,6 +24,7 @@ use fredholm_model::About;
 use fredholm_model::EquationError;
 use system::CustomPartition;
 use walk::{Equations, Walks, place};
+use whole::{OwnStarts, UniformStarts};
 
 /// A weight, as a function of the point.
 type PointFn<P> = dyn Fn(&P) -> f64 + Send + Sync;
@@ -163,6 +167,7 @@ impl<E: CustomEquation> CustomModel<E> {
                 build: Box::new(build),
                 degrees: vec![Box::new(Smooth::<1>)],
                 weights: Vec::new(),
+                starts: Box::new(UniformStarts),
             },
             single: None,
             name: "custom",
@@ -194,6 +199,20 @@ impl<E: CustomEquation> CustomModel<E> {
                 *degree = Box::new(WithIntegrals::<B>);
             }
         }
+        self
+    }
+
+    /// Starts walks of a [whole function](crate::WholeFunction) where the equation says, and scores them in every state of
+    /// which it knows the density. Otherwise they start uniformly and score in their starts alone. The equation in single
+    /// precision says it for itself.
+    ///
+    /// The conformance kit checks what the equation says.
+    #[must_use]
+    pub fn with_starts(mut self) -> Self
+    where
+        E: Starts,
+    {
+        self.equations.starts = Box::new(OwnStarts);
         self
     }
 
@@ -419,6 +438,24 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             all = all.into_iter().flat_map(more).collect();
         }
         all.into_iter().map(Region::Point).collect()
+    }
+
+    fn spread(&self, points: f64) -> Vec<Region> {
+        let per_axis = points.powf(1.0 / self.coordinates.len().max(1) as f64) + 1e-9;
+        self.grid(per_axis.floor() as usize, None)
+    }
+
+    /// Where the parameters of points are known there are polynomials of any degree.
+    fn has_whole(&self) -> bool {
+        let middle = [0.5; cells::MOST_DIMENSIONS];
+        self.equation(self.default_cells(0)).is_ok_and(|equation| {
+            let middle = middle.get(..E::DIMENSION).unwrap_or_default();
+            let x = Located {
+                point: equation.point(0, middle),
+                cell: 0,
+            };
+            scores::parameters(&equation, &x).is_some()
+        })
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {

@@ -11,12 +11,13 @@ use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::quadrature::Sites;
 use super::walk::{How, Solved, Walks, place};
+use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
 use fredholm_core::Form;
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{Request, Then, WalkOptions};
+use fredholm_model::{Request, Then, WalkOptions, WholeSystem};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -31,15 +32,15 @@ const PLACES: usize = 16;
 
 /// Cells of an equation.
 pub(super) struct CustomPartition<'m, E: CustomEquation> {
-    model: &'m CustomModel<E>,
+    pub(super) model: &'m CustomModel<E>,
     /// Cells as they were asked for.
     asked: usize,
     /// n.
     all: usize,
-    degree: usize,
+    pub(super) degree: usize,
     /// Quadrature points of a cell and axis.
     points: usize,
-    scalar: Scalar,
+    pub(super) scalar: Scalar,
 }
 
 // By hand: a derive would ask the equation to be `Copy`.
@@ -69,11 +70,11 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         })
     }
 
-    fn equation(&self, absorption: f64) -> Result<E, Error> {
+    pub(super) fn equation(&self, absorption: f64) -> Result<E, Error> {
         (self.model.equations.build)(self.asked, absorption)
     }
 
-    fn of_degree(&self) -> Result<&'m dyn Degree<E>, Error> {
+    pub(super) fn of_degree(&self) -> Result<&'m dyn Degree<E>, Error> {
         self.model.equations.degree(self.degree)
     }
 
@@ -82,7 +83,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         self.of_degree().map_or(1, |degree| degree.functions())
     }
 
-    fn kinds(&self, pairs: Pairs) -> Kinds {
+    pub(super) fn kinds(&self, pairs: Pairs) -> Kinds {
         let has_integrals = self.of_degree().is_ok_and(|degree| degree.has_integrals());
         match pairs {
             Pairs::Pointwise => Kinds::AllPointwise,
@@ -91,7 +92,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         }
     }
 
-    fn walks(&self) -> Result<&'m dyn Walks, Error> {
+    pub(super) fn walks(&self) -> Result<&'m dyn Walks, Error> {
         match self.scalar {
             Scalar::F64 => Ok(&self.model.equations),
             Scalar::F32 => self.model.single.as_deref().ok_or_else(|| Error::Option {
@@ -262,16 +263,20 @@ const NOTHING: Solution = Solution {
 };
 
 /// A solved equation.
-struct CustomSystem<'m, E: CustomEquation> {
-    cut: CustomPartition<'m, E>,
-    solved: Solved,
+pub(super) struct CustomSystem<'m, E: CustomEquation> {
+    pub(super) cut: CustomPartition<'m, E>,
+    pub(super) solved: Solved,
     /// The spectral radii of T_h²p that are known, by pairs and absorption.
     radii: Mutex<Vec<(Kinds, f64, f64)>>,
 }
 
 impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
     /// The spectral radius of T_h²p, which must be below 1; `None` if it is not looked at.
-    fn check_neighbour(&self, kinds: Kinds, absorption: f64) -> Result<Option<f64>, Error> {
+    pub(super) fn check_neighbour(
+        &self,
+        kinds: Kinds,
+        absorption: f64,
+    ) -> Result<Option<f64>, Error> {
         // With all pairs pointwise h is k, which has been looked at.
         if kinds == Kinds::AllPointwise {
             return Ok(None);
@@ -393,6 +398,13 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                 place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
             })
         })
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(CustomWhole::new(*self)?))
     }
 
     fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {

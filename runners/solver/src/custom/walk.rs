@@ -5,10 +5,12 @@ use fredholm_core::{Functional, Goals, Located, NoNeighbour, Real, Uniforms};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Boxed, Degree, Kinds, Of};
+use super::scores::{CellScores, Polynomials};
+use super::whole::AnyStarts;
 use super::{CustomEquation, PointFn};
 use crate::{Error, Goal, Region};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::{Prepared, Request, Then, WithJob};
+use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithWholeJob};
 
 /// An equation by the number of its cells and an absorption probability.
 pub(super) type Build<E> = dyn Fn(usize, f64) -> Result<E, Error> + Send + Sync;
@@ -18,6 +20,7 @@ pub(super) struct Equations<E: CustomEquation> {
     pub(super) build: Box<Build<E>>,
     pub(super) degrees: Vec<Box<dyn Degree<E>>>,
     pub(super) weights: Vec<(String, Box<PointFn<E::Point>>)>,
+    pub(super) starts: Box<dyn AnyStarts<E>>,
 }
 
 /// Coefficients and Galerkin solution, which serve walks in every scalar.
@@ -64,6 +67,15 @@ pub(super) trait Walks: Send + Sync {
         how: How,
         request: &Request<'_>,
         then: &mut Then<'_>,
+    ) -> Result<(), Error>;
+
+    /// Walks of a whole function that score on these polynomials.
+    fn whole_job(
+        &self,
+        solved: &Solved,
+        kinds: Kinds,
+        how: (&WalkOptions, &Polynomials),
+        then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error>;
 
     /// The name of the weight of this number.
@@ -138,7 +150,7 @@ impl<E: CustomEquation> Equations<E> {
         degree.ok_or(Error::Internal("the equation does not have this degree"))
     }
 
-    fn weight_of(&self, number: usize) -> Result<&PointFn<E::Point>, Error> {
+    pub(super) fn weight_of(&self, number: usize) -> Result<&PointFn<E::Point>, Error> {
         let weight = self.weights.get(number).map(|(_, weight)| &**weight);
         weight.ok_or(Error::Internal("the equation does not have this weight"))
     }
@@ -273,6 +285,31 @@ impl<E: CustomEquation> Walks for Equations<E> {
                     pair_counts: None,
                 })
             })
+        })
+    }
+
+    fn whole_job(
+        &self,
+        solved: &Solved,
+        kinds: Kinds,
+        (walk, polynomials): (&WalkOptions, &Polynomials),
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let equation = &(self.build)(solved.cells, walk.absorption)?;
+        let of = Of {
+            equation,
+            coefficients: &solved.coefficients()?,
+            solution: &solved.solution,
+        };
+        let scores = CellScores {
+            equation,
+            polynomials,
+        };
+        let options = walk.for_core();
+        let degree = self.degree(solved.degree)?;
+        degree.with_neighbour(&of, kinds, &mut |neighbour, _| {
+            let starts = &self.starts;
+            starts.with_whole(equation, neighbour, &scores, options, then)
         })
     }
 

@@ -84,8 +84,9 @@ impl<'m> Whole<'_, 'm> {
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, spheres, rooms, and cubes \
-                          whose kernel has no singularity at x = y: ask for targets without it"
+                message: "the whole function from one set of walks is offered for circles, spheres, rooms, cubes whose \
+                          kernel has an integral, and equations of a crate of its own whose `CellMap` has \
+                          `parameters`: ask for targets without it"
                     .to_owned(),
             });
         }

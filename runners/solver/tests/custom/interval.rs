@@ -7,7 +7,7 @@ use fredholm_core::galerkin::{
 use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
-struct Laplace {
+pub(crate) struct Laplace {
     cells: usize,
     absorption: f64,
 }
@@ -125,6 +125,10 @@ impl PairIntegral for Laplace {
 fn nodes() -> usize {
     let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     if is_long { 2000 } else { 500 }
+}
+
+pub(crate) fn model() -> CustomModel<Laplace> {
+    CustomModel::new(Laplace::new)
 }
 
 fn cube() -> CubeModel {

@@ -1,4 +1,5 @@
 //! Equations of crates of their own, by one adaptor.
 
+mod crowded;
 mod interval;
 mod sphere;

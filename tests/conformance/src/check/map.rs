@@ -1,6 +1,6 @@
 //! Checks of the map from the cube to a cell, by which integrals over cells are taken and walks for means start.
 
-use fredholm_core::{Kernel, Real, Source, TransitionDensity};
+use fredholm_core::{Kernel, Located, Real, Source, TransitionDensity};
 
 use super::{ROUNDING, STANDARD_ERRORS, UNITS, different_cells, draws, parameters, samples};
 use crate::description::{Description, PointOf, epsilon};
@@ -24,6 +24,28 @@ pub fn measures<D: Description<B>, const B: usize>(description: &D, seed: u64) -
             f64::EPSILON * expected,
             || format!("the measure of cell {cell}"),
         );
+    }
+    Some(worst.outcome())
+}
+
+/// **Parameters are those of points**: of random points of cells, in rounding of the walk's scalar. `None` where there are none.
+#[must_use]
+pub fn inverse<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+    let mut worst = Worst::new(UNITS, ROUNDING);
+    let mut uniforms = draws(seed, 29);
+    for cell in different_cells(description, seed, 64) {
+        for _ in 0..CELLS {
+            let expected = parameters::<D, B>(&mut uniforms);
+            let point = description.point(cell, &expected);
+            let found = description.parameters(&Located { point, cell })?;
+            for (expected, found) in expected.iter().zip(found) {
+                // A parameter is what is left of a coordinate that may be as large as the number of cells.
+                let unit = epsilon::<D, B>() * (1.0 + cell as f64);
+                worst.compare(*expected, found, unit, || {
+                    format!("a parameter of {point:?} in cell {cell}")
+                });
+            }
+        }
     }
     Some(worst.outcome())
 }

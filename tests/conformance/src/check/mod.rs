@@ -28,7 +28,7 @@ pub(crate) use neighbour::vectors_agree;
 pub use chain::{
     basis, cells, density, distribution, masses, moments, sampler, sampler_points, solution,
 };
-pub use map::{measures, uniform_points};
+pub use map::{inverse, measures, uniform_points};
 pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };

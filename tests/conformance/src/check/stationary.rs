@@ -6,7 +6,7 @@ use fredholm_core::{Sampler, TransitionDensity, Uniforms};
 
 use super::chain::chi_squared;
 use super::{ROUNDING, STANDARD_ERRORS, UNITS, draws, samples};
-use crate::description::{Description, ScalarOf, epsilon};
+use crate::description::{Description, PointOf, ScalarOf, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many points the first check looks at.
@@ -52,7 +52,8 @@ where
 }
 
 /// **States have the density of starts**: χ² of the cells of the first states of 200,000 walks, and of the walks that have
-/// ended, against s^l ∫ p0 dμ; of starts that say nothing of the chain, the starts alone.
+/// ended, against s^l ∫ p0 dμ. If the density of all states together is known instead, their cells against that; of starts
+/// that say nothing of the chain, the starts alone.
 #[must_use]
 pub fn states<D, C, const B: usize>(description: &D, chain: &C, seed: u64) -> Outcome
 where
@@ -61,7 +62,10 @@ where
 {
     let equation = description.equation();
     let cells = equation.cells();
-    let states = if chain.survival().is_some() {
+    // The kinks of p matter nowhere: any point will do.
+    let anywhere = description.point(0, &vec![0.5; D::DIMENSION]);
+    let knows_all = chain.density_of_states(&anywhere, STATES).is_some();
+    let states = if chain.survival().is_some() || knows_all {
         STATES
     } else {
         1
@@ -84,26 +88,30 @@ where
             });
         }
     }
-    // The kinks of p matter nowhere: any point will do.
-    let anywhere = description.point(0, &vec![0.5; D::DIMENSION]);
-    let mass = |j| {
-        let nodes = description.nodes(&anywhere, j).into_iter();
-        nodes
-            .map(|(x, weight)| weight * chain.start_density(&x))
-            .sum::<f64>()
+    // Of the l-th state.
+    let density = |x: &PointOf<D, B>, l: usize| {
+        let up_to = |most| chain.density_of_states(x, most).unwrap_or(f64::NAN);
+        match chain.survival() {
+            None if knows_all && l > 0 => up_to(l + 1) - up_to(l),
+            None if knows_all => up_to(1),
+            survival => chain.start_density(x) * survival.unwrap_or(0.0).powi(l as i32),
+        }
     };
-    let masses: Vec<f64> = (0..cells).map(mass).collect();
     let mut worst = Worst::new("standard deviations", STANDARD_ERRORS);
-    let mut there = 1.0;
     for (l, counts) in counts.into_iter().enumerate() {
-        let probabilities = masses.iter().map(|mass| there * mass).chain([1.0 - there]);
+        let mass = |j| {
+            let nodes = description.nodes(&anywhere, j).into_iter();
+            nodes.map(|(x, weight)| weight * density(&x, l)).sum()
+        };
+        let masses: Vec<f64> = (0..cells).map(mass).collect();
+        let ended = 1.0 - masses.iter().sum::<f64>();
+        let probabilities = masses.into_iter().chain([ended]);
         let expected = probabilities.map(|probability| f64::from(WALKS) * probability);
         if let Some([degrees, chi, normal]) = chi_squared(expected.zip(counts)) {
             worst.add(degrees, chi, normal, || {
                 format!("chi^2 of state {l} of {WALKS} walks, {degrees} degrees of freedom")
             });
         }
-        there *= chain.survival().unwrap_or(0.0);
     }
     worst.outcome()
 }

@@ -1,0 +1,219 @@
+//! Polynomials of any degree on the cells of an equation, and what T_K makes of them by quadrature.
+
+use fredholm_core::galerkin::{CellMap, legendre};
+use fredholm_core::whole::Scores;
+use fredholm_core::{Located, Real};
+use fredholm_variance::gauss;
+
+use super::CustomEquation;
+use super::cells::MOST_DIMENSIONS;
+use crate::Error;
+
+/// The largest total degree.
+pub(super) const MOST_DEGREE: usize = 7;
+
+/// Polynomials along an axis of a cell at one place.
+type Axis = [f64; MOST_DEGREE + 1];
+
+/// Products of Legendre polynomials in the parameters of a cell, of total degree ≤ p. As uniform parameters give uniform
+/// points, they are orthonormal on the cell.
+#[derive(Clone, Debug)]
+pub(super) struct Polynomials {
+    dimension: usize,
+    /// The degree along every axis, of every function.
+    degrees: Vec<[u8; MOST_DIMENSIONS]>,
+}
+
+impl Polynomials {
+    /// Those in so many parameters, of total degree p or less. The first is the constant.
+    pub(super) fn new(dimension: usize, degree: usize) -> Self {
+        let mut degrees = vec![[0; MOST_DIMENSIONS]];
+        for axis in 0..dimension {
+            let more = |before: [u8; MOST_DIMENSIONS]| {
+                let left = degree - total(&before);
+                (0..=left as u8).map(move |own| {
+                    let mut degrees = before;
+                    degrees[axis] = own;
+                    degrees
+                })
+            };
+            degrees = degrees.into_iter().flat_map(more).collect();
+        }
+        Self { dimension, degrees }
+    }
+
+    /// B.
+    pub(super) fn functions(&self) -> usize {
+        self.degrees.len()
+    }
+
+    /// The total degree of every function.
+    pub(super) fn totals(&self) -> impl Iterator<Item = usize> {
+        self.degrees.iter().map(total)
+    }
+
+    /// Adds `score` times every function at these parameters.
+    fn add(&self, t: &[f64; MOST_DIMENSIONS], score: f64, sums: &mut [f64]) {
+        let axes: [Axis; MOST_DIMENSIONS] = t.map(|t| legendre(2.0 * t - 1.0));
+        for (sum, degrees) in sums.iter_mut().zip(&self.degrees) {
+            let own = axes.iter().zip(degrees).take(self.dimension);
+            let factors = own.map(|(axis, &degree)| axis[usize::from(degree)]);
+            *sum += score * factors.product::<f64>();
+        }
+    }
+}
+
+fn total(degrees: &[u8; MOST_DIMENSIONS]) -> usize {
+    degrees.iter().copied().map(usize::from).sum()
+}
+
+/// The parameters of a point, if the equation knows them.
+pub(super) fn parameters<E: CellMap>(
+    equation: &E,
+    x: &Located<E::Point>,
+) -> Option<[f64; MOST_DIMENSIONS]> {
+    let mut t = [0.0; MOST_DIMENSIONS];
+    let own = t.get_mut(..E::DIMENSION)?;
+    equation.parameters(x, own).then_some(t)
+}
+
+/// Polynomials on all cells of an equation, for scores of walks.
+pub(super) struct CellScores<'a, E> {
+    pub(super) equation: &'a E,
+    pub(super) polynomials: &'a Polynomials,
+}
+
+impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
+    fn unknowns(&self) -> usize {
+        self.equation.cells() * self.functions()
+    }
+
+    fn functions(&self) -> usize {
+        self.polynomials.functions()
+    }
+
+    fn add(&self, x: &Located<E::Point>, score: f64, sums: &mut [f64]) {
+        let start = x.cell * self.functions();
+        if let Some(own) = sums.get_mut(start..start + self.functions())
+            && let Some(t) = parameters(self.equation, x)
+        {
+            self.polynomials.add(&t, score, own);
+        }
+    }
+}
+
+/// What T_K makes of v and of the polynomials, by a Gauss rule on every cell.
+pub(super) struct Integrals<'a, E: CustomEquation> {
+    pub(super) equation: &'a E,
+    pub(super) polynomials: &'a Polynomials,
+    /// v at a point of a cell.
+    pub(super) v: &'a (dyn Fn(&Located<E::Point>) -> f64 + Sync),
+    /// The rule of an axis on [0, 1].
+    rule: Vec<[f64; 2]>,
+}
+
+impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
+    /// With so many points of a cell and axis.
+    pub(super) fn new(
+        (equation, polynomials): (&'a E, &'a Polynomials),
+        v: &'a (dyn Fn(&Located<E::Point>) -> f64 + Sync),
+        points: usize,
+    ) -> Result<Self, Error> {
+        let rule = gauss(points)?.into_iter();
+        Ok(Self {
+            equation,
+            polynomials,
+            v,
+            rule: rule.map(|(t, w)| [0.5 * (1.0 + t), 0.5 * w]).collect(),
+        })
+    }
+
+    /// Adds `weight` times F(x), (T_K v)(x), and ∫_Xj K(x,y) ψ_jb(y) dμ(y) for all j and b.
+    ///
+    /// In the cell of x every axis is cut at x, where kernels have their kinks.
+    pub(super) fn add(&self, x: &E::Point, weight: f64, out: &mut [f64]) {
+        let [source, image, integrals @ ..] = out else {
+            return;
+        };
+        *source += weight * self.equation.source(x).to_f64();
+        let own = Located {
+            point: *x,
+            cell: self.equation.locate(x),
+        };
+        let cuts = parameters(self.equation, &own);
+        let each = integrals.chunks_exact_mut(self.polynomials.functions());
+        for (cell, integrals) in each.enumerate() {
+            let cuts = cuts.filter(|_| cell == own.cell);
+            let weight = weight * self.equation.measure(cell);
+            let mut at = Node {
+                t: [0.0; MOST_DIMENSIONS],
+                share: weight,
+            };
+            self.add_cell(x, (cell, &cuts), 0, &mut at, (image, integrals));
+        }
+    }
+
+    /// Adds the nodes of a cell whose first parameters are chosen.
+    fn add_cell(
+        &self,
+        x: &E::Point,
+        (cell, cuts): (usize, &Option<[f64; MOST_DIMENSIONS]>),
+        axis: usize,
+        at: &mut Node,
+        (image, integrals): (&mut f64, &mut [f64]),
+    ) {
+        if axis == E::DIMENSION {
+            let point = self.equation.point(cell, &at.t[..E::DIMENSION]);
+            let k = self.equation.kernel(x, &point) * self.equation.density(x, &point);
+            let score = at.share * k;
+            *image += score * (self.v)(&Located { point, cell });
+            self.polynomials.add(&at.t, score, integrals);
+            return;
+        }
+        let cut = cuts.map_or(0.0, |cuts| cuts[axis].clamp(0.0, 1.0));
+        let before = at.share;
+        for [from, to] in [[0.0, cut], [cut, 1.0]] {
+            if from < to {
+                for [t, share] in &self.rule {
+                    at.t[axis] = from + (to - from) * t;
+                    at.share = before * (to - from) * share;
+                    self.add_cell(x, (cell, cuts), axis + 1, at, (image, integrals));
+                }
+            }
+        }
+        at.share = before;
+    }
+}
+
+/// A node of a cell, of which the first parameters are chosen.
+struct Node {
+    t: [f64; MOST_DIMENSIONS],
+    share: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Polynomials;
+
+    #[test]
+    fn they_are_orthonormal() {
+        let polynomials = Polynomials::new(2, 2);
+        assert_eq!(polynomials.totals().collect::<Vec<_>>(), [0, 1, 2, 1, 2, 2]);
+        let rule = super::super::cells::tensor(2, 3).unwrap();
+        let functions = polynomials.functions();
+        let mut gram = vec![0.0; functions * functions];
+        for (t, share) in rule {
+            let mut values = vec![0.0; functions];
+            polynomials.add(&[t[0], t[1], 0.0, 0.0, 0.0, 0.0], 1.0, &mut values);
+            for (row, a) in gram.chunks_exact_mut(functions).zip(&values) {
+                row.iter_mut()
+                    .zip(&values)
+                    .for_each(|(g, b)| *g += share * a * b);
+            }
+        }
+        for (i, g) in gram.iter().enumerate() {
+            let expected = f64::from(u8::from(i / functions == i % functions));
+            assert!((g - expected).abs() < 1e-14);
+        }
+    }
+}

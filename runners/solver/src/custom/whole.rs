@@ -1,0 +1,322 @@
+//! The whole function of an equation of a crate of its own.
+
+use std::sync::Arc;
+
+use fredholm_core::galerkin::CellMap;
+use fredholm_core::whole::{Scores, Starts, WholeTask};
+use fredholm_core::{Form, Located, Uniforms, WalkOptions};
+use fredholm_model::numbers::{dot, largest};
+use fredholm_model::{
+    IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob, only_u,
+    refined_mean, v_of_walks,
+};
+use fredholm_rayon::fill_rows;
+
+use super::CustomEquation;
+use super::cells::{Nodes, Uniform};
+use super::degree::Boxed;
+use super::scores::{Integrals, MOST_DEGREE, Polynomials};
+use super::system::CustomSystem;
+use super::walk::place;
+use crate::{Error, Region};
+
+/// The most Gauss points of a cell and axis, and the most values of the kernel for one point: more are not tried.
+const MOST_POINTS: usize = 12;
+const MOST_NODES: f64 = 4e6;
+/// Values of the kernel that a mean over x may take, once it has been compared.
+const MOST_WORK: f64 = 1e9;
+/// Parts in which the cells of a mean are gone through, by as many threads.
+const PARTS: usize = 64;
+/// Seconds of a node besides its kernel, for every function.
+const FUNCTION_SECONDS: f64 = 5e-9;
+
+/// What a whole function's walks of an equation start from. It is object safe.
+pub(super) trait AnyStarts<E: CustomEquation>: Send + Sync {
+    /// Hands on the walks of a whole function.
+    fn with_whole(
+        &self,
+        equation: &E,
+        neighbour: &Boxed<'_, E>,
+        scores: &(dyn Scores<E::Point> + Sync),
+        options: WalkOptions,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error>;
+}
+
+/// Starts that are uniform on the space, of a chain of which nothing else is known.
+pub(super) struct UniformStarts;
+
+/// The equation's own starts.
+pub(super) struct OwnStarts;
+
+impl<E: CustomEquation> AnyStarts<E> for UniformStarts {
+    fn with_whole(
+        &self,
+        equation: &E,
+        neighbour: &Boxed<'_, E>,
+        scores: &(dyn Scores<E::Point> + Sync),
+        options: WalkOptions,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let uniform = Uniform::new(equation);
+        then(&WholeTask::new(
+            equation, &uniform, neighbour, scores, options,
+        ))
+    }
+}
+
+impl<E: CustomEquation + Starts> AnyStarts<E> for OwnStarts {
+    fn with_whole(
+        &self,
+        equation: &E,
+        neighbour: &Boxed<'_, E>,
+        scores: &(dyn Scores<E::Point> + Sync),
+        options: WalkOptions,
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        then(&WholeTask::new(
+            equation, equation, neighbour, scores, options,
+        ))
+    }
+}
+
+impl<E: CellMap> Starts<E> for Uniform<'_, E> {
+    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
+        self.draw(uniforms)
+    }
+
+    fn start_density(&self, _: &E::Point) -> f64 {
+        1.0 / self.measure
+    }
+
+    fn survival(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// A solved equation whose walks score in every state of which the density is known.
+pub(super) struct CustomWhole<'m, E: CustomEquation> {
+    system: Arc<CustomSystem<'m, E>>,
+    /// μ(X_j).
+    measures: Vec<f64>,
+}
+
+impl<'m, E: CustomEquation<Scalar = f64>> CustomWhole<'m, E> {
+    pub(super) fn new(system: CustomSystem<'m, E>) -> Result<Self, Error> {
+        let equation = system.cut.equation(super::ANY)?;
+        Ok(Self {
+            measures: (0..equation.cells()).map(|j| equation.measure(j)).collect(),
+            system: Arc::new(system),
+        })
+    }
+
+    /// Values of the kernel for one point, with so many Gauss points of a cell and axis.
+    fn nodes(&self, points: usize) -> f64 {
+        nodes::<E>(self.measures.len(), points)
+    }
+}
+
+fn nodes<E: CellMap>(cells: usize, points: usize) -> f64 {
+    cells as f64 * (points as f64).powi(E::DIMENSION as i32)
+}
+
+impl<'m, E: CustomEquation<Scalar = f64>> WholeSystem<'m> for CustomWhole<'m, E> {
+    fn degree(&self) -> usize {
+        self.system.cut.degree
+    }
+
+    fn most_degree(&self) -> usize {
+        MOST_DEGREE
+    }
+
+    fn degrees(&self, degree: usize) -> Vec<usize> {
+        Polynomials::new(E::DIMENSION, degree).totals().collect()
+    }
+
+    fn cells(&self) -> usize {
+        self.measures.len()
+    }
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.measures.get(cell).copied().unwrap_or(f64::NAN)
+    }
+
+    fn point_seconds(&self, degree: usize) -> f64 {
+        let functions = self.degrees(degree).len() as f64;
+        let each = self.system.cut.model.kernel_seconds + FUNCTION_SECONDS * functions;
+        each * self.nodes(degree + 1)
+    }
+
+    fn mean_points(&self, degree: usize) -> f64 {
+        self.nodes(degree + 3)
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        let solution = &self.system.solved.solution;
+        [largest(&solution.v), solution.radius_bound]
+    }
+
+    fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+        let (system, walk) = (&*self.system, request.walk);
+        let nodes = self.nodes(request.degree + 1);
+        if nodes > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "T_K by quadrature takes {nodes:.1e} values of the kernel for each point, and more than \
+                     {MOST_NODES:.0e} take too long: use fewer cells"
+                ),
+            });
+        }
+        let kinds = system.cut.kinds(walk.pairs);
+        if !(walk.allow_infinite_variance || walk.form == Form::Residual) {
+            system.check_neighbour(kinds, walk.absorption)?;
+        }
+        let polynomials = Polynomials::new(E::DIMENSION, request.degree);
+        let walks = system.cut.walks()?;
+        walks.whole_job(&system.solved, kinds, (walk, &polynomials), then)
+    }
+
+    fn field(
+        &self,
+        request: &WholeRequest<'_>,
+        rows: Vec<f64>,
+    ) -> Result<Box<dyn WholeField + 'm>, Error> {
+        let polynomials = Polynomials::new(E::DIMENSION, request.degree);
+        Ok(Box::new(CustomField {
+            v: v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
+            unknowns: self.cells() * polynomials.functions(),
+            points: request.degree + 1,
+            system: Arc::clone(&self.system),
+            polynomials,
+            rows,
+        }))
+    }
+}
+
+/// v, piecewise polynomials, and the quadrature of T_K.
+struct CustomField<'m, E: CustomEquation> {
+    system: Arc<CustomSystem<'m, E>>,
+    v: Vec<f64>,
+    polynomials: Polynomials,
+    unknowns: usize,
+    rows: Vec<f64>,
+    /// Gauss points of a cell and axis.
+    points: usize,
+}
+
+impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
+    /// F, T_K v and all integrals, as they are or in the mean over nodes of x with a weight.
+    fn mean(
+        &self,
+        of: &Integrals<'_, E>,
+        nodes: &Nodes<E::Point>,
+        weight: &(dyn Fn(&E::Point) -> f64 + Sync),
+    ) -> Result<Vec<f64>, Error> {
+        let width = IMAGE_HEAD + self.unknowns;
+        let mut parts = vec![0.0; PARTS * width];
+        fill_rows(&mut parts, width, |part, out| {
+            for cell in (part..nodes.cells()).step_by(PARTS) {
+                for (x, share) in nodes.weighted(cell) {
+                    of.add(&x, share * weight(&x), out);
+                }
+            }
+            Ok::<(), Error>(())
+        })?;
+        let mut all = vec![0.0; width];
+        for part in parts.chunks_exact(width) {
+            all.iter_mut()
+                .zip(part)
+                .for_each(|(all, part)| *all += part);
+        }
+        Ok(all)
+    }
+
+    /// F and T_K v, and the integrals times every row.
+    fn contract(&self, all: &[f64], rows: &[f64], out: &mut [f64]) {
+        let (head, integrals) = all.split_at(IMAGE_HEAD);
+        let images = rows.chunks_exact(self.unknowns.max(1));
+        let images = images.map(|row| dot(integrals, row));
+        let values = head.iter().copied().chain(images);
+        out.iter_mut()
+            .zip(values)
+            .for_each(|(out, value)| *out = value);
+    }
+
+    fn images_of(&self, regions: &[Region], rows: &[f64]) -> Result<Vec<f64>, Error> {
+        let cut = &self.system.cut;
+        let equation = cut.equation(super::ANY)?;
+        let (equations, degree) = (&cut.model.equations, cut.of_degree()?);
+        let v = |x: &Located<E::Point>| degree.series(&equation, &self.v, x);
+        let of = Integrals::new((&equation, &self.polynomials), &v, self.points)?;
+        let head = IMAGE_HEAD + rows.len() / self.unknowns.max(1);
+        let mut images = vec![0.0; regions.len() * head];
+        let image = |region: &Region, out: &mut [f64]| {
+            let (weight, is_mean) = match region {
+                Region::Point(x) => {
+                    let mut all = vec![0.0; IMAGE_HEAD + self.unknowns];
+                    of.add(&place(&equation, x)?, 1.0, &mut all);
+                    self.contract(&all, rows, out);
+                    (out[0], out[1]) = (out[0] + out[1], 0.0);
+                    return Ok(());
+                }
+                Region::Weight(number) => (Some(equations.weight_of(*number)?), false),
+                _ => (None, true),
+            };
+            let measure: f64 = (0..equation.cells()).map(|j| equation.measure(j)).sum();
+            let whole = if is_mean { measure } else { 1.0 };
+            let at = |x: &E::Point| weight.map_or(1.0, |weight| weight(x)) / whole;
+            refined_mean(out, &mut |rule, out| {
+                let points = self.points + 2 * rule;
+                let work = nodes::<E>(equation.cells(), points)
+                    * nodes::<E>(equation.cells(), self.points);
+                if points > MOST_POINTS || work > MOST_WORK && rule > 1 {
+                    return Ok(false);
+                }
+                let all = self.mean(&of, &Nodes::new(&equation, points)?, &at)?;
+                self.contract(&all, rows, out);
+                Ok(true)
+            })
+        };
+        fill_rows(&mut images, head, |region, out| {
+            let region = regions.get(region);
+            image(region.ok_or(Error::Internal("a region is missing"))?, out)
+        })?;
+        Ok(images)
+    }
+}
+
+impl<E: CustomEquation<Scalar = f64>> WholeField for CustomField<'_, E> {
+    fn rows(&self) -> usize {
+        self.rows.len() / self.unknowns.max(1)
+    }
+
+    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+        only_u(quantity)?;
+        self.images_of(regions, &self.rows)
+    }
+
+    fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {
+        let mut before = self.images_of(points, &[])?;
+        loop {
+            let coarse = self.points;
+            self.points += 2;
+            let nodes = nodes::<E>(self.unknowns / self.polynomials.functions(), self.points);
+            if self.points > MOST_POINTS || nodes > MOST_NODES {
+                self.points = coarse;
+                return Ok(f64::NAN);
+            }
+            let now = self.images_of(points, &[])?;
+            let moved = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
+            let moved = moved.fold(0.0, f64::max);
+            if moved <= error {
+                // The coarser rule is as good.
+                self.points = coarse;
+                return Ok(moved);
+            }
+            if self.points + 2 > MOST_POINTS {
+                return Ok(moved);
+            }
+            before = now;
+        }
+    }
+}
