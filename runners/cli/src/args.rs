@@ -338,7 +338,7 @@ pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
     /// Answer all targets from one set of walks, with a band that holds for all points together. Nothing is chosen: what the
-    /// file leaves out has its default. Not for scenes and singular kernels
+    /// file leaves out has its default. Not for scenes
     #[arg(long, conflicts_with = "no_whole")]
     pub(crate) whole: bool,
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
@@ -353,6 +353,9 @@ pub(crate) struct SolveArgs {
     /// Circles and cubes: degree of the polynomials on which F + T_K v is projected, for walks that follow it
     #[arg(long, value_name = "p")]
     pub(crate) lift: Option<usize>,
+    /// Cubes of many cells: stages of walks in place of a matrix, which takes the memory of some vectors
+    #[arg(long, value_name = "n")]
+    pub(crate) stages: Option<u32>,
     /// With --whole: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
     #[arg(long, value_name = "p", requires = "whole")]
     pub(crate) score_degree: Option<usize>,

@@ -22,8 +22,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
     let merged = fredholm_parts::merge(&args.parts, tolerance)?;
     let (report, file) = fredholm_file::merged(&merged)?;
     let output = match &args.out {
-        Some(path) => Some(Format::open(path, &Problem::without_notes(file, None)?)?),
-        None => None,
+        Some(path) => vec![Format::open(path, &Problem::without_notes(file, None)?)?],
+        None => Vec::new(),
     };
     let written = show(&report, args.json, output)?;
     if let Some(missing) = merged.missing_text() {

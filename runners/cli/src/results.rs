@@ -1,11 +1,11 @@
 //! The files of `solve --out`: the numbers of a report as JSON, CSV, arrays, a mesh or a picture.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fredholm::report::{Coordinates, Report, WholeReport};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
-use fredholm_plot::{Cell, Mesh, Quantity};
+use fredholm_plot::{Cell, GridPicture, Mesh, Quantity, stacked};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -20,6 +20,8 @@ pub(crate) enum Format {
     Npz,
     /// Of the grid target with this name.
     Svg(String),
+    /// Of a grid of two axes: its first target, and the numbers of points.
+    Map(usize, [usize; 2]),
     /// With the places of all targets that are points, and the cells between those of grids.
     Vtu(Places),
 }
@@ -50,10 +52,21 @@ impl Format {
             Some("csv") => Self::Csv,
             Some("npz") => Self::Npz,
             Some("svg") => {
-                let is_grid = |target: &&file::Target| matches!(target.what, What::Grid(..));
+                let is_grid = |target: &&file::Target| {
+                    matches!(target.what, What::Grid(..) | What::Lattice(..))
+                };
                 let mut grids = problem.file.targets.iter().filter(is_grid);
                 match (grids.next(), grids.next()) {
-                    (Some(grid), None) => Self::Svg(grid.name.value.clone()),
+                    (Some(grid), None) => match Lattice::new(&grid.what, 0, false).counts[..] {
+                        [rows, columns] => {
+                            let mut goals = problem.goals.iter();
+                            let first =
+                                goals.position(|of| table::is_of(&of.name, &grid.name.value));
+                            Self::Map(first.unwrap_or(0), [rows, columns])
+                        }
+                        [_] => Self::Svg(grid.name.value.clone()),
+                        _ => return Err(refuse("a picture shows a grid of one or two axes")),
+                    },
                     (None, _) => {
                         return Err(refuse("a picture needs a target with `grid = points`"));
                     }
@@ -70,6 +83,19 @@ impl Format {
         Ok((format, Output::open("--out", path)?))
     }
 
+    /// The file of `--out`, or else those that the problem file names; none in a process that writes nothing.
+    pub(crate) fn open_all(
+        out: Option<&Path>,
+        problem: &Problem,
+        writes: bool,
+    ) -> Result<Vec<(Self, Output)>, Failure> {
+        let own = problem.file.files.iter();
+        let own = own.map(|file| problem.file.beside(Path::new(&file.value)));
+        let all: Vec<PathBuf> = out.map_or_else(|| own.collect(), |out| vec![out.to_owned()]);
+        let all = all.iter().filter(|_| writes);
+        all.map(|path| Self::open(path, problem)).collect()
+    }
+
     /// The content of the file.
     pub(crate) fn content(&self, report: &impl Results) -> Result<Vec<u8>, Failure> {
         Ok(match self {
@@ -77,9 +103,48 @@ impl Format {
             Self::Csv => report.csv().map_err(Failure::run)?.into_bytes(),
             Self::Npz => npz(report)?,
             Self::Svg(name) => report.svg(name)?.into_bytes(),
+            Self::Map(first, counts) => maps(report, *first, *counts)?.into_bytes(),
             Self::Vtu(places) => places.vtu(&report.numbers())?.into_bytes(),
         })
     }
+}
+
+/// Writes all files, or says why not.
+pub(crate) fn finish(all: Vec<(Format, Output)>, report: &impl Results) -> Result<(), Failure> {
+    let mut all = all.into_iter();
+    all.try_for_each(|(format, output)| Ok(output.finish(format.content(report)?)?))
+}
+
+/// Pictures of the values on a grid of two axes and of their standard errors, one below the other.
+fn maps(report: &impl Results, first: usize, counts: [usize; 2]) -> Result<String, Failure> {
+    let all = first..first + counts[0] * counts[1];
+    let (numbers, places) = (report.numbers(), report.coordinates());
+    let end = |i: usize| {
+        places
+            .get(i)
+            .and_then(|x| <[f64; 2]>::try_from(&x[..]).ok())
+    };
+    let ends = [end(all.start), end(all.end - 1)].map(|end| end.unwrap_or([f64::NAN; 2]));
+    let columns = numbers.columns.iter();
+    let shown = columns.filter(|(name, _)| ["estimate", "std_error"].contains(name));
+    let picture = |(name, column): &(&'static str, Vec<f64>)| {
+        let words = [
+            ("u", "the solution u(x1, x2)"),
+            ("error", "its standard error"),
+        ];
+        let (legend, caption) = words[usize::from(*name == "std_error")];
+        GridPicture {
+            ends,
+            counts,
+            numbers: column.get(all.clone()).unwrap_or_default(),
+            legend,
+            caption: format!("{caption}, x1 to the right and x2 upwards"),
+        }
+        .svg()
+        .map_err(Failure::run)
+    };
+    let pictures = shown.map(picture).collect::<Result<Vec<_>, _>>()?;
+    Ok(stacked(&pictures))
 }
 
 /// An array for every column, and the names and coordinates of targets.

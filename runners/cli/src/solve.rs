@@ -19,7 +19,7 @@ use crate::failure::{Ended, Failure, say};
 use crate::file::{self, Placed, ProblemFile};
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
-use crate::results::Format;
+use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
 use crate::whole;
@@ -65,6 +65,9 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     }
     if let Some(lift) = args.lift {
         file.galerkin.lift = Some(Placed::flag("--lift", lift));
+    }
+    if let Some(stages) = args.stages {
+        file.galerkin.stages = Some(Placed::flag("--stages", stages));
     }
     set(&mut file.galerkin.degree, "--degree", args.degree);
     set(&mut file.galerkin.pairs, "--pairs", args.pairs);
@@ -200,11 +203,9 @@ pub(crate) fn solve(
 pub(crate) fn show(
     report: &Report,
     as_json: bool,
-    output: Option<(Format, Output)>,
+    output: Vec<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {
-    let written = output.map_or(Ok(()), |(format, output)| {
-        Ok(output.finish(format.content(report)?)?)
-    });
+    let written = results::finish(output, report);
     let text = if as_json {
         table::json(report)?
     } else {
@@ -223,7 +224,7 @@ pub(crate) fn show(
 pub(crate) struct Begun<'a> {
     pub(crate) problem: Problem,
     header: Header,
-    pub(crate) output: Option<(Format, Output)>,
+    pub(crate) output: Vec<(Format, Output)>,
     keeper: Option<Keeper<'a>>,
     systems: Option<SystemFile<'a>>,
 }
@@ -265,10 +266,7 @@ fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure>
              leave it out, or run `fredholm` without `--save` and `--part`",
         ));
     }
-    let output = match &args.out {
-        Some(path) if team.leads() => Some(Format::open(path, &problem)?),
-        _ => None,
-    };
+    let output = Format::open_all(args.out.as_deref(), &problem, team.leads())?;
     let header = problem.file.header(&problem.resolved, args.options())?;
     let share = args.part.map(|share| Share {
         after: args.after.unwrap_or(0),

@@ -9,6 +9,7 @@ use fredholm_file::Resolved;
 use crate::args::Common;
 use crate::failure::{Ended, Failure, say};
 use crate::progress::{Progress, Signals};
+use crate::results;
 use crate::solve::Begun;
 use crate::table;
 use crate::threads::with_threads;
@@ -25,9 +26,7 @@ pub(crate) fn solve(
         return Ok(Ended::Interrupted);
     };
     // Results that cannot be written to their file are printed nevertheless.
-    let written = begun.output.map_or(Ok(()), |(format, output)| {
-        Ok(output.finish(format.content(&report)?)?)
-    });
+    let written = results::finish(begun.output, &report);
     let text = if common.json {
         table::json(&report)?
     } else {

@@ -5,6 +5,7 @@ pub mod kinds;
 mod load;
 mod model;
 pub mod npz;
+mod output;
 mod parts;
 mod place;
 mod points;
@@ -33,6 +34,8 @@ const MAX_BATCH: u64 = 1_000_000_000;
 /// The largest seed: TOML has no larger integers.
 /// The most first states in which walks are not absorbed: more are no walk.
 const MAX_SURVIVALS: u32 = 1000;
+/// The most stages in place of a matrix: each lowers the error of v by a factor.
+const MAX_STAGES: u32 = 20;
 const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 /// The largest number of points of a grid target.
 const MAX_GRID: usize = 100_000;
@@ -48,6 +51,8 @@ pub struct ProblemFile {
     pub walk: Walk,
     /// The `[[target]]` tables, in the order of the file.
     pub targets: Vec<Target>,
+    /// The files of results, beside this file: `files` of `[output]`.
+    pub files: Vec<Placed<String>>,
     /// Where targets stand, or should stand.
     targets_place: Place,
     /// Name and text of the file, for errors.
@@ -65,6 +70,8 @@ pub struct Galerkin {
     pub pairs: Placed<Pairs>,
     /// The degree of the projection of F + T_K v that walks follow with h = k.
     pub lift: Option<Placed<usize>>,
+    /// The number of stages of walks in place of a matrix; only of cubes.
+    pub stages: Option<Placed<u32>>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
     pub points: Option<Placed<usize>>,
     /// How cells shrink towards the corners of a room.
@@ -186,6 +193,7 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
     let galerkin = root.section("galerkin", "in `[galerkin]`")?;
     let walk = root.section("walk", "in `[walk]`")?;
     let targets = root.optional("target");
+    let output = root.section("output", "in `[output]`")?;
     root.finish()?;
 
     let targets_span = match &targets {
@@ -195,13 +203,15 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
     let problem = kinds::read(problem.section("in `[problem]`")?)?;
     let galerkin = read_galerkin(galerkin)?;
     let walk = read_walk(walk)?;
-    let targets = targets.map_or(Ok(Vec::new()), read_targets)?;
+    let mut targets = targets.map_or(Ok(Vec::new()), read_targets)?;
+    let files = output::read(output, &mut targets)?;
     Ok(ProblemFile {
         problem,
         galerkin,
         walk,
         targets,
         targets_place: Place::File(targets_span),
+        files,
         source,
     })
 }
@@ -212,6 +222,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let degree = section.optional("degree");
     let pairs = section.optional("pairs");
     let lift = section.optional("lift");
+    let stages = section.optional("stages");
     let points = section.optional("points");
     let grading = section.optional("grading");
     let shadow_cuts = section.optional("shadow_cuts");
@@ -222,6 +233,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
         degree: or_default(degree, Field::integer, 0)?,
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
         lift: lift.map(|field| field.integer()).transpose()?,
+        stages: stages.map(|field| field.integer()).transpose()?,
         points: points.map(|field| field.integer()).transpose()?,
         grading: grading.map(|field| field.number()).transpose()?,
         shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,

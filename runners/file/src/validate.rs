@@ -77,6 +77,7 @@ impl ProblemFile {
             grading,
             shadow_cuts,
             exact_source,
+            stages,
             ..
         } = &self.galerkin;
         let (most, of) = self.problem.most_degree();
@@ -116,6 +117,18 @@ impl ProblemFile {
                 exact_source,
                 self.problem.has_exact_source(),
                 "`exact_source` belongs to cubes",
+            )?;
+        }
+        if let Some(stages) = stages {
+            self.demand(
+                stages,
+                self.problem.has_exact_source(),
+                "`stages` belongs to cubes",
+            )?;
+            self.demand(
+                stages,
+                (1..=MAX_STAGES).contains(&stages.value),
+                format_args!("`stages` must be from 1 to {MAX_STAGES}"),
             )?;
         }
         let Some(cells) = cells else { return Ok(()) };

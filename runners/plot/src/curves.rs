@@ -158,17 +158,34 @@ const INVISIBLE: f64 = 0.005;
 /// Figures one below the other, in one SVG file.
 #[must_use]
 pub fn stacked(figures: &[String]) -> String {
-    let [width, height] = SIZE;
-    let all = height * figures.len();
+    // A figure says its own size.
+    let size = |figure: &String| {
+        let number = |key: &str| {
+            let (_, rest) = figure.split_once(key)?;
+            rest.split('"').next()?.parse::<f64>().ok()
+        };
+        let [width, height] = SIZE.map(|side| side as f64);
+        [
+            number(" width=\"").unwrap_or(width),
+            number(" height=\"").unwrap_or(height),
+        ]
+    };
+    let sizes: Vec<[f64; 2]> = figures.iter().map(size).collect();
+    let width = sizes
+        .iter()
+        .fold(0.0, |most: f64, [width, _]| most.max(*width));
+    let all: f64 = sizes.iter().map(|[_, height]| height).sum();
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{all}\" viewBox=\"0 0 {width} {all}\">\n"
     );
-    for (i, figure) in figures.iter().enumerate() {
+    let mut top = 0.0;
+    for (figure, [_, height]) in figures.iter().zip(&sizes) {
         // What comes before an element is no part of it.
         let from = figure.find("<svg").unwrap_or(0);
         let own = figure.get(from..).unwrap_or_default();
-        text += &own.replacen("<svg", &format!("<svg y=\"{}\"", i * height), 1);
+        text += &own.replacen("<svg", &format!("<svg y=\"{top}\""), 1);
         text.push('\n');
+        top += height;
     }
     text + "</svg>\n"
 }

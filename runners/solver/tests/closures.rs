@@ -231,3 +231,78 @@ fn a_thousand_points_take_one_set_up_are_seen_and_cancelled() {
     let scored = |goal: &&fredholm::report::GoalReport| goal.preconditioned.std_error.is_some();
     assert!(so_far.goals.iter().filter(scored).count() > 200);
 }
+
+/// ½ exp(−|x − y|²)(1 + x₁) on a square, of which no factors are given.
+fn bell() -> CubeModel {
+    let kernel = |x: &[f64; 2], y: &[f64; 2]| {
+        let square = (x[0] - y[0]).powi(2) + (x[1] - y[1]).powi(2);
+        0.4 * (1.0 + x[0]) * (-square).exp()
+    };
+    CubeModel::from_fn::<2>(kernel, |x| 1.0 + x[1])
+}
+
+/// Stages in place of a matrix: v comes nearer to what the last stage has by a large factor, and to the Galerkin solution as far
+/// as the middles of cells tell its integrals. Walks are unbiased whatever v is, and bits do not depend on threads.
+#[test]
+fn stages_take_the_place_of_a_matrix() {
+    fn asked(model: &CubeModel) -> Solver<'_> {
+        let solver = Solver::new(model).mean().at([0.3, 0.7]);
+        solver.cells(16).walks(20_000)
+    }
+    let exact = bell();
+    let exact = asked(&exact).pairs(Pairs::Paper).solve().unwrap();
+    let near = bell();
+    let near = Solver::new(&near)
+        .mean()
+        .at([0.3, 0.7])
+        .degree(3)
+        .cells(4)
+        .walks(20_000);
+    let near = near.solve().unwrap();
+    let staged = |stages: u32, threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let model = bell().with_stages(stages);
+        let solved = pool.unwrap().install(|| asked(&model).solve());
+        solved.unwrap()
+    };
+    let reports = [1, 2, 3].map(|stages| staged(stages, 1));
+    let off = |a: &Report, b: &Report| {
+        let goals = a.goals.iter().zip(&b.goals);
+        let off = goals.map(|(a, b)| (a.galerkin - b.galerkin).abs());
+        off.fold(0.0, f64::max)
+    };
+    for report in &reports {
+        for (goal, near) in report.goals.iter().zip(&near.goals) {
+            let value = goal.preconditioned;
+            let off = value.estimate.unwrap() - near.preconditioned.estimate.unwrap();
+            // Six values: |z| < 4 but with probability 4·10⁻⁴.
+            assert!(
+                off.abs() < 4.0 * value.std_error.unwrap(),
+                "{goal:?} {near:?}"
+            );
+        }
+    }
+    let [one, two, three] = &reports;
+    let [first, second] = [one, two].map(|report| off(report, three));
+    println!("{first} {second} {}", off(three, &exact));
+    assert!(first < 0.05 && second < 0.05 * first && off(three, &exact) < 2e-3);
+    let deviation = |report: &Report| report.goals[0].preconditioned.std_dev.unwrap();
+    assert!((deviation(&reports[2]) / deviation(&exact) - 1.0).abs() < 0.02);
+    let bits = |report: &Report| report.goals[1].preconditioned.estimate.unwrap().to_bits();
+    assert_eq!(bits(&staged(2, 3)), bits(&reports[1]));
+    let refused = |model: CubeModel, degree, words: &str| {
+        let error = Solver::new(&model)
+            .mean()
+            .degree(degree)
+            .cells(4)
+            .walks(100)
+            .solve();
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    refused(bell().with_stages(1), 1, "piecewise constants");
+    let factors = CubeModel::from_factors::<2>(|_, x, y| 0.5 * x * y, |_| 1.0);
+    refused(factors.with_stages(1), 0, "product kernel");
+    let singular = CubeModel::from_fn::<1>(|x, y| 0.2 * (x[0] - y[0]).abs().powf(-0.3), |_| 1.0);
+    refused(singular.with_stages(1), 0, "singular");
+}

@@ -86,15 +86,15 @@ impl Starts<Toy<f64>> for KnownStates {
 /// A density of states that is known passes.
 #[test]
 fn known_states_pass() {
-    let states = check::states(&Toy::<f64>::new(10), &KnownStates { fault: 1.0 }, 1);
+    let states = check::states::<_, _, 1>(&Toy::<f64>::new(10), &KnownStates { fault: 1.0 }, 1);
     assert!(states.passed(), "{states:?}");
 }
 
-/// The same with states that crowd by a tenth more than they do.
+/// The same with states that crowd by half more than they do.
 pub(crate) fn wrong_states(seed: u64) -> Report {
     let mut report = Report::default();
-    let chain = KnownStates { fault: 1.1 };
-    let states = check::states(&Toy::<f64>::new(10), &chain, seed);
+    let chain = KnownStates { fault: 1.5 };
+    let states = check::states::<_, _, 1>(&Toy::<f64>::new(10), &chain, seed);
     report.push("suffix starts", "chain", states);
     report
 }

@@ -205,6 +205,52 @@ fn an_error_that_is_asked_for_holds_at_every_point() {
     );
 }
 
+/// `[output]`: a grid of two axes without any target, and every kind of file from one solve; the flag's file in their place.
+#[test]
+fn a_file_says_where_results_go() {
+    let folder = Folder::new();
+    let problem = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5*exp(-(x1-y1)^2-(x2-y2)^2)'\nsource = '1 + x1'\n\
+                   [galerkin]\ncells = 4\n[walk]\nwalks = 2000\n[output]\ngrid = [5, 4]\n\
+                   files = ['u.csv', 'u.json', 'u.npz', 'u.vtu', 'u.svg']\n";
+    let read = |name: &str| std::fs::read_to_string(folder.at(name)).unwrap();
+    let lines = |name: &str| read(name).lines().count();
+    for options in [&["--whole"][..], &[]] {
+        let ran = folder.solve(problem, options);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        assert_eq!(lines("u.csv"), 21);
+        assert!(read("u.json").contains("u[4,3]"));
+        assert!(read("u.vtu").contains("NumberOfPoints=\"20\" NumberOfCells=\"12\""));
+        let picture = read("u.svg");
+        assert!(
+            picture.contains("its standard error") && picture.matches("image/png").count() == 2
+        );
+        for name in ["u.csv", "u.json", "u.npz", "u.vtu", "u.svg"] {
+            std::fs::remove_file(folder.at(name)).unwrap();
+        }
+    }
+    let ran = folder.solve(problem, &["--out", &folder.at("other.csv")]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    assert_eq!(lines("other.csv"), 21);
+    assert!(!folder.names().contains(&"u.csv".to_owned()));
+    let refused = |from: &str, to: &str, words: &str| {
+        let ran = folder.solve(&problem.replace(from, to), &[]);
+        assert_eq!(ran.status, Some(2), "{ran:?}");
+        assert!(ran.stderr.contains(words), "{ran:?}");
+    };
+    refused("'u.csv'", "'../u.csv'", "names without folders");
+    refused("'u.csv'", "'u.txt'", "must end in .json");
+    refused(
+        "grid = [5, 4]",
+        "grid = 5",
+        "needs a number of points for each",
+    );
+    refused(
+        "[output]",
+        "[[target]]\nname = 'u'\nover = 'all'\n[output]",
+        "give that another name",
+    );
+}
+
 #[test]
 fn what_has_no_whole_function_says_so() {
     let folder = Folder::new();

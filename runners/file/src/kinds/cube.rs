@@ -378,7 +378,10 @@ impl Kind for Cube {
             };
             Ok(vec![Ask::One(region)])
         })?;
-        let model = CubeModel::new(Arc::new(formulas(self, weights)));
+        let mut model = CubeModel::new(Arc::new(formulas(self, weights)));
+        if let Some(stages) = &file.galerkin.stages {
+            model = model.with_stages(stages.value);
+        }
         Ok((Resolution::Other(Box::new(model)), targets))
     }
 

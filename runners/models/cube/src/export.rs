@@ -25,6 +25,8 @@ pub(super) fn cube<F: Real + Number, const D: usize>(
         } => add_dense::<F>(&mut tables, entries, *functions),
         // Products are rounded, not factors, so that the walks are the library's own.
         Table::Product(factors) => tables.numbers("factors", factors.entries()),
+        // Such a system has been refused.
+        Table::Middles(_) => {}
     }
     tables.numbers("v", v);
     tables.numbers("source", g);

@@ -143,6 +143,7 @@ impl CubeModel {
         Self {
             base: self.base,
             known: self.known,
+            stages: self.stages,
             compiled,
             ..Self::new(functions)
         }

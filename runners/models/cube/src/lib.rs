@@ -18,6 +18,7 @@ mod setup;
 mod shapes;
 mod singular;
 mod spikes;
+mod stages;
 mod starts;
 mod system;
 mod table;
@@ -81,6 +82,8 @@ const MOST_CELLS: usize = 100_000_000;
 pub struct CubeModel {
     /// All that is known.
     functions: Arc<dyn CubeFunctions>,
+    /// The number of stages in place of a matrix.
+    stages: Option<u32>,
     /// What was known before more was said.
     base: Arc<dyn CubeFunctions>,
     known: Known,
@@ -112,6 +115,7 @@ impl CubeModel {
             base: functions.clone(),
             functions,
             known: Known::default(),
+            stages: None,
             compiled: None,
             squared_radius: OnceLock::new(),
             exponent: OnceLock::new(),
@@ -165,7 +169,7 @@ impl Model for CubeModel {
     }
 
     fn most_lift(&self) -> usize {
-        if self.exponent() > 0.0 {
+        if self.exponent() > 0.0 || self.stages.is_some() {
             0
         } else {
             lift::HIGHEST - 1
@@ -190,6 +194,7 @@ impl Model for CubeModel {
             let message = message.to_owned();
             Err(Error::Option { subject, message })
         };
+        self.check_stages(discretisation.degree)?;
         let has_integral = self.functions.has_integral();
         let is_one = self.functions.is_product() || self.dimension == 1;
         if has_integral && !is_one {
@@ -449,6 +454,9 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             // All products of polynomials along the axes, while K'v is computed.
             let tensor = width.saturating_pow(d as u32);
             tables.saturating_add(tensor).saturating_mul(8)
+        } else if self.model.stages.is_some() {
+            // Sums and coefficients of a stage, products.
+            n.saturating_mul(8 * 24)
         } else {
             table_bytes(n).unwrap_or(usize::MAX)
         };

@@ -40,11 +40,15 @@ impl<'m> CubePartition<'m> {
         values: &Watched<'_, f64>,
         functions: CellFunctions<D>,
         absorption: f64,
-    ) -> Result<Solved<'static, D>, Error> {
+    ) -> Result<Solved<'m, D>, Error> {
         let rule = self.rule()?;
         let cube = values.cube::<D>(self.per_axis, absorption)?;
         let setup = CubeSetup::new(&cube, functions);
         let kernel = values.kernel();
+        if let Some(stages) = self.model.stages {
+            let source = setup.source_means(rule)?;
+            return self.staged(values, (&source, stages), absorption);
+        }
         let table = if self.functions().is_product() {
             Table::Product(setup.product_tables(&kernel, rule)?)
         } else {

@@ -99,6 +99,8 @@ impl<const D: usize> CubeSystem<'_, D> {
                 Ok(setup.neighbour_second_moment_radius(table)?)
             })?,
             Table::Product(tables) => tables.neighbour_second_moment_radius(absorption)?,
+            // h is k at the middles of cells, which is what the estimate for k is made of.
+            Table::Middles(_) => self.cut.plain_radius(absorption)?,
         };
         if radius < 1.0 {
             return Ok(Some(radius));
@@ -446,11 +448,20 @@ impl<const D: usize> System for CubeSystem<'_, D> {
     }
 
     fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
+        if matches!(self.solved.table, Table::Middles(_)) {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "a device needs the coefficients that `stages` do without".to_owned(),
+            });
+        }
         in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
     }
 
     fn saved(&self) -> Option<SavedSystem<'_>> {
         let Solved { table, solution } = &self.solved;
+        if matches!(table, Table::Middles(_)) {
+            return None;
+        }
         Some(SavedSystem::new(solution, table.entries()))
     }
 

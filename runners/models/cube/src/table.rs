@@ -6,6 +6,8 @@ use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix};
 use fredholm_cube::{CubeError, ProductTables};
 use fredholm_rayon::fill_rows;
 
+use super::stages::Middles;
+
 /// What fills the numbers of a cell's rows, by the number of the cell.
 type Rows<'a> = dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
 
@@ -14,7 +16,7 @@ pub(super) fn fill(entries: &mut [f64], width: usize, rows: &Rows<'_>) -> Result
     fill_rows(entries, width, rows)
 }
 
-/// Galerkin coefficients in f64: one type for both kinds, as every type has neighbour equations of its own for
+/// Galerkin coefficients in f64: one type for all kinds, as every type has neighbour equations of its own for
 /// every dimension and degree, which take their time to compile.
 #[derive(Debug)]
 pub(super) enum Table<'a, const D: usize> {
@@ -26,6 +28,8 @@ pub(super) enum Table<'a, const D: usize> {
     },
     /// The tables of a product.
     Product(ProductTables<f64, D>),
+    /// None: coefficients are computed where they are asked for.
+    Middles(Middles<'a, D>),
 }
 
 impl<const D: usize> Table<'_, D> {
@@ -34,6 +38,7 @@ impl<const D: usize> Table<'_, D> {
         match self {
             Self::Dense { entries, .. } => entries,
             Self::Product(tables) => tables.entries(),
+            Self::Middles(_) => &[],
         }
     }
 
@@ -66,6 +71,7 @@ macro_rules! either {
                 None => $otherwise,
             },
             Table::Product($matrix) => $then,
+            Table::Middles($matrix) => $then,
         }
     };
 }
@@ -84,6 +90,7 @@ impl<const D: usize> GalerkinMatrix for Table<'_, D> {
         match self {
             Self::Dense { cells, .. } => *cells,
             Self::Product(tables) => tables.cells(),
+            Self::Middles(middles) => GalerkinMatrix::cells(middles),
         }
     }
 
@@ -91,6 +98,7 @@ impl<const D: usize> GalerkinMatrix for Table<'_, D> {
         match self {
             Self::Dense { functions, .. } => *functions,
             Self::Product(tables) => tables.functions(),
+            Self::Middles(middles) => middles.functions(),
         }
     }
 
