@@ -6,7 +6,8 @@ use std::collections::HashMap;
 
 use crate::place::{InputError, Place, Placed};
 use crate::{
-    Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, MAX_SURVIVALS, ProblemFile, Scalar,
+    Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, MAX_STAGES, MAX_SURVIVALS, ProblemFile,
+    Scalar,
 };
 
 /// What is wrong with a name that a terminal, a table or a picture would not show.

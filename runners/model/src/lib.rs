@@ -31,5 +31,5 @@ pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};
 pub use whole::{
     IMAGE_HEAD, MeanRule, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
-    only_u, refined_mean, v_of_walks,
+    only_points, only_u, refined_mean, v_of_walks,
 };

@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::Solution;
 use fredholm_core::whole::WholeJob;
 
-use crate::{Error, Region, Scalar, WalkOptions};
+use crate::{Error, Region, Scalar, Subject, WalkOptions};
 
 /// The options of the walks of a whole function.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +66,24 @@ pub trait WholeSystem<'m>: Send + Sync {
     /// [`Error`], or what `then` says.
     fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error>;
 
+    /// Prepares walks that score on K(x, ·) of some points x, one number for each, in place of polynomials, and hands them on:
+    /// no projection loses anything.
+    ///
+    /// # Errors
+    /// [`Error`], among them that this kind has no such walks, or that a region is no point; or what `then` says.
+    fn adjoint_walks(
+        &self,
+        request: &WholeRequest<'_>,
+        points: &[Region],
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let _ = (request, points, then);
+        Err(Error::Option {
+            subject: Subject::Problem,
+            message: "values without a projection are offered for circles and cubes".to_owned(),
+        })
+    }
+
     /// The function of these coefficients: rows of one number for every function of every cell, of which each is a
     /// piecewise polynomial.
     ///
@@ -122,6 +140,14 @@ pub fn v_of_walks(solution: &Solution, scalar: Scalar) -> Result<Vec<f64>, Error
         Scalar::F32 => solution.rounded_through::<f32>()?,
         Scalar::F64 => solution.rounded_through::<f64>()?,
     })
+}
+
+/// Refuses a region that is no point, of which K(x, ·) is to be scored.
+#[must_use]
+pub fn only_points() -> Error {
+    Error::Region {
+        message: "values without a projection are those of points".to_owned(),
+    }
 }
 
 /// Refuses quantities other than u, where there are none.

@@ -390,6 +390,38 @@ fn the_projection_is_told_where_it_matters() {
     assert!(off(&solver.score_degree(6).whole().unwrap()) < 5.0);
 }
 
+/// Values without a projection are unbiased where scores of a low degree are off by many standard errors: on four cells of a
+/// circle, and on two of an interval.
+#[test]
+fn values_without_a_projection_have_no_floor() {
+    let (circle, interval) = (circle(), cube::<1>());
+    for (model, cells, points) in [
+        (&circle as &dyn Model, 4, [0.3, 1.1, 2.5, 3.3, 4.4, 6.0]),
+        (&interval, 2, [0.0, 0.1, 0.35, 0.5, 0.8, 1.0]),
+    ] {
+        let solver = Solver::new(model).cells(cells).walks(1 << 20);
+        let off = |x: f64, value: &fredholm::WholeValue| {
+            let exact = model.exact(&model.point(&[x])).unwrap().unwrap();
+            ((value.estimate - exact) / value.std_error.unwrap()).abs()
+        };
+        let values = solver.values_at(&points).unwrap();
+        let projected = solver.clone().score_degree(1).whole().unwrap();
+        let mut most = [0.0_f64; 2];
+        for (x, value) in points.into_iter().zip(&values) {
+            most[0] = most[0].max(off(x, value));
+            most[1] = most[1].max(off(x, &projected.at(x).unwrap()));
+            assert!(value.band.is_none());
+        }
+        println!("{most:?}");
+        // Šidák: 12 values of Student's t with 63 degrees of freedom are below 4.4 but with probability 10⁻³.
+        assert!(most[0] < 4.4 && most[1] > 8.0, "{most:?}");
+    }
+    assert!(matches!(
+        Solver::new(&circle).values_at(&[9.0]),
+        Err(SolveError::Failed(_))
+    ));
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let model = circle();

@@ -4,12 +4,12 @@ use core::f64::consts::TAU;
 use std::sync::Arc;
 
 use fredholm_circle::{Circle, CircleScores, ClosedForm, Moment, Point, Residual, moments};
-use fredholm_core::whole::{Scores, WholeTask};
-use fredholm_core::{Located, Real, Sobol, Source};
+use fredholm_core::whole::{AdjointImage, AdjointScores, Scores, WholeTask};
+use fredholm_core::{Kernel, Located, Real, Sobol, Source, TransitionDensity};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
     Error, IMAGE_HEAD, Region, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
-    WithWholeJob, in_scalar, only_u, refined_mean, v_of_walks,
+    WithWholeJob, in_scalar, only_points, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -72,6 +72,42 @@ impl<'m> CircleWhole<'m> {
             })
         })
     }
+
+    fn adjoint_walks_in<F: Real>(
+        &self,
+        request: &WholeRequest<'_>,
+        points: &[Region],
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let walk = request.walk;
+        let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
+        let circle = self.system.cut.circle(&setup.tables, walk.absorption)?;
+        let image = |region: &Region| match region {
+            Region::Angle(angle) => {
+                let (circle, x) = (&circle, circle.point(*angle));
+                let image = move |y: &Located<Point<F>>| {
+                    (circle.kernel(&x, &y.point) * circle.density(&x, &y.point)).to_f64()
+                };
+                Ok(Box::new(image) as Box<AdjointImage<'_, Point<F>>>)
+            }
+            _ => Err(only_points()),
+        };
+        let images = points
+            .iter()
+            .map(image)
+            .collect::<Result<Vec<_>, Error>>()?;
+        let images: Vec<_> = images.iter().map(|image| &**image).collect();
+        let scores: &(dyn Scores<Point<F>> + Sync) = &AdjointScores(&images);
+        setup.boxed(&circle, &mut |neighbour| {
+            then(&WholeTask::new(
+                &circle,
+                &circle,
+                neighbour,
+                scores,
+                walk.for_core(),
+            ))
+        })
+    }
 }
 
 impl<'m> WholeSystem<'m> for CircleWhole<'m> {
@@ -93,6 +129,15 @@ impl<'m> WholeSystem<'m> for CircleWhole<'m> {
 
     fn measure(&self, _: usize) -> f64 {
         TAU / self.system.cut.cells as f64
+    }
+
+    fn adjoint_walks(
+        &self,
+        request: &WholeRequest<'_>,
+        points: &[Region],
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        in_scalar!(self.system.cut.scalar, F => self.adjoint_walks_in::<F>(request, points, then))
     }
 
     fn sizes(&self) -> [f64; 2] {

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use fredholm_core::whole::WholeTask;
-use fredholm_core::{Form, Sobol, Source};
+use fredholm_core::whole::{AdjointImage, AdjointScores, Scores, WholeTask};
+use fredholm_core::{Form, Kernel, Located, Sobol, Source, TransitionDensity};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
     Error, Region, Request, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
-    WithWholeJob, in_scalar, only_u, refined_mean, v_of_walks,
+    WithWholeJob, in_scalar, only_points, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -55,6 +55,7 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
     fn walks_in<F: CubeScalar>(
         &self,
         request: &WholeRequest<'_>,
+        points: Option<&[Region]>,
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let (system, walk) = (&*self.system, request.walk);
@@ -96,7 +97,27 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                 absorption: walk.absorption,
                 options: walk.for_core(),
             };
+            let domain = values.domain();
+            let image = |region: &Region| match region {
+                Region::Point(x) => {
+                    let x: [F; D] = domain.unit(x);
+                    let cube = &cube;
+                    let image = move |y: &Located<[F; D]>| {
+                        (cube.kernel(&x, &y.point) * cube.density(&x, &y.point)).to_f64()
+                    };
+                    Ok(Box::new(image) as Box<AdjointImage<'_, [F; D]>>)
+                }
+                _ => Err(only_points()),
+            };
+            let images = points.unwrap_or_default().iter().map(image);
+            let images = images.collect::<Result<Vec<_>, Error>>()?;
+            let images: Vec<_> = images.iter().map(|image| &**image).collect();
             let mut follow = |neighbour: &Boxed<'_, F, D>| {
+                if points.is_some() {
+                    let scores: &(dyn Scores<[F; D]> + Sync) = &AdjointScores(&images);
+                    let job = WholeTask::new(&cube, &cube, neighbour, scores, parts.options);
+                    return then(&job);
+                }
                 let is_random = walk.sequence == Sequence::Random;
                 if let Some(compiled) = F::compiled::<D>(system.cut.model).filter(|_| is_random) {
                     return compiled.with_whole(&parts, neighbour, &scores, then);
@@ -176,7 +197,16 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
     }
 
     fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
-        in_scalar!(self.system.cut.scalar, F => self.walks_in::<F>(request, then))
+        in_scalar!(self.system.cut.scalar, F => self.walks_in::<F>(request, None, then))
+    }
+
+    fn adjoint_walks(
+        &self,
+        request: &WholeRequest<'_>,
+        points: &[Region],
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        in_scalar!(self.system.cut.scalar, F => self.walks_in::<F>(request, Some(points), then))
     }
 
     fn field(

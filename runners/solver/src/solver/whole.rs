@@ -1,7 +1,9 @@
 //! The whole function of a solver's equation.
 
 use super::{SolveError, Solver};
-use crate::whole::{Looks, Until, Whole, WholeFunction};
+use crate::point::Point;
+use crate::whole::{Looks, Until, Whole, WholeFunction, WholeValue};
+use crate::{Goal, Region};
 
 impl<'m> Solver<'m> {
     /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
@@ -51,5 +53,50 @@ impl<'m> Solver<'m> {
         };
         let walked = whole.walk(&ready, &until)?;
         whole.finished(ready, walked)
+    }
+
+    /// u at some points from one set of walks without any projection, of circles and cubes: walks score K(x, ·) of every point x in
+    /// place of polynomials, so that the values are unbiased whatever the cells, where the [`whole`](Self::whole) function
+    /// loses what its scores do not see. A state takes a value of the kernel for every point. There is no band; tolerances play no
+    /// part.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// // u = 6x/5, on a single cell.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let values = Solver::new(&u).cells(1).walks(20_000).values_at(&[0.25, 0.75])?;
+    /// for (value, exact) in values.iter().zip([0.3, 0.9]) {
+    ///     assert!((value.estimate - exact).abs() < 5.0 * value.std_error.unwrap());
+    /// }
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn values_at<P: Into<Point> + Clone>(
+        &self,
+        points: &[P],
+    ) -> Result<Vec<WholeValue>, SolveError> {
+        self.check()?;
+        let points = points.iter().cloned().map(Into::into);
+        let points = points.map(|Point(at)| self.model.point(&at));
+        let goals = points.map(|region| Goal {
+            name: "u".to_owned(),
+            region,
+        });
+        let goals: Vec<Goal> = goals.collect();
+        self.model.check_goals(&goals)?;
+        if goals.is_empty() {
+            return Ok(Vec::new());
+        }
+        let regions: Vec<Region> = goals.into_iter().map(|goal| goal.region).collect();
+        let whole = Whole {
+            model: self.model,
+            settings: &self.settings,
+            watch: self.watch,
+            systems: self.systems,
+        };
+        Ok(whole.values_at(&regions)?)
     }
 }

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use fredholm_core::whole::{ReplicateCounts, WholeJob, band_factor, over_replicates};
+use fredholm_core::whole::{ReplicateCounts, Replicated, WholeJob, band_factor, over_replicates};
 use fredholm_core::{DEFAULT_GENERATOR, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
 use fredholm_rayon::Replicates;
 
 use super::looks::{Look, Looks};
-use super::{BAND_LEVEL, PROBES, REPLICATES, WholeFunction, WholeSummary, split};
+use super::{BAND_LEVEL, PROBES, REPLICATES, WholeFunction, WholeSummary, WholeValue, split};
 use crate::answer::SolveObserver;
 use crate::systems::Systems;
 use crate::{
@@ -211,6 +211,57 @@ impl<'m> Whole<'_, 'm> {
             Ok(())
         })?;
         walked.ok_or(Error::Internal("no walks were prepared"))
+    }
+
+    /// The values at points, for which walks score on K(x, ·) itself.
+    pub(crate) fn values_at(&self, points: &[Region]) -> Result<Vec<WholeValue>, Error> {
+        let ready = self.ready()?;
+        let walk = WalkOptions {
+            tolerance: None,
+            ..ready.walk
+        };
+        let until = Until {
+            looks: Looks::of_points(self.model),
+            walks: walk.walks,
+            price: f64::INFINITY,
+        };
+        let request = WholeRequest {
+            walk: &walk,
+            degree: ready.degree,
+        };
+        let (start, mut scored) = (Instant::now(), None);
+        self.watch.walking();
+        let system = &*ready.system;
+        system.adjoint_walks(&request, points, &mut |job| {
+            let mut replicates = Replicates::new(job, REPLICATES);
+            self.run(&ready, (&walk, &until), job, &mut replicates, start)?;
+            scored = Some(replicates.coefficients(job, &|_| 1.0));
+            Ok(())
+        })?;
+        let scored = scored.ok_or(Error::Internal("no walks were prepared"))?;
+        let of_point = |point: usize| -> Vec<f64> {
+            let rows = scored.chunks_exact(points.len());
+            rows.map(|row| row[point]).collect()
+        };
+        let corrections = (0..points.len()).map(|point| over_replicates(&of_point(point)));
+        let corrections: Vec<_> = corrections.collect();
+        let least = corrections.iter().map(|all| all.std_error);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let mut field = system.field(&request, Vec::new())?;
+        let moved = field.refine(points, QUADRATURE_SHARE * least)?;
+        let images = field.images(WholeQuantity::U, points)?;
+        let all = images.chunks_exact(IMAGE_HEAD).zip(corrections);
+        let value = |(image, correction): (&[f64], Replicated)| {
+            let ([iterate, _], _) = split(image, 0);
+            WholeValue {
+                estimate: iterate + correction.mean,
+                std_error: Some(correction.std_error),
+                band: None,
+                iterate,
+                quadrature_error: moved,
+            }
+        };
+        Ok(all.map(value).collect())
     }
 
     fn run(
