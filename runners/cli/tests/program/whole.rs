@@ -218,7 +218,7 @@ fn a_file_says_where_results_go() {
         let ran = folder.solve(problem, options);
         assert_eq!(ran.status, Some(0), "{ran:?}");
         assert_eq!(lines("u.csv"), 21);
-        assert!(read("u.json").contains("u[4,3]"));
+        assert!(read("u.json").contains("u[19]"));
         assert!(read("u.vtu").contains("NumberOfPoints=\"20\" NumberOfCells=\"12\""));
         let picture = read("u.svg");
         assert!(
