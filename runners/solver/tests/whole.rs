@@ -237,6 +237,7 @@ fn functionals_are_unbiased() {
 /// closed form. Errors of points and means are within their bars, and bars are small.
 #[test]
 fn singular_kernels_have_a_whole_function() {
+    type Distance = fn(f64) -> f64;
     type Primitives = fn(f64) -> [f64; 2];
     // ∫₀ʳ and ∫₀ʳ d of the kernel in the distance d.
     let power: Primitives = |r| [r.powf(0.7) / 0.7, r.powf(1.7) / 1.7];
@@ -251,7 +252,7 @@ fn singular_kernels_have_a_whole_function() {
         let mass = left[0] + right[0];
         [mass, x * mass + right[1] - left[1]]
     };
-    let kernels: [(fn(f64) -> f64, Primitives); 3] = [
+    let kernels: [(Distance, Primitives); 3] = [
         (|d| d.powf(-0.3), power),
         (|d| d.powf(-0.45), steep),
         (|d| -d.ln(), log),
