@@ -25,7 +25,7 @@ pub(super) struct Polynomials {
 }
 
 impl Polynomials {
-    /// Those in so many parameters, of total degree p or less. The first is the constant.
+    /// Creates those in so many parameters, of total degree p or less. The first is the constant.
     pub(super) fn new(dimension: usize, degree: usize) -> Self {
         let mut degrees = vec![[0; MOST_DIMENSIONS]];
         for axis in 0..dimension {
@@ -113,7 +113,7 @@ pub(super) struct Integrals<'a, E: CustomEquation> {
 }
 
 impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
-    /// With so many points of a cell and axis.
+    /// Prepares rules of so many points of a cell and axis.
     pub(super) fn new(
         (equation, polynomials): (&'a E, &'a Polynomials),
         v: &'a (dyn Fn(&Located<E::Point>) -> f64 + Sync),
