@@ -238,6 +238,24 @@ impl Factors {
 }
 
 impl Groups {
+    /// Groups of these areas with these form factors F_IJ, row by row: also surfaces in the plane, whose areas are lengths.
+    ///
+    /// # Errors
+    /// [`SceneError::Length`] if there are not as many factors as pairs of groups.
+    pub fn new(areas: Vec<f64>, factors: &[f64]) -> Result<Self, SceneError> {
+        let expected = areas.len() * areas.len();
+        if factors.len() != expected {
+            let found = factors.len();
+            return Err(SceneError::Length { expected, found });
+        }
+        let rows = factors.chunks_exact(areas.len().max(1)).zip(&areas);
+        let exchange = rows.flat_map(|(row, area)| row.iter().map(move |factor| area * factor));
+        Ok(Self {
+            exchange: exchange.collect(),
+            areas,
+        })
+    }
+
     /// The number of groups.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -305,6 +323,42 @@ impl Groups {
             self.factor(i, j) * emissivities.get(j).copied().unwrap_or(f64::NAN)
         };
         self.with_reflections(emissivities, self.len(), &to)
+    }
+
+    /// The net heat from I to J, row by row, A_I 𝓕_IJ (b_I − b_J), if black bodies as warm as the groups emit b = σT⁴: in watts, or
+    /// in watts per metre of depth in the plane. The sum of a row is what its group gives, and all together are 0.
+    ///
+    /// ```
+    /// use fredholm_scene::Groups;
+    ///
+    /// // A flat floor of 2 m below a vault of 3 m: 1/(0.5/(0.5 · 2) + 1/2 + 0.2/(0.8 · 3)) W per W/m².
+    /// let vault = Groups::new(vec![2.0, 3.0], &[0.0, 1.0, 2.0 / 3.0, 1.0 / 3.0])?;
+    /// let watts = vault.net_exchange(&[0.5, 0.8], &[500.0, 400.0])?;
+    /// assert!((watts[1] - 100.0 / (0.5 + 0.5 + 0.25 / 3.0)).abs() < 1e-11);
+    /// assert!((watts[1] + watts[2]).abs() < 1e-11);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Groups::script_f`], and [`SceneError::Length`] if there are not as many b as groups.
+    pub fn net_exchange(
+        &self,
+        emissivities: &[f64],
+        black: &[f64],
+    ) -> Result<Vec<f64>, SceneError> {
+        let (expected, found) = (self.len(), black.len());
+        if found != expected {
+            return Err(SceneError::Length { expected, found });
+        }
+        let script = self.script_f(emissivities)?;
+        let rows = script.chunks_exact(expected.max(1));
+        let rows = rows.zip(self.areas.iter().zip(black));
+        let of = |(row, (area, own)): (&[f64], (&f64, &f64))| -> Vec<f64> {
+            let all = row.iter().zip(black);
+            all.map(|(factor, other)| area * factor * (own - other))
+                .collect()
+        };
+        Ok(rows.flat_map(of).collect())
     }
 
     /// The script-F exchange factors from grey groups to the patches of a sky and, last, to what is below the horizon, which are

@@ -305,6 +305,10 @@ pub(crate) struct FactorsArgs {
     /// Scenes: the exchange factors (script F) of the grey surfaces, all reflections included, and not form factors
     #[arg(long, conflicts_with = "faces")]
     pub(crate) grey: bool,
+    /// Rooms by temperature: the net heat from surface to surface in W per metre of depth, all reflections included, if u is
+    /// even on every surface, and not form factors
+    #[arg(long)]
+    pub(crate) watts: bool,
     /// Closed scenes: change the factors by the least that makes every row sum to 1
     #[arg(long)]
     pub(crate) close: bool,

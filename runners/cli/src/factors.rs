@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use fredholm::Scalar;
+use fredholm::room::Surfaces;
 use fredholm_room::{Scene, factors as form_factors};
 use serde::Serialize;
 
@@ -30,6 +31,9 @@ pub(crate) struct Factors {
     pub(crate) surfaces: Vec<String>,
     /// Row I: of the energy that leaves surface I, the share that arrives at each.
     pub(crate) factors: Rows,
+    /// The unit of what is in the place of form factors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) unit: Option<&'static str>,
     /// What only scenes in space have.
     #[serde(flatten)]
     pub(crate) space: Option<Space>,
@@ -148,11 +152,11 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
         .file
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("vs2"));
-    if is_deck {
+    if is_deck && !args.watts {
         return of_deck(&deck::read(&args.file)?);
     }
     let file = solve::read(&args.file, |_| ())?;
-    of_file(&args.file.display().to_string(), &file)
+    of_file(&args.file.display().to_string(), &file, args.watts)
 }
 
 /// The form factors of a deck.
@@ -168,8 +172,8 @@ pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
     Factors::new(surfaces.names, &scene)
 }
 
-/// The form factors of the problem file of this name, which must be a room.
-pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure> {
+/// The form factors of the problem file of this name, which must be a room, or the watts from surface to surface.
+pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Factors, Failure> {
     let Some(own) = file.problem.as_room() else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
@@ -185,7 +189,35 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile) -> Result<Factors, Failure
     for note in surfaces.notes(&scene) {
         say(format_args!("note: {note}"));
     }
+    if watts {
+        return of_watts(surfaces, &scene);
+    }
     Factors::new(surfaces.names, &scene)
+}
+
+/// What surfaces of even radiosity give each other.
+fn of_watts(surfaces: Surfaces, scene: &Scene) -> Result<Factors, Failure> {
+    let (mut emissivities, mut black) = (Vec::new(), Vec::new());
+    for (name, materials) in surfaces.names.iter().zip(&surfaces.materials) {
+        let first = materials.first().filter(|first| {
+            surfaces.heat && first.reflectance < 1.0 && materials.iter().all(|of| of == *first)
+        });
+        let material = first.ok_or_else(|| {
+            Failure::input(format_args!(
+                "`--watts` needs one `temperature` and one `emissivity` of every surface, and {name:?} has not"
+            ))
+        })?;
+        emissivities.push(1.0 - material.reflectance);
+        black.push(material.emission / (1.0 - material.reflectance));
+    }
+    let lengths = (0..emissivities.len()).map(|surface| scene.length(surface));
+    let lengths = lengths.collect::<Result<_, _>>().map_err(Failure::run)?;
+    let factors = form_factors(scene).map_err(Failure::run)?;
+    let groups = fredholm_scene::Groups::new(lengths, &factors).map_err(Failure::run)?;
+    let watts = groups.net_exchange(&emissivities, &black);
+    let mut factors = Factors::of_rows(surfaces.names, &watts.map_err(Failure::run)?);
+    factors.unit = Some("W per metre");
+    Ok(factors)
 }
 
 /// Asked before a scene is made, which may take long.
@@ -197,14 +229,18 @@ fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
 
 impl Factors {
     fn new(surfaces: Vec<String>, scene: &Scene) -> Result<Self, Failure> {
-        let n = surfaces.len();
         let entries = form_factors(scene).map_err(Failure::run)?;
-        let rows = entries.chunks_exact(n.max(1));
-        Ok(Self {
+        Ok(Self::of_rows(surfaces, &entries))
+    }
+
+    fn of_rows(surfaces: Vec<String>, entries: &[f64]) -> Self {
+        let rows = entries.chunks_exact(surfaces.len().max(1));
+        Self {
             factors: Rows::Dense(rows.map(<[f64]>::to_vec).collect()),
             surfaces,
+            unit: None,
             space: None,
-        })
+        }
     }
 
     fn sky(&self) -> Option<&SkyTable> {
@@ -234,7 +270,12 @@ impl Factors {
     /// A line for every factor that is not 0.
     fn csv(&self, file: &mut dyn Write) -> std::io::Result<()> {
         let mut writer = csv::Writer::from_writer(file);
-        writer.write_record(["from", "to", "factor"])?;
+        let what = if self.unit.is_some() {
+            "watts_per_metre"
+        } else {
+            "factor"
+        };
+        writer.write_record(["from", "to", what])?;
         for (i, from) in self.surfaces.iter().enumerate() {
             for (j, factor) in self.factors.row(i) {
                 let to = self.surfaces.get(j).map_or("", String::as_str);
@@ -356,7 +397,10 @@ impl Factors {
         if self.surfaces.len() > WIDEST {
             return self.summary();
         }
-        let mut header = vec!["from \\ to".to_owned()];
+        let unit = self
+            .unit
+            .map_or_else(String::new, |unit| format!("{unit}, "));
+        let mut header = vec![format!("{unit}from \\ to")];
         header.extend(self.surfaces.iter().cloned());
         if self.sky().is_some() {
             header.extend(["sky".to_owned(), "below".to_owned()]);

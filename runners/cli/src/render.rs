@@ -478,7 +478,7 @@ fn captions(field: &Field, scale: &Scale, is_given: bool, heat: bool) -> Vec<Str
         "Walls: radiosity u{}. Between them: mean radiosity in view, (1/2π) ∫ u dω over all \
          directions; the fluence is π times that.",
         if heat {
-            ", left scale: temperature of a black body with this radiosity"
+            ", left scale and lines: temperature of a black body with this radiosity"
         } else {
             ", in the unit of the emission"
         }

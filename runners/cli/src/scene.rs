@@ -57,6 +57,11 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
         ));
     }
     file.open |= args.open;
+    if args.watts {
+        return Err(Failure::input(
+            "`--watts` is for rooms in the plane: of a scene `--grey` gives script F, and A_I F_IJ σ(T_I⁴ − T_J⁴) W go from I to J",
+        ));
+    }
     let scene = file.scene::<f64>()?;
     let start = Instant::now();
     let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
@@ -129,6 +134,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     Ok(Factors {
         factors,
         surfaces: names,
+        unit: None,
         space: Some(Space {
             sky: sky_table,
             areas,

@@ -201,6 +201,7 @@ fn rows_of_factors(published: &Factors, source: &'static str) -> Result<Vec<Row>
         factors::of_file(
             &published.name,
             &built_in(&published.name, &published.text)?,
+            false,
         )?
     };
     let index = |wanted: &str| factors.surfaces.iter().position(|name| name == wanted);

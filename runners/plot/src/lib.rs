@@ -2,6 +2,7 @@
 
 mod base64;
 mod canvas;
+mod contours;
 mod curves;
 mod drawing;
 mod error;

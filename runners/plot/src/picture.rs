@@ -5,6 +5,7 @@ use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 use core::ops::Range;
 
+use crate::contours::Isotherms;
 use crate::frame::{Frame, Layout, characters, text_size};
 use crate::legend::Legend;
 use crate::raster::{self, Image};
@@ -34,7 +35,7 @@ pub struct RoomPicture<'a> {
     /// The quantity and unit of the values, above the scale.
     pub legend: &'a str,
     /// σ, if the values are radiosities of heat: beside the scale stands the temperature T of a black
-    /// body with σT⁴ = u.
+    /// body with σT⁴ = u, and isotherms are drawn between the walls.
     pub stefan_boltzmann: Option<f64>,
     /// The lines of text below the picture.
     pub captions: Vec<String>,
@@ -105,6 +106,16 @@ impl RoomPicture<'_> {
                 height,
                 pixels: self.pixels(panel.air),
             });
+            if let Some(stefan_boltzmann) = self.stefan_boltzmann {
+                let isotherms = Isotherms {
+                    values: panel.air,
+                    width,
+                    stefan_boltzmann,
+                    size: 0.75 * size,
+                    at: [left as f64, top as f64],
+                };
+                isotherms.draw(&mut elements);
+            }
             self.walls(panel.walls, [left as f64, top as f64], &mut elements);
             let frame = Frame {
                 canvas: self.canvas,

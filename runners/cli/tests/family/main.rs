@@ -3,6 +3,7 @@
 //!
 //! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`, and
 //! every tenth of these with `FREDHOLM_EACH=10` besides, from number 3 on with `FREDHOLM_FIRST=3`: ten such runs are all of them.
+//! `FREDHOLM_NUMBER=15.25` runs number 25 of seed 15 instead of the seen half, and prints its file.
 //! What the ladder takes is a function of the problem alone. `FREDHOLM_LADDER=FOLDER` keeps it there, and reads it the next
 //! time; remove it where costs or walks change.
 
@@ -24,7 +25,7 @@ use problems::{MOST_ERROR, Problem, Random};
 
 /// Problems that were looked at when the choice was made, and others.
 const SEEN: u64 = 1;
-const UNSEEN: u64 = 15;
+const UNSEEN: u64 = 17;
 
 /// The problems of a half in a day's share, and in all.
 const FEW: u64 = 3;
@@ -37,7 +38,16 @@ const LEAST_SECONDS: f64 = 0.005;
 
 #[test]
 fn problems_that_were_seen_end() {
-    run(SEEN);
+    let Ok(number) = std::env::var("FREDHOLM_NUMBER") else {
+        return run(SEEN);
+    };
+    let (seed, number) = number.split_once('.').expect("seed.number");
+    let (seed, number): (u64, u64) = (seed.parse().unwrap(), number.parse().unwrap());
+    let mut random = Random(seed);
+    let all = (0..=number).map(|number| Problem::new(&mut random, 1000 * seed + number, true));
+    let problem = all.last().unwrap();
+    println!("{}", problem.text);
+    summary(&[ran_on_one_thread(&problem)]);
 }
 
 #[test]
@@ -55,15 +65,12 @@ fn run(seed: u64) {
     };
     let each = number("FREDHOLM_EACH").unwrap_or(1);
     let first = number("FREDHOLM_FIRST").unwrap_or(0);
-    // One thread: its clock is that of the work.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let pool = pool.build().unwrap();
     let mut random = Random(seed);
     let mut all = Vec::new();
     for number in 0..count {
         let problem = Problem::new(&mut random, 1000 * seed + number, long.is_some());
         if number % each == first {
-            let ran = pool.install(|| ran(&problem));
+            let ran = ran_on_one_thread(&problem);
             println!("{seed}.{number} {}", ran.text);
             all.push(ran);
         }
@@ -146,6 +153,12 @@ struct Ran {
     of_default: Option<f64>,
     /// The difference of both estimates in standard errors.
     z: Option<f64>,
+}
+
+/// Runs a problem on one thread: its clock is that of the work.
+fn ran_on_one_thread(problem: &Problem) -> Ran {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    pool.build().unwrap().install(|| ran(problem))
 }
 
 fn ran(problem: &Problem) -> Ran {

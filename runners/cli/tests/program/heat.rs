@@ -203,3 +203,71 @@ fn fluxes_that_cannot_be() {
         light("reflectance = 0.5\nemission = 1").replace("net_flux = 0", "reflectance = 1.0");
     folder.solve(&white, &[]).quietly(0);
 }
+
+/// The rows of `factors --watts`.
+fn watts(folder: &Folder, text: &str) -> Vec<Vec<f64>> {
+    let file = folder.file("watts.toml", text);
+    let json = fredholm(&["factors", &file, "--watts", "--json"])
+        .quietly(0)
+        .json();
+    assert_eq!(json["unit"], "W per metre");
+    let row = |row: &serde_json::Value| -> Vec<f64> {
+        let row = row.as_array().unwrap();
+        row.iter().map(|watts| watts.as_f64().unwrap()).collect()
+    };
+    list(&json, "factors").iter().map(row).collect()
+}
+
+#[test]
+fn watts_from_surface_to_surface() {
+    let folder = Folder::new();
+    let black = triangle("emissivity = 1\ntemperature = 350");
+    let rows = watts(&folder, &black);
+    let exchanged =
+        |share: f64, [own, other]: [f64; 2]| share * SIGMA * (own.powi(4) - other.powi(4));
+    // By crossed strings: half of both sides less the third, of lengths 4, 5 and 3.
+    let expected = exchanged(3.0, [400.0, 300.0]);
+    assert!((rows[0][1] - expected).abs() < 1e-9 * expected, "{rows:?}");
+    for i in 0..3 {
+        for j in 0..3 {
+            assert!(
+                (rows[i][j] + rows[j][i]).abs() < 1e-9 * expected,
+                "{rows:?}"
+            );
+        }
+    }
+    // On black walls u is even, and walks find the same.
+    let json = folder.solve(&black, &["--json"]).quietly(0).json();
+    for (row, surface) in rows.iter().zip(list(&json, "surfaces")) {
+        assert_is(&surface["net_flux"], row.iter().sum());
+    }
+    // Resistances in a row (Oppenheim 1956): 0.5 of a flat floor of 5 m, 0.8 of 9 m above it.
+    let grey = [
+        "[problem]\nkind = 'room'\n".to_owned(),
+        surface(
+            "floor",
+            "[[0, 0], [5, 0]]",
+            "emissivity = 0.5\ntemperature = 400",
+        ),
+        surface(
+            "rest",
+            "[[5, 0], [5, 2], [0, 2], [0, 0]]",
+            "emissivity = 0.8\ntemperature = 300",
+        ),
+        "[[target]]\nname = 'floor'\nover = 'floor'\n".to_owned(),
+    ];
+    let rows = watts(&folder, &grey.concat());
+    let resistance = 0.5 / (0.5 * 5.0) + 1.0 / 5.0 + 0.2 / (0.8 * 9.0);
+    let expected = exchanged(1.0 / resistance, [400.0, 300.0]);
+    assert!((rows[0][1] - expected).abs() < 1e-9 * expected, "{rows:?}");
+    let table = fredholm(&["factors", &folder.at("watts.toml"), "--watts"]).quietly(0);
+    assert!(
+        table.stdout.contains("W per metre, from"),
+        "{}",
+        table.stdout
+    );
+    // No temperature, no watts.
+    let file = folder.file("flux.toml", triangle("net_flux = 0"));
+    let refused = fredholm(&["factors", &file, "--watts"]);
+    assert!(refused.stderr.contains("`temperature`") && refused.stderr.contains("\"side\""));
+}

@@ -1,0 +1,203 @@
+//! Lines of equal temperature between the walls of a room.
+
+use kuva::render::color::Color;
+use kuva::render::render::{PathData, Primitive, TextAnchor};
+
+use crate::picture::{CHARACTER, text};
+use crate::scale::ticks;
+
+/// The most pixels of a line's piece that is left out: noise has islands of that size.
+const ISLAND: usize = 24;
+
+/// Isotherms of radiosities in pixels, row by row, NaN where there is no room.
+pub(crate) struct Isotherms<'a> {
+    pub(crate) values: &'a [f64],
+    pub(crate) width: usize,
+    /// σ: a black body at T emits σT⁴.
+    pub(crate) stefan_boltzmann: f64,
+    /// The size of the labels.
+    pub(crate) size: f64,
+    /// The place of the first pixel on the page.
+    pub(crate) at: [f64; 2],
+}
+
+impl Isotherms<'_> {
+    /// Draws a line with its label for every round temperature that there is.
+    pub(crate) fn draw(&self, out: &mut Vec<Primitive>) {
+        let smooth = smoothed(self.values, self.width);
+        let kelvin = |u: f64| (u.max(0.0) / self.stefan_boltzmann).powf(0.25);
+        let known = || smooth.iter().copied().filter(|value| !value.is_nan());
+        let low = kelvin(known().fold(f64::INFINITY, f64::min));
+        let high = kelvin(known().fold(f64::NEG_INFINITY, f64::max));
+        if !(low < high) {
+            return;
+        }
+        let mut labels: Vec<[f64; 2]> = Vec::new();
+        for t in ticks(low, high, false) {
+            let all = segments(&smooth, self.width, self.stefan_boltzmann * t.powi(4));
+            if all.len() < ISLAND {
+                continue;
+            }
+            let [x, y] = self.at;
+            let mut d = String::new();
+            for [a, b] in &all {
+                let [a, b] = [a, b].map(|[s, t]| [s + x, t + y]);
+                d.push_str(&format!("M{:.1} {:.1}L{:.1} {:.1}", a[0], a[1], b[0], b[1]));
+            }
+            // Dark on a light line, so that it is seen on any colour.
+            for (stroke, stroke_width) in [
+                (Color::Rgb(255, 255, 255), 2.4),
+                (Color::Rgb(34, 34, 34), 1.0),
+            ] {
+                out.push(Primitive::Path(Box::new(PathData {
+                    d: d.clone(),
+                    fill: None,
+                    stroke,
+                    stroke_width,
+                    opacity: Some(0.7),
+                    stroke_dasharray: None,
+                })));
+            }
+            let label = format!("{t} K");
+            let wide = CHARACTER * self.size * label.chars().count() as f64;
+            let half = [0.5 * wide, 0.6 * self.size];
+            let end = [self.width, smooth.len() / self.width].map(|pixels| pixels as f64);
+            let is_free = |at: &[f64; 2]| {
+                let is_apart =
+                    |other: &[f64; 2]| (0..2).any(|k| (at[k] - other[k]).abs() > 2.0 * half[k]);
+                (0..2).all(|k| at[k] > half[k] && at[k] < end[k] - half[k])
+                    && labels.iter().all(is_apart)
+            };
+            // As near to the middle of the line as there is a place.
+            let (before, after) = all.split_at(all.len() / 2);
+            let mut places = after.iter().chain(before.iter().rev()).map(|[at, _]| *at);
+            if let Some(at) = places.find(is_free) {
+                labels.push(at);
+                self.label(&label, [at[0] + x, at[1] + y], half, out);
+            }
+        }
+    }
+
+    fn label(&self, label: &str, [x, y]: [f64; 2], half: [f64; 2], out: &mut Vec<Primitive>) {
+        let [width, height] = half.map(|half| 2.0 * half);
+        out.push(Primitive::Rect {
+            x: x - 0.5 * width,
+            y: y - 0.5 * height,
+            width,
+            height,
+            fill: Color::Rgb(255, 255, 255),
+            stroke: None,
+            stroke_width: None,
+            opacity: Some(0.75),
+        });
+        let at = [x, y + 0.35 * self.size];
+        out.push(text(label, at, self.size, TextAnchor::Middle));
+    }
+}
+
+/// The mean of every pixel and those around it, as far as there is a room: pixels are of few walks.
+fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
+    const AROUND: isize = 2;
+    let rows = values.len() / width.max(1);
+    let mean = |place: usize| {
+        if values.get(place).is_none_or(|value| value.is_nan()) {
+            return f64::NAN;
+        }
+        let (column, row) = ((place % width) as isize, (place / width) as isize);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in (row - AROUND).max(0)..=(row + AROUND).min(rows as isize - 1) {
+            for x in (column - AROUND).max(0)..=(column + AROUND).min(width as isize - 1) {
+                let value = values.get(y as usize * width + x as usize);
+                if let Some(value) = value.filter(|value| !value.is_nan()) {
+                    sum += value;
+                    count += 1.0;
+                }
+            }
+        }
+        sum / count
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+/// The pieces of the lines on which values between the middles of pixels are this level, in pixels from the upper left.
+fn segments(values: &[f64], width: usize, level: f64) -> Vec<[[f64; 2]; 2]> {
+    let rows = values.len() / width.max(1);
+    let corner = |x: usize, y: usize| {
+        let value = values.get(y * width + x).copied().unwrap_or(f64::NAN);
+        ([x as f64 + 0.5, y as f64 + 0.5], value)
+    };
+    let mut all = Vec::new();
+    for y in 1..rows {
+        for x in 1..width {
+            let [a, b] = [corner(x - 1, y - 1), corner(x, y)];
+            for c in [corner(x, y - 1), corner(x - 1, y)] {
+                let sides = [(a, b), (b, c), (c, a)];
+                let mut cut = sides.iter().filter_map(|&((p, u), (q, v))| {
+                    // Of a NaN neither is true.
+                    let crosses = (u < level && v >= level) || (v < level && u >= level);
+                    let part = (level - u) / (v - u);
+                    crosses.then(|| [p[0] + part * (q[0] - p[0]), p[1] + part * (q[1] - p[1])])
+                });
+                if let (Some(from), Some(to)) = (cut.next(), cut.next()) {
+                    all.push([from, to]);
+                }
+            }
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Isotherms, segments};
+    use kuva::render::render::Primitive;
+
+    /// A plane's line of a level is straight, and ends where the room ends.
+    #[test]
+    fn a_line_is_where_the_values_are_its_level() {
+        let (width, rows) = (9, 6);
+        let value = |k: usize| {
+            let (x, y) = (k % width, k / width);
+            if y < 2 {
+                f64::NAN
+            } else {
+                2.0 * x as f64 + y as f64
+            }
+        };
+        let values: Vec<f64> = (0..width * rows).map(value).collect();
+        let all = segments(&values, width, 8.25);
+        let length = |[[a, b], [c, d]]: &[[f64; 2]; 2]| (a - c).hypot(b - d);
+        for [x, y] in all.iter().flatten() {
+            assert!((2.0 * (x - 0.5) + (y - 0.5) - 8.25).abs() < 1e-12);
+        }
+        // Over three of y, and half as many of x.
+        let sum: f64 = all.iter().map(length).sum();
+        assert!((sum - 3.0_f64.hypot(1.5)).abs() < 1e-12, "{sum}");
+    }
+
+    /// From 300 K on the left to 350 K on the right.
+    #[test]
+    fn every_round_temperature_has_a_line_with_its_name() {
+        let (width, rows) = (100, 60);
+        let kelvin = |x: usize| 300.0 + 50.0 * x as f64 / 99.0;
+        let values: Vec<f64> = (0..width * rows)
+            .map(|k| 5.67e-8 * kelvin(k % width).powi(4))
+            .collect();
+        let mut out = Vec::new();
+        let isotherms = Isotherms {
+            values: &values,
+            width,
+            stefan_boltzmann: 5.67e-8,
+            size: 10.0,
+            at: [7.0, 3.0],
+        };
+        isotherms.draw(&mut out);
+        let named = |wanted: &str| {
+            out.iter().any(|of| {
+                matches!(of, Primitive::Text { content, x, .. } if content == wanted
+                    && (x - 7.5 - 99.0 * 0.4).abs() < 1.0)
+            })
+        };
+        assert!(named("320 K"));
+    }
+}
