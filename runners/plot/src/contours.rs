@@ -29,7 +29,7 @@ impl Isotherms<'_> {
         let known = || smooth.iter().copied().filter(|value| !value.is_nan());
         let low = kelvin(known().fold(f64::INFINITY, f64::min));
         let high = kelvin(known().fold(f64::NEG_INFINITY, f64::max));
-        if !(low < high) {
+        if low >= high {
             return;
         }
         let mut labels: Vec<[f64; 2]> = Vec::new();

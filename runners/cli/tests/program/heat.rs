@@ -228,12 +228,9 @@ fn watts_from_surface_to_surface() {
     // By crossed strings: half of both sides less the third, of lengths 4, 5 and 3.
     let expected = exchanged(3.0, [400.0, 300.0]);
     assert!((rows[0][1] - expected).abs() < 1e-9 * expected, "{rows:?}");
-    for i in 0..3 {
-        for j in 0..3 {
-            assert!(
-                (rows[i][j] + rows[j][i]).abs() < 1e-9 * expected,
-                "{rows:?}"
-            );
+    for (i, row) in rows.iter().enumerate() {
+        for (j, watts) in row.iter().enumerate() {
+            assert!((watts + rows[j][i]).abs() < 1e-9 * expected, "{rows:?}");
         }
     }
     // On black walls u is even, and walks find the same.
