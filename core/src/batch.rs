@@ -186,14 +186,15 @@ impl Batch {
     {
         let mut memory = G::Memory::default();
         let memory = &mut memory;
+        let known = task.functional.known();
         // The estimator is a constant within each arm, so no walk asks for it.
         let outcome = match task.estimator {
-            Estimator::Absorption => {
-                self.run_walks(at_most, |n| task.follow(Estimator::Absorption, n, memory))
-            }
-            Estimator::Collision => {
-                self.run_walks(at_most, |n| task.follow(Estimator::Collision, n, memory))
-            }
+            Estimator::Absorption => self.run_walks((at_most, known), |n| {
+                task.follow(Estimator::Absorption, n, memory)
+            }),
+            Estimator::Collision => self.run_walks((at_most, known), |n| {
+                task.follow(Estimator::Collision, n, memory)
+            }),
         };
         if G::IS_SEQUENCE {
             self.statistics.become_replicate();
@@ -204,7 +205,7 @@ impl Batch {
     #[inline(always)]
     fn run_walks<F: Real>(
         &mut self,
-        at_most: u64,
+        (at_most, known): (u64, f64),
         mut walk: impl FnMut(WalkNumber) -> (Walk<F>, f64),
     ) -> Result<(), NotFinite> {
         let end = self.end.min(self.next.saturating_add(at_most));
@@ -216,7 +217,7 @@ impl Batch {
                 replicate: first,
                 index: self.next.wrapping_sub(first),
             });
-            outcome = self.push(&scores, value);
+            outcome = self.push(&scores, value, known);
             if outcome.is_err() {
                 break;
             }
@@ -226,11 +227,11 @@ impl Batch {
 
     /// Adds the next walk.
     #[inline(always)]
-    fn push<F: Real>(&mut self, scores: &Walk<F>, value: f64) -> Result<(), NotFinite> {
+    fn push<F: Real>(&mut self, scores: &Walk<F>, value: f64, known: f64) -> Result<(), NotFinite> {
         if scores.termination == Termination::NotFinite || !value.is_finite() {
             return Err(NotFinite { walk: self.next });
         }
-        self.statistics.push(scores, value);
+        self.statistics.push(scores, value, known);
         self.next += 1;
         Ok(())
     }
@@ -260,10 +261,11 @@ impl Batch {
         }
         let end = self.end.min(self.next.saturating_add(at_most));
         let mut outcome = Ok(());
+        let known = task.functional.known();
         let mut block = Block::new(task);
         while self.next < end && outcome.is_ok() {
             block.run(task, lanes, self.next, end - self.next, |walk, value| {
-                outcome = self.push(walk, value);
+                outcome = self.push(walk, value, known);
                 outcome.is_ok()
             });
         }

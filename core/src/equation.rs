@@ -114,6 +114,12 @@ pub trait Functional<E: StateSpace> {
         let _ = x0;
         (phi * v).to_f64()
     }
+
+    /// The part of (u, Φ) that is known besides what walks estimate, and is added to their scores: (F_s, Φ), if they are for
+    /// u − F_s, as with a [`LastStep`](crate::LastStep). Otherwise 0.
+    fn known(&self) -> f64 {
+        0.0
+    }
 }
 
 /// The value of the solution in one point: every walk starts in it, φ = 1, and may be absorbed

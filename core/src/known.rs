@@ -1,4 +1,4 @@
-//! Walks for a part of the solution that score all of it.
+//! What is known of (u, Φ) besides what walks estimate.
 
 use num_traits::zero;
 
@@ -69,6 +69,43 @@ pub struct KnownPart<T, F> {
     pub functional: T,
     /// The part that is known: (F, Φ).
     pub known: F,
+}
+
+/// A functional of u, of which `known` is known and walks estimate the rest.
+///
+/// ```
+/// use fredholm_core::{At, Functional, Shifted, StateSpace};
+///
+/// struct Line;
+/// impl StateSpace for Line {
+///     type Scalar = f64;
+///     type Point = f64;
+/// }
+/// // u(0.5) = 3 + w(0.5).
+/// let start = Shifted { functional: At(0.5), known: 3.0 };
+/// assert_eq!(Functional::<Line>::known(&start), 3.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shifted<T> {
+    /// The functional of what walks estimate.
+    pub functional: T,
+    /// What is known.
+    pub known: f64,
+}
+
+impl<E: StateSpace, T: Functional<E>> Functional<E> for Shifted<T> {
+    #[inline]
+    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
+        self.functional.start(uniforms)
+    }
+
+    fn control_estimate(&self, x0: &Located<E::Point>, phi: E::Scalar, v: E::Scalar) -> f64 {
+        self.functional.control_estimate(x0, phi, v)
+    }
+
+    fn known(&self) -> f64 {
+        self.functional.known() + self.known
+    }
 }
 
 impl<'a, E, T> Functional<WithKnown<'a, E>> for KnownPart<T, E::Scalar>

@@ -1,4 +1,46 @@
 //! The last step of a walk, drawn from the source.
+//!
+//! # The equation of what is left
+//!
+//! Let F = F_s + F_r, where F_s is large on a small part of X. With u = F_s + w,
+//!
+//! ```text
+//! w = T_K w + T_K F_s + F_r.
+//! ```
+//!
+//! Chain and kernel are those of u. A walk that scores in x_l, with the weight W_l = φ(x0) k … k (by collision in every state,
+//! by absorption in the last one, over q there), needs the number (T_K F_s)(x_l) = ∫ K(x_l, y) F_s(y) dμ(y). A last step to the
+//! source gives one with this mean, K(x_l, y) F_s(y)/l(x_l, y) for a y of density l(x_l, ·): [`SourceSampler`]. Or it is
+//! known, as what a point sees of a constant light is on the circle and in a room, and then nothing is drawn.
+//!
+//! # Its neighbour equation
+//!
+//! (50) of Heinrich 1995 holds for any v if G = v − T_hp v: neither h nor this G knows what the source of the equation is. So
+//! the same h, the same kinds of pairs and the same way to draw G serve w, with a v ≈ w in place of one ≈ u. If F_s is in the
+//! space of the ansatz, constant on cells say, no second system is solved: v = v_u − F_s is the Galerkin solution of w where v_u
+//! is that of u, since (41) with F' from T_K F_s is (41) for v_u less F_s. Every estimate of G, drawn or not, has
+//! the mean v − T_hp v, draws from numbers of its own, and is scored in the same states with the same weights as the last
+//! step, so that η(h, g) has the mean (v, Φ), whatever v and whatever l, for both estimators and both forms.
+//!
+//! # What it gains
+//!
+//! In ζ a state scores S − G, where S is the last step, besides (k − h) v(x_{l+1}) in the residual form. In the product form
+//! H_l − W_l multiplies all that is scored from x_l on.
+//!
+//! - Where h ≠ k, v_u brings F_s into both: rare and large, it makes most of the variance of a small source. v has none of it.
+//! - Where h = k and S is exact, S − G = T_K F_s + F_r − v + T_k v = F − v_u + T_k v_u: to the number what it was for u. There
+//!   a last step gains nothing yet: what is left of v_u is its error where T_K F_s is not smooth, in the edges of shadows and
+//!   next to lights.
+//! - The neighbour's last step has to go to the source, too. Let v = d + v_2, where d = T_K F_s is known in every point and v_2
+//!   ≈ w − d is in the space of the ansatz. With h = k,
+//!
+//!   ```text
+//!   S − G = F_r − v_2 + T_k (d + v_2),
+//!   ```
+//!
+//!   in which d(x) itself is gone: v_2 need only follow what was reflected twice. T_k d at x is the mean of d(y) over steps to y,
+//!   each followed by the last step from y. One step with a control variate that holds the means of d and v_2 over boxes of
+//!   steps gives G with its exact mean: in rooms that is `pairs = "rays"`.
 
 use num_traits::zero;
 

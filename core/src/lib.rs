@@ -14,6 +14,8 @@ mod job;
 mod known;
 pub mod lanes;
 mod last_step;
+#[cfg(feature = "alloc")]
+mod lights;
 mod neighbour;
 mod real;
 pub mod refused;
@@ -31,8 +33,10 @@ pub use equation::{
     At, Equation, Functional, Kernel, RandomSource, Sampler, Source, StateSpace, TransitionDensity,
 };
 pub use job::{Goal, Goals, Job, UncertainControl, WalkOptions};
-pub use known::{KnownPart, Started, WithKnown};
+pub use known::{KnownPart, Shifted, Started, WithKnown};
 pub use last_step::{LastStep, SourceSampler};
+#[cfg(feature = "alloc")]
+pub use lights::{SourcePart, best_lights};
 pub use neighbour::{Located, Neighbour, NeighbourOf, NoDraws, NoNeighbour};
 pub use real::Real;
 pub use schedule::{

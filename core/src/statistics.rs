@@ -91,10 +91,10 @@ impl Statistics {
     /// The length of [`to_bytes`](Self::to_bytes).
     pub const BYTES: usize = 96;
 
-    /// Adds one walk. `value` is (v, Φ), or the walk's own φ(x0) v(x0).
+    /// Adds one walk. `value` is (v, Φ), or the walk's own φ(x0) v(x0); `known` is added to what it estimates.
     #[inline]
-    pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: f64) {
-        let plain = walk.plain.to_f64();
+    pub(crate) fn push<F: Real>(&mut self, walk: &Walk<F>, value: f64, known: f64) {
+        let plain = walk.plain.to_f64() + known;
         let eta = walk.control.to_f64();
         let control = eta - value;
         self.walks += 1;
@@ -405,7 +405,7 @@ mod tests {
             let mut parts = [Statistics::default(), Statistics::default()];
             for (i, s) in scores.iter().enumerate() {
                 // (v, Φ) = 1.5
-                parts[usize::from(i >= cut)].push(&walk(s.0, s.1), 1.5);
+                parts[usize::from(i >= cut)].push(&walk(s.0, s.1), 1.5, 0.0);
             }
             let [mut all, rest] = parts;
             let both = all.preconditioned_with(&rest);
@@ -432,7 +432,7 @@ mod tests {
         let mut parts = [Statistics::default(), Statistics::default()];
         for (part, scores) in parts.iter_mut().zip([[1.0, 3.0], [2.0, 6.0]]) {
             for score in scores {
-                part.push(&walk(score, 0.5), 0.0);
+                part.push(&walk(score, 0.5), 0.0, 0.0);
             }
         }
         let [one, other] = &mut parts;
@@ -457,11 +457,11 @@ mod tests {
         let mut statistics = Statistics::default();
         assert_eq!(statistics.plain().std_dev, None);
         for _ in 0..10 {
-            statistics.push(&walk(0.0, 0.0), 0.0);
+            statistics.push(&walk(0.0, 0.0), 0.0, 0.0);
         }
         assert_eq!(statistics.plain().std_error, None);
         assert_eq!(statistics.preconditioned().std_error, None);
-        statistics.push(&walk(0.0, 1.0), 0.0);
+        statistics.push(&walk(0.0, 1.0), 0.0, 0.0);
         assert_eq!(statistics.plain().std_error, None);
         assert!(statistics.preconditioned().std_error.is_some());
     }
@@ -474,7 +474,7 @@ mod tests {
             Some(statistics)
         );
         for (plain, control) in [(1.0, 0.1), (-0.3, 0.7), (1e-300, 3.0)] {
-            statistics.push(&walk(plain, control), 0.2);
+            statistics.push(&walk(plain, control), 0.2, 0.0);
         }
         let bytes = statistics.to_bytes();
         assert_eq!(bytes[..8], 3_u64.to_le_bytes());
@@ -498,7 +498,7 @@ mod tests {
                 let read = Statistics::from_bytes(&spoilt);
                 assert_eq!(read.is_some(), good, "byte {at}");
                 if let Some(mut read) = read {
-                    read.push(&walk(1.0, 1.0), 0.0);
+                    read.push(&walk(1.0, 1.0), 0.0, 0.0);
                     read.merge(&statistics);
                 }
             }
@@ -516,7 +516,7 @@ mod tests {
         };
         let mut batch = Statistics::default();
         for _ in 0..4096 {
-            batch.push(&score, 5.7);
+            batch.push(&score, 5.7, 0.0);
         }
         let mut all = Statistics::default();
         for _ in 0..100_000 {

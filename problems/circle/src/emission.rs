@@ -143,9 +143,13 @@ impl<'a> Arcs<'a> {
         self.values
     }
 
+    /// The arc of a cell.
+    pub(crate) fn arc(&self, cell: usize) -> usize {
+        cell.checked_div(self.cells_per_arc).unwrap_or(0)
+    }
+
     fn value(&self, cell: usize) -> f64 {
-        let arc = cell.checked_div(self.cells_per_arc).unwrap_or(0);
-        self.values.get(arc).copied().unwrap_or(f64::NAN)
+        self.values.get(self.arc(cell)).copied().unwrap_or(f64::NAN)
     }
 }
 

@@ -19,6 +19,7 @@ mod emission;
 mod error;
 #[cfg(feature = "lanes")]
 mod lanes;
+mod light;
 mod mean;
 mod polynomials;
 mod quadrature;
@@ -35,6 +36,7 @@ pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
 #[cfg(feature = "lanes")]
 pub use lanes::{LaneNeighbour, LanePairs, LaneReal, SideBySide};
+pub use light::{ArcLight, DirectLight};
 pub use mean::MeanOver;
 pub use polynomials::{CircleScores, PolynomialCircle};
 pub use residual::{ClosedForm, Moment, Residual, moments};

@@ -98,6 +98,8 @@ pub enum RoomError {
     Fraction,
     /// Numbers in borrowed tables lead nowhere.
     Tables,
+    /// The number of a light is that of no wall, or the numbers of lights do not grow.
+    Lights,
     /// A buffer has the wrong length.
     Length {
         /// The length that is needed.
@@ -183,6 +185,7 @@ impl fmt::Display for RoomError {
             Self::Wall { wall } => write!(f, "there is no wall {wall}"),
             Self::Fraction => write!(f, "a place along a wall lies between 0 and 1"),
             Self::Tables => write!(f, "the tables of a room do not belong together"),
+            Self::Lights => write!(f, "the lights of a room must be numbers of walls that grow"),
             Self::Length { expected, found } => refused::length(f, *expected, *found),
             Self::Memory { bytes } => refused::memory(f, *bytes, "; fewer cells need less"),
             Self::Galerkin(error) => error.fmt(f),

@@ -41,10 +41,28 @@ pub fn factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
         .checked_mul(surfaces)
         .ok_or(RoomError::Memory { bytes: None })?;
     let mut out: Vec<f64> = buffer(entries)?;
-    let used = used(scene);
     let surface = |wall: u32| scene.place(wall as usize).map_or(0, |place| place.surface);
+    let all: Vec<u32> = (0..scene.walls.len() as u32).collect();
+    exchanges(scene, &all, &mut |w, seen, exchange| {
+        let row = surface(w);
+        let entry = out.get_mut(row * surfaces + surface(seen));
+        if let (Some(entry), Ok(length)) = (entry, scene.length(row)) {
+            *entry += exchange * (1.0 / length);
+        }
+    });
+    Ok(out)
+}
+
+/// Calls `each` with one of some walls, a wall that it sees, and a part of ∫ F_y→w dy over the former: the length times the
+/// form factor, which is the same from either side. A wall that is seen in several pieces comes several times.
+pub(crate) fn exchanges(scene: &Scene, walls: &[u32], each: &mut dyn FnMut(u32, u32, f64)) {
+    let used = used(scene);
     let places = kinks(scene);
-    for ((w, wall), places) in (0..).zip(&scene.walls).zip(&places) {
+    for &w in walls {
+        let (Some(wall), Some(places)) = (scene.walls.get(w as usize), places.get(w as usize))
+        else {
+            continue;
+        };
         let mut observer = Observer {
             scene,
             geometry: scene.geometry(),
@@ -53,19 +71,14 @@ pub fn factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
             wall,
             directions: Vec::new(),
         };
-        let row = surface(w) * surfaces;
-        let per_length = 1.0 / scene.length(surface(w))?;
         let ends = core::iter::once(&0.0).chain(places);
         for (&from, &to) in ends.zip(places.iter().chain([&wall.length])) {
             let mut halvings = HALVINGS;
             observer.integrate([from, to], &mut halvings, &mut |seen, exchange| {
-                if let Some(entry) = out.get_mut(row + surface(seen)) {
-                    *entry += exchange * per_length;
-                }
+                each(w, seen, exchange);
             });
         }
     }
-    Ok(out)
 }
 
 /// A wall from whose points one looks.

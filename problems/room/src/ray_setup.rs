@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
+use fredholm_core::Source;
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Partition, legendre};
 
@@ -163,7 +164,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
                 continue;
             };
             if wall.reflectance > 0.0 {
-                let emitted = (self.value(&x) - wall.emission) / wall.reflectance;
+                let emitted = (self.value(&x) - room.source(&x)) / wall.reflectance;
                 let residual = emitted - self.irradiance(&x, cell, t);
                 let length = room.table().length(cell);
                 sum += length * residual * residual;
@@ -208,7 +209,8 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
             .polynomials
             .basis(&fredholm_core::Located { point: *x, cell });
         let own = self.v.get(cell * B..).unwrap_or(&[]);
-        own.iter().zip(psi).map(|(v, psi)| v * psi).sum()
+        let light = self.polynomials.room().reflected_light(x);
+        light + own.iter().zip(psi).map(|(v, psi)| v * psi).sum::<f64>()
     }
 
     /// v where a ray leads; 0 where it leaves.

@@ -94,6 +94,10 @@ struct View<'a, F> {
 /// The mean is G(x) for any v and any c. There are no pairs of cells: no form factors, no moments, and a score takes as long
 /// for 10,000 cells as for 100. It is the control variate of [`fredholm_core::sampled`] with boxes that move with x.
 ///
+/// In a room [with lights](crate::Room::with_lights) the equation is that of w = u − F_s, and the v of all this is T_K F_s, which is
+/// known in every point, plus the polynomials: where they are near what was reflected twice or more, neither a small light nor
+/// the edge of its shadow leaves any variance.
+///
 /// Tables come from a [`RaySetup`](crate::RaySetup), with an example.
 #[derive(Clone, Copy, Debug)]
 pub struct RayNeighbour<'n, 'r, 'a, F, const B: usize> {
@@ -248,16 +252,16 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
         Some(self.value(x) - self.polynomials.room().reflectance(&x.point) * sum)
     }
 
-    /// The variance of the estimate of G, by Gauss points in quarters of all boxes: of a jump in one they know the place to a
-    /// sixteenth.
-    fn variance(&self, x: &Located<Point<F>>) -> Option<F> {
+    /// The integral of v over all directions, and the variance of the estimate of G, by Gauss points in quarters of all boxes:
+    /// of a jump in one they know the place to a sixteenth.
+    fn moments(&self, x: &Located<Point<F>>) -> Option<[F; 2]> {
         let view = self.view(x)?;
         let wall = self
             .polynomials
             .room()
             .geometry()
             .wall(x.point.wall() as u32)?;
-        let (mut squares, mut mean) = (zero::<F>(), zero::<F>());
+        let (mut squares, mut mean, mut known) = (zero::<F>(), zero::<F>(), zero::<F>());
         let mut boxes = view.boxes.iter().zip(view.cumulative).peekable();
         let mut before = zero::<F>();
         each_interval(
@@ -265,6 +269,9 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
             x.point.position(),
             wall.tangent,
             |k, from, width| {
+                if let Some(interval) = view.intervals.get(k) {
+                    known += width * product(&interval.mean, &view.psi);
+                }
                 while let Some((ray_box, &sum)) =
                     boxes.next_if(|(ray_box, _)| ray_box.interval as usize == k)
                 {
@@ -283,7 +290,8 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
             },
         );
         let reflectance = wall.reflectance;
-        Some(reflectance * reflectance * (squares - mean * mean).max(zero()))
+        let variance = reflectance * reflectance * (squares - mean * mean).max(zero());
+        Some([known + mean, variance])
     }
 }
 
@@ -381,20 +389,26 @@ impl<F: Real, const B: usize> Neighbour for RayNeighbour<'_, '_, '_, F, B> {
     }
 
     fn source_moments(&self, x: &Located<Point<F>>) -> [F; 2] {
-        // k does not depend on y: (1 − q0) k = ρ.
-        let seen = F::from_f64(self.polynomials.irradiance_of(&x.point, self.v));
+        let [all, variance] = self.moments(x).unwrap_or([F::NAN; 2]);
+        // k does not depend on y: (1 − q0) k = ρ. What lights give to other walls has no closed integral.
+        let seen = if self.polynomials.room().lights().is_empty() {
+            F::from_f64(self.polynomials.irradiance_of(&x.point, self.v))
+        } else {
+            all
+        };
         let kernel = self.polynomials.kernel(&x.point, &x.point);
         let mean = self.value(x) - kernel * self.polynomials.room().survival() * seen;
-        [mean, self.variance(x).unwrap_or(F::NAN)]
+        [mean, variance]
     }
 
     #[inline]
     fn value(&self, x: &Located<Point<F>>) -> F {
         let own = self.v.get(x.cell * B..).and_then(<[F]>::first_chunk::<B>);
         let psi = self.polynomials.basis(x);
+        let light = self.polynomials.room().reflected_light(&x.point);
         own.map_or(F::NAN, |own| {
             let terms = own.iter().zip(psi);
-            terms.fold(zero(), |sum, (&v, psi)| sum + v * psi)
+            terms.fold(light, |sum, (&v, psi)| sum + v * psi)
         })
     }
 }

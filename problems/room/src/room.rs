@@ -71,6 +71,8 @@ pub struct Room<'a, F> {
     geometry: Geometry<'a, F>,
     cells: Cells<'a, F>,
     views: VisibilityTable<'a>,
+    /// The walls whose emission the last step leads to.
+    lights: &'a [u32],
     absorption: F,
     survival: F,
     per_survival: F,
@@ -97,10 +99,63 @@ impl<'a, F: Real> Room<'a, F> {
             geometry,
             cells,
             views,
+            lights: &[],
             absorption: q,
             survival,
             per_survival: one::<F>() / survival,
         })
+    }
+
+    /// The equation w = T_K w + T_K F_s + F − F_s of w = u − F_s, where F_s is the emission of some walls, the lights: a small
+    /// light is met by few walks, and a last step to it is made in every state that scores. See
+    /// [`LastStep`](fredholm_core::LastStep).
+    ///
+    /// In a room nothing has to be drawn for it: (T_K F_s)(x) is ρ Σ_l F_l F_x→l with the form factors of what x sees of the
+    /// lights, in closed form.
+    ///
+    /// `lights` are numbers of walls that grow. Without any it is the equation of u.
+    ///
+    /// # Errors
+    /// [`RoomError::Lights`]: there is no such wall, or numbers do not grow.
+    ///
+    /// ```
+    /// use fredholm_core::Source;
+    /// use fredholm_room::{
+    ///     Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+    /// };
+    ///
+    /// let material = |emission| [Material { reflectance: 0.5, emission }];
+    /// let (lamp, dark) = (material(1.0), material(0.0));
+    /// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    /// let floor = Surface { points: &corners[..2], materials: &lamp };
+    /// let rest = Surface { points: &corners[1..], materials: &dark };
+    /// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
+    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
+    /// let tables = Tables::<f64>::new(&scene, &mesh);
+    /// let (geometry, cells) = (tables.geometry(), tables.cells());
+    /// let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5)?;
+    /// let to_the_light = room.with_lights(&[0])?;
+    /// // The floor's emission is known; from the middle of the ceiling it is seen under twice the angle whose tangent is ½.
+    /// assert_eq!(to_the_light.source(&room.point(0, 0.5)?), 0.0);
+    /// let ceiling = to_the_light.source(&room.point(2, 0.5)?);
+    /// assert!((ceiling - 0.5 / 5f64.sqrt()).abs() < 1e-15);
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
+    pub fn with_lights(self, lights: &'a [u32]) -> Result<Self, RoomError> {
+        let grow = lights.iter().zip(lights.iter().skip(1)).all(|(a, b)| a < b);
+        let walls = self.geometry().walls().len();
+        let lead = lights.iter().all(|&light| (light as usize) < walls);
+        if grow && lead {
+            Ok(Self { lights, ..self })
+        } else {
+            Err(RoomError::Lights)
+        }
+    }
+
+    /// The numbers of the walls whose emission is F_s.
+    #[must_use]
+    pub const fn lights(&self) -> &'a [u32] {
+        self.lights
     }
 
     /// The walls.
@@ -353,6 +408,9 @@ impl<F: Real> Kernel for Room<'_, F> {
 impl<F: Real> Source for Room<'_, F> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
+        if !self.lights.is_empty() {
+            return self.source_of_lights(x);
+        }
         self.geometry.wall(x.wall).map_or(F::NAN, |w| w.emission)
     }
 }

@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::Real;
 use fredholm_core::array::from_fn;
+use fredholm_core::{Real, SourcePart, best_lights};
 
 use crate::Scene;
 use crate::SceneError;
@@ -117,50 +117,14 @@ impl<F: Real> Cells<F> {
 const TIME_OF_LIGHT: f64 = 0.1;
 
 /// The faces to which the last step leads. What emits besides is scored where walks meet it.
-///
-/// With the light that a ray meets on a face by chance, and its area over that of all, its score has about the variance
-/// Σ F² a − (Σ F a)² over what is no light. All else varies about as much as the square of the light that was reflected. The
-/// brightest for their size become lights, as many as make variance times time least: a small lamp is one, and of walls that
-/// all are warm none.
 fn lights(faces: &[Face<f64>]) -> Vec<u32> {
-    let area: f64 = faces.iter().map(|face| face.area).sum();
-    let mean = |of: &dyn Fn(&Face<f64>) -> f64| {
-        let sum: f64 = faces.iter().map(|face| face.area * of(face)).sum();
-        sum / area
+    let part = |face: &Face<f64>| SourcePart {
+        measure: face.area,
+        source: face.emission,
+        reflectance: face.reflectance,
     };
-    let reflectance = mean(&|face| face.reflectance);
-    let (mut first, mut second) = (
-        mean(&|face| face.emission),
-        mean(&|face| face.emission * face.emission),
-    );
-    let reflected = reflectance * mean(&|face| face.emission.abs()) / (1.0 - reflectance);
-    let least = reflected * reflected;
-    let size = |number: u32| {
-        faces
-            .get(number as usize)
-            .map_or(0.0, |face| face.area * face.emission * face.emission)
-    };
-    let mut order: Vec<u32> = (0..faces.len() as u32).filter(|&n| size(n) > 0.0).collect();
-    // The sort is stable, so that equal ones stay in the order of faces.
-    order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
-    let work = |first: f64, second: f64, number: usize| {
-        let variance = least + Real::max(second - first * first, 0.0);
-        variance * (1.0 + TIME_OF_LIGHT * number as f64)
-    };
-    let (mut best, mut taken) = (work(first, second, 0), 0);
-    for (number, &light) in (1..).zip(&order) {
-        if let Some(face) = faces.get(light as usize) {
-            first -= face.area * face.emission / area;
-            second -= size(light) / area;
-        }
-        let now = work(first, second, number);
-        if now < best {
-            (best, taken) = (now, number);
-        }
-    }
-    order.truncate(taken);
-    order.sort_unstable();
-    order
+    let parts: Vec<SourcePart> = faces.iter().map(part).collect();
+    best_lights(&parts, TIME_OF_LIGHT)
 }
 
 /// The origin and the spans of a patch, and whether it is a triangle.

@@ -387,6 +387,9 @@ pub(crate) struct SolveArgs {
     /// Number of first states in which walks are not absorbed
     #[arg(long, value_name = "n")]
     pub(crate) survivals: Option<u32>,
+    /// Whether the last step of walks leads to the light, in rooms and circles
+    #[arg(long, value_name = "true|false")]
+    pub(crate) last_step: Option<bool>,
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,

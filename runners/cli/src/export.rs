@@ -19,6 +19,11 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
                        or \"paper\"";
         return Err(file.refuse(pairs, message).into());
     }
+    if let Some(last) = file.walk.last_step.as_ref().filter(|last| last.value) {
+        let message =
+            "tables are of u itself, with no last step to the light: leave `last_step` out";
+        return Err(file.refuse(last, message).into());
+    }
     let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
     let settings = &problem.resolved.settings;

@@ -76,6 +76,9 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.walk.form, "--form", args.form);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
     set(&mut file.walk.survivals, "--survivals", args.survivals);
+    if let Some(last) = args.last_step {
+        file.walk.last_step = Some(Placed::flag("--last-step", last));
+    }
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
     set(

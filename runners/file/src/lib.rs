@@ -97,6 +97,8 @@ pub struct Walk {
     pub sequence: Placed<Sequence>,
     /// The number of first states in which walks are not absorbed.
     pub survivals: Placed<u32>,
+    /// Whether the last step of walks leads to the light.
+    pub last_step: Option<Placed<bool>>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
@@ -249,6 +251,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let form = section.optional("form");
     let sequence = section.optional("sequence");
     let survivals = section.optional("survivals");
+    let last_step = section.optional("last_step");
     let scalar = section.optional("scalar");
     let seed = section.optional("seed");
     let batch = section.optional("batch");
@@ -263,6 +266,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         form: or_default(form, Field::word, fredholm::Settings::FORM)?,
         sequence: or_default(sequence, Field::word, Sequence::Random)?,
         survivals: or_default(survivals, Field::integer, 0)?,
+        last_step: last_step.map(|field| field.boolean()).transpose()?,
         scalar: or_default(scalar, Field::word, Scalar::F64)?,
         seed: or_default(seed, Field::integer, 1)?,
         batch: or_default(batch, Field::integer, 4096)?,

@@ -127,6 +127,7 @@ impl ProblemFile {
             form: given(&walk.form),
             sequence: given(&walk.sequence),
             survivals: given(&walk.survivals),
+            last_step: walk.last_step.as_ref().map(|last| last.value),
             scalar: walk.scalar.value,
             seed: walk.seed.value,
             batch: given(&walk.batch),
@@ -167,6 +168,10 @@ impl ProblemFile {
                 None => nowhere(),
             },
             Some(Subject::Sequence) => self.refuse(&walk.sequence, error),
+            Some(Subject::LastStep) => match &walk.last_step {
+                Some(last) => self.refuse(last, error),
+                None => nowhere(),
+            },
             Some(Subject::Tolerance) => match &walk.target_error {
                 Some(target) => self.refuse(target, error),
                 None => nowhere(),

@@ -18,6 +18,8 @@ pub struct Cost {
     pub walk: WalkCost,
     /// Seconds of plain walks.
     pub plain: WalkCost,
+    /// Seconds of a last step to the light, in every score of walks that make one.
+    pub light: f64,
 }
 
 /// Seconds of the parts of a walk.

@@ -210,6 +210,8 @@ pub enum Subject {
     Absorption,
     /// The numbers that walks draw.
     Sequence,
+    /// The last step.
+    LastStep,
     /// The degree of a lift.
     Lift,
     /// The tolerance.

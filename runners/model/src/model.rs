@@ -138,6 +138,11 @@ pub trait Model: Send + Sync {
         Pairs::Default
     }
 
+    /// Whether the last step of its walks may lead to the light.
+    fn last_steps(&self) -> LastSteps {
+        LastSteps::Never
+    }
+
     /// The kinds of pairs that an automatic choice looks at, unless one is given.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Default, Pairs::Pointwise]
@@ -276,6 +281,20 @@ pub trait Model: Send + Sync {
         self.exchange()
             .map_or(0, |surfaces| surfaces.besides(goals))
     }
+}
+
+/// Which of a model's walks make their last step to the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LastSteps {
+    /// None: nobody has written where its light comes from.
+    Never,
+    /// All, as far as it pays: the model sees to it by itself.
+    Always,
+    /// Those that are asked to.
+    Open {
+        /// Whether an automatic choice looks at them: where nothing is small and bright they do not pay.
+        pay: bool,
+    },
 }
 
 /// A deterministic solution.

@@ -70,6 +70,10 @@ pub struct Settings {
     /// The number of first states in which walks are not absorbed.
     #[serde(default)]
     pub survivals: Option<u32>,
+    /// Whether the last step of walks leads to the light: they are for u less the emission of some parts of the space, which
+    /// every score looks at directly.
+    #[serde(default)]
+    pub last_step: Option<bool>,
     /// The floating-point type of walks.
     #[serde(with = "choice")]
     pub scalar: Scalar,
@@ -112,6 +116,7 @@ impl Default for Settings {
             form: None,
             sequence: None,
             survivals: None,
+            last_step: None,
             scalar: Scalar::F64,
             seed: 1,
             batch: None,
@@ -232,6 +237,7 @@ impl Settings {
             seed: self.seed,
             sequence: self.sequence.unwrap_or(Sequence::Random),
             survivals: self.survivals.unwrap_or(0),
+            last_step: self.last_step.unwrap_or(false),
             batch: self.batch(),
             tolerance: self.tolerance,
             time_limit: self.time_limit,
@@ -304,6 +310,8 @@ pub struct WalkOptions {
     pub sequence: Sequence,
     /// The number of first states in which walks are not absorbed.
     pub survivals: u32,
+    /// Whether the last step of walks leads to the light.
+    pub last_step: bool,
     /// The seed of all draws.
     pub seed: u64,
     /// Walks of a batch.

@@ -163,7 +163,7 @@ impl JobRecord {
         let of_v = format!("{of_v:?}");
         let bits = |x: &f64| format!("{x:e}");
         let values: Vec<String> = set_up.galerkin.iter().map(bits).collect();
-        let named: [(&str, &dyn Display); 19] = [
+        let named: [(&str, &dyn Display); 20] = [
             ("seed", &walk.seed),
             ("batch", &walk.batch),
             ("scalar", &cut.scalar.word()),
@@ -191,6 +191,7 @@ impl JobRecord {
             ("form", &walk.form.word()),
             ("sequence", &walk.sequence.word()),
             ("survivals", &walk.survivals),
+            ("last_step", &walk.last_step),
             ("(v, Φ)", &values.join(", ")),
             ("set-up", &of_v),
         ];

@@ -92,6 +92,9 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
         "survivals",
         given(options, "survivals")?,
     );
+    if let Some(last) = given(options, "last_step")? {
+        walk.last_step = Some(Placed::flag("last_step", last));
+    }
     set(&mut walk.scalar, "scalar", word(options, "scalar")?);
     set(&mut walk.seed, "seed", given(options, "seed")?);
     set(&mut walk.batch, "batch", given(options, "batch")?);

@@ -76,8 +76,12 @@ impl ChoiceReport {
             ),
             (None, None) => String::new(),
         };
+        let last = match walk.last_step {
+            true => "last step to the light, ",
+            false => "",
+        };
         let which = if self.method == "plain" {
-            format!("plain walks, {walks}: a neighbour equation does not pay at this error")
+            format!("plain walks, {last}{walks}: a neighbour equation does not pay at this error")
         } else {
             let plain = self.predicted_plain_seconds.map(short);
             let source = match settings.exact_source {
@@ -85,7 +89,7 @@ impl ChoiceReport {
                 _ => "",
             };
             format!(
-                "cells {cells}, degree {}, {} pairs, {source}{walks}; plain walks alone: about {} s",
+                "cells {cells}, degree {}, {} pairs, {source}{last}{walks}; plain walks alone: about {} s",
                 settings.discretisation().degree,
                 walk.pairs.word(),
                 plain.as_deref().unwrap_or("?")

@@ -75,6 +75,9 @@ pub struct Report {
     /// The number of first states in which walks are not absorbed.
     #[serde(skip_serializing_if = "is_zero")]
     pub survivals: u32,
+    /// Whether the last step of walks leads to the light, where that is asked for or chosen.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub last_step: bool,
     /// The number of walks of a batch.
     pub batch: u64,
     /// The seed of the walks.
@@ -380,6 +383,7 @@ impl Report {
             generator: DEFAULT_GENERATOR,
             sequence: walk.sequence_word(),
             survivals: walk.survivals,
+            last_step: walk.last_step,
             batch: walk.batch,
             seed: walk.seed,
             part: None,

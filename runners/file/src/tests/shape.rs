@@ -72,6 +72,7 @@ fn defaults() {
             form: Placed::default(Settings::FORM),
             sequence: Placed::default(Sequence::Random),
             survivals: Placed::default(0),
+            last_step: None,
             scalar: Placed::default(Scalar::F64),
             seed: Placed::default(1),
             batch: Placed::default(4096),

@@ -34,6 +34,8 @@ pub(super) fn circle<F: Real + Number>(
             frequency,
         }) => tables.numbers("harmonic", &[constant, amplitude, f64::from(frequency)]),
         Light::Arcs(arcs) => tables.numbers("arcs", arcs.values()),
+        // Tables are of u.
+        Light::Direct(_) => {}
     }
     tables.records(
         "cells",

@@ -8,7 +8,8 @@ mod whole;
 use core::f64::consts::TAU;
 
 use fredholm_circle::{
-    Arcs, Circle, LaneReal, Tables, neighbour_second_moment_radius, second_moment_radius,
+    ArcLight, Arcs, Circle, DirectLight, LaneReal, MeanOver, Tables,
+    neighbour_second_moment_radius, second_moment_radius,
 };
 use fredholm_core::galerkin::{DiagonalRule, PairKind};
 use fredholm_core::{Form, Job, NoNeighbour, Real, Sobol};
@@ -18,8 +19,8 @@ pub use fredholm_circle::Harmonic;
 use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Sequence,
-    Subject, System, WalkOptions, in_scalar,
+    Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, SavedSystem, Scalar,
+    Sequence, Subject, System, WalkOptions, in_scalar,
 };
 use light::{DARK, Light};
 use system::{Boxed, CircleSystem, with_job, with_same_kernel};
@@ -37,6 +38,8 @@ const DEFAULT_CELLS: usize = 100;
 const CELL: f64 = 0.8e-6;
 /// Seconds of the set-up for a function on a cell besides the constant one.
 const FUNCTION: f64 = 0.7e-6;
+/// Seconds of what an arc gives to a point directly.
+const LIGHT: f64 = 8e-9;
 /// Seconds of plain walks.
 const PLAIN: WalkCost = WalkCost {
     start: 15e-9,
@@ -92,6 +95,9 @@ pub struct CircleModel {
     emission: Emission,
     /// The number of cells is a multiple of this.
     unit: usize,
+    /// The arcs to which last steps lead.
+    lights: Vec<ArcLight>,
+    last_steps: LastSteps,
 }
 
 impl CircleModel {
@@ -103,10 +109,13 @@ impl CircleModel {
             Emission::Harmonic(_) => arcs,
             Emission::Arcs(values) => common_multiple(arcs, values.len()),
         };
+        let (lights, last_steps) = light::lights(&emission, &reflectance);
         Self {
             reflectance,
             emission,
             unit,
+            lights,
+            last_steps,
         }
     }
 
@@ -196,6 +205,10 @@ impl Model for CircleModel {
         true
     }
 
+    fn last_steps(&self) -> LastSteps {
+        self.last_steps
+    }
+
     fn has_whole(&self) -> bool {
         true
     }
@@ -256,19 +269,44 @@ struct CirclePartition<'m> {
 }
 
 impl<'m> CirclePartition<'m> {
-    fn light(&self) -> Result<Light<'m>, Error> {
+    fn light(&self, last_step: bool) -> Result<Light<'m>, Error> {
         Ok(match &self.model.emission {
             Emission::Harmonic(light) => Light::Harmonic(*light),
-            Emission::Arcs(values) => Light::Arcs(Arcs::new(values, self.cells)?),
+            Emission::Arcs(values) => {
+                let arcs = Arcs::new(values, self.cells)?;
+                if last_step {
+                    Light::Direct(DirectLight::new(arcs, &self.model.lights))
+                } else {
+                    Light::Arcs(arcs)
+                }
+            }
         })
+    }
+
+    /// F_s of every cell: that of the lights, if last steps lead to them.
+    fn emission_of_lights(&self, last_step: bool) -> Vec<f64> {
+        let mut emission = vec![0.0; self.cells];
+        if let (Emission::Arcs(values), true) = (&self.model.emission, last_step) {
+            let cells = self.cells / values.len();
+            for light in &self.model.lights {
+                let from = light.arc() * cells;
+                let own = emission.get_mut(from..from + cells);
+                own.unwrap_or_default().fill(light.emission());
+            }
+        }
+        emission
     }
 
     fn circle<'t, F: Real>(
         &self,
         tables: &'t Tables<F>,
-        absorption: f64,
+        (absorption, last_step): (f64, bool),
     ) -> Result<Circle<'t, F, Light<'m>>, Error> {
-        Ok(Circle::new(tables.cells(), self.light()?, absorption)?)
+        Ok(Circle::new(
+            tables.cells(),
+            self.light(last_step)?,
+            absorption,
+        )?)
     }
 
     fn tables<F: Real>(&self) -> Result<Tables<F>, Error> {
@@ -303,6 +341,25 @@ impl<'m> CirclePartition<'m> {
         )?)
     }
 
+    /// (F_s, Φ) of each goal: what is known besides what walks estimate.
+    fn known<F: Real>(
+        &self,
+        circle: &Circle<'_, F, Light<'_>>,
+        request: &Request<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let emission = self.emission_of_lights(request.walk.last_step);
+        let in_scalar: Vec<F> = emission.iter().map(|&f| F::from_f64(f)).collect();
+        let of = |goal: &Goal| match goal.region {
+            Region::Angle(s) => Ok(emission
+                .get(circle.point(s).cell())
+                .copied()
+                .unwrap_or(f64::NAN)),
+            Region::Arc(from, to) => Ok(MeanOver::new(circle, from, to)?.of(&in_scalar)),
+            _ => Err(Error::Internal("a circle has angles and arcs")),
+        };
+        request.goals.iter().map(of).collect()
+    }
+
     /// Bytes of the tables in one scalar.
     fn table_bytes<F: Real>(&self) -> usize {
         let size = size_of::<F>();
@@ -320,18 +377,20 @@ impl<'m> CirclePartition<'m> {
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
         let tables = self.tables::<F>()?;
-        let circle = self.circle(&tables, request.walk.absorption)?;
-        let zeros = vec![0.0; request.goals.len()];
+        let walk = request.walk;
+        let circle = self.circle(&tables, (walk.absorption, walk.last_step))?;
+        let known = self.known(&circle, request)?;
         let none = NoNeighbour::<Circle<'_, F, Light<'_>>>::new();
-        let mut walk = |job: &dyn Job| then(&Prepared::plain(job, &zeros));
+        let goals = &known.iter().map(|&known| (known, 0.0)).collect::<Vec<_>>();
+        let mut walk = |job: &dyn Job| then(&Prepared::plain(job, &known));
         match request.walk.sequence {
             Sequence::Random => {
                 // v and G are 0, so that h does not matter.
-                with_same_kernel(&circle, &none, request, &zeros, &mut walk)
+                with_same_kernel(&circle, &none, request, goals, &mut walk)
             }
             Sequence::Sobol => {
                 let none: &Boxed<'_, F> = &none;
-                with_job::<Sobol, _, _, _>(&circle, none, request, &zeros, &mut walk)
+                with_job::<Sobol, _, _, _>(&circle, none, request, goals, &mut walk)
             }
         }
     }
@@ -389,6 +448,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
                 ..PLAIN
             },
             plain: PLAIN,
+            light: LIGHT * self.model.lights.len() as f64,
         }
     }
 
@@ -431,7 +491,7 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
         let tables = self.tables::<f64>()?;
-        let circle = self.circle(&tables, absorption)?;
+        let circle = self.circle(&tables, (absorption, false))?;
         let solution = match self.degree {
             0 => circle.solve(TOLERANCE, SWEEPS)?,
             degree => of_degree!(degree, B => {

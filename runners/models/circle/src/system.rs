@@ -1,6 +1,7 @@
 //! A solved circle: neighbour equations of all pairs and degrees, walks, predictions.
 
 use core::f64::consts::TAU;
+use std::borrow::Cow;
 
 use fredholm_circle::{
     Circle, CircleQuadrature, Emission, LaneNeighbour, LaneReal, MeanOver, Moment, Point, Residual,
@@ -10,8 +11,8 @@ use fredholm_core::galerkin::{
     Basis, DiagonalRule, GalerkinMatrix, PairKind, PairTable, Piecewise, Solution,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Functional, Generators, Goals, Job, Located, Neighbour, Real, Sobol,
-    Source, Uniforms,
+    At, DefaultGenerator, Functional, Generators, Goals, Job, Located, Neighbour, Real, Shifted,
+    Sobol, Source, Uniforms,
 };
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::{
@@ -69,7 +70,20 @@ impl<'m> CircleSystem<'m> {
     }
 
     fn circle(&self, absorption: f64) -> Result<Circle<'_, f64, Light<'m>>, Error> {
-        self.cut.circle(&self.tables, absorption)
+        self.cut.circle(&self.tables, (absorption, false))
+    }
+
+    /// The Galerkin solution of u, or that of u less the emission of lights.
+    fn solution(&self, last_step: bool) -> Cow<'_, Solution> {
+        if !last_step {
+            return Cow::Borrowed(&self.solution);
+        }
+        let emission = self.cut.emission_of_lights(last_step);
+        let mut v = self.solution.v.clone();
+        for (own, emission) in v.chunks_exact_mut(self.cut.degree + 1).zip(emission) {
+            own[0] -= emission;
+        }
+        Cow::Owned(Solution { v, ..self.solution })
     }
 
     /// G, with these kinds of all pairs if there are some.
@@ -78,18 +92,19 @@ impl<'m> CircleSystem<'m> {
         pairs: Pairs,
         kinds: Option<&[u8]>,
         absorption: f64,
+        solution: &Solution,
     ) -> Result<NeighbourSource<F>, Error> {
         let pairs = if self.lifted { Pairs::Pointwise } else { pairs };
         let circle = self.circle(absorption)?;
         match self.cut.degree {
             0 => {
-                let residual = || Ok(residual_moments(&circle, &self.solution)?);
-                self.source_of(pairs, kinds, &circle, &residual)
+                let residual = || Ok(residual_moments(&circle, solution)?);
+                self.source_of(pairs, kinds, (&circle, solution), &residual)
             }
             degree => of_degree!(degree, B => {
                 let polynomials = circle.with_functions::<B>();
-                let residual = || Ok(residual_moments(&polynomials, &self.solution)?);
-                self.source_of(pairs, kinds, &polynomials, &residual)
+                let residual = || Ok(residual_moments(&polynomials, solution)?);
+                self.source_of(pairs, kinds, (&polynomials, solution), &residual)
             }),
         }
     }
@@ -98,18 +113,18 @@ impl<'m> CircleSystem<'m> {
         &self,
         pairs: Pairs,
         kinds: Option<&[u8]>,
-        matrix: &dyn GalerkinMatrix<Scalar = f64>,
+        (matrix, solution): (&dyn GalerkinMatrix<Scalar = f64>, &Solution),
         residual: &dyn Fn() -> Result<Vec<Moment<F>>, Error>,
     ) -> Result<NeighbourSource<F>, Error> {
         Ok(match (kinds, diagonal(pairs)) {
             (Some(table), _) => {
                 let pairs = PairTable::new(table, self.cut.cells)?;
-                let g = self.solution.source(matrix, &pairs)?;
+                let g = solution.source(matrix, &pairs)?;
                 NeighbourSource::Kinds(table.to_vec(), g)
             }
             (None, Some(diagonal)) => {
                 let pairs = DiagonalRule { diagonal };
-                NeighbourSource::Table(pairs, self.solution.source(matrix, &pairs)?)
+                NeighbourSource::Table(pairs, solution.source(matrix, &pairs)?)
             }
             (None, None) => NeighbourSource::ClosedForm(residual()?),
         })
@@ -120,35 +135,38 @@ impl<'m> CircleSystem<'m> {
         &self,
         pairs: Pairs,
         kinds: Option<&[u8]>,
-        absorption: f64,
+        (absorption, last_step): (f64, bool),
     ) -> Result<Setup<'_, F>, Error> {
+        let solution = self.solution(last_step);
         Ok(Setup {
-            source: self.source(pairs, kinds, absorption)?,
+            source: self.source(pairs, kinds, absorption, &solution)?,
             tables: self.cut.tables()?,
-            v: self.solution.rounded()?,
+            v: solution.rounded()?,
             system: self,
         })
     }
 
     /// Sets up with the pairs that are asked for, one by one if they come from the theory.
     fn set_up_for<F: Real>(&self, request: &Request<'_>) -> Result<Setup<'_, F>, Error> {
-        let (pairs, absorption) = (request.walk.pairs, request.walk.absorption);
+        let pairs = request.walk.pairs;
+        let walk = (request.walk.absorption, request.walk.last_step);
         if pairs != Pairs::Theory {
-            return self.set_up(pairs, None, absorption);
+            return self.set_up(pairs, None, walk);
         }
         let kinds = self.theory(request)?;
-        self.set_up(pairs, Some(&kinds), absorption)
+        self.set_up(pairs, Some(&kinds), walk)
     }
 
     /// The kinds of all pairs, for what is asked for.
     fn theory(&self, request: &Request<'_>) -> Result<Vec<u8>, Error> {
         let (cells, degree) = (self.cut.cells, self.cut.degree);
-        let (theory, absorption) = (Pairs::Theory, request.walk.absorption);
+        let theory = Pairs::Theory;
+        let walk = (request.walk.absorption, request.walk.last_step);
         let nodes = pairs::nodes(cells, degree + 2)?;
         let of = |diagonal| pairs::table_of(&DiagonalRule { diagonal }, cells);
         let in_s = of(PairKind::Galerkin);
-        let setup = self.set_up::<f64>(theory, Some(&in_s), absorption)?;
-        let circle = self.cut.circle(&setup.tables, absorption)?;
+        let setup = self.set_up::<f64>(theory, Some(&in_s), walk)?;
+        let circle = self.cut.circle(&setup.tables, walk)?;
         let quadrature = CircleQuadrature::new(&circle, nodes, degree)?;
         let terms = PairCosts {
             cells,
@@ -159,7 +177,7 @@ impl<'m> CircleSystem<'m> {
             with_starts(request.goals, &circle, &quadrature, &mut |starts| {
                 let chosen = &mut chosen;
                 *chosen = Some(pairs::choose(of(PairKind::Pointwise), |table, last| {
-                    let setup = self.set_up::<f64>(theory, Some(table), absorption)?;
+                    let setup = self.set_up::<f64>(theory, Some(table), walk)?;
                     let mut evaluated = None;
                     setup.boxed(&circle, &mut |neighbour| {
                         let setting = VarianceSetup {
@@ -185,12 +203,15 @@ impl<'m> CircleSystem<'m> {
 
     fn job_in<F: LaneReal>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let setup = self.set_up_for::<F>(request)?;
-        let circle = self.cut.circle(&setup.tables, request.walk.absorption)?;
-        let galerkin = request
-            .goals
-            .iter()
-            .map(|goal| setup.galerkin(&circle, &goal.region))
-            .collect::<Result<Vec<f64>, Error>>()?;
+        let walk = (request.walk.absorption, request.walk.last_step);
+        let circle = self.cut.circle(&setup.tables, walk)?;
+        let known = self.cut.known(&circle, request)?.into_iter();
+        let goals = known
+            .zip(request.goals)
+            .map(|(known, goal)| Ok((known, setup.galerkin(&circle, &goal.region)?)))
+            .collect::<Result<Vec<(f64, f64)>, Error>>()?;
+        let galerkin: Vec<f64> = goals.iter().map(|(known, v)| known + v).collect();
+        let goals = &goals;
         let mut walk = |job: &dyn Job| {
             then(&Prepared {
                 job,
@@ -210,24 +231,22 @@ impl<'m> CircleSystem<'m> {
         match &setup.source {
             _ if request.walk.sequence == Sequence::Sobol => {
                 setup.boxed(&circle, &mut |neighbour| {
-                    with_job::<Sobol, _, _, _>(&circle, neighbour, request, &galerkin, &mut walk)
+                    with_job::<Sobol, _, _, _>(&circle, neighbour, request, goals, &mut walk)
                 })
             }
             NeighbourSource::Table(pairs, g) if self.cut.degree == 0 => {
                 let neighbour = Piecewise::with_pointwise(&circle, &circle, *pairs, &setup.v, g)?;
-                side_by_side(&circle, &neighbour, request, &galerkin, &mut walk)
+                side_by_side(&circle, &neighbour, request, goals, &mut walk)
             }
             NeighbourSource::ClosedForm(moments) if self.cut.degree == 0 => {
                 let neighbour = Residual::new(&circle, &setup.v, moments)?;
-                side_by_side(&circle, &neighbour, request, &galerkin, &mut walk)
+                side_by_side(&circle, &neighbour, request, goals, &mut walk)
             }
             NeighbourSource::ClosedForm(_) => setup.boxed(&circle, &mut |neighbour| {
-                with_same_kernel(&circle, neighbour, request, &galerkin, &mut walk)
+                with_same_kernel(&circle, neighbour, request, goals, &mut walk)
             }),
             _ => setup.boxed(&circle, &mut |neighbour| {
-                with_job::<DefaultGenerator, _, _, _>(
-                    &circle, neighbour, request, &galerkin, &mut walk,
-                )
+                with_job::<DefaultGenerator, _, _, _>(&circle, neighbour, request, goals, &mut walk)
             }),
         }
     }
@@ -237,8 +256,9 @@ impl<'m> CircleSystem<'m> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
-        let setup = self.set_up::<F>(pairs, None, absorption)?;
-        let circle = self.cut.circle(&setup.tables, absorption)?;
+        let walk = (absorption, false);
+        let setup = self.set_up::<F>(pairs, None, walk)?;
+        let circle = self.cut.circle(&setup.tables, walk)?;
         Ok(export::circle(
             &setup,
             circle.constants(),
@@ -389,7 +409,8 @@ impl System for CircleSystem<'_> {
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let setup = self.set_up_for::<f64>(request)?;
-        let circle = self.cut.circle(&setup.tables, request.walk.absorption)?;
+        let walk = (request.walk.absorption, request.walk.last_step);
+        let circle = self.cut.circle(&setup.tables, walk)?;
         let quadrature = CircleQuadrature::new(&circle, nodes, self.cut.degree)?;
         let sites = quadrature.sites();
         let pairs = setup.pairs()?;
@@ -454,18 +475,18 @@ impl System for CircleSystem<'_> {
     }
 }
 
-/// Prepares the walks of all goals, (v, Φ) of which is known, with the draws of a generator.
+/// Prepares the walks of all goals, of which (F_s, Φ) and (v, Φ) are known, with the draws of a generator.
 pub(super) fn with_job<G: Generators, F: Real, E: Emission<F> + Sync, N>(
     circle: &Circle<'_, F, E>,
     neighbour: &N,
     request: &Request<'_>,
-    galerkin: &[f64],
+    known: &[(f64, f64)],
     then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
 ) -> Result<(), Error>
 where
     N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
-    let goals = goals(circle, request, galerkin)?;
+    let goals = goals(circle, request, known)?;
     let options = request.walk.for_core();
     then(&Goals::new(circle, neighbour, &goals, options).with_generator::<G>())
 }
@@ -475,13 +496,13 @@ fn side_by_side<F: LaneReal, E: Emission<F> + Sync, N>(
     circle: &Circle<'_, F, E>,
     neighbour: &N,
     request: &Request<'_>,
-    galerkin: &[f64],
+    known: &[(f64, f64)],
     then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
 ) -> Result<(), Error>
 where
     N: LaneNeighbour<F, E> + Sync,
 {
-    let goals = goals(circle, request, galerkin)?;
+    let goals = goals(circle, request, known)?;
     let options = request.walk.for_core();
     then(&SideBySide::new(Goals::new(
         circle, neighbour, &goals, options,
@@ -493,35 +514,35 @@ pub(super) fn with_same_kernel<F: LaneReal, E: Emission<F> + Sync, N>(
     circle: &Circle<'_, F, E>,
     neighbour: &N,
     request: &Request<'_>,
-    galerkin: &[f64],
+    known: &[(f64, f64)],
     then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
 ) -> Result<(), Error>
 where
     N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
 {
-    let goals = goals(circle, request, galerkin)?;
+    let goals = goals(circle, request, known)?;
     let options = request.walk.for_core();
     then(&SideBySide::with_same_kernel(Goals::new(
         circle, neighbour, &goals, options,
     )))
 }
 
-/// The goals of all walks, (v, Φ) of which is known.
+/// The goals of all walks, of which (F_s, Φ) and (v, Φ) are known.
 fn goals<'a, 'c, F: Real, E: Emission<F>>(
     circle: &'a Circle<'c, F, E>,
     request: &Request<'_>,
-    galerkin: &[f64],
-) -> Result<Vec<fredholm_core::Goal<Start<'a, 'c, F, E>>>, Error> {
-    let goals = request.goals.iter().zip(galerkin);
+    known: &[(f64, f64)],
+) -> Result<Vec<fredholm_core::Goal<Shifted<Start<'a, 'c, F, E>>>>, Error> {
+    let goals = request.goals.iter().zip(known);
     goals
-        .map(|(goal, &galerkin)| {
+        .map(|(goal, &(known, galerkin))| {
             let functional = match goal.region {
                 Region::Angle(s) => Start::Point(At(circle.point(s))),
                 Region::Arc(from, to) => Start::Mean(MeanOver::new(circle, from, to)?),
                 _ => return Err(Error::Internal("a circle has angles and arcs")),
             };
             Ok(fredholm_core::Goal {
-                functional,
+                functional: Shifted { functional, known },
                 control_mean: Some(galerkin),
             })
         })

@@ -57,8 +57,13 @@ impl<'m> CircleWhole<'m> {
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let walk = request.walk;
-        let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
-        let circle = self.system.cut.circle(&setup.tables, walk.absorption)?;
+        let setup = self
+            .system
+            .set_up::<F>(walk.pairs, None, (walk.absorption, false))?;
+        let circle = self
+            .system
+            .cut
+            .circle(&setup.tables, (walk.absorption, false))?;
         setup.boxed(&circle, &mut |neighbour| {
             of_score_degree!(request.degree, B => {
                 let polynomials = circle.with_functions::<B>();
@@ -192,7 +197,9 @@ impl CircleField<'_> {
     }
 
     fn circle(&self) -> Result<Circle<'_, f64, Light<'_>>, Error> {
-        self.system.cut.circle(&self.system.tables, self.absorption)
+        self.system
+            .cut
+            .circle(&self.system.tables, (self.absorption, false))
     }
 
     fn all_moments(&self) -> Result<Vec<Moment<f64>>, Error> {

@@ -76,6 +76,7 @@ impl CubePartition<'_> {
                 ..plain
             },
             plain,
+            light: 0.0,
         }
     }
 

@@ -3,13 +3,14 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Functional, Length, Neighbour, NoNeighbour, Real, Statistics,
-    Task, WalkSeeds,
+    At, Batch, DefaultGenerator, Functional, Length, Neighbour, NoNeighbour, Real, Shifted,
+    Statistics, Task, WalkSeeds,
 };
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_room::{Enclosure, Point, Room, Seen};
 
 use super::RoomModel;
+use super::light::light_at;
 use super::system::RoomSystem;
 use fredholm_model::{BLANK, Request, Spot};
 use fredholm_model::{Discretisation, Error, Goal, WalkOptions, in_scalar};
@@ -94,6 +95,7 @@ impl RoomSystem<'_> {
                 watch,
                 room: &room,
                 neighbour,
+                has_light: setup.has_light(),
                 score: |statistics| statistics.preconditioned().into(),
             };
             let field = walker.field(start, request.walk.walks, &|seen, _| {
@@ -141,6 +143,7 @@ fn beside<F: Real>(
         watch,
         room,
         neighbour: &none,
+        has_light: false,
         score: |statistics| statistics.plain().into(),
     };
     let inside = |_: &Seen<'_, '_, F>, position: usize| {
@@ -161,6 +164,8 @@ struct Walker<'w, 'r, F, N: ?Sized> {
     watch: &'w dyn Observer,
     room: &'w Room<'r, F>,
     neighbour: &'w N,
+    /// Whether the neighbour equation has what lights give to walls.
+    has_light: bool,
     score: fn(&Statistics) -> Spot,
 }
 
@@ -187,7 +192,12 @@ where
                 position: position.map(F::from_f64),
             };
             match value(&seen, number) {
-                Some(value) => self.walk(&seen, value, number, walks),
+                Some(value) => {
+                    let known = light_at(&seen);
+                    // What lights give to the walls that are seen has no closed integral.
+                    let value = (!self.has_light).then_some(value);
+                    self.walk((seen, known), value, number, walks)
+                }
                 None => Ok(BLANK),
             }
         })?;
@@ -199,7 +209,8 @@ where
             let at = At(self.room.point(stretch.wall, stretch.middle)?);
             let value = self.neighbour.value(&self.neighbour.locate(at.0)).to_f64();
             let seeds = positions.len() + number;
-            self.walk(&at, value, seeds, walks * stretch.weight)
+            let known = self.room.emission_of_light(stretch.wall).to_f64();
+            self.walk((at, known), Some(value), seeds, walks * stretch.weight)
         })?;
         Ok(Field {
             air,
@@ -212,8 +223,8 @@ where
     /// A few walks from one start.
     fn walk<T: Functional<Room<'r, F>>>(
         &self,
-        functional: &T,
-        value: f64,
+        (functional, known): (T, f64),
+        value: Option<f64>,
         number: usize,
         walks: u64,
     ) -> Result<Spot, Error> {
@@ -223,8 +234,8 @@ where
         let task = Task {
             equation: self.room,
             neighbour: self.neighbour,
-            functional,
-            control_mean: Some(value),
+            functional: &Shifted { functional, known },
+            control_mean: value,
             estimator: self.request.walk.estimator,
             form: fredholm_core::Form::Product,
             seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),

@@ -5,6 +5,7 @@ mod export;
 mod field;
 mod heat;
 mod leaks;
+mod light;
 mod means;
 mod notes;
 mod partition;
@@ -25,8 +26,9 @@ use fredholm_model::About;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{
-    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
+    Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
 };
+use light::Lights;
 use partition::{choice, memory};
 
 /// About so many cells where nothing is said of them.
@@ -72,6 +74,7 @@ pub(crate) use of_degree;
 pub struct RoomModel {
     surfaces: Surfaces,
     scene: Scene,
+    lights: Lights,
 }
 
 impl RoomModel {
@@ -84,7 +87,11 @@ impl RoomModel {
     /// [`Error::Scene`].
     pub fn new(surfaces: Surfaces, scalar: Scalar) -> Result<Self, Error> {
         let scene = in_scalar!(scalar, F => surfaces.scene::<F>()?);
-        Ok(Self { surfaces, scene })
+        Ok(Self {
+            lights: Lights::new(&scene),
+            surfaces,
+            scene,
+        })
     }
 
     /// Refuses the tables of so many cells, or of as many as there are segments, that do not fit into memory: asked
@@ -333,6 +340,10 @@ impl Model for RoomModel {
     /// worst, at degree 4, and 8 times smaller in the median.
     fn default_pairs(&self) -> Pairs {
         Self::DEFAULT_PAIRS
+    }
+
+    fn last_steps(&self) -> LastSteps {
+        self.lights.last_steps()
     }
 
     /// Rays, and what is nearest to them.

@@ -63,6 +63,8 @@ const NEAR_DEGREE: f64 = 180e-9;
 const RAYS_SCORE: f64 = 60e-9;
 const RAYS_DIRECTIONS: f64 = 25e-9;
 const RAYS_OF_CELL: f64 = 1500.0;
+/// Seconds of the form factor of a light, for every level of the hierarchy.
+const LIGHT: f64 = 25e-9;
 /// Seconds of an unknown of v from a solution on few cells.
 const STEP_FROM_FEW: f64 = 25e-6;
 /// Bytes of a cell's boxes, of which it seldom has more.
@@ -120,6 +122,7 @@ impl<'m> RoomPartition<'m> {
             made: OnceLock::new(),
             solution,
             rays: OnceLock::new(),
+            lit: OnceLock::new(),
         })
     }
 
@@ -233,12 +236,14 @@ impl<'m> RoomPartition<'m> {
             cells,
             VisibilityTable::none(),
             request.walk.absorption,
-        )?;
+        )?
+        .with_lights(self.model.lights(request.walk.last_step))?;
         let none: &Boxed<'_, F> = &NoNeighbour::<Room<'_, F>>::new();
         let dark = Solutions {
             mean: &|_| 0.0,
             air: &|_| 0.0,
             irradiance: &|_| 0.0,
+            have_light: false,
         };
         with_job(
             self.model,
@@ -326,6 +331,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             moments: 0.0,
             walk,
             plain,
+            light: LIGHT * depth * self.model.lights(true).len() as f64,
         }
     }
 
@@ -371,6 +377,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             made: OnceLock::new(),
             solution,
             rays: OnceLock::new(),
+            lit: OnceLock::new(),
         }))
     }
 

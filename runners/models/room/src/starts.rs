@@ -1,6 +1,6 @@
 //! Where walks start, and what v gives there.
 
-use fredholm_core::{At, Functional, Goals, Real, Uniforms};
+use fredholm_core::{At, Functional, Goals, Real, Shifted, Uniforms};
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{Error, Region, Request, WithJob};
 use fredholm_room::{Irradiance, Point, Room, Seen};
@@ -18,7 +18,12 @@ pub(super) struct Solutions<'s, 'a, F> {
     pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
     /// The irradiance that it makes.
     pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
+    /// Whether the neighbour equation has what lights give to walls besides, of which points and means are known.
+    pub(super) have_light: bool,
 }
+
+/// Radians of the panels of directions in which a point in the air looks at what lights give to walls.
+const PANEL: f64 = 0.02;
 
 /// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
 pub(super) fn with_job<'a, F: Real>(
@@ -35,34 +40,49 @@ pub(super) fn with_job<'a, F: Real>(
     let regions = model.regions(request.goals, request.only_u);
     for region in &regions {
         let start = model.start(room, lengths, region)?;
-        let galerkin = match &start {
-            Start::Point(At(x)) => neighbour.value(&neighbour.locate(*x)).to_f64(),
-            Start::Mean(mean) => (solutions.mean)(mean),
-            Start::Air(seen) => (solutions.air)(seen),
-            Start::Light(_) | Start::LightMean(_) => f64::NAN,
+        let known = model.known(room, &start, region)?;
+        let (galerkin, is_exact) = match &start {
+            Start::Point(At(x)) => (neighbour.value(&neighbour.locate(*x)).to_f64(), true),
+            Start::Mean(mean) if solutions.have_light => {
+                let walls = model.walls(region)?.into_iter().flatten();
+                let reflected = model.direct()?.reflected(walls);
+                ((solutions.mean)(mean) + reflected, true)
+            }
+            Start::Mean(mean) => ((solutions.mean)(mean), true),
+            Start::Air(seen) if solutions.have_light => {
+                let mut light = 0.0;
+                seen.points(PANEL, |x, weight| {
+                    light += weight * room.reflected_light(&x).to_f64();
+                });
+                ((solutions.air)(seen) + light, false)
+            }
+            Start::Air(seen) => ((solutions.air)(seen), true),
+            Start::Light(_) | Start::LightMean(_) => (f64::NAN, false),
         };
-        galerkins.push(galerkin);
+        galerkins.push(known + galerkin);
         goals.push(fredholm_core::Goal {
-            functional: start,
-            control_mean: Some(galerkin),
+            functional: Shifted {
+                functional: start,
+                known,
+            },
+            control_mean: is_exact.then_some(galerkin),
         });
     }
     // Where irradiance does not follow from u it takes walks of its own.
     for region in &regions {
         if model.takes_walks(region, request.only_u) {
-            goals.push(match model.start(room, lengths, region)? {
-                Start::Point(at) => fredholm_core::Goal {
-                    control_mean: Some((solutions.irradiance)(&at.0)),
-                    functional: Start::Light(Irradiance { room, of: at }),
-                },
-                Start::Mean(mean) => fredholm_core::Goal {
-                    control_mean: None,
-                    functional: Start::LightMean(Irradiance { room, of: mean }),
-                },
-                other => fredholm_core::Goal {
-                    functional: other,
-                    control_mean: None,
-                },
+            let (functional, control_mean) = match model.start(room, lengths, region)? {
+                Start::Point(at) => {
+                    let mean = (!solutions.have_light).then(|| (solutions.irradiance)(&at.0));
+                    (Start::Light(Irradiance { room, of: at }), mean)
+                }
+                Start::Mean(mean) => (Start::LightMean(Irradiance { room, of: mean }), None),
+                other => (other, None),
+            };
+            let known = model.known(room, &functional, region)?;
+            goals.push(fredholm_core::Goal {
+                functional: Shifted { functional, known },
+                control_mean,
             });
         }
     }

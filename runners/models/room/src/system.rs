@@ -1,16 +1,17 @@
 //! A solved room: walks and predictions of every degree.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Dense, PairTable, Piecewise, Rounded, Solution};
 use fredholm_core::{Neighbour, Real};
 use fredholm_embedded::{Number, TableBuilder};
 use fredholm_room::{
-    CellRays, Choice, Matrix, Point, RaySetup, RayTables, Room, RoomError, RoomPairs,
-    RoomQuadrature, Tables, VisibilityTable,
+    Choice, Matrix, Point, RayTables, Room, RoomPairs, RoomQuadrature, Tables, VisibilityTable,
 };
 use fredholm_variance::{Density, PairCosts, Quadrature, Start as Begin, VarianceSetup};
 
+use super::light::LitRays;
 use super::partition::{RoomPartition, choice, pointwise_pairs};
 use super::starts::{Solutions, in_view, seen, with_job};
 use super::{export, of_degree};
@@ -18,7 +19,6 @@ use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
 use fredholm_model::{Error, Pairs, Region, Subject};
 use fredholm_model::{Prepared, Request, Then, WithStarts};
-use fredholm_rayon::fill_rows;
 
 /// The coefficients of a room, and the Galerkin solution.
 #[derive(Debug)]
@@ -31,6 +31,8 @@ pub(super) struct RoomSystem<'m> {
     pub(super) solution: Solution,
     /// What cells see, for walks whose G takes a ray: the same for all walks.
     pub(super) rays: OnceLock<RayTables<f64>>,
+    /// The same for walks whose last step leads to the light.
+    pub(super) lit: OnceLock<LitRays>,
 }
 
 /// A neighbour equation of any degree.
@@ -42,6 +44,8 @@ pub(super) struct Setup<'s, F> {
     pub(super) system: &'s RoomSystem<'s>,
     pub(super) tables: Tables<F>,
     pub(super) absorption: f64,
+    /// The walls to which last steps lead.
+    pub(super) lights: &'s [u32],
     pub(super) choice: Choice,
     /// The kinds of all pairs, where they are chosen one by one.
     pub(super) kinds: Option<Vec<u8>>,
@@ -88,31 +92,45 @@ impl RoomSystem<'_> {
         &self,
         pairs: Pairs,
         kinds: Option<Vec<u8>>,
-        absorption: f64,
+        (absorption, last_step): (f64, bool),
     ) -> Result<Setup<'_, F>, Error> {
         let choice = choice(pairs);
+        let lights = self.cut.model.lights(last_step);
+        let is_lit = !lights.is_empty();
+        let lit = match pairs {
+            Pairs::Rays if is_lit => Some(self.lit_rays()?),
+            _ => None,
+        };
+        let solution = match lit {
+            _ if !is_lit => Cow::Borrowed(&self.solution),
+            lit => Cow::Owned(Solution {
+                v: lit.map_or_else(|| self.less_emission(lights), |lit| lit.v.clone()),
+                ..self.solution
+            }),
+        };
         let g = match &kinds {
             _ if pairs == Pairs::Rays => Vec::new(),
             Some(table) => {
                 let pairs = PairTable::new(table, self.cut.mesh.len())?;
-                self.solution
-                    .source(&self.matrix()?.coefficients(), &pairs)?
+                solution.source(&self.matrix()?.coefficients(), &pairs)?
             }
             None => {
                 let (dense, views) = (self.matrix()?.coefficients(), self.views());
-                self.solution.source(&dense, &RoomPairs { views, choice })?
+                solution.source(&dense, &RoomPairs { views, choice })?
             }
         };
         Ok(Setup {
             tables: Tables::new(&self.cut.model.scene, &self.cut.mesh),
             absorption,
+            lights,
             choice,
             kinds,
-            rays: match pairs {
-                Pairs::Rays => Some(self.rays()?.rounded()?),
+            rays: match (pairs, lit) {
+                (_, Some(lit)) => Some(lit.tables.rounded()?),
+                (Pairs::Rays, None) => Some(self.rays()?.rounded()?),
                 _ => None,
             },
-            v: self.solution.rounded()?,
+            v: solution.rounded()?,
             g,
             system: self,
         })
@@ -124,18 +142,7 @@ impl RoomSystem<'_> {
             return Ok(rays);
         }
         let tables = Tables::<f64>::new(&self.cut.model.scene, &self.cut.mesh);
-        // q0 makes no difference to what is seen.
-        let room = Room::new(tables.geometry(), tables.cells(), self.views(), 0.5)?;
-        let mut cells = vec![CellRays::default(); self.cut.mesh.len()];
-        of_degree!(self.cut.cut.degree, B => {
-            let polynomials = room.with_functions::<B>();
-            let setup = RaySetup::new(&polynomials, &self.solution.v)?;
-            fill_rows(&mut cells, 1, |cell, row| {
-                row.fill(setup.cell(cell)?);
-                Ok::<(), RoomError>(())
-            })?;
-        });
-        let rays = RayTables::new(cells)?;
+        let rays = self.ray_tables(&self.any_room(&tables, &[])?, &self.solution.v)?;
         Ok(self.rays.get_or_init(|| rays))
     }
 
@@ -145,7 +152,8 @@ impl RoomSystem<'_> {
             Pairs::Theory => Some(self.theory(request)?),
             _ => None,
         };
-        self.set_up(request.walk.pairs, kinds, request.walk.absorption)
+        let walk = (request.walk.absorption, request.walk.last_step);
+        self.set_up(request.walk.pairs, kinds, walk)
     }
 
     /// The kinds of all pairs, for the means and points that are asked for.
@@ -153,8 +161,8 @@ impl RoomSystem<'_> {
         let (cells, degree) = (self.cut.mesh.len(), self.cut.cut.degree);
         // As many Gauss points as `RoomQuadrature` takes on a cell: two more than the degree.
         let nodes = pairs::nodes(cells, degree + 2)?;
-        let absorption = request.walk.absorption;
-        let setup = self.set_up::<f64>(Pairs::Default, None, absorption)?;
+        let walk = (request.walk.absorption, request.walk.last_step);
+        let setup = self.set_up::<f64>(Pairs::Default, None, walk)?;
         let room = setup.room()?;
         let quadrature = RoomQuadrature::new(&room, nodes, degree)?;
         let default = setup.by_views();
@@ -167,7 +175,7 @@ impl RoomSystem<'_> {
             self.with_starts(request, &room, &mut |starts| {
                 let found = pairs::choose(pairs::table_of(&default, cells), |table, last| {
                     let kinds = Some(table.to_vec());
-                    let setup = self.set_up::<f64>(Pairs::Default, kinds, absorption)?;
+                    let setup = self.set_up::<f64>(Pairs::Default, kinds, walk)?;
                     let mut evaluated = None;
                     setup.with_neighbour(&room, &mut |neighbour, _| {
                         let setting = VarianceSetup {
@@ -205,6 +213,7 @@ impl RoomSystem<'_> {
                 mean: &|mean| mean.of(&setup.v),
                 air: &|seen| seen.of(&setup.v)[0],
                 irradiance,
+                have_light: setup.has_light(),
             };
             with_job(
                 self.cut.model,
@@ -336,7 +345,7 @@ impl RoomSystem<'_> {
                 message: "a device has pairs of cells and no rays: use \"default\"".to_owned(),
             });
         }
-        let setup = self.set_up::<F>(pairs, None, absorption)?;
+        let setup = self.set_up::<F>(pairs, None, (absorption, false))?;
         export::room(&setup, &self.cut.model.scene)
     }
 }
@@ -345,12 +354,13 @@ impl<F: Real> Setup<'_, F> {
     /// The room.
     pub(super) fn room(&self) -> Result<Room<'_, F>, Error> {
         let (geometry, cells) = (self.tables.geometry(), self.tables.cells());
-        Ok(Room::new(
-            geometry,
-            cells,
-            self.system.views(),
-            self.absorption,
-        )?)
+        let room = Room::new(geometry, cells, self.system.views(), self.absorption)?;
+        Ok(room.with_lights(self.lights)?)
+    }
+
+    /// Whether the neighbour equation has what lights give to walls besides its polynomials.
+    pub(super) const fn has_light(&self) -> bool {
+        self.rays.is_some() && !self.lights.is_empty()
     }
 
     /// Pointwise pairs of a row.

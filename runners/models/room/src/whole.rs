@@ -45,7 +45,9 @@ impl<'m> RoomWhole<'m> {
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let walk = request.walk;
-        let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
+        let setup = self
+            .system
+            .set_up::<F>(walk.pairs, None, (walk.absorption, false))?;
         let room = setup.room()?;
         let starts = WallStarts::new(&room, setup.tables.lengths())?;
         let options = walk.for_core();

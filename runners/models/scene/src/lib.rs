@@ -12,8 +12,8 @@ use core::fmt;
 use fredholm_core::Estimator;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
-    About, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject,
-    in_scalar,
+    About, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar,
+    Subject, in_scalar,
 };
 use fredholm_scene::Surface;
 
@@ -202,6 +202,10 @@ impl Model for SceneModel {
     /// The collision estimator, whose scores in all states lower the variance by more than their rays take time.
     fn estimator(&self) -> Estimator {
         Estimator::Collision
+    }
+
+    fn last_steps(&self) -> LastSteps {
+        LastSteps::Always
     }
 
     fn part(&self, number: usize) -> Option<&str> {

@@ -232,6 +232,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
             moments: 0.0,
             walk: WALK,
             plain: PLAIN,
+            light: 0.0,
         }
     }
 

@@ -315,6 +315,7 @@ impl<'m> Partitioned<'m> for SpherePartition {
             moments: 0.0,
             walk: WALK,
             plain: PLAIN,
+            light: 0.0,
         }
     }
 

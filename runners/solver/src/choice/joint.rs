@@ -165,6 +165,7 @@ impl<'m> Question<'_, 'm> {
             && settings.whole != Some(false)
             && settings.walks.is_none()
             && settings.exact_source != Some(true)
+            && settings.last_step != Some(true)
     }
 
     /// Looks for a whole function that takes less than separate walks, which would take so many seconds.

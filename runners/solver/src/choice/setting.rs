@@ -16,6 +16,8 @@ pub(super) struct Setting {
     pub(super) pairs: Pairs,
     /// Whether the neighbour equation has the source F itself.
     pub(super) exact_source: bool,
+    /// Whether the last step of walks leads to the light.
+    pub(super) last_step: bool,
     pub(super) absorption: f64,
     pub(super) estimator: Estimator,
 }
@@ -28,6 +30,8 @@ impl Setting {
             degree: Some(self.degree),
             pairs: Some(self.pairs),
             exact_source: Some(self.exact_source),
+            // Elsewhere there is none to choose, and a refusal of it would have nowhere to point.
+            last_step: self.last_step.then_some(true),
             absorption: Some(self.absorption),
             estimator: Some(self.estimator),
             ..settings.clone()
@@ -61,7 +65,7 @@ impl Setting {
 
     /// Whether the settings have the same kind of neighbour equation, or none.
     pub(super) fn shares_family(&self, other: &Self) -> bool {
-        let of = |of: &Self| (of.plain, of.degree, of.pairs, of.exact_source);
+        let of = |of: &Self| (of.plain, of.degree, of.pairs, of.exact_source, of.last_step);
         of(self) == of(other)
     }
 
@@ -84,7 +88,11 @@ impl Setting {
 
     /// The cost of a walk.
     pub(super) const fn walk(&self, cost: &Cost) -> WalkCost {
-        if self.plain { cost.plain } else { cost.walk }
+        let walk = if self.plain { cost.plain } else { cost.walk };
+        WalkCost {
+            score: walk.score + if self.last_step { cost.light } else { 0.0 },
+            ..walk
+        }
     }
 
     /// The method's name in the report.

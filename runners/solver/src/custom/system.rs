@@ -181,6 +181,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
                 ..plain
             },
             plain,
+            light: 0.0,
         }
     }
 

@@ -6,14 +6,17 @@ use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
 
-/// What is unusual about the draws of walks: a sequence, and states without absorption.
-pub(super) fn draws(sequence: Option<&str>, survivals: u32) -> String {
+/// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light.
+pub(super) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
     let mut text = String::new();
     if sequence.is_some() {
         text.push_str(", Sobol' points");
     }
     if survivals > 0 {
         text.push_str(&format!(", {survivals} survivals"));
+    }
+    if last_step {
+        text.push_str(", last step to the light");
     }
     text
 }
@@ -76,7 +79,7 @@ impl Report {
                 ""
             },
             self.estimator,
-            draws(self.sequence, self.survivals),
+            draws(self.sequence, self.survivals, self.last_step),
             self.scalar,
             self.seed,
         )

@@ -106,6 +106,14 @@ impl<'m> Whole<'_, 'm> {
                     .to_owned(),
             });
         }
+        if walk.last_step {
+            return Err(Error::Option {
+                subject: Subject::LastStep,
+                message:
+                    "a whole function scores in every state of walks for u: leave `last_step` out"
+                        .to_owned(),
+            });
+        }
         let cells = self.model.partition(&cut)?;
         let needed = cells.memory(&[], walk.pairs);
         let what = || format!("{} unknowns", cells.unknowns());

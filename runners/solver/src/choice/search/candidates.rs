@@ -5,6 +5,8 @@ use fredholm_core::{Estimator, Real};
 use super::super::family::{Family, Level, Prediction};
 use super::super::setting::Setting;
 use super::{CONFIRM, OTHER_WALKS, Search};
+use fredholm_model::LastSteps;
+
 use crate::{Discretisation, Error, Pairs, Settings};
 
 /// The values of q0 to choose from. A large one is best if the Galerkin solution is so good that only the time of a walk
@@ -89,16 +91,29 @@ impl Search<'_> {
             false => &[false],
         };
         let sources = open(self.settings.exact_source, sources);
-        let mut all = vec![self.plain()];
-        for &degree in &degrees {
-            for &pairs in &pairs {
-                all.extend(sources.iter().map(|&exact_source| Setting {
-                    degree,
-                    pairs,
-                    exact_source,
-                    ..self.base()
-                }));
+        let last_steps = self.last_steps();
+        let mut all = Vec::new();
+        for &last_step in &last_steps {
+            all.push(Setting {
+                last_step,
+                ..self.plain()
+            });
+            for &degree in &degrees {
+                for &pairs in &pairs {
+                    all.extend(sources.iter().map(|&exact_source| Setting {
+                        degree,
+                        pairs,
+                        exact_source,
+                        last_step,
+                        ..self.base()
+                    }));
+                }
             }
+        }
+        // What h = k and G in closed form leave of v is the same with a last step and without.
+        let gains = |of: &Setting| of.plain || !of.last_step || of.pairs != Pairs::Pointwise;
+        if last_steps.len() > 1 {
+            all.retain(gains);
         }
         for first in all {
             let levels = self.levels(&first, 1);
@@ -111,6 +126,15 @@ impl Search<'_> {
         }
     }
 
+    /// Whether last steps lead to the light: both, where that is open and may pay.
+    fn last_steps(&self) -> Vec<bool> {
+        match (self.settings.last_step, self.model.last_steps()) {
+            (Some(given), LastSteps::Open { .. }) => vec![given],
+            (None, LastSteps::Open { pay: true }) => vec![false, true],
+            _ => vec![false],
+        }
+    }
+
     /// The setting from which others start, with the shortest walks.
     fn base(&self) -> Setting {
         let walk = self.settings.walk_options();
@@ -120,6 +144,7 @@ impl Search<'_> {
             degree: self.settings.discretisation().degree,
             pairs: walk.pairs,
             exact_source: false,
+            last_step: false,
             absorption: self.absorptions.first().copied().unwrap_or(walk.absorption),
             estimator: walk.estimator,
         }

@@ -1,0 +1,197 @@
+//! The last step of a walk, to the light.
+
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+#[cfg(feature = "alloc")]
+use fredholm_core::galerkin::{buffer, legendre};
+#[cfg(feature = "alloc")]
+use fredholm_core::{SourcePart, best_lights};
+use num_traits::zero;
+
+#[cfg(feature = "alloc")]
+use crate::factors::exchanges;
+use crate::{Point, Room};
+#[cfg(feature = "alloc")]
+use crate::{PolynomialRoom, RoomError, Scene};
+
+impl<F: Real> Room<'_, F> {
+    /// F_s on a wall: its emission if it is a light, and 0 otherwise.
+    #[must_use]
+    pub fn emission_of_light(&self, wall: usize) -> F {
+        let is_light = u32::try_from(wall).is_ok_and(|wall| self.is_light(wall));
+        let found = self.geometry().walls().get(wall).filter(|_| is_light);
+        found.map_or(zero(), |wall| wall.emission)
+    }
+
+    #[inline]
+    fn is_light(&self, wall: u32) -> bool {
+        self.lights().binary_search(&wall).is_ok()
+    }
+
+    /// The irradiance that lights make at a point directly, Σ_l F_l F_x→l.
+    #[must_use]
+    pub fn direct(&self, x: &Point<F>) -> F {
+        let mut sum = zero::<F>();
+        for &light in self.lights() {
+            let emission = self.geometry().wall(light).map_or(F::NAN, |l| l.emission);
+            sum += emission * self.form_factor_of_wall(x, light as usize);
+        }
+        sum
+    }
+
+    /// (T_K F_s)(x): what a wall reflects of the lights.
+    #[inline]
+    #[must_use]
+    pub fn reflected_light(&self, x: &Point<F>) -> F {
+        if self.lights().is_empty() {
+            return zero();
+        }
+        self.reflectance(x) * self.direct(x)
+    }
+
+    /// T_K F_s + F − F_s.
+    // Not inline: walks without lights have their emission in their loop, and nothing of this.
+    #[inline(never)]
+    pub(crate) fn source_of_lights(&self, x: &Point<F>) -> F {
+        let Some(wall) = self.geometry().walls().get(x.wall()) else {
+            return F::NAN;
+        };
+        let rest = if self.is_light(x.wall() as u32) {
+            zero()
+        } else {
+            wall.emission
+        };
+        rest + wall.reflectance * self.direct(x)
+    }
+}
+
+/// Time of the form factor of what a point sees of a light, over that of a step.
+#[cfg(feature = "alloc")]
+const TIME_OF_LIGHT: f64 = 1.0;
+
+#[cfg(feature = "alloc")]
+impl Scene {
+    /// The walls to which a last step pays: see [`best_lights`]. There may be none.
+    #[must_use]
+    pub fn best_lights(&self) -> Vec<u32> {
+        let walls = self.geometry().walls().iter();
+        let part = |wall: &crate::Wall<f64>| SourcePart {
+            measure: wall.length,
+            source: wall.emission,
+            reflectance: wall.reflectance,
+        };
+        best_lights(&walls.map(part).collect::<Vec<_>>(), TIME_OF_LIGHT)
+    }
+}
+
+/// What lights give to walls directly, in the mean over walls: exact, with what hides them.
+///
+/// ```
+/// use fredholm_room::{DirectLight, Enclosure, Material, Scene, Surface};
+///
+/// let material = |emission| [Material { reflectance: 0.5, emission }];
+/// let (lamp, dark) = (material(1.0), material(0.0));
+/// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+/// let floor = Surface { points: &corners[..2], materials: &lamp };
+/// let rest = Surface { points: &corners[1..], materials: &dark };
+/// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
+/// let direct = DirectLight::new(&scene, &[0])?;
+/// // The form factor of opposite sides of a square.
+/// assert!((direct.irradiance(2..3) - (2f64.sqrt() - 1.0)).abs() < 1e-14);
+/// assert_eq!((direct.emission(0..1), direct.emission(1..4)), (1.0, 0.0));
+/// // All that the floor emits arrives somewhere, and half of it is reflected.
+/// assert!((4.0 * direct.reflected(0..4) - 0.5).abs() < 1e-14);
+/// # Ok::<(), fredholm_room::RoomError>(())
+/// ```
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug)]
+pub struct DirectLight {
+    /// Of every wall its length, and the integrals of F_s, of the direct irradiance and of T_K F_s over it.
+    walls: Vec<[f64; 4]>,
+}
+
+#[cfg(feature = "alloc")]
+impl DirectLight {
+    /// The light of these walls of a scene. Takes as long as their rows of [`factors`](crate::factors).
+    ///
+    /// # Errors
+    /// [`RoomError::Memory`].
+    pub fn new(scene: &Scene, lights: &[u32]) -> Result<Self, RoomError> {
+        let geometry = scene.geometry();
+        let emission = |wall: u32| geometry.wall(wall).map_or(0.0, |wall| wall.emission);
+        let mut walls: Vec<[f64; 4]> = buffer(geometry.walls().len())?;
+        for ([length, ..], wall) in walls.iter_mut().zip(geometry.walls()) {
+            *length = wall.length;
+        }
+        for &light in lights {
+            if let Some([length, emitted, ..]) = walls.get_mut(light as usize) {
+                *emitted = *length * emission(light);
+            }
+        }
+        exchanges(scene, lights, &mut |light, wall, exchange| {
+            if let Some([.., irradiance, _]) = walls.get_mut(wall as usize) {
+                *irradiance += emission(light) * exchange;
+            }
+        });
+        for ([.., irradiance, reflected], wall) in walls.iter_mut().zip(geometry.walls()) {
+            *reflected = wall.reflectance * *irradiance;
+        }
+        Ok(Self { walls })
+    }
+
+    /// The mean of F_s over some walls, weighted by length.
+    #[must_use]
+    pub fn emission(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
+        self.mean(walls, |&[_, emission, ..]| emission)
+    }
+
+    /// The mean of the irradiance that lights make directly, over some walls.
+    #[must_use]
+    pub fn irradiance(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
+        self.mean(walls, |&[.., irradiance, _]| irradiance)
+    }
+
+    /// The mean of T_K F_s over some walls.
+    #[must_use]
+    pub fn reflected(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
+        self.mean(walls, |&[.., reflected]| reflected)
+    }
+
+    fn mean(&self, walls: impl IntoIterator<Item = usize>, of: impl Fn(&[f64; 4]) -> f64) -> f64 {
+        let (mut sum, mut all) = (0.0, 0.0);
+        for own in walls.into_iter().filter_map(|wall| self.walls.get(wall)) {
+            sum += of(own);
+            all += own[0];
+        }
+        sum / all
+    }
+}
+
+/// Four Gauss points in each of so many parts of a cell: of what they miss next to a light nothing but variance comes.
+#[cfg(feature = "alloc")]
+const PARTS: u32 = 4;
+
+#[cfg(feature = "alloc")]
+impl<const B: usize> PolynomialRoom<'_, '_, f64, B> {
+    /// The coefficients of T_K F_s on a cell, by Gauss points.
+    #[must_use]
+    pub fn project_light(&self, cell: usize) -> [f64; B] {
+        let mut sum = [0.0; B];
+        for part in 0..PARTS {
+            for (place, weight) in crate::rays::GAUSS {
+                let t = (f64::from(part) + place) / f64::from(PARTS);
+                let light = self
+                    .room()
+                    .inside(cell, t)
+                    .map_or(f64::NAN, |x| self.room().reflected_light(&x));
+                let psi: [f64; B] = legendre(t + t - 1.0);
+                for (sum, psi) in sum.iter_mut().zip(psi) {
+                    *sum += weight / f64::from(PARTS) * light * psi;
+                }
+            }
+        }
+        sum
+    }
+}
