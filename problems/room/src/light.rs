@@ -35,8 +35,15 @@ impl<F: Real> Room<'_, F> {
     pub fn direct(&self, x: &Point<F>) -> F {
         let mut sum = zero::<F>();
         for &light in self.lights() {
-            let emission = self.geometry().wall(light).map_or(F::NAN, |l| l.emission);
-            sum += emission * self.form_factor_of_wall(x, light as usize);
+            let Some(wall) = self.geometry().wall(light) else {
+                return F::NAN;
+            };
+            // Points of a wall do not see it, nor what is on its back, whatever rounding makes of their height.
+            let [a, b] = x.position();
+            let size = a.abs() + b.abs() + wall.length;
+            if wall.height(x.position()) > F::from_f64(8.0) * F::EPSILON * size {
+                sum += wall.emission * self.form_factor_of_wall(x, light as usize);
+            }
         }
         sum
     }
@@ -193,5 +200,54 @@ impl<const B: usize> PolynomialRoom<'_, '_, f64, B> {
             }
         }
         sum
+    }
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use alloc::vec::Vec;
+
+    use crate::{
+        Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+    };
+
+    /// Where all walls are lights of emission 1, a point is given 1 directly, wherever it is and whatever hides what.
+    #[test]
+    fn all_walls_give_one() {
+        let material = [Material {
+            reflectance: 0.5,
+            emission: 1.0,
+        }];
+        let lines: [&[[f64; 2]]; 3] = [
+            &[
+                [0.0, 0.0],
+                [3.0, 0.0],
+                [3.1, 2.0],
+                [1.1, 2.1],
+                [1.0, 2.1],
+                [0.0, 2.0],
+                [0.0, 0.0],
+            ],
+            &[[2.0, 0.6], [1.7, 1.5]],
+            &[[1.7, 1.5], [2.0, 0.6]],
+        ];
+        let surfaces = lines.map(|points| Surface {
+            points,
+            materials: &material,
+        });
+        let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
+        let mesh = Mesh::new::<f64>(&scene, 40, Grading::default()).unwrap();
+        let tables = Tables::<f64>::new(&scene, &mesh);
+        let (geometry, cells) = (tables.geometry(), tables.cells());
+        let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5).unwrap();
+        let all: Vec<u32> = (0..geometry.walls().len() as u32).collect();
+        let room = room.with_lights(&all).unwrap();
+        for wall in 0..all.len() {
+            for place in 1..200 {
+                let x = room.point(wall, f64::from(place) / 200.0).unwrap();
+                let direct = room.direct(&x);
+                assert!((direct - 1.0).abs() < 1e-12, "{x:?} {direct}");
+            }
+        }
     }
 }

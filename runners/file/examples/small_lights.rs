@@ -185,8 +185,8 @@ fn problem(case: &str, share: f64) -> Result<String, Failed> {
             let rest = text[light..]
                 .find("[[problem.surface]]")
                 .ok_or("no surface")?;
-            let text =
-                text[..light].replace("living-room.obj", "examples/living-room.obj") + &text[light + rest..];
+            let text = text[..light].replace("living-room.obj", "examples/living-room.obj")
+                + &text[light + rest..];
             let head = text.find("[galerkin]").ok_or("no [galerkin]")?;
             text[..head].to_owned() + &ceiling([0.0, 6.0], [0.0, 4.5], 2.5, share * 160.0, 0.8)
         }
@@ -237,7 +237,11 @@ fn by_solver(case: &str, share: f64) -> Result<(), Failed> {
         let seconds = (long - short) / (WALKS - 1000) as f64;
         let deviation = |k: usize| {
             let goal = &report.goals[k];
-            let found = if plain { &goal.plain } else { &goal.preconditioned };
+            let found = if plain {
+                &goal.plain
+            } else {
+                &goal.preconditioned
+            };
             found.std_dev.unwrap_or(f64::NAN)
         };
         // Both targets have walks of the same kind.

@@ -13,6 +13,8 @@ pub struct Examined<'a> {
     pub coefficients: Option<MeanCoefficients<'a>>,
     /// The goals, in the order of the model's starts.
     pub goals: &'a [Goal],
+    /// (F_s, Φ) of each goal: what is known besides what walks estimate. Empty: nothing is.
+    pub known: &'a [f64],
     /// The name of the place of a site: contributions are summed over the sites of a place.
     pub place: &'a dyn Fn(usize) -> String,
     /// The surface that hides a site from another in part, if something can.

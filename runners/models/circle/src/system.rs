@@ -412,6 +412,7 @@ impl System for CircleSystem<'_> {
         let walk = (request.walk.absorption, request.walk.last_step);
         let circle = self.cut.circle(&setup.tables, walk)?;
         let quadrature = CircleQuadrature::new(&circle, nodes, self.cut.degree)?;
+        let known = self.cut.known(&circle, request)?;
         let sites = quadrature.sites();
         let pairs = setup.pairs()?;
         let coefficients = MeanCoefficients {
@@ -435,6 +436,7 @@ impl System for CircleSystem<'_> {
                     hides: None,
                     pieces: None,
                     goals: request.goals,
+                    known: &known,
                     place: &|site| {
                         // A sixteenth of the circle.
                         let part = (16.0 * (site as f64 + 0.5) / sites as f64).floor();

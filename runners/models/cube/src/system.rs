@@ -385,6 +385,7 @@ impl<const D: usize> CubeSystem<'_, D> {
                             hides: None,
                             pieces: None,
                             goals: request.goals,
+                            known: &[],
                             place: &|site| place_of(&quadrature, values.domain(), site),
                         })?;
                         values.check()

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use fredholm_core::galerkin::GalerkinMatrix as _;
 use fredholm_embedded::TableBuilder;
 use fredholm_model::{
-    Error, Examined, Pairs, Request, SavedSystem, System, Then, WalkOptions, WholeSystem, in_scalar,
+    Error, Examined, Goal, Pairs, Request, SavedSystem, System, Then, WalkOptions, WholeSystem,
+    in_scalar,
 };
 use fredholm_room::RoomQuadrature;
 use fredholm_variance::{MeanCoefficients, Quadrature as _, VarianceSetup};
@@ -57,8 +58,16 @@ impl System for RoomSystem<'_> {
                 .map_or_else(|| format!("wall {wall}"), Clone::clone)
         };
         let pieces = self.pieces(&quadrature);
+        let model = self.cut.model;
+        let start = |goal: &Goal| {
+            let start = model.start(&room, setup.tables.lengths(), &goal.region)?;
+            model.known(&room, &start, &goal.region)
+        };
+        let known = request.goals.iter().map(start);
+        let known = known.collect::<Result<Vec<f64>, Error>>()?;
         setup.with_neighbour(&room, &mut |neighbour, _| {
-            self.with_starts(request, &room, &mut |starts| {
+            let drawn = setup.has_light().then_some(neighbour);
+            self.with_starts(request, &room, drawn, &mut |starts| {
                 let setting = VarianceSetup {
                     equation: &room,
                     neighbour,
@@ -72,6 +81,7 @@ impl System for RoomSystem<'_> {
                     hides: Some(&|from, into| self.hides(&quadrature, from, into)),
                     pieces: Some(&pieces),
                     goals: request.goals,
+                    known: &known,
                     place: &place,
                 })
             })

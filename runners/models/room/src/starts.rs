@@ -23,7 +23,7 @@ pub(super) struct Solutions<'s, 'a, F> {
 }
 
 /// Radians of the panels of directions in which a point in the air looks at what lights give to walls.
-const PANEL: f64 = 0.02;
+pub(super) const PANEL: f64 = 0.02;
 
 /// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
 pub(super) fn with_job<'a, F: Real>(

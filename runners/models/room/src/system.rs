@@ -13,7 +13,7 @@ use fredholm_variance::{Density, PairCosts, Quadrature, Start as Begin, Variance
 
 use super::light::LitRays;
 use super::partition::{RoomPartition, choice, pointwise_pairs};
-use super::starts::{Solutions, in_view, seen, with_job};
+use super::starts::{PANEL, Solutions, in_view, seen, with_job};
 use super::{export, of_degree};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
@@ -172,7 +172,7 @@ impl RoomSystem<'_> {
         };
         let mut chosen = None;
         setup.with_neighbour(&room, &mut |galerkin, _| {
-            self.with_starts(request, &room, &mut |starts| {
+            self.with_starts(request, &room, None, &mut |starts| {
                 let found = pairs::choose(pairs::table_of(&default, cells), |table, last| {
                     let kinds = Some(table.to_vec());
                     let setup = self.set_up::<f64>(Pairs::Default, kinds, walk)?;
@@ -238,11 +238,13 @@ impl RoomSystem<'_> {
         })
     }
 
-    /// Calls `then` with the starts of the walks of all goals, as an analysis sees it.
+    /// Calls `then` with the starts of the walks of all goals, as an analysis sees it. `drawn` is a neighbour equation whose
+    /// (v, Φ) in the air is a number of every walk.
     pub(super) fn with_starts(
         &self,
         request: &Request<'_>,
         room: &Room<'_, f64>,
+        drawn: Option<&Boxed<'_, f64>>,
         then: &mut WithStarts<'_, Point<f64>>,
     ) -> Result<(), Error> {
         let model = self.cut.model;
@@ -251,7 +253,15 @@ impl RoomSystem<'_> {
             if let Region::Point(x) = &goal.region {
                 let seen = seen(room, x);
                 let shares = seen.visible_shares();
-                let density = move |y: &Point<f64>| in_view(seen.density(y, &shares));
+                let value = move |y: &Point<f64>| drawn.map_or(0.0, |v| v.value(&v.locate(*y)));
+                let mut mean = 0.0;
+                if drawn.is_some() {
+                    seen.points(PANEL, |y, weight| mean += weight * value(&y));
+                }
+                let density = move |y: &Point<f64>| Density {
+                    fluctuation: value(y) - mean,
+                    ..in_view(seen.density(y, &shares))
+                };
                 densities.push(Box::new(density));
                 continue;
             }

@@ -447,6 +447,7 @@ impl System for SphereSystem {
             hides: None,
             pieces: None,
             goals: request.goals,
+            known: &[],
             place: &|site| zone(quadrature.middle(site)),
         })
     }

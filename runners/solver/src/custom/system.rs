@@ -396,6 +396,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                 hides: None,
                 pieces: None,
                 goals: request.goals,
+                known: &[],
                 place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
             })
         })

@@ -193,7 +193,9 @@ impl Inquiry<'_> {
         let mut picture = None;
         for (number, goal) in subject.goals.iter().enumerate() {
             let prediction = analysis.predict(number)?;
-            let mut target = GoalDiagnosis::new(&goal.name, &prediction, quantities.as_ref());
+            let known = subject.known.get(number).copied().unwrap_or(0.0);
+            let mut target =
+                GoalDiagnosis::new(&goal.name, known, &prediction, quantities.as_ref());
             if !self.is_brief && targets.len() < DETAILED {
                 let drawn = detail(subject, &analysis, &prediction, &mut target)?;
                 picture = picture.or(drawn);

@@ -78,6 +78,7 @@ pub struct PlaceReport {
 impl GoalDiagnosis {
     pub(crate) fn new(
         name: &str,
+        known: f64,
         prediction: &Prediction,
         quantities: Option<&Quantities>,
     ) -> Self {
@@ -87,8 +88,8 @@ impl GoalDiagnosis {
             [prediction.plain, prediction.preconditioned].map(|v| v.map(root));
         Self {
             name: name.to_owned(),
-            solution: prediction.solution,
-            galerkin: prediction.solution - prediction.error,
+            solution: known + prediction.solution,
+            galerkin: known + prediction.solution - prediction.error,
             plain,
             preconditioned,
             gain: plain
