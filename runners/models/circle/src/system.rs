@@ -529,12 +529,15 @@ where
     )))
 }
 
+/// A goal of walks, of which a part may be known.
+type WalkGoal<'a, 'c, F, E> = fredholm_core::Goal<Shifted<Start<'a, 'c, F, E>>>;
+
 /// The goals of all walks, of which (F_s, Φ) and (v, Φ) are known.
 fn goals<'a, 'c, F: Real, E: Emission<F>>(
     circle: &'a Circle<'c, F, E>,
     request: &Request<'_>,
     known: &[(f64, f64)],
-) -> Result<Vec<fredholm_core::Goal<Shifted<Start<'a, 'c, F, E>>>>, Error> {
+) -> Result<Vec<WalkGoal<'a, 'c, F, E>>, Error> {
     let goals = request.goals.iter().zip(known);
     goals
         .map(|(goal, &(known, galerkin))| {
