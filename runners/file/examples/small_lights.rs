@@ -9,8 +9,8 @@
 //! last column is how many times less error a row has in the same time than the better one of plain walks with a last step
 //! and preconditioned ones without it.
 
+use core::fmt::Write as _;
 use core::num::NonZeroU32;
-use std::fmt::Write as _;
 
 use fredholm::{Estimator, Pairs, Settings, Solver};
 use fredholm_core::galerkin::CellMap;
