@@ -1,6 +1,7 @@
 //! Flatland radiosity on the unit circle, with sizes chosen at run time.
 
 mod export;
+mod jobs;
 mod light;
 mod system;
 mod whole;
@@ -22,8 +23,9 @@ use fredholm_model::{
     Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, SavedSystem, Scalar,
     Sequence, Subject, System, WalkOptions, in_scalar,
 };
+use jobs::{with_job, with_same_kernel};
 use light::{DARK, Light};
-use system::{Boxed, CircleSystem, with_job, with_same_kernel};
+use system::{Boxed, CircleSystem};
 
 /// The relative residual at which the Gauss–Seidel iteration stops. An unconverged solution costs
 /// variance and nothing else.
