@@ -85,8 +85,13 @@ impl<'m> CircleWhole<'m> {
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let walk = request.walk;
-        let setup = self.system.set_up::<F>(walk.pairs, None, walk.absorption)?;
-        let circle = self.system.cut.circle(&setup.tables, walk.absorption)?;
+        let setup = self
+            .system
+            .set_up::<F>(walk.pairs, None, (walk.absorption, false))?;
+        let circle = self
+            .system
+            .cut
+            .circle(&setup.tables, (walk.absorption, false))?;
         let image = |region: &Region| match region {
             Region::Angle(angle) => {
                 let (circle, x) = (&circle, circle.point(*angle));
