@@ -38,7 +38,7 @@ pub enum LanePairs<'a, F> {
 
 /// A neighbour equation whose h lanes may know.
 pub trait LaneNeighbour<F: Real, E>: Neighbour<Scalar = F, Point = Point<F>> {
-    /// Its h, if it is that of this circle and lanes know it.
+    /// The h of the neighbour equation, if it is that of this circle and lanes know it.
     fn lane_pairs(&self, circle: &Circle<'_, F, E>) -> Option<LanePairs<'_, F>>;
 }
 
@@ -289,7 +289,7 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
         }
     }
 
-    /// As [`Circle::step`](fredholm_core::Sampler::step) and [`Circle::point_at`].
+    /// The points that a step leads to, computed as [`Circle::step`](fredholm_core::Sampler::step) and [`Circle::point_at`] do.
     #[inline(always)]
     fn step(&self, x: &Places<S>, xi: f64x8<S>) -> Places<S> {
         let (half, one) = (self.all(0.5), self.all(1.0));
@@ -328,7 +328,7 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
         }
     }
 
-    /// As `Direction::small_sine` of the middles and x.
+    /// The sine of small angles from x to the middles, computed as `Direction::small_sine` does.
     #[inline(always)]
     fn small_sine(&self, x: &Places<S>, y: &Places<S>) -> f64x8<S> {
         let low: [[f64; 2]; LANES] = y.cell.each(|cell| {
@@ -347,7 +347,7 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
         (left - right) + ((left_low - right_low) + low)
     }
 
-    /// As [`Real::product_error`](fredholm_core::Real::product_error).
+    /// The rounding error of a product, computed as [`Real::product_error`](fredholm_core::Real::product_error) does.
     #[inline(always)]
     fn product_error(&self, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
         let halves = |x: f64x8<S>| {
