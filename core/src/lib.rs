@@ -40,8 +40,8 @@ pub use lights::{SourcePart, best_lights};
 pub use neighbour::{Located, Neighbour, NeighbourOf, NoDraws, NoNeighbour};
 pub use real::Real;
 pub use schedule::{
-    MIN_BATCHES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule, StopReason, Tolerance,
-    next_stage,
+    MIN_BATCHES, MIN_REPLICATES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule,
+    StopReason, Tolerance, next_stage,
 };
 pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};

@@ -24,6 +24,9 @@ pub enum Tolerance {
 
 /// The fewest batches whose error bar is believed.
 pub const MIN_BATCHES: u64 = 16;
+/// The fewest replicates of a [`Sobol`](crate::Sobol) sequence whose error bar is believed, as every one is one sample: the standard error of
+/// 32 is uncertain by 13 %, and Student's quantile of 95 % is 2.04.
+pub const MIN_REPLICATES: u64 = 32;
 /// The fewest walks that scored whose error bar is believed: a standard deviation from a few scores
 /// of a rare event is often far too small.
 pub const MIN_SCORED_WALKS: u64 = 1000;
@@ -63,7 +66,11 @@ impl Tolerance {
             ..
         } = statistics.preconditioned();
         let bound = self.error_of(estimate);
-        batches >= MIN_BATCHES
+        let fewest = match statistics.replicates() {
+            0 => MIN_BATCHES,
+            _ => MIN_REPLICATES,
+        };
+        batches >= fewest
             && statistics.scored() >= MIN_SCORED_WALKS
             && std_error.is_some_and(|error| error <= bound)
     }

@@ -3,6 +3,7 @@
 use fredholm_model::numbers::short;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::report::draws;
 use crate::{Choices, Settings};
 
 /// The word for a method. By this name it is not taken for one that lives in what is read.
@@ -58,9 +59,10 @@ impl ChoiceReport {
     pub fn text(&self, settings: &Settings, cells: &str) -> String {
         let walk = settings.walk_options();
         let walks = format!(
-            "absorption {}, {} estimator",
+            "absorption {}, {} estimator{}",
             walk.absorption,
-            walk.estimator.word()
+            walk.estimator.word(),
+            draws(walk.sequence_word(), walk.survivals)
         );
         let together = match (
             self.predicted_separate_seconds,

@@ -4,6 +4,7 @@ mod csv;
 mod text;
 mod whole;
 
+pub(crate) use text::draws;
 pub use whole::{WholeGoalReport, WholeReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};

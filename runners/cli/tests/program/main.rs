@@ -21,6 +21,7 @@ mod render;
 mod room;
 mod scene;
 mod scene_factors;
+mod sequences;
 mod solve;
 mod sphere;
 mod split;

@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{Partition, Solution};
 use fredholm_core::{Located, Neighbour, Real, StateSpace, Uniforms};
-use fredholm_cube::{CubeScores, KernelMoments, ScalarField, functions};
+use fredholm_cube::{CubeScores, KernelFn, KernelMoments, ScalarField, functions};
 use fredholm_model::numbers::{dot, largest, short};
 use fredholm_model::{Error, Subject};
 use fredholm_rayon::fill_rows;
@@ -37,18 +37,55 @@ pub(super) struct Lifted {
     pub(super) v: Vec<f64>,
     /// The polynomial near G, n blocks of the highest degree.
     source: Vec<f64>,
-    /// Gauss points of a cell and axis by which T_K v' is exact to rounding.
-    points: usize,
+    /// The rule by which T_K v' is exact to rounding.
+    rule: Rule,
     /// The share of scores that are corrected.
     share: f64,
+}
+
+/// A Gauss rule for T_K of a piecewise polynomial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rule {
+    /// Gauss points of a cell and axis.
+    points: usize,
+    /// Whether cells are cut at y = x, where a kernel may have a kink. If not, all x have the same points.
+    is_cut: bool,
+}
+
+impl Rule {
+    /// The next finer one.
+    const fn finer(self) -> Self {
+        Self {
+            points: self.points + 2,
+            ..self
+        }
+    }
+
+    /// Values of the kernel, or of its factors, that T_K takes at one point.
+    fn nodes(self, cut: &CubePartition<'_>) -> f64 {
+        if self.is_cut {
+            nodes(cut, self.points)
+        } else {
+            ((cut.per_axis * self.points) as f64).powi(cut.model.dimension as i32)
+        }
+    }
 }
 
 /// What T_K is taken of, and how.
 struct Image<'a, const D: usize> {
     values: &'a Watched<'a, f64>,
-    moments: KernelMoments<D>,
-    coefficients: &'a [f64],
-    product: bool,
+    integral: Integral<'a, D>,
+}
+
+enum Integral<'a, const D: usize> {
+    /// Moments of the kernel, with cells that are cut at y = x, times coefficients.
+    Moments {
+        moments: KernelMoments<D>,
+        coefficients: &'a [f64],
+        product: bool,
+    },
+    /// Values of v times weights.
+    Points(Vec<([f64; D], f64)>),
 }
 
 impl<'a, const D: usize> Image<'a, D> {
@@ -56,36 +93,83 @@ impl<'a, const D: usize> Image<'a, D> {
         (cut, values): (&CubePartition<'_>, &'a Watched<'a, f64>),
         degree: usize,
         coefficients: &'a [f64],
-        points: usize,
+        rule: Rule,
     ) -> Result<Self, Error> {
         let cube = values.cube::<D>(cut.per_axis, ANY)?;
-        Ok(Self {
-            values,
-            moments: KernelMoments::new(&cube, degree, points)?,
-            coefficients,
-            product: cut.functions().is_product(),
-        })
+        let integral = if rule.is_cut {
+            Integral::Moments {
+                moments: KernelMoments::new(&cube, degree, rule.points)?,
+                coefficients,
+                product: cut.functions().is_product(),
+            }
+        } else {
+            let scores = CubeScores::<f64, D>::new(&cube, degree).ok_or(DEGREE)?;
+            let mut all = Vec::new();
+            for cell in 0..cube.cells() {
+                let share = 1.0 / cube.cells() as f64;
+                for_points(&cube, cell, rule.points, &mut |point, weight| {
+                    let v = scores.value(&Located { point, cell }, coefficients);
+                    all.push((point, weight * share * v));
+                    Ok(())
+                })?;
+            }
+            Integral::Points(all)
+        };
+        Ok(Self { values, integral })
     }
 
     /// (T_K v)(x).
     fn at(&self, x: &[f64; D]) -> Result<f64, Error> {
-        let mut integrals = vec![0.0; self.moments.unknowns()];
         let kernel = self.values.kernel();
-        if self.product {
-            self.moments.fill_product(&kernel, x, &mut integrals)?;
+        let (moments, coefficients, product) = match &self.integral {
+            Integral::Points(all) => {
+                let all = all.iter().map(|(y, v)| kernel.kernel(x, y) * v);
+                return Ok(all.sum());
+            }
+            Integral::Moments {
+                moments,
+                coefficients,
+                product,
+            } => (moments, coefficients, *product),
+        };
+        let mut integrals = vec![0.0; moments.unknowns()];
+        if product {
+            moments.fill_product(&kernel, x, &mut integrals)?;
         } else {
-            self.moments.fill(&kernel, x, &mut integrals)?;
+            moments.fill(&kernel, x, &mut integrals)?;
         }
-        Ok(dot(&integrals, self.coefficients))
+        Ok(dot(&integrals, coefficients))
     }
 }
 
-/// Gauss points of a cell and axis by which T_K of these coefficients is exact to rounding.
+/// Hands on all Gauss points of a cell, and weights whose sum is 1.
+fn for_points<const D: usize>(
+    cube: &ModelCube<'_, f64, D>,
+    cell: usize,
+    points: usize,
+    then: &mut dyn FnMut([f64; D], f64) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let rule = gauss(points)?;
+    let (low, high) = cube.cell_box(cell);
+    for mut number in 0..rule.len().pow(D as u32) {
+        let (mut point, mut share) = (low, 1.0);
+        for (x, high) in point.iter_mut().zip(high) {
+            let (t, weight) = rule[number % rule.len()];
+            number /= rule.len();
+            *x += 0.5 * (1.0 + t) * (high - *x);
+            share *= 0.5 * weight;
+        }
+        then(point, share)?;
+    }
+    Ok(())
+}
+
+/// A rule by which T_K of these coefficients is exact to rounding: if there is one, without cuts.
 fn settled<const D: usize>(
     of: (&CubePartition<'_>, &Watched<'_, f64>),
     degree: usize,
     coefficients: &[f64],
-) -> Result<usize, Error> {
+) -> Result<Rule, Error> {
     let probe = |i: usize| {
         // Kronecker's sequence of the golden ratio and its powers.
         let mut step = 1.0;
@@ -94,22 +178,33 @@ fn settled<const D: usize>(
             (step * (i + 1) as f64).fract()
         })
     };
-    let all = |points: usize| -> Result<Vec<f64>, Error> {
-        let image = Image::<D>::new(of, degree, coefficients, points)?;
+    let all = |rule: Rule| -> Result<Vec<f64>, Error> {
+        let image = Image::<D>::new(of, degree, coefficients, rule)?;
         (0..PROBES).map(|i| image.at(&probe(i))).collect()
     };
     let enough = SETTLED * largest(coefficients);
-    let (mut points, mut moved) = (degree + 1, f64::NAN);
-    let mut before = all(points)?;
-    while points + 2 <= MOST_POINTS {
-        let now = all(points + 2)?;
-        let distances = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
-        moved = distances.fold(0.0, f64::max);
-        if moved <= enough {
-            return Ok(points);
+    let mut moved = f64::NAN;
+    // Factors of a product take no time.
+    let cuts: &[bool] = match of.0.functions().is_product() {
+        true => &[true],
+        false => &[false, true],
+    };
+    for &is_cut in cuts {
+        let mut rule = Rule {
+            points: degree + 1,
+            is_cut,
+        };
+        let mut before = all(rule)?;
+        while rule.points + 2 <= MOST_POINTS {
+            let finer = rule.finer();
+            let now = all(finer)?;
+            let distances = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
+            moved = distances.fold(0.0, f64::max);
+            if moved <= enough {
+                return Ok(rule);
+            }
+            (rule, before) = (finer, now);
         }
-        points += 2;
-        before = now;
     }
     Err(Error::Option {
         subject: Subject::Lift,
@@ -128,23 +223,15 @@ fn projected<const D: usize>(
     points: usize,
     value: &(dyn Fn(&[f64; D]) -> Result<f64, Error> + Sync),
 ) -> Result<Vec<f64>, Error> {
-    let (width, rule) = (functions(D, degree), gauss(points)?);
+    let width = functions(D, degree);
     let scores = CubeScores::<f64, D>::new(cube, degree).ok_or(DEGREE)?;
     let mut all = vec![0.0; cube.cells() * width];
     fill_rows(&mut all, width, |cell, out| {
-        let (low, high) = cube.cell_box(cell);
-        for mut number in 0..rule.len().pow(D as u32) {
-            let (mut point, mut share) = (low, 1.0);
-            for (x, high) in point.iter_mut().zip(high) {
-                let (t, weight) = rule[number % rule.len()];
-                number /= rule.len();
-                *x += 0.5 * (1.0 + t) * (high - *x);
-                share *= 0.5 * weight;
-            }
-            let score = share * value(&point)?;
+        for_points(cube, cell, points, &mut |point, weight| {
+            let score = weight * value(&point)?;
             scores.add_own(&Located { point, cell }, score, out);
-        }
-        Ok::<(), Error>(())
+            Ok(())
+        })
     })?;
     Ok(all)
 }
@@ -159,10 +246,10 @@ impl Lifted {
     ) -> Result<Self, Error> {
         let of = (cut, values);
         let cube = values.cube::<D>(cut.per_axis, ANY)?;
-        let points = settled::<D>(of, cut.degree, &solution.v)?;
+        let rule = settled::<D>(of, cut.degree, &solution.v)?;
         let places = |points: usize| (cut.per_axis as f64 * points as f64).powi(D as i32);
         let work =
-            places(degree + 2) * nodes(cut, points) + places(HIGHEST + 1) * nodes(cut, points + 2);
+            places(degree + 2) * rule.nodes(cut) + places(HIGHEST + 1) * rule.finer().nodes(cut);
         if work > MOST_WORK {
             return Err(Error::TooMuch {
                 message: format!(
@@ -171,12 +258,12 @@ impl Lifted {
                 ),
             });
         }
-        let image = Image::<D>::new(of, cut.degree, &solution.v, points)?;
+        let image = Image::<D>::new(of, cut.degree, &solution.v, rule)?;
         let v = projected(&cube, degree, degree + 2, &|x| {
             Ok(cube.right_hand_side().value(x) + image.at(x)?)
         })?;
-        let points = settled::<D>(of, degree, &v)?;
-        let image = Image::<D>::new(of, degree, &v, points)?;
+        let rule = settled::<D>(of, degree, &v)?;
+        let image = Image::<D>::new(of, degree, &v, rule)?;
         let near = projected(&cube, HIGHEST, HIGHEST + 1, &|x| image.at(x))?;
         let mut source = vec![0.0; near.len()];
         let scores = CubeScores::<f64, D>::new(&cube, HIGHEST).ok_or(DEGREE)?;
@@ -184,12 +271,12 @@ impl Lifted {
         for (source, near) in source.iter_mut().zip(near) {
             *source -= near;
         }
-        let work = nodes(cut, points) + v.len() as f64;
+        let work = rule.nodes(cut) + v.len() as f64;
         Ok(Self {
             degree,
             v,
             source,
-            points,
+            rule,
             share: (CORRECTIONS / work).min(1.0),
         })
     }
@@ -226,7 +313,7 @@ impl<'a, F: Real, const D: usize> LiftedNeighbour<'a, F, D> {
             own: CubeScores::new(&cube, lifted.degree).ok_or(DEGREE)?,
             highest: CubeScores::new(&cube, HIGHEST).ok_or(DEGREE)?,
             cube,
-            image: Image::new((cut, exact), lifted.degree, &lifted.v, lifted.points)?,
+            image: Image::new((cut, exact), lifted.degree, &lifted.v, lifted.rule)?,
         })
     }
 

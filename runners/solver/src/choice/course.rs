@@ -26,6 +26,9 @@ pub(super) struct Course<'a, 'm> {
     batch: u64,
     /// Whether something else ends the walks. Then nothing is looked at.
     has_end: bool,
+    /// If walks draw from a sequence, seconds of pseudo-random walks in their place: those that take longer are given up for
+    /// them, as nothing else is known of such walks.
+    pub(super) otherwise: Option<f64>,
     state: Mutex<State<'a, 'm>>,
 }
 
@@ -61,6 +64,7 @@ impl<'a, 'm> Course<'a, 'm> {
             tolerance,
             batch: settings.batch(),
             has_end: settings.walks.is_some() || settings.time_limit.is_some(),
+            otherwise: None,
             state: Mutex::new(State {
                 search,
                 predicted,
@@ -96,6 +100,11 @@ impl<'a, 'm> Course<'a, 'm> {
         let of_walks =
             self.tolerance.error(statistics).powi(2) - statistics.control_error().powi(2);
         deviation.powi(2) / of_walks.max(0.0)
+    }
+
+    /// The number of walks that are left of a target.
+    fn left(&self, statistics: &Statistics) -> f64 {
+        (self.needed(statistics) - statistics.walks() as f64).max(0.0)
     }
 
     /// Whether the error that is asked for is no matter of chance, as a part of what may be 0 is.
@@ -183,6 +192,14 @@ impl SolveObserver for Course<'_, '_> {
             let walked = all as f64 * each;
             if open.iter().all(is_rounded) {
                 state.end = Some(End::Gave(Gave::Rounding));
+            }
+            if let Some(price) = self.otherwise {
+                let left: f64 = open.iter().map(|of| self.left(of)).sum();
+                if state.end.is_none() && left * each > price {
+                    state.search.walked += walked;
+                    state.end = Some(End::Other);
+                }
+                return;
             }
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {

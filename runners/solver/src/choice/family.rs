@@ -239,7 +239,7 @@ impl Family {
 }
 
 /// The number of batches in the stages that a run takes which needs this many: errors are looked at after whole stages.
-fn batches_of_whole_stages(needed: f64) -> f64 {
+pub(super) fn batches_of_whole_stages(needed: f64) -> f64 {
     if needed > MANY_BATCHES {
         return needed;
     }

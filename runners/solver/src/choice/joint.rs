@@ -5,7 +5,7 @@
 //! takes less than these, it is walked; and given up, for separate walks, if it turns out that it does not, or where scores on
 //! polynomials leave a bias.
 
-use fredholm_core::Tolerance;
+use fredholm_core::{Estimator, Real, Tolerance};
 use fredholm_model::cost::PointwisePairs;
 
 use super::Chosen;
@@ -15,7 +15,7 @@ use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
 use crate::systems::Systems;
 use crate::whole::{GIVEN_UP, Looks, Ready, Until, Whole, WholeFunction};
-use crate::{Error, Goal, Model, Pairs, Partitioned, Settings, SolveError};
+use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
 const SHARE: f64 = 0.05;
@@ -23,6 +23,16 @@ const SHARE: f64 = 0.05;
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
+/// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
+/// on cubes hardly anything is left.
+const LONG_PILOT: u64 = 4096;
+const SURVIVALS: u32 = 4;
+/// The part of the best whole function's time that such a pilot may take.
+const SEQUENCE_SHARE: f64 = 0.1;
+/// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
+const TRUSTED_RATE: f64 = 1.25;
+/// Seconds of a walk of a sequence over those of a pseudo-random one with as many states, which may be compiled for its equation.
+const OF_SEQUENCE: f64 = 1.3;
 /// The mask of a pilot's seed: its walks differ from those of the answer.
 const SEED: u64 = 0x6a6f_696e_7473;
 /// A walk that scores in every state, over one that scores its start: 1.4 to 2.4 were measured.
@@ -291,24 +301,23 @@ impl<'m> Question<'_, 'm> {
             return Err(Error::TooLong { seconds: values });
         }
         *lost += values;
-        let (walked, looks) = whole.pilot(&ready, (PILOT, settings.seed ^ SEED), looks)?;
-        if self.watch.cancelled() {
-            return Err(Error::Cancelled);
-        }
-        let counts = walked.counts();
-        let look = ready.look(walked, &looks, tolerance)?;
-        if look.is_biased || counts.scored == 0 {
+        let seed = settings.seed ^ SEED;
+        let random = WalkOptions {
+            seed,
+            walks: PILOT,
+            sequence: Sequence::Random,
+            ..ready.walk
+        };
+        let (found, looks) = self.walked(&whole, &ready, &random, (looks, tolerance))?;
+        let Some([states, needed]) = found else {
             return Ok(None);
-        }
-        let walks = counts.walks as f64;
-        let states = counts.states as f64 / walks;
-        let needed =
-            (CAREFUL * walks * look.error * look.error).max(settings.walk_options().batch as f64);
-        Ok(Some(Joint {
+        };
+        let each = self.walk_seconds(level, &settings, states);
+        let mut joint = Joint {
             cells: CellCount::of(level),
             pairs: self.pairs(),
             setup: level.cost(self.pairs()).setup,
-            each: self.walk_seconds(level, &settings, states),
+            each,
             // Error bars are looked at two or three times, and values taken once.
             values: 3.0 * values + BAND_SECONDS,
             walks: needed,
@@ -316,6 +325,96 @@ impl<'m> Question<'_, 'm> {
             settings,
             ready,
             looks,
-        }))
+        };
+        self.draw(level, &mut joint, (tolerance, values), lost)?;
+        Ok(Some(joint))
+    }
+
+    /// Lets the walks draw from a sequence, if a pilot tells that this pays, or if nothing else is wanted. `lost`: what it takes.
+    fn draw(
+        &self,
+        level: &dyn Partitioned<'_>,
+        joint: &mut Joint<'m>,
+        (tolerance, values): (Tolerance, f64),
+        lost: &mut f64,
+    ) -> Result<(), Error> {
+        let wanted = self.settings.sequence;
+        let survivals = self.settings.survivals.unwrap_or(SURVIVALS);
+        let states = 1.0 / joint.ready.walk.absorption + f64::from(survivals);
+        let none = PointwisePairs::default();
+        let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or(none);
+        let cost = level.cost(self.pairs()).walk;
+        let score = cost.seconds(Estimator::Absorption, 1.0, pointwise) - cost.start;
+        let states_seconds = cost.start + (states - 1.0) * cost.step;
+        let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(survivals)) * score);
+        let pilot = values + LONG_PILOT as f64 * each;
+        let may = wanted == Some(Sequence::Sobol) || pilot < SEQUENCE_SHARE * joint.seconds();
+        if !self.model.has_sequences() || wanted == Some(Sequence::Random) || !may {
+            return Ok(());
+        }
+        let mut settings = joint.settings.clone();
+        settings.sequence = Some(Sequence::Sobol);
+        settings.survivals = Some(survivals);
+        let whole = Whole {
+            model: self.model,
+            settings: &settings,
+            watch: &Quiet(self.watch),
+            systems: Systems(None),
+        };
+        let walk = WalkOptions {
+            sequence: Sequence::Sobol,
+            survivals,
+            ..joint.ready.walk
+        };
+        let pilot_walk = WalkOptions {
+            seed: settings.seed ^ SEED,
+            walks: LONG_PILOT,
+            ..walk
+        };
+        *lost += pilot;
+        let looks = core::mem::take(&mut joint.looks);
+        let (found, looks) = self.walked(&whole, &joint.ready, &pilot_walk, (looks, tolerance))?;
+        joint.looks = looks;
+        let Some([states, needed]) = found else {
+            return Ok(());
+        };
+        let pays = needed * each < joint.walks * joint.each;
+        if pays || wanted.is_some() {
+            joint.settings = settings;
+            joint.ready.walk = walk;
+            joint.each = each;
+            joint.walks = needed;
+            joint.states = needed * states;
+        }
+        Ok(())
+    }
+
+    /// States of a walk, and the number of walks until the tolerance is reached, by these ones. `None`: a bias that error bars
+    /// do not see, or no walk scored.
+    fn walked(
+        &self,
+        whole: &Whole<'_, 'm>,
+        ready: &Ready<'m>,
+        walk: &WalkOptions,
+        (looks, tolerance): (Looks, Tolerance),
+    ) -> Result<(Option<[f64; 2]>, Looks), Error> {
+        let (walked, looks) = whole.pilot(ready, walk, looks)?;
+        if self.watch.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let counts = walked.counts();
+        let look = ready.look(walked, &looks, tolerance)?;
+        if look.is_biased || counts.scored == 0 {
+            return Ok((None, looks));
+        }
+        let walks = counts.walks as f64;
+        let states = counts.states as f64 / walks;
+        let times = CAREFUL * look.error * look.error;
+        let times = match walk.sequence {
+            Sequence::Random => times,
+            Sequence::Sobol => Real::exp(Real::ln(times) / TRUSTED_RATE),
+        };
+        let needed = (walks * times).max(walk.batch as f64);
+        Ok((Some([states, needed]), looks))
     }
 }

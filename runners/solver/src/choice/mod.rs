@@ -36,7 +36,7 @@ use crate::chosen::WHOLE;
 use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
 use crate::whole::WholeFunction;
-use crate::{Error, Goal, Model, Settings, SolveError};
+use crate::{Error, Goal, Model, Sequence, Settings, SolveError};
 use fredholm_model::Request;
 use fredholm_model::{Target, goals};
 
@@ -96,7 +96,7 @@ pub fn choose<'m>(
     let Some(mut search) = begin(model, targets, settings, watch)? else {
         return Ok(None);
     };
-    let (chosen, best) = next(&mut search, settings, watch)?;
+    let Next { chosen, best, .. } = next(&mut search, settings, watch)?;
     let goals = goals(model, targets)?;
     let question = Question {
         model,
@@ -161,7 +161,13 @@ pub(crate) fn solve_either<'m>(
     // The walks that were given up last, if there are some: they are the result if nothing follows.
     let mut last: Option<(Chosen<'m>, Answer)> = None;
     loop {
-        let (mut chosen, best) = match (next(&mut search, settings, watch), last.take()) {
+        let found = next(&mut search, settings, watch);
+        search.forget_sequences();
+        let Next {
+            mut chosen,
+            best,
+            otherwise,
+        } = match (found, last.take()) {
             (Err(why), Some(last)) => {
                 let (chosen, answer) = ended(last, why)?;
                 return Ok(Some((chosen, Found::Separate(answer))));
@@ -197,7 +203,8 @@ pub(crate) fn solve_either<'m>(
             choice: Some(&chosen.report),
         };
         let walks = execution.walks(model);
-        let course = Course::new(&mut search, best, settings, (tolerance, watch));
+        let mut course = Course::new(&mut search, best, settings, (tolerance, watch));
+        course.otherwise = otherwise;
         let answered = match &chosen.solved {
             Some(solved) => solved.walk(&walks, &request, &course),
             None => {
@@ -217,6 +224,10 @@ pub(crate) fn solve_either<'m>(
         };
         match end {
             Some(End::Other) if !watch.cancelled() => {
+                if otherwise.is_some() {
+                    // It ended when these seemed to be better.
+                    search.run();
+                }
                 last = Some((chosen, answer));
                 continue;
             }
@@ -265,12 +276,20 @@ fn begin<'m>(
     Ok(Some(search))
 }
 
+/// What is walked next.
+struct Next<'m> {
+    chosen: Chosen<'m>,
+    best: Prediction,
+    /// If walks draw from a sequence, seconds of pseudo-random walks in their place.
+    otherwise: Option<f64>,
+}
+
 /// The best setting that the problem takes, and its prediction.
 fn next<'m>(
     search: &mut Search<'m>,
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
-) -> Result<(Chosen<'m>, Prediction), Error> {
+) -> Result<Next<'m>, Error> {
     loop {
         if watch.cancelled() {
             return Err(Error::Cancelled);
@@ -278,9 +297,28 @@ fn next<'m>(
         let Some(best) = search.best() else {
             return Err(search.take_refusal().unwrap_or(Error::NoSetting));
         };
+        if let Some(drawn) = search.sequence(&best)
+            && let Ok(mut chosen) = accepted(search, settings, &drawn.prediction)
+        {
+            refuse_without_end(settings, &drawn.prediction)?;
+            chosen.settings.sequence = Some(Sequence::Sobol);
+            chosen.settings.survivals = Some(drawn.survivals);
+            chosen.settings.batch = Some(drawn.batch);
+            return Ok(Next {
+                chosen,
+                best: drawn.prediction,
+                otherwise: Some(search.price(&best)),
+            });
+        }
         refuse_without_end(settings, &best)?;
         match accepted(search, settings, &best) {
-            Ok(chosen) => return Ok((chosen, best)),
+            Ok(chosen) => {
+                return Ok(Next {
+                    chosen,
+                    best,
+                    otherwise: None,
+                });
+            }
             Err(refusal) => search.forget(best.setting, refusal),
         }
         search.run();

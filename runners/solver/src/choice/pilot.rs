@@ -18,9 +18,9 @@ const RARE: f64 = 4.0;
 /// small. Its standard deviation is √(κ − 1)/√N with the kurtosis κ of the scores, which is 3 of a normal distribution.
 const DOUBT: f64 = 4.0;
 /// N walks that miss something tell, at 95 %, that fewer than 3/N of all walks meet it.
-const MISSED: f64 = 3.0;
+pub(super) const MISSED: f64 = 3.0;
 /// Standard errors beyond which two estimates are no longer of one number, at 95 %.
-const SURE: f64 = 2.0;
+pub(super) const SURE: f64 = 2.0;
 
 /// Few of the targets, and the number of targets that each of them stands for.
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ pub(super) struct Walked<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Known {
     walks: u64,
-    targets: Vec<[f64; 2]>,
+    pub(super) targets: Vec<[f64; 2]>,
 }
 
 impl Known {

@@ -5,6 +5,7 @@
 //! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
+mod sequence;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,10 +18,11 @@ use super::family::{Family, Prediction};
 use super::pilot::{Known, Pilot, Sample, Walked};
 use super::setting::Setting;
 use super::systems::Systems;
-use crate::answer::{SolveObserver, Solved, Walks};
+use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
+use sequence::Sequences;
 
 /// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
 const FIRST: u64 = 256;
@@ -59,6 +61,7 @@ pub(super) struct Search<'m> {
     families: Vec<Family>,
     known: Known,
     systems: Systems<'m>,
+    sequences: Sequences,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first refusal: it is reported if every setting is refused.
@@ -100,6 +103,7 @@ impl<'m> Search<'m> {
             families: Vec::new(),
             known: Known::default(),
             systems: Systems::default(),
+            sequences: Sequences::new(model, settings),
             refused: Vec::new(),
             refusal: None,
             work: 0.0,
@@ -122,7 +126,9 @@ impl<'m> Search<'m> {
         while !self.watch.cancelled()
             && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
         {
-            self.try_out(&next, walks);
+            if !self.try_sequence_beside() {
+                self.try_out(&next, walks);
+            }
         }
     }
 
@@ -163,7 +169,7 @@ impl<'m> Search<'m> {
     /// The candidate that takes least, with luck, if that pays; and the walks of its pilot.
     fn most_promising(&self) -> Option<(Prediction, u64)> {
         let best = self.best();
-        let price = best.map_or(f64::INFINITY, |best| self.price(&best));
+        let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
         let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = if found.pilot_walks == 0 {
@@ -196,6 +202,10 @@ impl<'m> Search<'m> {
     /// The best setting, if few walks told of it, or the next one on the way to it.
     fn unconfirmed(&self) -> Option<(Prediction, u64)> {
         let best = self.best()?;
+        if self.least_price(&best) < self.price(&best) {
+            // It is not what is walked.
+            return None;
+        }
         let step = self.step_to(&best, CONFIRM);
         let walks = if step.setting == best.setting {
             CONFIRM
@@ -238,7 +248,11 @@ impl<'m> Search<'m> {
 
     /// Seconds that further pilots may take, if all may take this share of a prediction.
     fn allowance(&self, best: &Prediction, share: f64) -> f64 {
-        let all = share * self.price(best).min(LONG_SECONDS).min(self.time_limit());
+        let all = share
+            * self
+                .least_price(best)
+                .min(LONG_SECONDS)
+                .min(self.time_limit());
         all.max(self.granted) - self.lost(best)
     }
 
@@ -314,13 +328,39 @@ impl<'m> Search<'m> {
         let seconds = self.seconds_of(next, walks);
         self.warn_of(seconds);
         self.work += seconds;
-        let settings = setting.applied(self.settings);
-        let (cells, solved) = (self.partition(&setting)?, self.solved(&setting)?);
+        let mut settings = setting.applied(self.settings);
+        // What is predicted are pseudo-random walks.
+        settings.sequence = None;
+        let (answer, unknowns, rare) = self.walked(&setting, settings, walks)?;
+        let all = answer.outcome.statistics.iter().chain(&answer.others);
+        let all: Vec<&Statistics> = all.collect();
+        self.known.learn(&all);
+        let walked = Walked {
+            setting,
+            statistics: all,
+            weights: &self.sample.weights,
+            pointwise: answer.pointwise,
+            unknowns,
+            of_moments: Some(if setting.exact_source { MOMENTS } else { 0.0 }),
+            rare,
+        };
+        Ok(Pilot::new(&walked, self.tolerance, self.model))
+    }
+
+    /// So many walks of each target by these settings, with a seed of their own; the number of unknowns, and the variance that few
+    /// walks miss.
+    fn walked(
+        &mut self,
+        setting: &Setting,
+        mut settings: Settings,
+        walks: u64,
+    ) -> Result<(Answer, f64, f64), Error> {
+        let (cells, solved) = (self.partition(setting)?, self.solved(setting)?);
+        settings.seed ^= SEED;
         let walk = WalkOptions {
             walks,
             tolerance: None,
             time_limit: None,
-            seed: settings.seed ^ SEED,
             ..settings.walk_options()
         };
         let walks = Walks {
@@ -344,19 +384,7 @@ impl<'m> Search<'m> {
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        let all = answer.outcome.statistics.iter().chain(&answer.others);
-        let all: Vec<&Statistics> = all.collect();
-        self.known.learn(&all);
-        let walked = Walked {
-            setting,
-            statistics: all,
-            weights: &self.sample.weights,
-            pointwise: answer.pointwise,
-            unknowns: cells.unknowns() as f64,
-            of_moments: Some(if setting.exact_source { MOMENTS } else { 0.0 }),
-            rare,
-        };
-        Ok(Pilot::new(&walked, self.tolerance, self.model))
+        Ok((answer, cells.unknowns() as f64, rare))
     }
 
     /// Learns from walks of the answer, which are those of all targets; the prediction then.

@@ -7,7 +7,7 @@ use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 const MOST_ERRORS: f64 = 5.0;
 
 /// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light.
-pub(super) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
+pub(crate) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
     let mut text = String::new();
     if sequence.is_some() {
         text.push_str(", Sobol' points");

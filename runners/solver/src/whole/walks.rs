@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fredholm_core::whole::{ReplicateCounts, Replicated, WholeJob, band_factor, over_replicates};
-use fredholm_core::{DEFAULT_GENERATOR, Tolerance, rounding_floor};
+use fredholm_core::{DEFAULT_GENERATOR, Real, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
 use fredholm_rayon::Replicates;
@@ -13,7 +13,8 @@ use super::{BAND_LEVEL, PROBES, REPLICATES, WholeFunction, WholeSummary, WholeVa
 use crate::answer::SolveObserver;
 use crate::systems::Systems;
 use crate::{
-    Choices, Error, Model, Pairs, Region, Scalar, Settings, SolveError, Subject, WalkOptions,
+    Choices, Error, Model, Pairs, Region, Scalar, Sequence, Settings, SolveError, Subject,
+    WalkOptions,
 };
 
 /// The fewest walks of a replicate.
@@ -26,6 +27,8 @@ const QUADRATURE_PROBES: usize = 8;
 const QUADRATURE_SHARE: f64 = 0.01;
 /// The share of a replicate's walks that one round adds: as long a cancellation may wait.
 const ROUND: u64 = 8;
+/// The rate r of a variance of N^−r in the next stage of a sequence, between that of pseudo-random walks and that of smooth functions.
+const SEQUENCE_RATE: f64 = 1.5;
 /// By how many times more walks than an error bar says the next stage goes on: that is itself uncertain by 9 %.
 const MORE: f64 = 1.1;
 
@@ -40,7 +43,7 @@ pub(crate) struct Whole<'a, 'm> {
 /// A solved system that is about to be walked.
 pub(crate) struct Ready<'m> {
     pub(crate) system: Box<dyn WholeSystem<'m> + 'm>,
-    walk: WalkOptions,
+    pub(crate) walk: WalkOptions,
     /// The degree of scores.
     pub(crate) degree: usize,
     pub(crate) cells: usize,
@@ -172,22 +175,21 @@ impl<'m> Whole<'_, 'm> {
         self.walk_as(ready, &ready.walk, until)
     }
 
-    /// A pilot of so many walks of a seed of their own, without any other end.
+    /// A pilot of such walks, without any other end.
     pub(crate) fn pilot(
         &self,
         ready: &Ready<'m>,
-        (walks, seed): (u64, u64),
+        walk: &WalkOptions,
         looks: Looks,
     ) -> Result<(Walked, Looks), Error> {
         let walk = WalkOptions {
-            seed,
             tolerance: None,
             time_limit: None,
-            ..ready.walk
+            ..*walk
         };
         let until = Until {
             looks,
-            walks,
+            walks: walk.walks,
             price: f64::INFINITY,
         };
         Ok((self.walk_as(ready, &walk, &until)?, until.looks))
@@ -306,7 +308,13 @@ impl<'m> Whole<'_, 'm> {
             let measure = |cell| ready.system.measure(cell);
             let field = ready.field(replicates.coefficients(job, &measure))?;
             let Look { error, is_biased } = until.looks.look(&*field, tolerance)?;
-            let needed = done as f64 * MORE * error * error;
+            let is_random = walk.sequence == Sequence::Random;
+            let times = MORE * error * error;
+            let needed = done as f64
+                * match is_random {
+                    true => times,
+                    false => Real::exp(Real::ln(times) / SEQUENCE_RATE),
+                };
             let left = REPLICATES as f64 * (needed - done as f64);
             if until.price.is_finite() && (is_biased || error > 1.0 && left > until.price) {
                 return Ok(GIVEN_UP);
@@ -319,8 +327,12 @@ impl<'m> Whole<'_, 'm> {
             }
             goal = (needed.ceil().min(64.0 * done as f64) as u64)
                 .max((MORE * done as f64).ceil() as u64)
-                .max(done + 1)
-                .min(most);
+                .max(done + 1);
+            if !is_random {
+                // Points of a sequence are most even then.
+                goal = goal.checked_next_power_of_two().unwrap_or(goal);
+            }
+            goal = goal.min(most);
         }
     }
 

@@ -1,0 +1,66 @@
+//! Walks that draw from a sequence where nothing is said of it.
+
+use crate::common;
+
+use common::{Folder, list, number};
+use serde_json::Value;
+
+/// A kink along x = y in three dimensions, where cells are few.
+const KINK: &str = "[problem]\nkind = 'cube'\ndimension = 3\n\
+    kernel = '0.3 * exp(-abs(x1 - y1) - abs(x2 - y2) - abs(x3 - y3))'\nsource = '1 + x1 * x2 * x3'\n\
+    [walk]\ntarget_error = 2e-5\n[[target]]\nname = 'u'\nat = [0.3, 0.4, 0.7]\n[[target]]\nname = 'mean'\nover = 'all'\n";
+
+/// The estimates agree, and their errors are below the target error.
+fn assert_agree(a: &Value, b: &Value, error: f64) {
+    for (a, b) in list(a, "targets").iter().zip(list(b, "targets")) {
+        let [a, b] = [a, b].map(|target| &target["preconditioned"]);
+        let errors = [a, b].map(|found| number(found, "std_error"));
+        assert!(errors.iter().all(|found| *found <= error), "{errors:?}");
+        let off = (number(a, "estimate") - number(b, "estimate")).abs();
+        // Few targets: not one of ten thousand choices of seeds is beyond.
+        assert!(off < 4.5 * errors[0].hypot(errors[1]), "{a} {b}");
+    }
+}
+
+#[test]
+fn a_sequence_is_chosen_where_it_pays() {
+    let folder = Folder::new();
+    let solve = |file: &str, flags: &[&str]| {
+        let all: Vec<&str> = [&["--json", "--no-whole"], flags].concat();
+        folder.solve(file, &all).quietly(0).json()
+    };
+    let chosen = solve(KINK, &[]);
+    let random = solve(KINK, &["--sequence", "random"]);
+    assert_eq!(chosen["sequence"], "sobol", "{chosen}");
+    assert!(random["sequence"].is_null());
+    assert_agree(&chosen, &random, 2e-5);
+    let all = |json: &Value, of: &str| -> f64 {
+        list(json, "targets")
+            .iter()
+            .map(|target| number(target, of))
+            .sum()
+    };
+    // As many walks as four times fewer states: they are longer.
+    assert!(
+        4.0 * all(&chosen, "walks") < all(&random, "walks"),
+        "{chosen} {random}"
+    );
+    for target in list(&chosen, "targets") {
+        assert!(number(target, "replicates") >= 32.0, "{target}");
+    }
+    let threads = solve(KINK, &["--threads", "1"]);
+    assert_eq!(threads["targets"], chosen["targets"]);
+}
+
+#[test]
+fn a_sequence_that_is_asked_for_is_kept() {
+    let folder = Folder::new();
+    let file = KINK.replace("2e-5", "1e-3");
+    let open = folder.solve(&file, &["--json"]).quietly(0).json();
+    // The least number of walks is enough.
+    assert!(open["sequence"].is_null(), "{open}");
+    let asked = folder.solve(&file, &["--json", "--sequence", "sobol"]);
+    let asked = asked.quietly(0).json();
+    assert_eq!(asked["sequence"], "sobol");
+    assert_agree(&open, &asked, 1e-3);
+}

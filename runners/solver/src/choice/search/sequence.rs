@@ -1,0 +1,406 @@
+//! Whether walks draw from a Sobol' sequence: where what they score is smooth, far fewer of them are enough.
+//!
+//! Pilots of 16 replicates are made on systems that are solved already. A trial of longer replicates tells how fast the error
+//! falls with their length. All of them together take at most [`SHARE`] of what pseudo-random walks are predicted to.
+
+use fredholm_core::{Estimator, MIN_BATCHES, MIN_REPLICATES, Statistics};
+
+use super::super::family::{Prediction, batches_of_whole_stages};
+use super::super::pilot::{MISSED, SURE};
+use super::super::setting::Setting;
+use super::{PAYS, PILOT_SECONDS, Search};
+use crate::{Error, Model, Sequence, Settings};
+
+/// The share of the time of pseudo-random walks that trials may take.
+const SHARE: f64 = 0.05;
+/// The part of the time of all pilots that trials may take beside them, before the best pseudo-random walks are known.
+const BESIDE: f64 = 0.2;
+/// Walks of a replicate of the first trial of a setting, and how many times as many the next trial has.
+const FIRST: u64 = 64;
+const LONGER: u64 = 4;
+/// Walks of a replicate of an answer: with 32 replicates at least a quarter of the least number of pseudo-random walks, so that
+/// rare scores are met as well; and at most so many, since whoever cancels waits for them.
+const SHORTEST: u64 = 512;
+const LONGEST: u64 = 1 << 20;
+/// How many times less variance a sequence is hoped to leave where no trial was made: 10 to 200 were measured on cubes.
+const HOPE: f64 = 100.0;
+/// The rate r of a variance of N^−r within a replicate that is hoped for; 3 is that of very smooth functions, and 1 that of
+/// pseudo-random walks.
+const HOPED_RATE: f64 = 2.0;
+/// The part of the observed rate beyond 1 that longer replicates are trusted to have: that of two trials is uncertain by 0.4.
+const TRUSTED: f64 = 0.5;
+/// How many times as large as that of 16 replicates a variance may be: that is uncertain by 37 %.
+const CAREFUL: f64 = 1.4;
+/// States without absorption: the first value is tried first, and the others where that pays.
+const SURVIVALS: [u32; 3] = [4, 2, 8];
+/// The least share of walks that must score: of rare scores, a sequence is of no use.
+const SCORED: f64 = 0.25;
+/// Seconds of a walk over those of a pseudo-random one with as many states, which may be compiled for its equation.
+const WALK: f64 = 1.3;
+
+/// Walks that draw from a sequence, and what they are predicted to take.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Drawn {
+    pub(in super::super) prediction: Prediction,
+    pub(in super::super) survivals: u32,
+    /// Walks of a replicate.
+    pub(in super::super) batch: u64,
+}
+
+/// A setting whose walks may draw from a sequence, with what trials told of it.
+#[derive(Clone, Debug)]
+struct Trial {
+    /// What pseudo-random walks of it would take.
+    random: Prediction,
+    survivals: u32,
+    /// Walks of a replicate of the longest trial; 0 before there was one.
+    length: u64,
+    /// Of every target, how many it stands for, and the number of walks that it takes in replicates of that length.
+    targets: Vec<(f64, f64)>,
+    /// The rate by the last two trials.
+    rate: Option<f64>,
+    /// States and seconds of a walk.
+    states: f64,
+    each: f64,
+}
+
+impl Trial {
+    /// Seconds of the next trial.
+    fn next_seconds(&self, targets: usize) -> f64 {
+        let walks = MIN_BATCHES * self.next_length() * targets as u64;
+        PILOT_SECONDS + self.random.moments + walks as f64 * self.each
+    }
+
+    const fn next_length(&self) -> u64 {
+        if self.length == 0 {
+            FIRST
+        } else {
+            LONGER * self.length
+        }
+    }
+
+    /// Walks of all targets in replicates of this length, if the variance within a replicate falls at this rate.
+    fn walks(&self, length: u64, rate: f64) -> f64 {
+        let [long, own] = [length, self.length].map(|length| length as f64);
+        let fewer = CAREFUL * (own / long).powf(rate - 1.0);
+        let of = |(weight, needed): &(f64, f64)| {
+            let replicates = (fewer * needed / long).max(MIN_REPLICATES as f64);
+            weight * long * batches_of_whole_stages(replicates)
+        };
+        self.targets.iter().map(of).sum()
+    }
+
+    /// The length of replicates that takes the fewest walks, and these.
+    fn best(&self, lengths: &[u64], rate: f64) -> (u64, f64) {
+        let all = lengths.iter().map(|&of| (of, self.walks(of, rate)));
+        // Of equal ones the longest: it may gain more.
+        let best = all.min_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        best.unwrap_or((SHORTEST, f64::INFINITY))
+    }
+
+    /// The rate that longer replicates are trusted to have.
+    fn trusted_rate(&self) -> f64 {
+        let more = self.rate.map_or(0.0, |rate| rate - 1.0);
+        1.0 + TRUSTED * more.clamp(0.0, 2.0)
+    }
+}
+
+/// All trials, and what they took.
+#[derive(Debug)]
+pub(super) struct Sequences {
+    /// Whether walks may draw from a sequence, and whether they have to.
+    may: bool,
+    must: bool,
+    /// The lengths that replicates may have.
+    lengths: Vec<u64>,
+    trials: Vec<Trial>,
+    /// Settings whose trials failed, or had few scores.
+    refused: Vec<Setting>,
+    /// Predicted seconds of all trials.
+    work: f64,
+}
+
+impl Sequences {
+    pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
+        let must = settings.sequence == Some(Sequence::Sobol);
+        let is_open = settings.sequence.is_none() && settings.walks.is_none();
+        let all = core::iter::successors(Some(SHORTEST), |length| Some(2 * length));
+        let all = all.take_while(|length| *length <= LONGEST).collect();
+        Self {
+            may: model.has_sequences() && (is_open || must),
+            must,
+            lengths: settings.batch.map_or(all, |batch| vec![batch]),
+            trials: Vec::new(),
+            refused: Vec::new(),
+            work: 0.0,
+        }
+    }
+}
+
+impl Search<'_> {
+    /// Walks of a sequence in place of the best pseudo-random ones, if they are predicted to take less than half as long, or if
+    /// nothing else is wanted.
+    pub(in super::super) fn sequence(&mut self, best: &Prediction) -> Option<Drawn> {
+        let may = SHARE * self.price(best);
+        while !self.watch.cancelled() && self.try_sequence_within(may) {}
+        let (seconds, trial) = self.best_trial()?;
+        let pays = self.sequences.must || PAYS * seconds < self.price(best);
+        pays.then(|| self.drawn(trial))
+    }
+
+    /// From now on walks draw pseudo-random numbers.
+    pub(in super::super) fn forget_sequences(&mut self) {
+        self.sequences.may = false;
+        self.sequences.trials.clear();
+    }
+
+    /// Makes a trial, if trials have taken a small part of all pilots so far.
+    pub(super) fn try_sequence_beside(&mut self) -> bool {
+        self.try_sequence_within(BESIDE * self.work)
+    }
+
+    /// Seconds of the best setting, or of walks of a sequence if they are predicted to take less than half as long.
+    pub(super) fn least_price(&self, best: &Prediction) -> f64 {
+        let price = self.price(best);
+        let drawn = self.best_trial().map(|(seconds, _)| seconds);
+        drawn.filter(|drawn| PAYS * drawn < price).unwrap_or(price)
+    }
+
+    /// The best setting that had two trials.
+    fn best_trial(&self) -> Option<(f64, &Trial)> {
+        let known = self
+            .sequences
+            .trials
+            .iter()
+            .filter(|trial| trial.rate.is_some());
+        let all = known.map(|trial| (self.sequence_price(trial), trial));
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Makes the most promising trial, if there is one that pays and all of them take so many seconds at most.
+    fn try_sequence_within(&mut self, may: f64) -> bool {
+        if !self.sequences.may {
+            return false;
+        }
+        self.add_trials();
+        let Some((next, seconds)) = self.next_trial(may - self.sequences.work) else {
+            return false;
+        };
+        self.sequences.work += seconds;
+        self.work += seconds;
+        let trial = self.sequences.trials.swap_remove(next);
+        if let Ok(longer) = self.try_sequence(&trial) {
+            let is_known = longer.rate.is_some() && trial.rate.is_none();
+            self.sequences.trials.push(longer);
+            if is_known {
+                self.add_survivals(&trial);
+            }
+        } else {
+            self.sequences.refused.push(trial.random.setting);
+        }
+        true
+    }
+
+    /// Seconds from now on.
+    fn sequence_price(&self, trial: &Trial) -> f64 {
+        let (_, walks) = trial.best(&self.sequences.lengths, trial.trusted_rate());
+        self.remaining_setup(&trial.random) + trial.random.moments + walks * trial.each
+    }
+
+    /// Seconds with luck.
+    fn hoped_price(&self, trial: &Trial) -> f64 {
+        let rest = self.remaining_setup(&trial.random) + trial.random.moments;
+        if trial.length == 0 {
+            let targets = self.sample.weights.iter().sum::<f64>();
+            let least = (MIN_REPLICATES * SHORTEST) as f64 * targets;
+            let longer = trial.each / trial.random.seconds_per_walk;
+            return rest + (trial.random.hopeful * longer / HOPE).max(least * trial.each);
+        }
+        let rate = trial.rate.map_or(HOPED_RATE, |rate| rate.max(HOPED_RATE));
+        let (_, walks) = trial.best(&self.sequences.lengths, rate);
+        rest + walks / CAREFUL * trial.each
+    }
+
+    /// The trial that may take least, if it may pay and takes so many seconds at most; and its seconds.
+    fn next_trial(&self, may: f64) -> Option<(usize, f64)> {
+        let best = self.best()?;
+        let price = match self.best_trial() {
+            Some((seconds, _)) => seconds.min(self.price(&best)),
+            None if self.sequences.must => f64::INFINITY,
+            None => self.price(&best),
+        };
+        let longest = self.sequences.lengths.last().copied().unwrap_or(0);
+        let all = self.sequences.trials.iter().enumerate();
+        let all = all.filter_map(|(i, trial)| {
+            let seconds = trial.next_seconds(self.sample.weights.len());
+            let hoped = self.hoped_price(trial);
+            let pays = hoped + PAYS * seconds < price;
+            (pays && seconds <= may && trial.length < longest).then_some((i, seconds, hoped))
+        });
+        let most = all.min_by(|a, b| a.2.total_cmp(&b.2));
+        most.map(|(i, seconds, _)| (i, seconds))
+    }
+
+    /// Adds all settings of pilots whose systems are solved, with the shortest walks that are safe.
+    fn add_trials(&mut self) {
+        let survivals = self.settings.survivals.unwrap_or(SURVIVALS[0]);
+        let mut new: Vec<Trial> = Vec::new();
+        for family in &self.families {
+            for pilot in &family.pilots {
+                let of = pilot.setting;
+                let shortest = self.absorptions.first().copied().unwrap_or(of.absorption);
+                // In states without absorption both estimators score the same.
+                let given = self.settings.estimator;
+                let estimator = given.unwrap_or(Estimator::Absorption);
+                let setting = of.with_walks((shortest, estimator));
+                let is_new = |trial: &Trial| trial.random.setting != setting;
+                let is_solved = of.plain || self.systems.of(&setting).is_some();
+                let trials = &self.sequences.trials;
+                if !self.refuses(&setting)
+                    && is_solved
+                    && !self.sequences.refused.contains(&setting)
+                    && new.iter().chain(trials).all(is_new)
+                    && let Some(level) = family.level(of.cells)
+                {
+                    let random = family.predict(&pilot.with_walks(setting, 1.0), level);
+                    new.push(self.untried(random, survivals));
+                }
+            }
+        }
+        self.sequences.trials.extend(new);
+    }
+
+    /// Adds the same setting with other numbers of states without absorption.
+    fn add_survivals(&mut self, trial: &Trial) {
+        if self.settings.survivals.is_none() && trial.survivals == SURVIVALS[0] {
+            let others = SURVIVALS.iter().skip(1);
+            let new: Vec<Trial> = others
+                .map(|&other| self.untried(trial.random, other))
+                .collect();
+            self.sequences.trials.extend(new);
+        }
+    }
+
+    fn untried(&self, random: Prediction, survivals: u32) -> Trial {
+        let states = random.states / random.walks;
+        let states = if states.is_finite() {
+            states
+        } else {
+            1.0 / random.setting.absorption
+        };
+        let mut trial = Trial {
+            random,
+            survivals,
+            length: 0,
+            targets: Vec::new(),
+            rate: None,
+            states: states + f64::from(survivals),
+            each: 0.0,
+        };
+        trial.each = self.sequence_seconds(&trial);
+        trial
+    }
+
+    /// Seconds of a walk.
+    fn sequence_seconds(&self, trial: &Trial) -> f64 {
+        let setting = &trial.random.setting;
+        let own = |family: &&super::Family| family.first.shares_family(setting);
+        let family = self.families.iter().find(own);
+        let of = family.and_then(|family| {
+            let level = family.level(setting.cells)?;
+            let pairs = family.pilot_for(setting).or(family.pilots.first())?;
+            Some((setting.walk(&level.cost), pairs.pairs(level.unknowns)))
+        });
+        let Some((walk, pairs)) = of else {
+            return f64::INFINITY;
+        };
+        let scores = match setting.estimator {
+            Estimator::Absorption => 1.0 + f64::from(trial.survivals),
+            Estimator::Collision => trial.states,
+        };
+        let one = walk.seconds(Estimator::Absorption, trial.states, pairs);
+        let score = one - walk.start - (trial.states - 1.0) * walk.step;
+        WALK * (one + (scores - 1.0) * score)
+    }
+
+    /// The next trial of a setting.
+    fn try_sequence(&mut self, trial: &Trial) -> Result<Trial, Error> {
+        let setting = trial.random.setting;
+        let length = trial.next_length();
+        let mut settings = setting.applied(self.settings);
+        settings.sequence = Some(Sequence::Sobol);
+        settings.survivals = Some(trial.survivals);
+        settings.batch = Some(length);
+        let (answer, ..) = self.walked(&setting, settings, MIN_BATCHES * length)?;
+        let all: Vec<&Statistics> = answer.outcome.statistics.iter().collect();
+        self.pilots += 1;
+        self.walks += all.iter().map(|of| of.walks()).sum::<u64>();
+        let [walks, states] = [Statistics::walks, Statistics::states]
+            .map(|of| all.iter().map(|all| of(all)).sum::<u64>() as f64);
+        let is_rare = |of: &&&Statistics| (of.scored() as f64) < SCORED * of.walks() as f64;
+        if all.iter().any(|of| is_rare(&of)) {
+            return Err(Error::NoSetting);
+        }
+        let known = self.known.targets.iter().copied().map(Some);
+        let known = known.chain(core::iter::repeat(None));
+        let targets: Vec<(f64, f64)> = (all.iter().zip(&self.sample.weights).zip(known))
+            .map(|((of, &weight), known)| {
+                let found = of.preconditioned();
+                let mut variance = found.std_dev.unwrap_or(f64::INFINITY).powi(2);
+                // What these walks have missed, as another pilot tells: see `Observed::correct`.
+                if let Some([estimate, error]) = known {
+                    let missed = (found.estimate - estimate).abs() - SURE * error;
+                    variance = variance.max(missed.max(0.0).powi(2) * of.walks() as f64 / MISSED);
+                }
+                let bound = self.tolerance.error(of).powi(2) - of.control_error().powi(2);
+                (weight, variance / bound.max(0.0))
+            })
+            .collect();
+        let rate = (trial.length > 0).then(|| {
+            let sum = |of: &[(f64, f64)]| {
+                of.iter()
+                    .map(|(weight, needed)| weight * needed)
+                    .sum::<f64>()
+            };
+            let falls = sum(&trial.targets) / sum(&targets);
+            1.0 + falls.ln() / (LONGER as f64).ln()
+        });
+        let mut next = Trial {
+            length,
+            targets,
+            rate: rate.map(|rate| if rate.is_finite() { rate } else { 1.0 }),
+            states: states / walks,
+            ..trial.clone()
+        };
+        next.each = self.sequence_seconds(&next);
+        Ok(next)
+    }
+
+    /// The prediction of a trial.
+    fn drawn(&self, trial: &Trial) -> Drawn {
+        let rate = trial.trusted_rate();
+        let (batch, walks) = trial.best(&self.sequences.lengths, rate);
+        let walking = trial.random.moments + walks * trial.each;
+        let alone = |target: &(f64, f64)| {
+            let of = Trial {
+                targets: vec![(1.0, target.1)],
+                ..trial.clone()
+            };
+            of.walks(batch, rate)
+        };
+        let most_walks = trial.targets.iter().map(alone).fold(0.0, f64::max);
+        Drawn {
+            prediction: Prediction {
+                seconds_per_walk: trial.each,
+                walking,
+                careful: walking,
+                most_walks,
+                walks,
+                states: walks * trial.states,
+                ..trial.random
+            },
+            survivals: trial.survivals,
+            batch,
+        }
+    }
+}
