@@ -76,6 +76,8 @@ pub(super) struct Looked<'m> {
     pilots: usize,
     walks: u64,
     lost: f64,
+    /// Seconds of pilots that draw from a sequence.
+    drawn: f64,
 }
 
 impl<'m> Joint<'m> {
@@ -120,7 +122,7 @@ impl<'m> Looked<'m> {
         let report = &mut chosen.report;
         report.pilots += self.pilots;
         report.pilot_walks += self.walks;
-        report.predicted_pilot_seconds += self.lost;
+        report.predicted_pilot_seconds += self.lost + self.drawn;
         report.predicted_whole_seconds = self.seconds;
         let Some(joint) = &self.joint else {
             return chosen;
@@ -209,9 +211,15 @@ impl<'m> Question<'_, 'm> {
                 SHARE * price - lost
             };
             match self.pilot(&*level, settings, (tolerance, may), &mut looked.lost) {
-                Ok(Some(joint)) => {
+                Ok(Some(mut joint)) => {
                     looked.pilots += 1;
                     looked.walks += PILOT;
+                    let least = price.min(best);
+                    match self.draw(&*level, &mut joint, (tolerance, least), &mut looked.drawn) {
+                        Err(Error::Cancelled) => return Err(Error::Cancelled),
+                        // Pseudo-random walks are still there.
+                        Ok(()) | Err(_) => {}
+                    }
                     if joint.seconds() < best {
                         looked.joint = Some(joint);
                     }
@@ -313,7 +321,7 @@ impl<'m> Question<'_, 'm> {
             return Ok(None);
         };
         let each = self.walk_seconds(level, &settings, states);
-        let mut joint = Joint {
+        Ok(Some(Joint {
             cells: CellCount::of(level),
             pairs: self.pairs(),
             setup: level.cost(self.pairs()).setup,
@@ -325,9 +333,7 @@ impl<'m> Question<'_, 'm> {
             settings,
             ready,
             looks,
-        };
-        self.draw(level, &mut joint, (tolerance, values), lost)?;
-        Ok(Some(joint))
+        }))
     }
 
     /// Lets the walks draw from a sequence, if a pilot tells that this pays, or if nothing else is wanted. `lost`: what it takes.
@@ -335,7 +341,7 @@ impl<'m> Question<'_, 'm> {
         &self,
         level: &dyn Partitioned<'_>,
         joint: &mut Joint<'m>,
-        (tolerance, values): (Tolerance, f64),
+        (tolerance, price): (Tolerance, f64),
         lost: &mut f64,
     ) -> Result<(), Error> {
         let wanted = self.settings.sequence;
@@ -347,8 +353,9 @@ impl<'m> Question<'_, 'm> {
         let score = cost.seconds(Estimator::Absorption, 1.0, pointwise) - cost.start;
         let states_seconds = cost.start + (states - 1.0) * cost.step;
         let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(survivals)) * score);
-        let pilot = values + LONG_PILOT as f64 * each;
-        let may = wanted == Some(Sequence::Sobol) || pilot < SEQUENCE_SHARE * joint.seconds();
+        let pilot = joint.values / 3.0 + LONG_PILOT as f64 * each;
+        let may = *lost + pilot < SHARE * price && pilot < SEQUENCE_SHARE * joint.seconds();
+        let may = may || wanted == Some(Sequence::Sobol);
         if !self.model.has_sequences() || wanted == Some(Sequence::Random) || !may {
             return Ok(());
         }
@@ -372,9 +379,8 @@ impl<'m> Question<'_, 'm> {
             ..walk
         };
         *lost += pilot;
-        let looks = core::mem::take(&mut joint.looks);
-        let (found, looks) = self.walked(&whole, &joint.ready, &pilot_walk, (looks, tolerance))?;
-        joint.looks = looks;
+        let looks = Looks::of_goals(self.goals);
+        let (found, _) = self.walked(&whole, &joint.ready, &pilot_walk, (looks, tolerance))?;
         let Some([states, needed]) = found else {
             return Ok(());
         };

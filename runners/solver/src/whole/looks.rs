@@ -15,7 +15,7 @@ const NOISE: f64 = 0.25;
 const MOVED: f64 = 0.1;
 
 /// Regions, at which u is looked at.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Looks(Vec<Region>);
 
 /// What error bars are, in units of the tolerance.

@@ -141,8 +141,14 @@ impl Search<'_> {
     /// Walks of a sequence in place of the best pseudo-random ones, if they are predicted to take less than half as long, or if
     /// nothing else is wanted.
     pub(in super::super) fn sequence(&mut self, best: &Prediction) -> Option<Drawn> {
-        let may = SHARE * self.price(best);
-        while !self.watch.cancelled() && self.try_sequence_within(may) {}
+        let share = SHARE * self.price(best);
+        loop {
+            let is_missing = self.sequences.must && self.best_trial().is_none();
+            let may = if is_missing { f64::INFINITY } else { share };
+            if self.watch.cancelled() || !self.try_sequence_within(may) {
+                break;
+            }
+        }
         let (seconds, trial) = self.best_trial()?;
         let pays = self.sequences.must || PAYS * seconds < self.price(best);
         pays.then(|| self.drawn(trial))
