@@ -378,6 +378,12 @@ pub trait Partitioned<'m>: Send + Sync {
     /// What work takes.
     fn cost(&self, pairs: Pairs) -> Cost;
 
+    /// What a solution that is lifted to this degree takes, and walks that follow it. `None`: that is not known, so that nothing chooses it.
+    fn lift_cost(&self, degree: usize) -> Option<Cost> {
+        let _ = degree;
+        None
+    }
+
     /// Pointwise pairs of a row; if that takes a set-up, estimated on few cells.
     ///
     /// # Errors

@@ -37,6 +37,7 @@ pub struct Settings {
     #[serde(default = "usual_pairs", with = "choice")]
     pub default_pairs: Pairs,
     /// Degree of the polynomials on which F + T_K v is projected, for walks with h = k: higher than that of v.
+    /// 0: there is no lift.
     #[serde(default)]
     pub lift: Option<usize>,
     /// Degree of the polynomials on whose coefficients the walks of a whole function score.
@@ -147,7 +148,7 @@ impl Settings {
             let message = format!("an absorption of {q}: it must be between 0 and 1");
             return refuse(Subject::Absorption, message);
         }
-        if let Some(lift) = self.lift {
+        if let Some(lift) = self.lifted() {
             self.check_lift(lift)?;
         }
         let (Some(Tolerance::Absolute(error)) | Some(Tolerance::Relative(error))) = self.tolerance
@@ -174,6 +175,12 @@ impl Settings {
                 (1 << share.ilog2()).min(longest)
             }
         })
+    }
+
+    /// The degree to which v is lifted, if it is: 0 says that it is not, and is not by the choice either.
+    #[must_use]
+    pub fn lifted(&self) -> Option<usize> {
+        self.lift.filter(|lift| *lift > 0)
     }
 
     /// Refuses what does not go with a lift.

@@ -369,8 +369,8 @@ impl Report {
             cells: if plain { 0 } else { cells.cells },
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
-            lift: settings.lift.filter(|_| !plain),
-            pairs: match settings.lift {
+            lift: settings.lifted().filter(|_| !plain),
+            pairs: match settings.lifted() {
                 _ if plain => "no",
                 Some(_) => Pairs::Pointwise.word(),
                 None => walk.pairs.word(),

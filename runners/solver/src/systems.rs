@@ -98,7 +98,7 @@ impl<'m> Systems<'m> {
     ) -> Result<Box<dyn System + 'm>, Error> {
         let absorption = settings.walk_options().absorption;
         let system = self.solve(cells, settings.discretisation(), absorption)?;
-        match settings.lift {
+        match settings.lifted() {
             Some(degree) => system.lift(degree),
             None => Ok(system),
         }

@@ -1,4 +1,4 @@
-//! Walks that draw from a sequence where nothing is said of it.
+//! Walks that draw from a sequence, or follow a lift, where nothing is said of it.
 
 use crate::common;
 
@@ -63,4 +63,24 @@ fn a_sequence_that_is_asked_for_is_kept() {
     let asked = asked.quietly(0).json();
     assert_eq!(asked["sequence"], "sobol");
     assert_agree(&open, &asked, 1e-3);
+}
+
+/// A smooth kernel and an error that degree 4 takes many cells for.
+const SMOOTH: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
+    source = '1 + x1 * x2'\n[walk]\ntarget_error = 1e-10\n[[target]]\nname = 'u'\nat = [0.3, 0.4]\n";
+
+#[test]
+fn a_lift_is_chosen_where_it_pays() {
+    let folder = Folder::new();
+    let solve = |flags: &[&str]| {
+        let all: Vec<&str> = [&["--json"], flags].concat();
+        folder.solve(SMOOTH, &all).quietly(0).json()
+    };
+    let (chosen, without) = (solve(&[]), solve(&["--lift", "0"]));
+    assert_eq!(chosen["lift"], 6, "{chosen}");
+    assert!(without["lift"].is_null(), "{without}");
+    assert!(number(&chosen, "unknowns") < number(&without, "unknowns"));
+    assert_agree(&chosen, &without, 1e-10);
+    let threads = solve(&["--threads", "1"]);
+    assert_eq!(threads["targets"], chosen["targets"]);
 }

@@ -4,7 +4,7 @@ use fredholm_cube::REPLICATES;
 
 use super::domain::Domain;
 use super::exact::Enough;
-use super::{CubeModel, CubePartition, singular};
+use super::{CubeModel, CubePartition, lift, singular};
 use fredholm_core::Tolerance;
 use fredholm_model::Partitioned;
 use fredholm_model::cost::{Cost, WalkCost};
@@ -13,6 +13,8 @@ use fredholm_model::cost::{Cost, WalkCost};
 const VALUE: f64 = 1e-9;
 /// Numbers of a table that caches hold.
 const CACHED: f64 = 1e5;
+/// Gauss points of a cell and axis by which a lift takes T_K v, about.
+const LIFT_POINTS: usize = 8;
 /// The fewest and the most boxes of moments of F: as many as take some milliseconds, or some seconds.
 const BOXES: [f64; 2] = [4096.0, 16_777_216.0];
 /// Twice the error that N boxes leave in three dimensions, times N: 2 · 0.35 · 3.5, and a fifth for what the solution makes
@@ -78,6 +80,28 @@ impl CubePartition<'_> {
             plain,
             light: 0.0,
         }
+    }
+
+    /// All seconds of a lift to this degree, but for G, which is part of its set-up. `None`: it takes too many values of the kernel.
+    pub(super) fn lift_seconds(&self, degree: usize) -> Option<Cost> {
+        let Cost { setup, plain, .. } = self.seconds();
+        let d = self.model.dimension;
+        let [kernel, ..] = self.functions().seconds();
+        let values = lift::values(self, degree, LIFT_POINTS);
+        let per_axis = VALUE * LIFT_POINTS as f64;
+        let highest = fredholm_cube::functions(d, lift::HIGHEST) as f64;
+        (values <= lift::MOST_WORK).then_some(Cost {
+            setup: setup + values * (kernel + per_axis),
+            source: 0.0,
+            moments: 0.0,
+            walk: WalkCost {
+                score: plain.score
+                    + 2.0 * VALUE * highest
+                    + lift::CORRECTIONS * (kernel + per_axis),
+                ..plain
+            },
+            plain,
+        })
     }
 
     /// Seconds of the coefficients and the Galerkin solution, and of G.

@@ -480,6 +480,10 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
         self.seconds()
     }
 
+    fn lift_cost(&self, degree: usize) -> Option<Cost> {
+        self.lift_seconds(degree)
+    }
+
     fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
         let band = self.band(pairs);
         let near = band.map(|band| (2 * band.width + 1).min(self.per_axis) as f64);

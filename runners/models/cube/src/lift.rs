@@ -19,9 +19,9 @@ pub(super) const HIGHEST: usize = CubeScores::<f64, 1>::MOST_DEGREE;
 const PROBES: usize = 16;
 const SETTLED: f64 = 1e-14;
 /// The most values of a kernel for a lift.
-const MOST_WORK: f64 = 2e9;
+pub(super) const MOST_WORK: f64 = 2e9;
 /// Values of the kernel, or what takes as long, that corrections of a score take on average.
-const CORRECTIONS: f64 = 2.0;
+pub(super) const CORRECTIONS: f64 = 2.0;
 const DEGREE: Error = Error::Internal("polynomials of this degree are not offered");
 
 /// v', the projection of F + T_K v on polynomials of degree p', and what walks need of its neighbour equation h = k,
@@ -69,6 +69,16 @@ impl Rule {
             ((cut.per_axis * self.points) as f64).powi(cut.model.dimension as i32)
         }
     }
+}
+
+/// So many points of a cell and axis.
+fn places(cut: &CubePartition<'_>, points: usize) -> f64 {
+    (cut.per_axis as f64 * points as f64).powi(cut.model.dimension as i32)
+}
+
+/// Values of the kernel, or of its factors, that a lift to a degree takes with so many Gauss points.
+pub(super) fn values(cut: &CubePartition<'_>, degree: usize, points: usize) -> f64 {
+    (places(cut, degree + 2) + places(cut, HIGHEST + 1)) * nodes(cut, points)
 }
 
 /// What T_K is taken of, and how.
@@ -247,7 +257,7 @@ impl Lifted {
         let of = (cut, values);
         let cube = values.cube::<D>(cut.per_axis, ANY)?;
         let rule = settled::<D>(of, cut.degree, &solution.v)?;
-        let places = |points: usize| (cut.per_axis as f64 * points as f64).powi(D as i32);
+        let places = |points: usize| places(cut, points);
         let work =
             places(degree + 2) * rule.nodes(cut) + places(HIGHEST + 1) * rule.finer().nodes(cut);
         if work > MOST_WORK {

@@ -26,7 +26,7 @@ pub(super) struct Course<'a, 'm> {
     batch: u64,
     /// Whether something else ends the walks. Then nothing is looked at.
     has_end: bool,
-    /// If walks draw from a sequence, seconds of pseudo-random walks in their place: those that take longer are given up for
+    /// If walks draw from a sequence or follow a lift, seconds of pseudo-random walks without in their place: those that take longer are given up for
     /// them, as nothing else is known of such walks.
     pub(super) otherwise: Option<f64>,
     state: Mutex<State<'a, 'm>>,

@@ -163,6 +163,7 @@ pub(crate) fn solve_either<'m>(
     loop {
         let found = next(&mut search, settings, watch);
         search.forget_sequences();
+        search.forget_lifts();
         let Next {
             mut chosen,
             best,
@@ -267,7 +268,7 @@ fn begin<'m>(
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
     };
-    if settings.lift.is_some() {
+    if settings.lift.is_some_and(|lift| lift > 0) {
         // Predictions know nothing of it.
         return Ok(None);
     }
@@ -280,7 +281,7 @@ fn begin<'m>(
 struct Next<'m> {
     chosen: Chosen<'m>,
     best: Prediction,
-    /// If walks draw from a sequence, seconds of pseudo-random walks in their place.
+    /// If walks draw from a sequence or follow a lift, seconds of pseudo-random walks without in their place.
     otherwise: Option<f64>,
 }
 
@@ -307,6 +308,21 @@ fn next<'m>(
             return Ok(Next {
                 chosen,
                 best: drawn.prediction,
+                otherwise: Some(search.price(&best)),
+            });
+        }
+        if let Some(lifted) = search.lift(search.price(&best))
+            && let Ok(mut chosen) = accepted(search, settings, &lifted.prediction)
+        {
+            refuse_without_end(settings, &lifted.prediction)?;
+            chosen.settings.lift = Some(lifted.degree);
+            chosen.settings.pairs = None;
+            chosen.settings.exact_source = None;
+            chosen.report.pilot_seconds -= lifted.solved.seconds;
+            chosen.solved = Some(lifted.solved);
+            return Ok(Next {
+                chosen,
+                best: lifted.prediction,
                 otherwise: Some(search.price(&best)),
             });
         }

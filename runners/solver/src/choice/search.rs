@@ -5,6 +5,7 @@
 //! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
+mod lift;
 mod sequence;
 
 use std::sync::Arc;
@@ -22,6 +23,7 @@ use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
+use lift::Lifts;
 use sequence::Sequences;
 
 /// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
@@ -62,6 +64,7 @@ pub(super) struct Search<'m> {
     known: Known,
     systems: Systems<'m>,
     sequences: Sequences,
+    lifts: Lifts<'m>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
     /// The first refusal: it is reported if every setting is refused.
@@ -104,6 +107,7 @@ impl<'m> Search<'m> {
             known: Known::default(),
             systems: Systems::default(),
             sequences: Sequences::new(model, settings),
+            lifts: Lifts::new(model, settings),
             refused: Vec::new(),
             refusal: None,
             work: 0.0,
@@ -126,7 +130,8 @@ impl<'m> Search<'m> {
         while !self.watch.cancelled()
             && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
         {
-            if !self.try_sequence_beside() {
+            let seconds = self.seconds_of(&next, walks);
+            if !self.try_lift_before(seconds) && !self.try_sequence_beside() {
                 self.try_out(&next, walks);
             }
         }
@@ -331,7 +336,7 @@ impl<'m> Search<'m> {
         let mut settings = setting.applied(self.settings);
         // What is predicted are pseudo-random walks.
         settings.sequence = None;
-        let (answer, unknowns, rare) = self.walked(&setting, settings, walks)?;
+        let (answer, unknowns, rare) = self.walked((&setting, None), settings, walks)?;
         let all = answer.outcome.statistics.iter().chain(&answer.others);
         let all: Vec<&Statistics> = all.collect();
         self.known.learn(&all);
@@ -347,15 +352,19 @@ impl<'m> Search<'m> {
         Ok(Pilot::new(&walked, self.tolerance, self.model))
     }
 
-    /// So many walks of each target by these settings, with a seed of their own; the number of unknowns, and the variance that few
-    /// walks miss.
+    /// So many walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting;
+    /// the number of unknowns, and the variance that few walks miss.
     fn walked(
         &mut self,
-        setting: &Setting,
+        (setting, solved): (&Setting, Option<&Arc<Solved<'m>>>),
         mut settings: Settings,
         walks: u64,
     ) -> Result<(Answer, f64, f64), Error> {
-        let (cells, solved) = (self.partition(setting)?, self.solved(setting)?);
+        let cells = self.partition(setting)?;
+        let solved = match solved {
+            Some(solved) => Some(Arc::clone(solved)),
+            None => self.solved(setting)?,
+        };
         settings.seed ^= SEED;
         let walk = WalkOptions {
             walks,

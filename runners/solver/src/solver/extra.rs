@@ -121,7 +121,7 @@ impl Solver<'_> {
 
     /// Refuses a lift, of which predictions know nothing.
     pub(super) fn refuse_lift(&self) -> Result<(), Error> {
-        match self.settings.lift {
+        match self.settings.lifted() {
             None => Ok(()),
             Some(_) => Err(Error::Option {
                 subject: Subject::Lift,

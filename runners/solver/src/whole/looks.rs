@@ -25,6 +25,8 @@ pub(crate) struct Look {
     pub(crate) error: f64,
     /// Whether there is a bias beside them.
     pub(crate) is_biased: bool,
+    /// Whether one of half that size would be.
+    pub(crate) is_nearly_biased: bool,
 }
 
 impl Looks {
@@ -73,7 +75,9 @@ impl Look {
         }
         let highest = image.get(IMAGE_HEAD + REPLICATES).copied();
         let highest = highest.unwrap_or(0.0).abs();
-        self.is_biased |=
-            highest > (UNSEEN * bound).max(NOISE * error) || moved > MOVED * bound.max(error);
+        let seen = (UNSEEN * bound).max(NOISE * error);
+        let has_moved = moved > MOVED * bound.max(error);
+        self.is_biased |= highest > seen || has_moved;
+        self.is_nearly_biased |= highest > 0.5 * seen || has_moved;
     }
 }

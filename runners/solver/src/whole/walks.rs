@@ -355,11 +355,11 @@ impl<'m> Whole<'_, 'm> {
                 cells: ready.cells,
                 unknowns: ready.unknowns,
                 degree: self.settings.discretisation().degree,
-                lift: self.settings.lift,
+                lift: self.settings.lifted(),
                 score_degree: ready.degree,
                 pairs: self
                     .settings
-                    .lift
+                    .lifted()
                     .map_or(walk.pairs, |_| Pairs::Pointwise)
                     .word(),
                 absorption: walk.absorption,

@@ -141,6 +141,13 @@ impl Search<'_> {
     /// Walks of a sequence in place of the best pseudo-random ones, if they are predicted to take less than half as long, or if
     /// nothing else is wanted.
     pub(in super::super) fn sequence(&mut self, best: &Prediction) -> Option<Drawn> {
+        if !self.sequences.must
+            && self
+                .lift_price()
+                .is_some_and(|lift| PAYS * lift < self.price(best))
+        {
+            return None;
+        }
         let share = SHARE * self.price(best);
         loop {
             let is_missing = self.sequences.must && self.best_trial().is_none();
@@ -165,11 +172,13 @@ impl Search<'_> {
         self.try_sequence_within(BESIDE * self.work)
     }
 
-    /// Seconds of the best setting, or of walks of a sequence if they are predicted to take less than half as long.
+    /// Seconds of the best setting, or of walks of a sequence or a lift if they are predicted to take less than half as long.
     pub(super) fn least_price(&self, best: &Prediction) -> f64 {
         let price = self.price(best);
         let drawn = self.best_trial().map(|(seconds, _)| seconds);
-        drawn.filter(|drawn| PAYS * drawn < price).unwrap_or(price)
+        let others = [drawn, self.lift_price()].into_iter().flatten();
+        let least = others.fold(f64::INFINITY, f64::min);
+        if PAYS * least < price { least } else { price }
     }
 
     /// The best setting that had two trials.
@@ -337,7 +346,7 @@ impl Search<'_> {
         settings.sequence = Some(Sequence::Sobol);
         settings.survivals = Some(trial.survivals);
         settings.batch = Some(length);
-        let (answer, ..) = self.walked(&setting, settings, MIN_BATCHES * length)?;
+        let (answer, ..) = self.walked((&setting, None), settings, MIN_BATCHES * length)?;
         let all: Vec<&Statistics> = answer.outcome.statistics.iter().collect();
         self.pilots += 1;
         self.walks += all.iter().map(|of| of.walks()).sum::<u64>();
