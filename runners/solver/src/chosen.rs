@@ -90,10 +90,13 @@ impl ChoiceReport {
                 Some(true) => "exact source, ",
                 _ => "",
             };
+            let pairs = match settings.lifted() {
+                Some(lift) => format!(" lifted to {lift}"),
+                None => format!(", {} pairs", walk.pairs.word()),
+            };
             format!(
-                "cells {cells}, degree {}, {} pairs, {source}{last}{walks}; plain walks alone: about {} s",
+                "cells {cells}, degree {}{pairs}, {source}{last}{walks}; plain walks alone: about {} s",
                 settings.discretisation().degree,
-                walk.pairs.word(),
                 plain.as_deref().unwrap_or("?")
             )
         };

@@ -307,7 +307,9 @@ impl<'m> Whole<'_, 'm> {
             };
             let measure = |cell| ready.system.measure(cell);
             let field = ready.field(replicates.coefficients(job, &measure))?;
-            let Look { error, is_biased } = until.looks.look(&*field, tolerance)?;
+            let Look {
+                error, is_biased, ..
+            } = until.looks.look(&*field, tolerance)?;
             let is_random = walk.sequence == Sequence::Random;
             let times = MORE * error * error;
             let needed = done as f64
