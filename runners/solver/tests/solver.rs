@@ -166,7 +166,7 @@ fn lifts_gain_and_keep_the_mean() {
     let cases: [(&dyn Model, usize, f64); 5] = [
         (&circle, 50, 300.0),
         (&smooth, 4, 30.0),
-        (&kink, 4, 30.0),
+        (&kink, 4, 10.0),
         // One cell: T_K v' is no polynomial of degree 7.
         (&rough, 1, 0.0),
         (&jump, 2, 0.0),
