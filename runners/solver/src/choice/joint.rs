@@ -215,10 +215,11 @@ impl<'m> Question<'_, 'm> {
                     looked.pilots += 1;
                     looked.walks += PILOT;
                     let least = price.min(best);
-                    match self.draw(&*level, &mut joint, (tolerance, least), &mut looked.drawn) {
-                        Err(Error::Cancelled) => return Err(Error::Cancelled),
-                        // Pseudo-random walks are still there.
-                        Ok(()) | Err(_) => {}
+                    let drawn =
+                        self.draw(&*level, &mut joint, (tolerance, least), &mut looked.drawn);
+                    // Whatever else refuses them, pseudo-random walks are still there.
+                    if let Err(Error::Cancelled) = drawn {
+                        return Err(Error::Cancelled);
                     }
                     if joint.seconds() < best {
                         looked.joint = Some(joint);

@@ -15,8 +15,9 @@ use super::{PAYS, PILOT_SECONDS, Search};
 use crate::answer::Solved;
 use crate::{Error, Model, Pairs, Settings};
 
-/// Walks of a pilot, whose variance is known to 10 %.
-const WALKS: u64 = 1024;
+/// Walks of a pilot, a quarter of the least run: scores have rare corrections, in one of some hundred to thousand states, which may make
+/// most of their variance.
+const WALKS: u64 = 16_384;
 /// The part of the time of the next pilot that a lift may take before it.
 const BEFORE: f64 = 0.5;
 
