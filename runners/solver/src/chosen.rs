@@ -62,7 +62,7 @@ impl ChoiceReport {
             "absorption {}, {} estimator{}",
             walk.absorption,
             walk.estimator.word(),
-            draws(walk.sequence_word(), walk.survivals)
+            draws(walk.sequence_word(), walk.survivals, false)
         );
         let together = match (
             self.predicted_separate_seconds,

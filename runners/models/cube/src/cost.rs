@@ -101,6 +101,7 @@ impl CubePartition<'_> {
                 ..plain
             },
             plain,
+            light: 0.0,
         })
     }
 
