@@ -7,7 +7,7 @@ use crate::Real;
 /// A part of the space on which source and reflectance are constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourcePart {
-    /// Its measure.
+    /// The measure of the part.
     pub measure: f64,
     /// F on it.
     pub source: f64,

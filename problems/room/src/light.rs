@@ -115,7 +115,7 @@ impl Scene {
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug)]
 pub struct DirectLight {
-    /// Of every wall its length, and the integrals of F_s, of the direct irradiance and of T_K F_s over it.
+    /// The length of every wall, and the integrals of F_s, of the direct irradiance and of T_K F_s over it.
     walls: Vec<[f64; 4]>,
 }
 

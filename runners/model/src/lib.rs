@@ -7,6 +7,7 @@ mod examined;
 pub mod finite;
 mod goal;
 pub mod heat;
+mod last_step;
 pub mod memory;
 mod model;
 pub mod numbers;
@@ -21,9 +22,10 @@ mod written;
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
+pub use last_step::LastSteps;
 pub use model::{
-    About, Derived, Deterministic, Flux, Heat, LastSteps, Model, NO_ITERATION, Partitioned,
-    Prepared, Request, System, Then, WithJob, WithStarts,
+    About, Derived, Deterministic, Flux, Heat, Model, NO_ITERATION, Partitioned, Prepared, Request,
+    System, Then, WithJob, WithStarts,
 };
 pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};

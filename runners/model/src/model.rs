@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
+use crate::last_step::LastSteps;
 use crate::pairs::PairCounts;
 
 use crate::cost::{Cost, PointwisePairs};
@@ -281,20 +282,6 @@ pub trait Model: Send + Sync {
         self.exchange()
             .map_or(0, |surfaces| surfaces.besides(goals))
     }
-}
-
-/// Which of a model's walks make their last step to the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LastSteps {
-    /// None: nobody has written where its light comes from.
-    Never,
-    /// All, as far as it pays: the model sees to it by itself.
-    Always,
-    /// Those that are asked to.
-    Open {
-        /// Whether an automatic choice looks at them: where nothing is small and bright they do not pay.
-        pay: bool,
-    },
 }
 
 /// A deterministic solution.

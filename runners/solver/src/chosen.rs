@@ -3,7 +3,6 @@
 use fredholm_model::numbers::short;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::report::draws;
 use crate::{Choices, Settings};
 
 /// The word for a method. By this name it is not taken for one that lives in what is read.
@@ -51,6 +50,21 @@ fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> 
     let mut known = ["preconditioned", "plain", WHOLE].into_iter();
     let found = known.find(|known| *known == word);
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
+}
+
+/// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light.
+pub(crate) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
+    let mut text = String::new();
+    if sequence.is_some() {
+        text.push_str(", Sobol' points");
+    }
+    if survivals > 0 {
+        text.push_str(&format!(", {survivals} survivals"));
+    }
+    if last_step {
+        text.push_str(", last step to the light");
+    }
+    text
 }
 
 impl ChoiceReport {

@@ -21,8 +21,8 @@ mod whole;
 pub mod model {
     pub use fredholm_model::pairs::PairCounts;
     pub use fredholm_model::{
-        About, Derived, Examined, Flux, Heat, Model, Partitioned, Prepared, Request, System, Then,
-        WholeField, WholeRequest, WholeSystem, WithWholeJob,
+        About, Derived, Examined, Flux, Heat, LastSteps, Model, Partitioned, Prepared, Request,
+        System, Then, WholeField, WholeRequest, WholeSystem, WithWholeJob,
     };
 }
 

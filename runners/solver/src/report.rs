@@ -4,7 +4,6 @@ mod csv;
 mod text;
 mod whole;
 
-pub(crate) use text::draws;
 pub use whole::{WholeGoalReport, WholeReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};

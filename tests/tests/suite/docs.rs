@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 21] = [
+const PUBLISHED: [&str; 22] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
@@ -14,6 +14,7 @@ const PUBLISHED: [&str; 21] = [
     "problems/sphere/src",
     "runners/embedded/src",
     "runners/file/src",
+    "runners/formula/src",
     "runners/model/src",
     "runners/models/circle/src",
     "runners/models/cube/src",

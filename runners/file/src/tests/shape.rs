@@ -106,7 +106,10 @@ fn unknown_keys() {
     let top = format!("{FULL}\n[wlak]\nwalks = 1\n");
     fails(&top, 35, 2, "wlak", &["top level", "did you mean `walk`?"]);
     let top = format!("[colour]\n{FULL}");
-    let words = ["`colour`", "`problem`, `galerkin`, `walk` and `target`"];
+    let words = [
+        "`colour`",
+        "`problem`, `galerkin`, `walk`, `target` and `output`",
+    ];
     fails(&top, 1, 2, "colour", &words);
     let words = ["in `[walk]`", "did you mean `walks`?"];
     fails(&walk("wlaks = 1"), 8, 1, "wlaks", &words);

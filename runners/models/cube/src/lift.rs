@@ -71,7 +71,7 @@ impl Rule {
     }
 }
 
-/// So many points of a cell and axis.
+/// The number of places, with this number of points of a cell and axis.
 fn places(cut: &CubePartition<'_>, points: usize) -> f64 {
     (cut.per_axis as f64 * points as f64).powi(cut.model.dimension as i32)
 }

@@ -31,7 +31,7 @@ pub(super) struct RoomSystem<'m> {
     pub(super) solution: Solution,
     /// What cells see, for walks whose G takes a ray: the same for all walks.
     pub(super) rays: OnceLock<RayTables<f64>>,
-    /// The same for walks whose last step leads to the light.
+    /// Rays of walks whose last step leads to the light.
     pub(super) lit: OnceLock<LitRays>,
 }
 

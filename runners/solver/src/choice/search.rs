@@ -352,8 +352,8 @@ impl<'m> Search<'m> {
         Ok(Pilot::new(&walked, self.tolerance, self.model))
     }
 
-    /// So many walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting;
-    /// the number of unknowns, and the variance that few walks miss.
+    /// Walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting; the number
+    /// of unknowns, and the variance that few walks miss.
     fn walked(
         &mut self,
         (setting, solved): (&Setting, Option<&Arc<Solved<'m>>>),

@@ -1,25 +1,11 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
+use crate::chosen::draws;
 use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
-
-/// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light.
-pub(crate) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
-    let mut text = String::new();
-    if sequence.is_some() {
-        text.push_str(", Sobol' points");
-    }
-    if survivals > 0 {
-        text.push_str(&format!(", {survivals} survivals"));
-    }
-    if last_step {
-        text.push_str(", last step to the light");
-    }
-    text
-}
 
 impl Report {
     /// The report as a table for people.

@@ -6,9 +6,9 @@ use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
-use super::text::draws;
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
+use crate::chosen::draws;
 use crate::{Error, Goal, Model, Region, Settings, WholeFunction, WholeSummary, WholeValue};
 
 /// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are

@@ -55,7 +55,7 @@ struct Trial {
     survivals: u32,
     /// Walks of a replicate of the longest trial; 0 before there was one.
     length: u64,
-    /// Of every target, how many it stands for, and the number of walks that it takes in replicates of that length.
+    /// The number of targets that each target stands for, and the number of walks that it takes in replicates of that length.
     targets: Vec<(f64, f64)>,
     /// The rate by the last two trials.
     rate: Option<f64>,
