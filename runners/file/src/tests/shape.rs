@@ -115,7 +115,7 @@ fn unknown_keys() {
     fails(&walk("wlaks = 1"), 8, 1, "wlaks", &words);
     let words = [
         "in `[galerkin]`",
-        "known here: `cells`, `degree`, `pairs`, `lift`, `points`, `grading`, `shadow_cuts` and `exact_source`",
+        "known here: `cells`, `degree`, `pairs`, `lift`, `stages`, `points`, `grading`, `shadow_cuts` and `exact_source`",
     ];
     fails(&galerkin("  mesh = 1"), 6, 3, "mesh", &words);
     // A typo is reported as such even where the right key is missing.
