@@ -68,8 +68,8 @@ pub use factors::factors;
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Strip, Wall};
 #[cfg(feature = "alloc")]
-#[cfg(feature = "alloc")]
 pub use light::DirectLight;
+#[cfg(feature = "alloc")]
 pub use material::{Material, STEFAN_BOLTZMANN};
 #[cfg(feature = "alloc")]
 pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
