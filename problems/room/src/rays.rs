@@ -9,9 +9,9 @@ use crate::vector::{Vector, dot, sub};
 use crate::{Point, PolynomialRoom, RoomError};
 
 /// Functions of the place in a cell, and of that in a box of directions.
-pub(crate) const TERMS: usize = 3;
-/// Their products of a total degree of two at most, in the order 1, s, s², x, x s, x².
-pub(crate) const PRODUCTS: usize = 6;
+pub(crate) const TERMS: usize = 5;
+/// Their products of a total degree of four at most: 1, s, s², …, then x, x s, …, then x², and so on.
+pub(crate) const PRODUCTS: usize = TERMS * (TERMS + 1) / 2;
 
 /// A part of a cell from which the same walls are seen in the same order, or nearly so.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +42,8 @@ pub struct RayBox<F> {
     pub from: F,
     /// The width of the box, as a fraction of the interval.
     pub width: F,
-    /// c: the coefficients of 1, s, s², x, x s and x², each product of normalised Legendre polynomials of the place x in
-    /// the stretch and s in the box.
+    /// c: the coefficients of 1, s, s², …, x, x s, … up to a total degree of four, each product of normalised Legendre polynomials
+    /// of the place x in the stretch and s in the box.
     pub control: [F; PRODUCTS],
 }
 
@@ -303,6 +303,16 @@ fn in_part(from: f64) -> [(f64, f64); 4] {
     GAUSS.each(|(place, weight)| (from + 0.25 * place, 0.25 * weight))
 }
 
+/// Six Gauss points of the unit interval, and weights that sum to 1: two more than c has degrees tell what it lacks.
+pub(crate) const FIT: [(f64, f64); 6] = [
+    (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
+    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_54, 0.233_956_967_286_345_52),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
+    (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_17),
+];
+
 /// Four Gauss points of the unit interval, and weights that sum to 1.
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
@@ -345,14 +355,21 @@ pub(crate) fn omega_of<F: Real>(position: Vector<F>, tangent: Vector<F>, vertex:
 
 #[inline]
 fn product<F: Real>(a: &[F; TERMS], b: &[F; TERMS]) -> F {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a.iter().zip(b).fold(zero(), |sum, (&a, &b)| sum + a * b)
 }
 
 /// The products of which c is a combination, of ψ of a stretch and of a place in a box.
 #[inline]
 pub(crate) fn products<F: Real>(psi: &[F; TERMS], place: F) -> [F; PRODUCTS] {
     let s: [F; TERMS] = legendre(place + place - one());
-    [s[0], s[1], s[2], psi[1], psi[1] * s[1], psi[2]]
+    let mut products = [zero(); PRODUCTS];
+    let mut out = products.iter_mut();
+    for (degree, &psi) in psi.iter().enumerate() {
+        for (&s, product) in s.iter().take(TERMS - degree).zip(&mut out) {
+            *product = psi * s;
+        }
+    }
+    products
 }
 
 /// c.

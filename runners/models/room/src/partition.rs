@@ -62,7 +62,7 @@ const NEAR_DEGREE: f64 = 180e-9;
 /// a cell's boxes in the set-up, as many rays.
 const RAYS_SCORE: f64 = 60e-9;
 const RAYS_DIRECTIONS: f64 = 25e-9;
-const RAYS_OF_CELL: f64 = 1500.0;
+const RAYS_OF_CELL: f64 = 3000.0;
 /// Seconds of the form factor of a light, for every level of the hierarchy.
 const LIGHT: f64 = 25e-9;
 /// Seconds of an unknown of v from a solution on few cells.
