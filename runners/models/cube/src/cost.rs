@@ -20,6 +20,8 @@ const BOXES: [f64; 2] = [4096.0, 16_777_216.0];
 /// Twice the error that N boxes leave in three dimensions, times N: 2 · 0.35 · 3.5, and a fifth for what the solution makes
 /// of it.
 const JUMP: f64 = 3.0;
+/// How many times finer than a part of F moments may have to be for the same part of u: below a hundredth u is 0 for all that few moments tell.
+const VANISHING: f64 = 100.0;
 /// The number of all boxes over that at a jump: where F − F' is smooth there are some, too, and coarser ones come first.
 const TIMES: f64 = 6.0;
 /// Seconds of the draws and signs of a box.
@@ -146,6 +148,19 @@ impl CubePartition<'_> {
             boxes: boxes.max(self.all_cells() as f64),
             size,
         }
+    }
+
+    /// Moments with so many times less of an error; nothing if these have as many boxes as any may have, or if nothing of u is left to
+    /// take a part of.
+    pub(super) fn finer(&self, enough: &Enough, times: f64) -> Option<Enough> {
+        let [_, most] = BOXES;
+        let d = self.model.dimension as f64;
+        let boxes = enough.boxes * times.powf(2.0 * (d - 1.0) / (d + 1.0)).max(2.0);
+        (enough.boxes < most && times < VANISHING).then_some(Enough {
+            error: enough.error / times,
+            boxes: boxes.min(most),
+            size: enough.size,
+        })
     }
 
     /// Seconds of the boxes and of the errors' solutions.

@@ -8,7 +8,8 @@ use super::setup::ANY;
 use super::system::CubeSystem;
 use super::table::{Table, fill};
 use super::{SWEEPS, TOLERANCE};
-use fredholm_model::{Error, Region, Request, WalkOptions};
+use fredholm_core::Tolerance;
+use fredholm_model::{Error, Goal, Region, Request};
 
 /// The factor by which the threshold of boxes falls until there are enough.
 const FALLS: f64 = 4.0;
@@ -114,14 +115,44 @@ impl Moments {
 }
 
 impl<const D: usize> CubeSystem<'_, D> {
-    /// The moments of F and their solution, if walks follow a neighbour equation with the source F itself.
-    pub(super) fn moments(&self, walk: &WalkOptions) -> Result<Option<(Moments, Solution)>, Error> {
+    /// The moments of F and their solution, if walks follow a neighbour equation with the source F itself. They are refined until the error of
+    /// (v, Φ) takes no more than half of the tolerance of any goal: a part of u may be much less than the same part of F.
+    pub(super) fn moments(
+        &self,
+        request: &Request<'_>,
+    ) -> Result<Option<(Moments, Solution)>, Error> {
+        let walk = request.walk;
         if !walk.exact_source {
             return Ok(None);
         }
-        let table = &self.solved.table;
+        let weights = self.weight_means::<f64>(request)?;
         let moments = with_values::<f64, _>(self.cut.functions(), |values| {
-            self.sample_moments(values, table, walk)
+            let mut enough = self.cut.enough(walk.moments_tolerance());
+            loop {
+                let found = self.sample_moments(values, &self.solved.table, (enough, walk.seed))?;
+                let Some(tolerance) = walk.tolerance else {
+                    return Ok(found);
+                };
+                let (moments, solution) = &found;
+                let errors = self.errors_of(moments, request, values, &weights)?;
+                let of = self.functionals((&solution.v, &solution.v), request, values, &weights)?;
+                let bounds = of.into_iter().map(|of| match tolerance {
+                    Tolerance::Absolute(bound) => bound,
+                    Tolerance::Relative(part) => part * of.abs(),
+                });
+                let times = errors
+                    .iter()
+                    .zip(bounds)
+                    .map(|(error, bound)| 2.0 * error / bound);
+                let worst = times.fold(0.0, f64::max);
+                if worst <= 1.0 {
+                    return Ok(found);
+                }
+                let Some(finer) = self.cut.finer(&enough, worst) else {
+                    return Ok(found);
+                };
+                enough = finer;
+            }
         });
         moments.map(Some)
     }
@@ -130,7 +161,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         &self,
         values: &Watched<'_, f64>,
         table: &Table<'_, D>,
-        walk: &WalkOptions,
+        (enough, seed): (Enough, u64),
     ) -> Result<(Moments, Solution), Error> {
         let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
         let functions = self.degree.functions();
@@ -139,9 +170,8 @@ impl<const D: usize> CubeSystem<'_, D> {
             let count = functions.count();
             let near = &near[i * count..(i + 1) * count];
             let setup = CubeSetup::new(&cube, functions);
-            setup.sample_source(i, near, threshold, walk.seed, out)
+            setup.sample_source(i, near, threshold, seed, out)
         };
-        let enough = self.cut.enough(walk.moments_tolerance());
         Moments::new(table, &near, enough, &sample)
     }
 
@@ -180,34 +210,43 @@ impl<const D: usize> CubeSystem<'_, D> {
         values: &Watched<'_, f64>,
         weights: &[(WeightOf<'_>, Vec<f64>)],
     ) -> Result<Vec<f64>, Error> {
+        let mut squares = vec![0.0; request.goals.len()];
+        for Replicate { solution, rest } in &moments.errors {
+            let of = self.functionals((solution, rest), request, values, weights)?;
+            for (square, error) in squares.iter_mut().zip(of) {
+                *square += error * error;
+            }
+        }
+        let error = |square: f64| (square / REPLICATES as f64).sqrt();
+        Ok(squares.into_iter().map(error).collect())
+    }
+
+    /// What every goal is of a piecewise polynomial: in a point that of the second one.
+    fn functionals(
+        &self,
+        (polynomial, in_points): (&[f64], &[f64]),
+        request: &Request<'_>,
+        values: &Watched<'_, f64>,
+        weights: &[(WeightOf<'_>, Vec<f64>)],
+    ) -> Result<Vec<f64>, Error> {
         let mut weights = weights.iter();
-        let mut errors = Vec::new();
         let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
         let functions = self.degree.functions();
         let setup = CubeSetup::new(&cube, functions);
-        for goal in request.goals {
+        let of = |goal: &Goal| {
             let weight = match &goal.region {
                 Region::Weight(_) | Region::Function(_) => weights.next(),
                 _ => None,
             };
-            let mut squares = 0.0;
-            for replicate in &moments.errors {
-                let Replicate { solution, rest } = replicate;
-                let error = match (&goal.region, weight) {
-                    (Region::Point(x), _) => {
-                        let x = values.domain().unit::<D>(x);
-                        setup.value(rest, &x)
-                    }
-                    (_, Some((_, means))) => {
-                        let products = means.iter().zip(solution).map(|(w, z)| w * z);
-                        products.sum::<f64>() / self.cut.all_cells() as f64
-                    }
-                    _ => Mean::of_functions(solution, functions.count()),
-                };
-                squares += error * error;
+            match (&goal.region, weight) {
+                (Region::Point(x), _) => setup.value(in_points, &values.domain().unit::<D>(x)),
+                (_, Some((_, means))) => {
+                    let products = means.iter().zip(polynomial).map(|(w, z)| w * z);
+                    products.sum::<f64>() / self.cut.all_cells() as f64
+                }
+                _ => Mean::of_functions(polynomial, functions.count()),
             }
-            errors.push((squares / REPLICATES as f64).sqrt());
-        }
-        Ok(errors)
+        };
+        Ok(request.goals.iter().map(of).collect())
     }
 }

@@ -251,7 +251,7 @@ impl<const D: usize> CubeSystem<'_, D> {
             Some(_) => PointwisePairs::default(),
             None => self.cut.pointwise_pairs(walk.pairs)?,
         };
-        let moments = self.moments(walk)?;
+        let moments = self.moments(request)?;
         let errors = self.control_errors(moments.as_ref(), request)?;
         let (moments, solution) = self.own(moments.as_ref());
         with_values::<F, _>(self.cut.functions(), |values| {
@@ -342,7 +342,7 @@ impl<const D: usize> CubeSystem<'_, D> {
         let cells = self.cut.all_cells();
         let kinds = self.kinds(request)?;
         let means = self.weight_means::<f64>(request)?;
-        let moments = self.moments(request.walk)?;
+        let moments = self.moments(request)?;
         let (moments, solution) = self.own(moments.as_ref());
         with_values::<f64, _>(self.cut.functions(), |values| {
             let absorption = request.walk.absorption;
