@@ -123,8 +123,8 @@ impl State<'_, '_> {
         let walks = statistics.iter().map(Statistics::walks).max().unwrap_or(0);
         // Looks are twice as far apart every time: all of them take at most half as long as the walks.
         let (may, few) = (SHARE * walked, (SHARE * walks as f64) as u64);
-        self.search.run_for(may, few);
         let left = (now.walking - walked).max(0.0);
+        self.search.run_for(may, few, left / PAYS);
         let best = self.search.best()?;
         let price = self.search.price(&best);
         // The last pilot tells the length of walks anew, and as many more or fewer are enough then.

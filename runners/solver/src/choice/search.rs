@@ -150,10 +150,18 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// Makes pilots that take so many seconds more at most, unless they pay in any case; then the best, if it is known by
-    /// less than so many walks or seconds, has a pilot of as many. Of settings that few walks tell of the luckiest seem best.
-    pub(super) fn run_for(&mut self, seconds: f64, walks: u64) {
+    /// Makes pilots that take so many seconds more at most, unless they pay in any case: first of the best setting that pilots know,
+    /// if that takes less than this; then the best, if it is known by less than so many walks or seconds, has a pilot of as many. Of
+    /// settings that few walks tell of the luckiest seem best.
+    pub(super) fn run_for(&mut self, seconds: f64, walks: u64, left: f64) {
         self.granted = self.work + seconds;
+        if let Some(known) = self.best_tried()
+            && self.price(&known) < left
+            && let enough = self.enough(&known, seconds, walks)
+            && known.pilot_walks < enough
+        {
+            self.try_out(&known, enough);
+        }
         self.run();
         while self.work < self.granted
             && !self.watch.cancelled()
@@ -462,8 +470,14 @@ impl<'m> Search<'m> {
         let is_tried = |found: &&Prediction| found.pilot_walks > 0;
         let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
         let best = self.best_of(self.found());
-        let tried = || self.best_of(self.found().filter(is_tried));
-        best.filter(is_believed).or_else(tried).or(best)
+        best.filter(is_believed)
+            .or_else(|| self.best_tried())
+            .or(best)
+    }
+
+    /// The best prediction of a setting that had a pilot.
+    fn best_tried(&self) -> Option<Prediction> {
+        self.best_of(self.found().filter(|found| found.pilot_walks > 0))
     }
 
     /// The best prediction of plain walks.
