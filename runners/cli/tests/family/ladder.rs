@@ -339,7 +339,7 @@ impl<'p> Opened<'p> {
             if degree == 0 {
                 rungs.extend(self.plain_rung(&*cut, cells, &walk));
             }
-            for pairs in [Pairs::Default, Pairs::Pointwise] {
+            for pairs in [Pairs::Default, Pairs::Pointwise, Pairs::Rays] {
                 walk.pairs = pairs;
                 if let Some(solved) = &solved
                     && self.model.check(&settings.discretisation(), pairs).is_ok()
