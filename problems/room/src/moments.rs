@@ -204,7 +204,7 @@ impl<F: Real> Geometry<'_, F> {
                     return each(F::NAN, &[F::NAN; B]);
                 };
                 let sight = Sight::new(own.normal(), from.position, part, other);
-                self.visible_pieces(from, part, |whole, right, left| {
+                let mut piece = |whole: bool, right, left| {
                     if whole {
                         return self.measure_whole(rules, from, part, &mut each);
                     }
@@ -214,7 +214,10 @@ impl<F: Real> Geometry<'_, F> {
                         let ends = [right, left].each(|d| sight.meets(d, other));
                         rules.between(&sight, ends, &mut each);
                     }
-                });
+                };
+                // Called by its address, so that the sweep is compiled once for all degrees.
+                let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
+                self.visible_pieces(from, part, piece);
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::rays::{
     FIT, GAUSS, Interval, PRODUCTS, RayBox, Stretch, TERMS, each_interval, omega_of, products,
 };
 use crate::vector::{Vector, dot, sub};
-use crate::{Point, PolynomialRoom, RoomError};
+use crate::{Point, PolynomialRoom, Room, RoomError};
 
 /// How often a cell is halved, where its two ends see different walls: what is left of an end of a shadow is 1/64 of it.
 const HALVINGS: u32 = 6;
@@ -118,6 +118,14 @@ struct Fitted {
     share: f64,
 }
 
+/// What makes tables, whatever the number of functions on a cell: compiled once.
+struct Builder<'s> {
+    room: &'s Room<'s, f64>,
+    /// v where a ray from a point leads, by its ω; 0 where it leaves.
+    seen: &'s dyn Fn(&Point<f64>, f64) -> f64,
+    noise: f64,
+}
+
 /// A node of a stretch: where it is, and what it sees.
 struct Viewpoint {
     x: Point<f64>,
@@ -154,6 +162,8 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         let room = self.polynomials.room();
         let cells = self.polynomials.cells();
         let (mut sum, mut all) = (0.0, 0.0);
+        let seen = |x: &Point<f64>, omega| self.seen(x, omega);
+        let builder = self.builder(&seen);
         for probe in 0..PROBES.min(cells) {
             let cell = probe * cells / PROBES.min(cells);
             // One of the zeros of no low Legendre polynomial, another from probe to probe.
@@ -167,7 +177,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
             if wall.reflectance > 0.0 {
                 let emitted = (self.value(&x) - room.source(&x)) / wall.reflectance;
                 let seen = self.polynomials.irradiance_of(&x, self.v);
-                let residual = emitted - seen - self.irradiance_of_light(&x, cell, t);
+                let residual = emitted - seen - builder.irradiance_of_light(&x, cell, t);
                 let length = room.table().length(cell);
                 sum += length * residual * residual;
                 all += length;
@@ -180,10 +190,56 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         }
     }
 
+    fn value(&self, x: &Point<f64>) -> f64 {
+        let cell = self.polynomials.locate(x);
+        let psi = self
+            .polynomials
+            .basis(&fredholm_core::Located { point: *x, cell });
+        let own = self.v.get(cell * B..).unwrap_or(&[]);
+        let light = self.polynomials.room().reflected_light(x);
+        light + own.iter().zip(psi).map(|(v, psi)| v * psi).sum::<f64>()
+    }
+
+    /// v where a ray leads; 0 where it leaves.
+    fn seen(&self, x: &Point<f64>, omega: f64) -> f64 {
+        let y = self.polynomials.room().ray(x, omega);
+        y.map_or(0.0, |y| self.value(&y))
+    }
+
+    const fn builder<'b>(&'b self, seen: &'b dyn Fn(&Point<f64>, f64) -> f64) -> Builder<'b> {
+        Builder {
+            room: self.polynomials.room(),
+            seen,
+            noise: self.noise,
+        }
+    }
+
+    /// The tables of a cell.
+    ///
+    /// # Errors
+    /// [`RoomError::Galerkin`]: no memory.
+    pub fn cell(&self, cell: usize) -> Result<CellRays, RoomError> {
+        let seen = |x: &Point<f64>, omega| self.seen(x, omega);
+        Ok(self.builder(&seen).cell(cell))
+    }
+}
+
+impl Builder<'_> {
+    /// The tables of a cell.
+    fn cell(&self, cell: usize) -> CellRays {
+        let mut parts = Vec::new();
+        self.split(cell, [0.0, 1.0], HALVINGS, &mut parts);
+        let mut rays = CellRays::default();
+        for part in parts {
+            self.stretch(cell, part, &mut rays);
+        }
+        rays
+    }
+
     /// What walls throw on x that lights throw on them, by Gauss points between the directions of vertices: it has no closed
     /// integral. That of the polynomials has one, and their jumps from cell to cell would be lost between such points.
     fn irradiance_of_light(&self, x: &Point<f64>, cell: usize, t: f64) -> f64 {
-        let room = self.polynomials.room();
+        let room = self.room;
         if room.lights().is_empty() {
             return 0.0;
         }
@@ -211,36 +267,6 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         sum
     }
 
-    fn value(&self, x: &Point<f64>) -> f64 {
-        let cell = self.polynomials.locate(x);
-        let psi = self
-            .polynomials
-            .basis(&fredholm_core::Located { point: *x, cell });
-        let own = self.v.get(cell * B..).unwrap_or(&[]);
-        let light = self.polynomials.room().reflected_light(x);
-        light + own.iter().zip(psi).map(|(v, psi)| v * psi).sum::<f64>()
-    }
-
-    /// v where a ray leads; 0 where it leaves.
-    fn seen(&self, x: &Point<f64>, omega: f64) -> f64 {
-        let y = self.polynomials.room().scatter(x, omega);
-        y.map_or(0.0, |y| self.value(&y))
-    }
-
-    /// The tables of a cell.
-    ///
-    /// # Errors
-    /// [`RoomError::Galerkin`]: no memory.
-    pub fn cell(&self, cell: usize) -> Result<CellRays, RoomError> {
-        let mut parts = Vec::new();
-        self.split(cell, [0.0, 1.0], HALVINGS, &mut parts);
-        let mut rays = CellRays::default();
-        for part in parts {
-            self.stretch(cell, part, &mut rays);
-        }
-        Ok(rays)
-    }
-
     /// Halves a part of a cell until both ends of each see the same walls, or it is small.
     fn split(&self, cell: usize, part: [f64; 2], halvings: u32, out: &mut Vec<[f64; 2]>) {
         let [from, to] = part;
@@ -261,7 +287,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
 
     /// The vertices at which another wall begins to be seen from a place in a cell, in the order of their ω.
     fn edges(&self, cell: usize, t: f64) -> Vec<Edge> {
-        let room = self.polynomials.room();
+        let room = self.room;
         let geometry = room.geometry();
         let Some(x) = room.inside(cell, t) else {
             return Vec::new();
@@ -290,7 +316,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
 
     /// The vertices at which another wall is seen: between two neighbours in the list it is one wall.
     fn changes(&self, x: &Point<f64>, own: &Wall<f64>, all: &[Edge]) -> Vec<Edge> {
-        let geometry = self.polynomials.room().geometry();
+        let geometry = self.room.geometry();
         let sees = |omega: f64| {
             let hit = geometry.cast(x.wall() as u32, x.position(), lambert(own, omega));
             hit.map(|hit| hit.wall)
@@ -377,7 +403,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         [from, to]: [f64; 2],
         intervals: &[Interval<f64>],
     ) -> Vec<Viewpoint> {
-        let room = self.polynomials.room();
+        let room = self.room;
         let at = |(t, weight): (f64, f64)| {
             let x = room.inside(cell, from + t * (to - from))?;
             let wall = room.geometry().wall(x.wall() as u32)?;
@@ -407,7 +433,7 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
             mean_width += node.weight * width * ray_box.width;
             for (place, weight) in FIT {
                 let omega = from + width * (ray_box.from + ray_box.width * place);
-                let (value, terms) = (self.seen(&node.x, omega), products(&node.psi, place));
+                let (value, terms) = ((self.seen)(&node.x, omega), products(&node.psi, place));
                 let weight = node.weight * weight;
                 for (c, term) in ray_box.control.iter_mut().zip(terms) {
                     *c += weight * value * term;

@@ -208,7 +208,7 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
     /// v(y) where a ray from x leads; 0 where it leaves.
     #[inline]
     fn seen(&self, x: &Point<F>, omega: F) -> F {
-        let y = self.polynomials.room().scatter(x, omega);
+        let y = self.polynomials.room().ray(x, omega);
         y.map_or(zero(), |y| self.value(&self.locate(y)))
     }
 

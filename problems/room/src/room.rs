@@ -250,6 +250,13 @@ impl<'a, F: Real> Room<'a, F> {
         Some(self.at(hit.wall, wall, hit.fraction))
     }
 
+    /// Where a ray from `x` leads, as [`scatter`](Self::scatter) has it, by a call: for what is compiled for every number of
+    /// functions on a cell.
+    #[inline(never)]
+    pub(crate) fn ray(&self, x: &Point<F>, xi: F) -> Option<Point<F>> {
+        self.scatter(x, xi)
+    }
+
     /// The point of a wall that a ray from a point between the walls meets, or `None` where it
     /// leaves.
     #[inline]

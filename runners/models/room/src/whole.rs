@@ -5,9 +5,9 @@ mod picture;
 
 use std::sync::{Arc, OnceLock};
 
-use fredholm_core::Real;
-use fredholm_core::galerkin::legendre;
+use fredholm_core::galerkin::{Basis, legendre};
 use fredholm_core::whole::{BasisScores, Scores, WholeTask};
+use fredholm_core::{Located, Real};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
     Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
@@ -138,6 +138,36 @@ struct RoomField<'m> {
     lifted: OnceLock<Vec<f64>>,
 }
 
+/// The functions on cells, without their number as a constant: what makes images of them is compiled once.
+trait Functions: Sync {
+    /// The irradiance at a point in terms of all functions.
+    fn irradiance(&self, x: &Point<f64>, out: &mut [f64]);
+
+    /// The functions at a point of a cell, and zeros.
+    fn at(&self, x: &Located<Point<f64>>) -> [f64; MOST_DEGREE + 1];
+}
+
+impl<const B: usize> Functions for PolynomialRoom<'_, '_, f64, B> {
+    fn irradiance(&self, x: &Point<f64>, out: &mut [f64]) {
+        for (j, out) in out.chunks_exact_mut(B).enumerate() {
+            out.copy_from_slice(&self.form_factors(x, j));
+        }
+    }
+
+    fn at(&self, x: &Located<Point<f64>>) -> [f64; MOST_DEGREE + 1] {
+        let mut all = [0.0; MOST_DEGREE + 1];
+        for (all, psi) in all.iter_mut().zip(self.basis(x)) {
+            *all = psi;
+        }
+        all
+    }
+}
+
+/// So many functions on every cell of a room.
+fn functions<'r>(room: &'r Room<'_, f64>, count: usize) -> Box<dyn Functions + 'r> {
+    of_degree!(count - 1, B => Box::new(room.with_functions::<B>()))
+}
+
 /// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
 fn terms(quantity: WholeQuantity, emission: f64, reflectance: f64) -> [f64; 2] {
     match quantity {
@@ -186,25 +216,13 @@ impl RoomField<'_> {
         }
     }
 
-    /// The irradiance at a point in terms of all functions.
-    fn irradiance<const B: usize>(
-        polynomials: &PolynomialRoom<'_, '_, f64, B>,
-        x: &Point<f64>,
-        out: &mut [f64],
-    ) {
-        for (j, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&polynomials.form_factors(x, j));
-        }
-    }
-
-    fn image<const B: usize>(
+    fn image(
         &self,
-        polynomials: &PolynomialRoom<'_, '_, f64, B>,
+        (room, functions): (&Room<'_, f64>, &dyn Functions),
         quantity: WholeQuantity,
         region: &Region,
         out: &mut [f64],
     ) -> Result<(), Error> {
-        let room = polynomials.room();
         let mut moments = vec![0.0; self.unknowns()];
         match region {
             Region::On(surface, t) => {
@@ -213,7 +231,7 @@ impl RoomField<'_> {
                 let terms = self.terms(quantity, wall)?;
                 // Nothing of the irradiance arrives in u of a black wall.
                 if terms[1] != 0.0 {
-                    Self::irradiance(polynomials, &x, &mut moments);
+                    functions.irradiance(&x, &mut moments);
                 }
                 self.contract(terms, &moments, &self.rows, out);
             }
@@ -222,12 +240,13 @@ impl RoomField<'_> {
                     return Err(Error::Internal("no light falls on a point in the air"));
                 }
                 let position = [0, 1].map(|k| x.get(k).copied().unwrap_or(f64::NAN));
-                Seen { room, position }.moments(B, &mut moments);
-                let rows = self.lifted(polynomials)?;
+                Seen { room, position }.moments(self.functions, &mut moments);
+                let rows = self.lifted(room, functions)?;
                 self.contract([0.0, 1.0], &moments, rows, out);
                 // What the highest degree is worth.
-                let v = rows.chunks_exact(B).zip(moments.chunks_exact(B));
-                out[1] = v.map(|(v, m)| v[B - 1] * m[B - 1]).sum::<f64>().abs();
+                let highest = (rows.iter().zip(&moments)).skip(self.functions - 1);
+                let parts = highest.step_by(self.functions).map(|(v, m)| v * m);
+                out[1] = parts.sum::<f64>().abs();
             }
             region => {
                 let walls = self.system.cut.model.walls(region)?;
@@ -245,10 +264,7 @@ impl RoomField<'_> {
     }
 
     /// F + T_K v and all images as piecewise polynomials.
-    fn lifted<const B: usize>(
-        &self,
-        polynomials: &PolynomialRoom<'_, '_, f64, B>,
-    ) -> Result<&[f64], Error> {
+    fn lifted(&self, room: &Room<'_, f64>, of: &dyn Functions) -> Result<&[f64], Error> {
         if let Some(lifted) = self.lifted.get() {
             return Ok(lifted);
         }
@@ -256,23 +272,24 @@ impl RoomField<'_> {
             self.system.cut.mesh.len(),
             self.rows.len() / self.unknowns(),
         );
-        let rule = gauss(B + MORE_POINTS)?;
+        let functions = self.functions;
+        let rule = gauss(functions + MORE_POINTS)?;
         // By cell, then by row.
         let mut by_cell = vec![0.0; self.rows.len()];
-        fill_rows(&mut by_cell, rows * B, |cell, out| {
+        fill_rows(&mut by_cell, rows * functions, |cell, out| {
             let mut moments = vec![0.0; self.unknowns()];
             let mut image = vec![0.0; rows + 1];
             for (t, weight) in &rule {
-                let x = polynomials.room().inside(cell, 0.5 + 0.5 * t);
+                let x = room.inside(cell, 0.5 + 0.5 * t);
                 let x = x.ok_or(Error::Internal("a cell that is none"))?;
                 let terms = self.terms(WholeQuantity::U, x.wall())?;
-                Self::irradiance(polynomials, &x, &mut moments);
+                of.irradiance(&x, &mut moments);
                 self.contract(terms, &moments, &self.rows, &mut image);
-                let psi: [f64; B] = legendre(*t);
+                let psi: [f64; MOST_DEGREE + 1] = legendre(*t);
                 let values = [image[0]]
                     .into_iter()
                     .chain(image[IMAGE_HEAD..].iter().copied());
-                for (out, value) in out.chunks_exact_mut(B).zip(values) {
+                for (out, value) in out.chunks_exact_mut(functions).zip(values) {
                     for (out, psi) in out.iter_mut().zip(psi) {
                         *out += 0.5 * weight * value * psi;
                     }
@@ -281,10 +298,10 @@ impl RoomField<'_> {
             Ok::<(), Error>(())
         })?;
         let mut all = vec![0.0; self.rows.len()];
-        for (cell, own) in by_cell.chunks_exact(rows * B).enumerate() {
-            for (row, own) in own.chunks_exact(B).enumerate() {
-                let from = (row * cells + cell) * B;
-                all[from..from + B].copy_from_slice(own);
+        for (cell, own) in by_cell.chunks_exact(rows * functions).enumerate() {
+            for (row, own) in own.chunks_exact(functions).enumerate() {
+                let from = (row * cells + cell) * functions;
+                all[from..from + functions].copy_from_slice(own);
             }
         }
         Ok(self.lifted.get_or_init(|| all))
@@ -294,12 +311,10 @@ impl RoomField<'_> {
         let width = IMAGE_HEAD + self.rows();
         let mut out = vec![0.0; regions.len() * width];
         let room = self.room()?;
-        of_degree!(self.functions - 1, B => {
-            let polynomials = room.with_functions::<B>();
-            fill_rows(&mut out, width, |region, out| {
-                self.image(&polynomials, quantity, &regions[region], out)
-            })?;
-        });
+        let functions = functions(&room, self.functions);
+        fill_rows(&mut out, width, |region, out| {
+            self.image((&room, &*functions), quantity, &regions[region], out)
+        })?;
         Ok(out)
     }
 }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use fredholm_core::galerkin::{CellMap, Partition, Solution};
-use fredholm_core::sampled::{Sampled, SampledSolution, SampledTables, ScoreVariance};
+use fredholm_core::sampled::{SampledSolution, SampledTables, ScoreVariance};
 use fredholm_core::{Goals, Job, LastStep, Neighbour, Real, Started, WithKnown};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::heat::RadiativeExchange as _;
@@ -26,24 +26,29 @@ const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
 /// What the rest of a walk takes, in rays of its scores: its own rays, those to lights, and the form factors of c's events.
 const REST: f64 = 3.0;
 
-/// The neighbour equation of B functions on a cell, with as many rays a score as have the least product of variance and time.
-pub(crate) fn neighbour<'a, F: Real, const B: usize>(
-    tables: &'a SampledTables<F>,
-    last: &LastStep<'a, Radiosity<'a, F>>,
-) -> Result<FromRays<'a, F, B>, Error> {
+/// A neighbour equation of any degree: one type of walk for all.
+pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync + 'a;
+
+/// Hands out the neighbour equation from rays, with faces that they cross as events, and as many rays a score as have the least
+/// product of variance and time.
+pub(crate) fn with_neighbour<F: Real>(
+    degree: usize,
+    tables: &SampledTables<F>,
+    last: &LastStep<'_, Radiosity<'_, F>>,
+    then: &mut dyn FnMut(&Boxed<'_, F>) -> Result<(), Error>,
+) -> Result<(), Error> {
     let radiosity = last.0;
     let of = (radiosity, radiosity);
-    let made = |rays| {
-        let sampled = tables.neighbour_with_events::<_, _, 2, B>(of, rays);
-        sampled.map_err(|_| Error::Internal("tables of other cells"))
-    };
-    let trial = made(TRIAL)?;
-    made(ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST))
+    of_degree!(degree, B => {
+        let made = |rays| {
+            let sampled = tables.neighbour_with_events::<_, _, 2, B>(of, rays);
+            sampled.map_err(|_| Error::Internal("tables of other cells"))
+        };
+        let trial = made(TRIAL)?;
+        let rays = ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST);
+        then(&WithKnown(&made(rays)?))
+    })
 }
-
-/// The neighbour equation from rays, with faces that they cross as events.
-pub(crate) type FromRays<'a, F, const B: usize> =
-    Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>;
 
 /// v and c of a scene.
 pub(crate) struct SceneSystem<'m> {
@@ -55,67 +60,63 @@ pub(crate) struct SceneSystem<'m> {
 }
 
 impl SceneSystem<'_> {
-    fn job_in<F: Real, const B: usize>(
-        &self,
-        request: &Request<'_>,
-        then: &mut Then<'_>,
-    ) -> Result<(), Error> {
+    fn job_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let tables = WalkTables::<F>::new(self.model.scene(), &self.cut)?;
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let vectors = self.solution.for_walks::<F>()?;
-        let sampled = neighbour::<F, B>(&vectors, &last)?;
-        let neighbour = WithKnown(&sampled);
         let wide = self.cut.radiosity(request.walk.absorption)?;
         let v: Vec<f64> = vectors.v().iter().map(|v| v.to_f64()).collect();
         let places = self.model.places(request)?;
-        let mut galerkin = Vec::with_capacity(request.goals.len());
-        let mut control_means = Vec::with_capacity(places.len());
-        for place in &places {
-            let known = place.known(&radiosity);
-            let value = |start| neighbour.value(&neighbour.locate(start)).to_f64();
-            let mean = match *place {
-                Place::Point(face, position) => {
-                    let point = radiosity.at(face, position)?;
-                    let known = F::from_f64(known);
-                    Some(value(Started { point, known }))
-                }
-                Place::Faces(ref faces) => Some(known + mean::<B>(&wide, faces, &v)),
-                Place::Air(_) => None,
-            };
-            control_means.push(mean);
-            if galerkin.len() < request.goals.len() {
-                galerkin.push(match (mean, place) {
-                    (None, Place::Air(position)) => {
-                        let position = position.map(F::from_f64);
-                        let air = Air {
-                            radiosity: &radiosity,
-                            position,
-                        };
-                        seen_of(&air, &value)
+        with_neighbour(self.cut.degree, &vectors, &last, &mut |neighbour| {
+            let mut galerkin = Vec::with_capacity(request.goals.len());
+            let mut control_means = Vec::with_capacity(places.len());
+            for place in &places {
+                let known = place.known(&radiosity);
+                let value = |start| neighbour.value(&neighbour.locate(start)).to_f64();
+                let mean = match *place {
+                    Place::Point(face, position) => {
+                        let point = radiosity.at(face, position)?;
+                        let known = F::from_f64(known);
+                        Some(value(Started { point, known }))
                     }
-                    (mean, _) => mean.unwrap_or(f64::NAN),
-                });
+                    Place::Faces(ref faces) => Some(known + mean(&wide, faces, &v)),
+                    Place::Air(_) => None,
+                };
+                control_means.push(mean);
+                if galerkin.len() < request.goals.len() {
+                    galerkin.push(match (mean, place) {
+                        (None, Place::Air(position)) => {
+                            let position = position.map(F::from_f64);
+                            let air = Air {
+                                radiosity: &radiosity,
+                                position,
+                            };
+                            seen_of(&air, &value)
+                        }
+                        (mean, _) => mean.unwrap_or(f64::NAN),
+                    });
+                }
             }
-        }
-        with_job(
-            (self.model, &places),
-            (&radiosity, &last, &neighbour),
-            request,
-            &control_means,
-            &mut |job| {
-                then(&Prepared {
-                    job,
-                    galerkin: &galerkin,
-                    largest: fredholm_model::numbers::largest(vectors.v()),
-                    radius_bound: self.radius_bound,
-                    convergence: self.solution.convergence(),
-                    pointwise: NO_PAIRS,
-                    neighbour_second_moment_radius: None,
-                    pair_counts: None,
-                })
-            },
-        )
+            with_job(
+                (self.model, &places),
+                (&radiosity, &last, neighbour),
+                request,
+                &control_means,
+                &mut |job| {
+                    then(&Prepared {
+                        job,
+                        galerkin: &galerkin,
+                        largest: fredholm_model::numbers::largest(vectors.v()),
+                        radius_bound: self.radius_bound,
+                        convergence: self.solution.convergence(),
+                        pointwise: NO_PAIRS,
+                        neighbour_second_moment_radius: None,
+                        pair_counts: None,
+                    })
+                },
+            )
+        })
     }
 }
 
@@ -133,19 +134,20 @@ fn seen_of<F: Real>(air: &Air<'_, F>, value: &dyn Fn(Started<Point<F>, F>) -> f6
 }
 
 /// The mean of v over some faces: ψ_0 = 1, and the other functions have the mean 0.
-fn mean<const B: usize>(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]) -> f64 {
+fn mean(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]) -> f64 {
     let mut is_in = vec![false; radiosity.geometry().faces().len()];
     for &face in faces {
         if let Some(is_in) = is_in.get_mut(face as usize) {
             *is_in = true;
         }
     }
+    let functions = v.len() / radiosity.cells().max(1);
     let (mut sum, mut area) = (0.0, 0.0);
     for cell in 0..radiosity.cells() {
         let face = radiosity.point(cell, &[0.5, 0.25]).face;
         if is_in.get(face as usize) == Some(&true) {
             let measure = radiosity.measure(cell);
-            sum += measure * v.get(cell * B).copied().unwrap_or(f64::NAN);
+            sum += measure * v.get(cell * functions).copied().unwrap_or(f64::NAN);
             area += measure;
         }
     }
@@ -153,16 +155,17 @@ fn mean<const B: usize>(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]
 }
 
 /// Prepares the walks of all places, (v, Φ) of which is known or not, and of irradiances that do not follow from u there.
-pub(crate) fn with_job<'a, F: Real, N>(
+pub(crate) fn with_job<'a, F: Real>(
     (model, places): (&SceneModel, &'a [Place]),
-    (radiosity, last, neighbour): (&'a Radiosity<'a, F>, &LastStep<'a, Radiosity<'a, F>>, &N),
+    (radiosity, last, neighbour): (
+        &'a Radiosity<'a, F>,
+        &LastStep<'a, Radiosity<'a, F>>,
+        &Boxed<'_, F>,
+    ),
     request: &Request<'_>,
     control_means: &[Option<f64>],
     then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
-) -> Result<(), Error>
-where
-    N: Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync,
-{
+) -> Result<(), Error> {
     let ends = places
         .iter()
         .map(|place| place.areas(radiosity))
@@ -203,7 +206,7 @@ impl System for SceneSystem<'_> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        in_scalar!(self.cut.scalar, F => of_degree!(self.cut.degree, B => self.job_in::<F, B>(request, then)))
+        in_scalar!(self.cut.scalar, F => self.job_in::<F>(request, then))
     }
 
     fn examine(

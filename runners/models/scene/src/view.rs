@@ -3,16 +3,16 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    Batch, DefaultGenerator, Form, Functional, LastStep, Length, Neighbour, NoNeighbour, Real,
-    RngUniforms, Started, StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
+    Batch, DefaultGenerator, Form, Functional, LastStep, Length, NoNeighbour, Real, RngUniforms,
+    Started, StateSpace, Statistics, Task, Uniforms, WalkSeeds, WithKnown,
 };
 use fredholm_model::{BLANK, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_scene::{Point, Radiosity, Scene};
 
+use crate::SceneModel;
 use crate::partition::{ScenePartition, WalkTables};
-use crate::system::{SceneSystem, neighbour};
-use crate::{SceneModel, of_degree};
+use crate::system::{Boxed, SceneSystem, with_neighbour};
 
 /// A pinhole camera.
 ///
@@ -178,14 +178,12 @@ impl SceneModel {
         cells.check_variance(request.walk)?;
         let system = cells.system(request.walk.absorption)?;
         walking();
-        in_scalar!(discretisation.scalar, F => of_degree!(discretisation.degree, B => {
-            system.view::<F, B>(request, watch, start)
-        }))
+        in_scalar!(discretisation.scalar, F => system.view::<F>(request, watch, start))
     }
 }
 
 impl SceneSystem<'_> {
-    fn view<F: Real, const B: usize>(
+    fn view<F: Real>(
         &self,
         request: &ViewRequest<'_>,
         watch: &dyn Observer,
@@ -195,18 +193,21 @@ impl SceneSystem<'_> {
         let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
         let last = LastStep(&radiosity);
         let vectors = self.solution.for_walks::<F>()?;
-        let sampled = neighbour::<F, B>(&vectors, &last)?;
-        let neighbour = WithKnown(&sampled);
-        let walker = Walker {
-            request,
-            watch,
-            radiosity: &radiosity,
-            last: &last,
-            neighbour: &neighbour,
-            is_plain: false,
-            score: |statistics| statistics.preconditioned().into(),
-        };
-        let view = walker.view(start, request.walk.walks)?;
+        let mut view = None;
+        with_neighbour(self.cut.degree, &vectors, &last, &mut |neighbour| {
+            let walker = Walker {
+                request,
+                watch,
+                radiosity: &radiosity,
+                last: &last,
+                neighbour,
+                is_plain: false,
+                score: |statistics| statistics.preconditioned().into(),
+            };
+            view = Some(walker.view(start, request.walk.walks)?);
+            Ok(())
+        })?;
+        let view = view.ok_or(Error::Internal("no walks were made"))?;
         if !request.beside_plain {
             return Ok((view, None));
         }
@@ -279,12 +280,12 @@ where
 }
 
 /// Walks of one kind.
-struct Walker<'w, F, N> {
+struct Walker<'w, F> {
     request: &'w ViewRequest<'w>,
     watch: &'w dyn Observer,
     radiosity: &'w Radiosity<'w, F>,
     last: &'w LastStep<'w, Radiosity<'w, F>>,
-    neighbour: &'w N,
+    neighbour: &'w Boxed<'w, F>,
     is_plain: bool,
     score: fn(&Statistics) -> Spot,
 }
@@ -294,10 +295,7 @@ const PARTS: u32 = 8;
 /// Pixels whose estimates one thread makes in one go.
 const ROW: usize = 64;
 
-impl<F: Real, N> Walker<'_, F, N>
-where
-    N: Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync,
-{
+impl<F: Real> Walker<'_, F> {
     /// All pixels from so many walks each.
     fn view(&self, start: Instant, walks: u64) -> Result<View, Error> {
         let camera = self.request.camera;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fredholm_core::Located;
-use fredholm_core::galerkin::{Basis, Partition};
+use fredholm_core::galerkin::Partition;
 use fredholm_core::whole::over_replicates;
 use fredholm_model::{
     Discretisation, Error, IMAGE_HEAD, Subject, WholeQuantity, WholeRequest, WholeSystem,
@@ -11,9 +11,9 @@ use fredholm_model::{
 use fredholm_rayon::{Observer, Replicates, fill_rows};
 use fredholm_room::{Enclosure, Seen};
 
-use super::{MOST_DEGREE, RoomField, RoomWhole};
+use super::{MOST_DEGREE, RoomField, RoomWhole, functions};
+use crate::RoomModel;
 use crate::field::{Field, FieldRequest, is_inside};
-use crate::{RoomModel, of_degree};
 use fredholm_model::{BLANK, Spot};
 
 /// Replicates: an error bar of 16 is uncertain by 18 %, which no colour tells.
@@ -77,8 +77,7 @@ impl RoomModel {
         })?;
         let field = system.room_field(&whole, rows)?;
         let closed = self.scene.enclosure() == Enclosure::Closed;
-        let (air, walls) =
-            of_degree!(whole.degree, B => field.picture::<B>(request, closed, watch)?);
+        let (air, walls) = field.picture(request, closed, watch)?;
         Ok(Field {
             air,
             walls,
@@ -89,15 +88,15 @@ impl RoomModel {
 }
 
 impl RoomField<'_> {
-    fn picture<const B: usize>(
+    fn picture(
         &self,
         request: &FieldRequest<'_>,
         closed: bool,
         watch: &dyn Observer,
     ) -> Result<(Vec<Spot>, Vec<Spot>), Error> {
         let room = self.room()?;
-        let polynomials = room.with_functions::<B>();
-        let table = self.by_function(self.lifted(&polynomials)?);
+        let of = functions(&room, self.functions);
+        let table = self.by_function(self.lifted(&room, &*of)?);
         let rows = REPLICATES + 1;
         let at = |position: [f64; 2]| {
             let (mut share, mut sums) = (0.0, [0.0; REPLICATES + 1]);
@@ -108,9 +107,10 @@ impl RoomField<'_> {
             seen.points(PANEL, |point, weight| {
                 share += weight;
                 let cell = room.locate(&point);
-                let functions = polynomials.basis(&Located { point, cell });
-                let own = table.get(cell * B * rows..).unwrap_or_default();
-                for (row, function) in own.chunks_exact(rows).zip(functions) {
+                let psi = of.at(&Located { point, cell });
+                let own = table.get(cell * self.functions * rows..);
+                let own = own.unwrap_or_default().chunks_exact(rows);
+                for (row, function) in own.zip(psi).take(self.functions) {
                     let factor = weight * function;
                     for (sum, coefficient) in sums.iter_mut().zip(row) {
                         *sum += factor * coefficient;
@@ -139,7 +139,7 @@ impl RoomField<'_> {
             let stretch = request.stretches[number];
             let x = room.point(stretch.wall, stretch.middle)?;
             let mut moments = vec![0.0; self.unknowns()];
-            Self::irradiance(&polynomials, &x, &mut moments);
+            of.irradiance(&x, &mut moments);
             let mut image = vec![0.0; IMAGE_HEAD + REPLICATES];
             let terms = self.terms(WholeQuantity::U, stretch.wall)?;
             self.contract(terms, &moments, &self.rows, &mut image);
