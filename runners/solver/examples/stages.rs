@@ -1,7 +1,7 @@
 //! Prints the error of v and √Var against stages in place of a matrix, with processor seconds and memory, on Linux.
 //!
 //! ```text
-//! cargo run --release -p fredholm --example stages -- CELLS STAGES
+//! cargo run --profile dist -p fredholm --example stages -- CELLS STAGES
 //! ```
 //!
 //! CELLS of an axis in three dimensions, so that 46 are 97,336 in all; for every number of stages up to STAGES.

@@ -2,7 +2,7 @@
 //! band: processor time of one thread, on Linux.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --release -p fredholm --example whole
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole
 //! ```
 
 use fredholm::circle::{Emission, Harmonic};

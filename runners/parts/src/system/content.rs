@@ -7,7 +7,6 @@ use std::path::Path;
 use fredholm::systems::SavedSystem;
 use fredholm_core::galerkin::{Convergence, Solution};
 use serde::{Deserialize, Serialize};
-use zerocopy::FromBytes;
 
 use crate::error::PartError;
 use crate::frames::{checksum, digest};
@@ -197,7 +196,7 @@ impl Summed<'_> {
 /// The numbers of these bytes, where they lie if they can be read there.
 fn numbers(bytes: &[u8]) -> Cow<'_, [f64]> {
     if cfg!(target_endian = "little")
-        && let Ok(numbers) = <[f64]>::ref_from_bytes(bytes)
+        && let Ok(numbers) = bytemuck::try_cast_slice(bytes)
     {
         return Cow::Borrowed(numbers);
     }
