@@ -3,6 +3,7 @@
 use fredholm_core::galerkin::{Solution, legendre};
 
 use crate::panels::gauss;
+use crate::views::parts;
 use crate::{
     Grading, Matrix, Mesh, PolynomialRoom, Room, RoomError, Scene, Tables, min_mass_ratio,
 };
@@ -110,16 +111,23 @@ impl CoarseStep<'_, '_> {
         cell: usize,
     ) -> [f64; B] {
         let mut own = [0.0; B];
-        // The mean over a cell is the value in its middle, but for what cells of degree 0 do not see either.
-        if B == 1 {
-            own[0] = self.at(many, cell, 0.5);
-            return own;
-        }
-        for (t, weight) in gauss::<f64>(usize::from(B > 3)) {
-            let value = self.at(many, cell, 0.5 + 0.5 * t);
-            let psi: [f64; B] = legendre(t);
-            for (own, psi) in own.iter_mut().zip(psi) {
-                *own += 0.5 * weight * value * psi;
+        // Where other walls begin to be seen T_K v_c has a kink, of which no few points over the cell tell the mean.
+        for [from, to] in parts(many.room(), cell) {
+            let mut add = |place: f64, weight: f64| {
+                let t = from + (to - from) * place;
+                let value = self.at(many, cell, t);
+                let psi: [f64; B] = legendre(t + t - 1.0);
+                for (own, psi) in own.iter_mut().zip(psi) {
+                    *own += (to - from) * weight * value * psi;
+                }
+            };
+            if B == 1 {
+                // The mean is the value in the middle, but for what cells of degree 0 do not see either.
+                add(0.5, 1.0);
+            } else {
+                for (t, weight) in gauss::<f64>(usize::from(B > 3)) {
+                    add(0.5 + 0.5 * t, 0.5 * weight);
+                }
             }
         }
         own

@@ -55,6 +55,8 @@ mod starts;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;
+#[cfg(feature = "alloc")]
+mod views;
 mod visible;
 
 pub use cells::{Cells, Edge};

@@ -7,22 +7,16 @@ use fredholm_core::Source;
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Partition, legendre};
 
-use crate::geometry::{Wall, lambert};
-use crate::rays::{
-    FIT, GAUSS, Interval, PRODUCTS, RayBox, Stretch, TERMS, each_interval, omega_of, products,
-};
-use crate::vector::{Vector, dot, sub};
+use crate::panels::gauss;
+use crate::rays::{GAUSS, Interval, PRODUCTS, RayBox, Stretch, TERMS, each_interval, products};
+use crate::views::{Edge, edges, parts};
 use crate::{Point, PolynomialRoom, Room, RoomError};
 
-/// How often a cell is halved, where its two ends see different walls: what is left of an end of a shadow is 1/64 of it.
-const HALVINGS: u32 = 6;
 /// Boxes are no wider than this part of all directions: a jump within one is not overlooked.
 const WIDEST: f64 = 1.0 / 16.0;
 /// The most boxes of a stretch: twice as many cost up to twice the set-up, and save less than a tenth of the standard deviation. What
 /// is left then are jumps of v from cell to cell, which cross boxes as x moves.
 const BOXES: usize = 128;
-/// The most intervals of a stretch, whose ends are all computed in a score. Of more the narrowest are parts of others.
-const INTERVALS: usize = 48;
 /// The standard deviation of G relative to the residual of v, which no ray can mend, at which boxes are narrow enough: a
 /// variance of a quarter of its square.
 const NOISE: f64 = 0.5;
@@ -98,14 +92,6 @@ pub struct CellRays {
     pub(crate) intervals: Vec<Interval<f64>>,
     pub(crate) boxes: Vec<RayBox<f64>>,
     pub(crate) cumulative: Vec<f64>,
-}
-
-/// A vertex at which another wall begins to be seen, and its ω.
-#[derive(Clone, Copy, Debug)]
-struct Edge {
-    omega: f64,
-    vertex: u32,
-    position: Vector<f64>,
 }
 
 /// A box, and what was learned of it.
@@ -227,10 +213,8 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
 impl Builder<'_> {
     /// The tables of a cell.
     fn cell(&self, cell: usize) -> CellRays {
-        let mut parts = Vec::new();
-        self.split(cell, [0.0, 1.0], HALVINGS, &mut parts);
         let mut rays = CellRays::default();
-        for part in parts {
+        for part in parts(self.room, cell) {
             self.stretch(cell, part, &mut rays);
         }
         rays
@@ -246,7 +230,7 @@ impl Builder<'_> {
         let Some(wall) = room.geometry().wall(x.wall() as u32) else {
             return f64::NAN;
         };
-        let intervals = intervals(&self.edges(cell, t));
+        let intervals = intervals(&edges(self.room, cell, t));
         let mut sum = 0.0;
         each_interval(&intervals, x.position(), wall.tangent, |_, from, width| {
             // ω = (1 − cos θ)/2: in θ there is no root at the horizon.
@@ -267,91 +251,9 @@ impl Builder<'_> {
         sum
     }
 
-    /// Halves a part of a cell until both ends of each see the same walls, or it is small.
-    fn split(&self, cell: usize, part: [f64; 2], halvings: u32, out: &mut Vec<[f64; 2]>) {
-        let [from, to] = part;
-        // In a corner itself everything is seen under no angle.
-        let inset = 1e-6 * (to - from);
-        let vertices = |t: f64| {
-            let edges = self.edges(cell, t).into_iter();
-            edges.map(|edge| edge.vertex).collect::<Vec<u32>>()
-        };
-        if halvings == 0 || vertices(from + inset) == vertices(to - inset) {
-            out.push(part);
-            return;
-        }
-        let middle = 0.5 * (from + to);
-        self.split(cell, [from, middle], halvings - 1, out);
-        self.split(cell, [middle, to], halvings - 1, out);
-    }
-
-    /// The vertices at which another wall begins to be seen from a place in a cell, in the order of their ω.
-    fn edges(&self, cell: usize, t: f64) -> Vec<Edge> {
-        let room = self.room;
-        let geometry = room.geometry();
-        let Some(x) = room.inside(cell, t) else {
-            return Vec::new();
-        };
-        let Some(own) = geometry.wall(x.wall() as u32) else {
-            return Vec::new();
-        };
-        let mut all: Vec<Edge> = Vec::new();
-        for wall in geometry.walls() {
-            for (&position, &vertex) in wall.ends.iter().zip(&wall.vertices) {
-                let ahead = dot(own.normal(), sub(position, x.position())) > 0.0;
-                if ahead && !own.vertices.contains(&vertex) {
-                    let omega = omega_of(x.position(), own.tangent, position);
-                    all.push(Edge {
-                        omega,
-                        vertex,
-                        position,
-                    });
-                }
-            }
-        }
-        all.sort_by(|a, b| a.omega.total_cmp(&b.omega).then(a.vertex.cmp(&b.vertex)));
-        all.dedup_by_key(|edge| edge.vertex);
-        self.changes(&x, own, &all)
-    }
-
-    /// The vertices at which another wall is seen: between two neighbours in the list it is one wall.
-    fn changes(&self, x: &Point<f64>, own: &Wall<f64>, all: &[Edge]) -> Vec<Edge> {
-        let geometry = self.room.geometry();
-        let sees = |omega: f64| {
-            let hit = geometry.cast(x.wall() as u32, x.position(), lambert(own, omega));
-            hit.map(|hit| hit.wall)
-        };
-        let mut kept: Vec<Edge> = Vec::new();
-        let mut before: Option<(Option<u32>, Option<&Edge>)> = None;
-        let ends = all.iter().map(Some).chain([None]);
-        let mut from = 0.0;
-        for edge in ends {
-            let to = edge.map_or(1.0, |edge| edge.omega);
-            if to > from {
-                let wall = sees(0.5 * (from + to));
-                if let Some((old, Some(at))) = before
-                    && old != wall
-                {
-                    kept.push(*at);
-                }
-                before = Some((wall, edge));
-            } else if let Some((_, at)) = &mut before {
-                *at = edge;
-            }
-            from = to;
-        }
-        while kept.len() >= INTERVALS {
-            let omega = |k: usize| kept.get(k).map_or(1.0, |edge: &Edge| edge.omega);
-            let width = |k: &usize| omega(*k + 1) - omega(*k);
-            let narrowest = (0..kept.len()).min_by(|a, b| width(a).total_cmp(&width(b)));
-            kept.remove(narrowest.unwrap_or(0));
-        }
-        kept
-    }
-
     /// Adds a part of a cell to its tables.
     fn stretch(&self, cell: usize, [from, to]: [f64; 2], rays: &mut CellRays) {
-        let mut intervals = intervals(&self.edges(cell, 0.5 * (from + to)));
+        let mut intervals = intervals(&edges(self.room, cell, 0.5 * (from + to)));
         let nodes: Vec<Viewpoint> = self.viewpoints(cell, [from, to], &intervals);
         let mut boxes: Vec<Fitted> = Vec::new();
         for number in 0..intervals.len() as u32 {
@@ -418,20 +320,19 @@ impl Builder<'_> {
                 intervals: own,
             })
         };
-        FIT.into_iter().filter_map(at).collect()
+        fit().filter_map(at).collect()
     }
 
     /// A box with its c: the projection of v(y(x, ω)) by Gauss points in x and ω.
     fn fitted(&self, mut ray_box: RayBox<f64>, nodes: &[Viewpoint]) -> Fitted {
-        let mut samples: Vec<(f64, [f64; PRODUCTS], f64)> =
-            Vec::with_capacity(FIT.len() * FIT.len());
+        let mut samples: Vec<(f64, [f64; PRODUCTS], f64)> = Vec::with_capacity(36);
         let (mut mean_width, mut squares) = (0.0, 0.0);
         ray_box.control = [0.0; PRODUCTS];
         for node in nodes {
             let own = node.intervals.get(ray_box.interval as usize);
             let &[from, width] = own.unwrap_or(&[0.0; 2]);
             mean_width += node.weight * width * ray_box.width;
-            for (place, weight) in FIT {
+            for (place, weight) in fit() {
                 let omega = from + width * (ray_box.from + ray_box.width * place);
                 let (value, terms) = ((self.seen)(&node.x, omega), products(&node.psi, place));
                 let weight = node.weight * weight;
@@ -451,6 +352,11 @@ impl Builder<'_> {
             share: mean_width * Real::sqrt(squares),
         }
     }
+}
+
+/// Six Gauss points of the unit interval, and weights that sum to 1: two more than c has degrees tell what it lacks.
+fn fit() -> impl Iterator<Item = (f64, f64)> {
+    gauss::<f64>(1).map(|(t, weight)| (0.5 + 0.5 * t, 0.5 * weight))
 }
 
 /// Where parts of the unit interval begin, and their widths: halves of halves towards both ends, each in two parts.

@@ -303,16 +303,6 @@ fn in_part(from: f64) -> [(f64, f64); 4] {
     GAUSS.each(|(place, weight)| (from + 0.25 * place, 0.25 * weight))
 }
 
-/// Six Gauss points of the unit interval, and weights that sum to 1: two more than c has degrees tell what it lacks.
-pub(crate) const FIT: [(f64, f64); 6] = [
-    (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
-    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
-    (0.380_690_406_958_401_54, 0.233_956_967_286_345_52),
-    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
-    (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
-    (0.966_234_757_101_576, 0.085_662_246_189_585_17),
-];
-
 /// Four Gauss points of the unit interval, and weights that sum to 1.
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
