@@ -52,6 +52,11 @@ pub(super) struct Prediction {
 }
 
 impl Prediction {
+    /// Whether a pilot of its family tells of it.
+    pub(super) const fn is_known(&self) -> bool {
+        self.walking.is_finite()
+    }
+
     /// Seconds of the set-up and of all walks.
     pub(super) fn seconds(&self) -> f64 {
         self.setup + self.walking

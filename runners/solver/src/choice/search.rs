@@ -202,9 +202,25 @@ impl<'m> Search<'m> {
         let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
         // What takes longer than all so far comes after everything else that may pay.
         let is_late = |(step, walks, ..): &(Prediction, u64, f64, f64)| !self.is_soon(step, *walks);
-        let pay = pay.map(|candidate| (is_late(&candidate), candidate));
-        let most = pay.min_by(|(late, a), (other, b)| late.cmp(other).then(a.3.total_cmp(&b.3)));
-        most.map(|(_, (step, walks, ..))| (step, walks))
+        let pay: Vec<_> = pay
+            .map(|candidate| (is_late(&candidate), candidate))
+            .collect();
+        let least = pay
+            .iter()
+            .min_by(|(late, a), (other, b)| late.cmp(other).then(a.3.total_cmp(&b.3)));
+        let &(late, (least, walks, _, cost)) = least?;
+        if least.is_known() {
+            return Some((least, walks));
+        }
+        // Where nothing is known, of what may take alike the highest degree comes first: it leaves the least variance.
+        let alike = pay.iter().filter(|(other, (step, .., other_cost))| {
+            !step.is_known() && *other == late && *other_cost <= PAYS * cost
+        });
+        let first = alike.max_by(|(_, a), (_, b)| {
+            let degree = |of: &(Prediction, u64, f64, f64)| of.0.setting.degree;
+            degree(a).cmp(&degree(b)).then(b.3.total_cmp(&a.3))
+        });
+        first.map(|&(_, (step, walks, ..))| (step, walks))
     }
 
     /// Whether a pilot takes no longer than all before it.
