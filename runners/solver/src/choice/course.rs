@@ -129,7 +129,7 @@ impl State<'_, '_> {
         let price = self.search.price(&best);
         // The last pilot tells the length of walks anew, and as many more or fewer are enough then.
         let is_tried = 2 * best.pilot_walks >= self.search.enough(&best, may, few);
-        let is_other = best.setting != setting && is_known;
+        let is_other = best.setting != setting;
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {

@@ -208,7 +208,7 @@ impl Family {
         let in_stages = |walks: f64| batch * batches_of_whole_stages(walks / batch);
         let all = |walks: &dyn Fn(&Observed) -> f64| -> f64 {
             let of = |target: &Observed| target.weight * in_stages(walks(target));
-            pilot.targets.iter().map(of).sum()
+            pilot.observed().map(of).sum()
         };
         let more = level.unknowns / pilot.unknowns;
         let order = self.observed_order();
@@ -218,7 +218,7 @@ impl Family {
         let pairs = pilot.pairs(level.unknowns);
         let each = walk.seconds(setting.estimator, pilot.states, pairs);
         let walks = all(&|target| target.walks(observed));
-        let most = pilot.targets.iter().map(|target| target.walks(observed));
+        let most = pilot.observed().map(|target| target.walks(observed));
         let [setup, source] = setting.setup(&level.cost);
         let moments = level.cost.moments;
         Prediction {

@@ -142,6 +142,9 @@ pub(super) struct Walked<'a> {
 pub(super) struct Known {
     walks: u64,
     pub(super) targets: Vec<[f64; 2]>,
+    /// The walks that targets take which pilots leave out, over those that pilots tell of: a small error that is asked for of one of
+    /// them, which is the same in all settings, makes most of it.
+    pub(super) left_out: f64,
 }
 
 impl Known {
@@ -165,7 +168,9 @@ pub(super) struct Pilot {
     pub(super) setting: Setting,
     /// Whether its targets are those of all pilots, and not those of the answer.
     is_sampled: bool,
-    pub(super) targets: Vec<Observed>,
+    targets: Vec<Observed>,
+    /// One target for all that the pilot leaves out and that take more.
+    left_out: Option<Observed>,
     /// The number of walks of all targets.
     pub(super) walks: u64,
     /// The number of walks of a target.
@@ -228,6 +233,7 @@ impl Pilot {
             setting: walked.setting,
             is_sampled: !walked.weights.is_empty(),
             targets: all().zip(weights).map(of).collect(),
+            left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),
             states: states as f64 / walks as f64,
@@ -244,7 +250,7 @@ impl Pilot {
             states: self.states * self.setting.absorption / setting.absorption,
             ..self.clone()
         };
-        for target in &mut other.targets {
+        for target in other.targets.iter_mut().chain(&mut other.left_out) {
             target.needed *= multiple;
         }
         other
@@ -256,6 +262,20 @@ impl Pilot {
             let all = self.targets.iter_mut().zip(&known.targets);
             all.for_each(|(target, &known)| target.correct(known));
         }
+        let left_out = known.left_out * self.needed();
+        if self.is_sampled && left_out > 0.0 {
+            self.left_out = self.targets.first().map(|target| Observed {
+                weight: 1.0,
+                needed: left_out,
+                taken: 0.0,
+                ..*target
+            });
+        }
+    }
+
+    /// The targets, and one for what is left out.
+    pub(super) fn observed(&self) -> impl Iterator<Item = &Observed> {
+        self.targets.iter().chain(&self.left_out)
     }
 
     /// The number of walks that all targets take by their observed variance.

@@ -440,7 +440,20 @@ impl<'m> Search<'m> {
             rare: 0.0,
         };
         let pilot = Pilot::new(&walked, self.tolerance, self.model);
-        self.known.learn(&self.sample.of(statistics));
+        let of = self.sample.of(statistics);
+        if !of.is_empty() {
+            let few = Pilot::new(
+                &Walked {
+                    statistics: of.clone(),
+                    weights: &self.sample.weights,
+                    ..walked
+                },
+                self.tolerance,
+                self.model,
+            );
+            self.known.left_out = (pilot.needed() / few.needed() - 1.0).max(0.0);
+        }
+        self.known.learn(&of);
         self.learn(pilot);
         self.found()
             .find(|found| found.setting == *setting)

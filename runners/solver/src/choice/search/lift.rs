@@ -166,8 +166,8 @@ impl<'m> Search<'m> {
         let walks =
             |target: &Observed| batch * batches_of_whole_stages(target.careful_walks(1.0) / batch);
         let walks_of = |target: &Observed| target.weight * walks(target);
-        let all: f64 = pilot.targets.iter().map(walks_of).sum();
-        let most = pilot.targets.iter().map(walks).fold(0.0, f64::max);
+        let all: f64 = pilot.observed().map(walks_of).sum();
+        let most = pilot.observed().map(walks).fold(0.0, f64::max);
         Ok(Lifted {
             prediction: Prediction {
                 setting,
