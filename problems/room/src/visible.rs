@@ -31,7 +31,9 @@ fn directions<F: Real>(
     part: &Part<F>,
     to: &Wall<F>,
 ) -> Option<[Vector<F>; 2]> {
-    if !(to.height(position) > zero()) {
+    let [first, last] = to.vertices;
+    // Of a thin wall one side does not see the other, wherever rounding puts the point.
+    if !(to.height(position) > zero()) || from.vertices == [last, first] {
         return None;
     }
     let normal = from.normal();
