@@ -1,5 +1,7 @@
 //! What takes the number of functions on a cell as a constant.
 
+use std::borrow::Cow;
+
 use fredholm_core::Real;
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise, Rounded, Solution};
 use fredholm_cube::{CellFunctions, ExactSource};
@@ -68,23 +70,49 @@ impl<F: Real, const D: usize, const B: usize> Degree<F, D> for Smooth<B> {
         kinds: &Kinds,
         then: &mut Use<'_, F, D>,
     ) -> Result<(), Error> {
+        let vectors = Vectors::new(of, kinds)?;
+        let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
+        let cube = cube.with_functions::<B>();
+        let narrow = Rounded::new(of.table);
+        let Vectors { pairs, v, g } = &vectors;
+        of.hand_on(&Piecewise::new(&cube, &narrow, *pairs, v, g)?, then)
+    }
+}
+
+/// The pairs of a neighbour equation without pointwise ones, and its v and G: w and R if the source is F itself.
+struct Vectors<'a, F: Real> {
+    pairs: DiagonalRule,
+    v: Cow<'a, [F]>,
+    g: Vec<F>,
+}
+
+impl<'a, F: Real> Vectors<'a, F> {
+    fn new<const D: usize>(of: &Of<'a, F, D>, kinds: &Kinds) -> Result<Self, Error> {
         let Kinds::Diagonal(pairs) = *kinds else {
             return Err(Error::Internal(
                 "pointwise pairs are of piecewise constants",
             ));
         };
-        let (table, solution) = (of.table, of.solution);
-        let cube = of.values.cube::<D>(of.cut.per_axis, of.absorption)?;
-        let cube = cube.with_functions::<B>();
-        let narrow = Rounded::new(table);
-        let Some(moments) = of.moments else {
-            let g = solution.source(table, &pairs)?;
-            return then(&Piecewise::new(&cube, &narrow, pairs, of.v, &g)?);
+        let (v, g) = match of.moments {
+            None => (of.v.into(), of.solution.source(of.table, &pairs)?),
+            Some(moments) => {
+                let [w, r] = exact::<F, D>(of.table, of.solution, moments, &pairs)?;
+                (w.into(), r)
+            }
         };
-        let [w, r] = exact::<F, D>(table, solution, moments, &pairs)?;
-        let rest: &Boxed<'_, F, D> = &Piecewise::new(&cube, &narrow, pairs, &w, &r)?;
+        Ok(Self { pairs, v, g })
+    }
+}
+
+impl<F: Real, const D: usize> Of<'_, F, D> {
+    /// Hands on a neighbour equation, with the source F itself if that is asked for.
+    fn hand_on(&self, neighbour: &Boxed<'_, F, D>, then: &mut Use<'_, F, D>) -> Result<(), Error> {
+        if self.moments.is_none() {
+            return then(neighbour);
+        }
+        let cube = self.values.cube::<D>(self.cut.per_axis, self.absorption)?;
         then(&ExactSource {
-            rest,
+            rest: neighbour,
             source: cube.right_hand_side(),
         })
     }
