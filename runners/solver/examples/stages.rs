@@ -1,10 +1,11 @@
 //! Prints the error of v and √Var against stages in place of a matrix, with processor seconds and memory, on Linux.
 //!
 //! ```text
-//! cargo run --profile dist -p fredholm --example stages -- CELLS STAGES
+//! cargo run --profile dist -p fredholm --example stages -- CELLS STAGES DIMENSION
 //! ```
 //!
-//! CELLS of an axis in three dimensions, so that 46 are 97,336 in all; for every number of stages up to STAGES.
+//! CELLS of an axis in two or three dimensions (3 if DIMENSION is left out), so that 46 are 97,336 in all; for every number of
+//! stages up to STAGES.
 
 use fredholm::{CubeModel, Solver};
 
@@ -23,7 +24,7 @@ fn megabytes(key: &str) -> f64 {
 }
 
 /// K = ½ exp(−|x − y|²) and the solution 1 + |x|², with F = u − T_K u by products of one-dimensional integrals.
-fn cube() -> CubeModel {
+fn cube<const D: usize>() -> CubeModel {
     let rule = fredholm_variance::gauss(12).expect("a rule");
     let integral = move |power: i32, x: f64| {
         let at = |y: f64| y.powi(power) * (-(x - y).powi(2)).exp();
@@ -31,47 +32,69 @@ fn cube() -> CubeModel {
         terms.sum::<f64>()
     };
     let u = |x: &[f64]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
-    let kernel = |x: &[f64; 3], y: &[f64; 3]| {
+    let kernel = |x: &[f64; D], y: &[f64; D]| {
         let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
         0.5 * (-square).exp()
     };
-    let source = move |x: &[f64; 3]| {
+    let source = move |x: &[f64; D]| {
         let [zeroth, second] = [0, 2].map(|power| x.map(|x| integral(power, x)));
         let all: f64 = zeroth.iter().product();
-        let squares: f64 = (0..3).map(|a| all / zeroth[a] * second[a]).sum();
+        let squares: f64 = (0..D).map(|a| all / zeroth[a] * second[a]).sum();
         u(x) - 0.5 * (all + squares)
     };
-    CubeModel::from_fn::<3>(kernel, source).with_solution(u)
+    CubeModel::from_fn::<D>(kernel, source).with_solution(u)
+}
+
+/// Processor seconds of this process so far; 0 where nobody tells. Linux counts in hundredths.
+fn processor_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name, which is in parentheses, these are the 12th and the 13th.
+    let fields = text.rsplit(')').next().unwrap_or_default();
+    let ticks = fields.split_whitespace().skip(11).take(2);
+    let ticks = ticks.filter_map(|ticks| ticks.parse::<f64>().ok());
+    ticks.sum::<f64>() / 100.0
+}
+
+fn table<const D: usize>(cells: u32, most: u32) {
+    println!("{} cells in {D} dimensions", cells.pow(D as u32));
+    println!(
+        "stages   error of v in the mean, in a middle   std_dev of both   processor s   most MB"
+    );
+    for stages in 1..=most {
+        let model = cube::<D>().with_stages(stages);
+        let middle = (f64::from(cells / 2) + 0.5) / f64::from(cells);
+        let solver = Solver::new(&model)
+            .mean()
+            .at([middle; D])
+            .cells(cells as usize);
+        let start = processor_seconds();
+        let report = solver.walks(20_000).solve().expect("a result");
+        let took = processor_seconds() - start;
+        let [mean, point] = &report.goals[..] else {
+            return;
+        };
+        let exact = [1.0 + D as f64 / 3.0, 1.0 + D as f64 * middle * middle];
+        let off = [mean.galerkin - exact[0], point.galerkin - exact[1]];
+        let deviation = [mean, point].map(|goal| goal.preconditioned.std_dev.unwrap_or(f64::NAN));
+        println!(
+            "{stages:6}   {:10.2e} {:10.2e}   {:10.2e} {:10.2e}   {took:11.2}   {:7.1}",
+            off[0],
+            off[1],
+            deviation[0],
+            deviation[1],
+            megabytes("VmHWM")
+        );
+    }
 }
 
 fn main() {
     let mut numbers = std::env::args()
         .skip(1)
         .map(|text| text.parse::<u32>().expect("a number"));
-    let (cells, most) = (numbers.next().unwrap_or(10), numbers.next().unwrap_or(3));
-    println!("stages   error of v in the mean, in a middle   std_dev of both   set-up s   most MB");
-    for stages in 1..=most {
-        let model = cube().with_stages(stages);
-        let middle = (f64::from(cells / 2) + 0.5) / f64::from(cells);
-        let solver = Solver::new(&model)
-            .mean()
-            .at([middle; 3])
-            .cells(cells as usize);
-        let report = solver.walks(20_000).solve().expect("a result");
-        let [mean, point] = &report.goals[..] else {
-            return;
-        };
-        let exact = [2.0, 1.0 + 3.0 * middle * middle];
-        let off = [mean.galerkin - exact[0], point.galerkin - exact[1]];
-        let deviation = [mean, point].map(|goal| goal.preconditioned.std_dev.unwrap_or(f64::NAN));
-        println!(
-            "{stages:6}   {:10.2e} {:10.2e}   {:10.2e} {:10.2e}   {:8.2}   {:8.1}",
-            off[0],
-            off[1],
-            deviation[0],
-            deviation[1],
-            report.setup_seconds,
-            megabytes("VmHWM")
-        );
+    let mut next = |otherwise: u32| numbers.next().unwrap_or(otherwise);
+    let (cells, most) = (next(10), next(3));
+    match next(3) {
+        2 => table::<2>(cells, most),
+        _ => table::<3>(cells, most),
     }
 }
