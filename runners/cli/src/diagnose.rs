@@ -5,7 +5,7 @@ mod report;
 use std::io::Write;
 
 use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict};
-use fredholm::{Choices, Settings};
+use fredholm::{Choices, Pairs, Settings};
 use fredholm_file::Resolution;
 use fredholm_plot::ShareTable;
 
@@ -77,7 +77,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         cells: cells.cells(),
         unknowns: cells.unknowns(),
         degree: settings.discretisation().degree,
-        pairs: walk.pairs.word(),
+        pairs: match settings.lifted() {
+            Some(_) => Pairs::Pointwise,
+            None => walk.pairs,
+        }
+        .word(),
         estimator: walk.estimator.word(),
         form: walk.form.word(),
         diagnosis: &diagnosis,

@@ -8,7 +8,7 @@ mod figures;
 
 use std::io::Write;
 
-use fredholm::sweep::{Rates, Row, Sweep, squared};
+use fredholm::sweep::{PLAIN_WALKS, Rates, Row, Sweep, squared};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
@@ -26,9 +26,6 @@ const ENOUGH_WALKS: u64 = 1 << 16;
 /// And on so many where it is the reference for what has no known solution.
 const REFERENCE_WALKS: u64 = 1 << 22;
 
-/// The time of a plain walk is that of so many at most.
-const PLAIN_WALKS: u64 = 1 << 18;
-
 /// Runs `rates`.
 pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failure> {
     let files = files(args)?;
@@ -44,7 +41,8 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
     let mut sweeps = Vec::new();
     for problem in &problems {
         let levels = levels(problem, &args.cells)?;
-        let is_timed = several || !problem.model().about().counts_evaluations;
+        let is_counted = problem.model().about().counts_evaluations;
+        let is_timed = several || !is_counted || problem.resolved.settings.lifted().is_some();
         let sweeping = Sweeping::new(problem, levels, args.walks, is_timed);
         sweeping.check_variance()?;
         sweeps.push(sweeping);
@@ -236,6 +234,7 @@ impl<'a> Sweeping<'a> {
                 model: problem.model(),
                 discretisation: settings.discretisation(),
                 walk: settings.walk_options(),
+                lift: settings.lifted(),
                 timed: is_timed.then_some(PLAIN_WALKS),
             },
             levels,

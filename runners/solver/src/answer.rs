@@ -222,6 +222,21 @@ impl<'m> Solved<'m> {
         })
     }
 
+    /// This system, [lifted](System::lift) if there is a degree.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn lifted(self, degree: Option<usize>) -> Result<Self, Error> {
+        let Some(degree) = degree else {
+            return Ok(self);
+        };
+        let start = Instant::now();
+        Ok(Self {
+            system: self.system.lift(degree)?,
+            seconds: self.seconds + start.elapsed().as_secs_f64(),
+        })
+    }
+
     /// Walks that both equations follow.
     ///
     /// # Errors

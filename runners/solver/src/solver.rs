@@ -15,7 +15,7 @@ use crate::diagnosis::{Diagnosis, diagnose};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
 use crate::report::{Report, Run};
-use crate::sweep::{Rates, Row, Sweep};
+use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
@@ -414,7 +414,6 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn diagnose_in(&self, nodes: usize) -> Result<Diagnosis, SolveError> {
         self.check()?;
-        self.refuse_lift()?;
         let goals = self.goals(&self.targets()?)?;
         let (model, settings) = (self.model, &self.settings);
         let nodes = nodes.max(LEAST_NODES);
@@ -428,12 +427,14 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn sweep(&self, cells: &[usize], walks: u64) -> Result<Rates, SolveError> {
         self.check()?;
-        self.refuse_lift()?;
+        let lift = self.settings.lifted();
         let sweep = Sweep {
             model: self.model,
             discretisation: self.settings.discretisation(),
             walk: self.settings.walk_options(),
-            timed: None,
+            lift,
+            // What a lift takes is no number of values of the kernel alone.
+            timed: lift.map(|_| PLAIN_WALKS),
         };
         let (mut rows, mut estimates, mut exact) = (Vec::new(), Vec::new(), None);
         for &cells in cells {

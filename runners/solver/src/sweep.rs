@@ -7,11 +7,14 @@ use std::time::Instant;
 use fredholm_core::{Statistics, StopReason};
 
 use crate::answer::{SolveObserver, Solved, Walks};
-use crate::{Discretisation, Error, Goal, Model, Partitioned, Scalar, WalkOptions};
+use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Scalar, WalkOptions};
 use fredholm_model::Request;
 
 pub use fredholm_model::Deterministic;
 pub use rates::{Fits, Rates, Row, exponent, squared};
+
+/// The most plain walks that are timed.
+pub const PLAIN_WALKS: u64 = 1 << 18;
 
 /// Walks on one level of cells, for the mean of u.
 #[derive(Clone, Debug)]
@@ -54,6 +57,8 @@ pub struct Sweep<'a> {
     pub discretisation: Discretisation,
     /// How walks are made, but for their number.
     pub walk: WalkOptions,
+    /// The degree of the lift that walks follow, if there is one.
+    pub lift: Option<usize>,
     /// The most plain walks that are timed; `None` if the clock is not wanted.
     pub timed: Option<u64>,
 }
@@ -110,7 +115,8 @@ impl<'a> Sweep<'a> {
         let cut = self.cut(cells)?;
         let cutting = start.elapsed().as_secs_f64();
         let exact = self.model.exact(&goals[0].region)?;
-        let answer = Solved::new(&*cut, walk.absorption)?.walk(&maker, &request, watch)?;
+        let solved = Solved::new(&*cut, walk.absorption)?.lifted(self.lift)?;
+        let answer = solved.walk(&maker, &request, watch)?;
         if answer.outcome.stop == StopReason::Cancelled {
             return Ok(None);
         }
@@ -148,6 +154,18 @@ impl<'a> Sweep<'a> {
             evaluations: cut.evaluations(answer.convergence.sweeps),
             clock,
         }))
+    }
+
+    /// The order of √Var in n. A lift to degree p' is as good as polynomials of degree p', or as F + T_K v, whose error falls twice
+    /// as fast as that of v: whichever is the lower order.
+    fn order(&self) -> f64 {
+        let (cut, pairs) = (self.discretisation, self.walk.pairs);
+        let own = self.model.order(&cut, pairs);
+        let Some(degree) = self.lift else {
+            return own;
+        };
+        let of_lift = Discretisation { degree, ..cut };
+        self.model.order(&of_lift, Pairs::Pointwise).min(2.0 * own)
     }
 
     const fn scalar(&self) -> Scalar {

@@ -422,6 +422,45 @@ fn a_sweep_falls_as_theory_says() {
     assert_eq!(rates.rows.len(), 4);
 }
 
+/// √Var of walks with a lift within 10 % of what 2¹⁷ walks measure, which know it to some per cent.
+#[test]
+fn lifts_are_predicted() {
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let (smooth, square) = (waves(1.0), gauss());
+    let cases: [(&dyn Model, usize, usize); 3] =
+        [(&circle, 50, 3), (&smooth, 4, 3), (&square, 5, 2)];
+    for (model, cells, lift) in cases {
+        let solver = Solver::new(model).at(0.3).mean().cells(cells).lift(lift);
+        let predicted = solver.diagnose().unwrap();
+        assert_eq!(predicted.lift, Some(lift));
+        assert!(predicted.other_pairs.is_empty());
+        let report = solver.walks(1 << 17).solve().unwrap();
+        for (goal, target) in report.goals.iter().zip(&predicted.targets) {
+            for (measured, predicted) in [
+                (goal.plain.std_dev, target.plain),
+                (goal.preconditioned.std_dev, target.preconditioned),
+            ] {
+                let ratio = predicted.unwrap() / measured.unwrap();
+                assert!((ratio - 1.0).abs() < 0.1, "{cells} {lift} {ratio}");
+            }
+        }
+    }
+    // v' of degree 1, and F + T_K v of piecewise constants: both have order 2, where v has 1.
+    let rates = Solver::new(&smooth)
+        .lift(1)
+        .sweep(&[5, 10, 20, 40], 20_000)
+        .unwrap();
+    let fitted = rates.fits.std_dev.unwrap();
+    assert_eq!((rates.fits.std_dev_theory, rates.lift), (-2.0, Some(1)));
+    assert!((fitted + 2.0).abs() < 0.2, "{fitted}");
+    assert!(rates.fits.error_in_seconds.is_some());
+}
+
 /// A gain is a quotient of two errors: there is none if one of them is 0.
 #[test]
 fn no_gain_is_told_without_an_error() {

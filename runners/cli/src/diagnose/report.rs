@@ -34,12 +34,19 @@ impl Report<'_> {
             kernel_power,
             neighbour_power,
             quantities,
+            lift,
             targets,
             ..
         } = self.diagnosis;
         let mut text = format!(
-            "{}, {} cells, degree {}, {} pairs, {} estimator, {} form; {sites} sites with {nodes} nodes\n\n",
-            self.problem, cells, self.degree, self.pairs, self.estimator, self.form
+            "{}, {} cells, degree {}{}, {} pairs, {} estimator, {} form; {sites} sites with {nodes} nodes\n\n",
+            self.problem,
+            cells,
+            self.degree,
+            lift.map_or(String::new(), |lift| format!(" lifted to {lift}")),
+            self.pairs,
+            self.estimator,
+            self.form
         );
         let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);
         let header = [

@@ -344,17 +344,23 @@ impl<const D: usize> CubeSystem<'_, D> {
         let means = self.weight_means::<f64>(request)?;
         let moments = self.moments(request)?;
         let (moments, solution) = self.own(moments.as_ref());
+        let lifted = self.lifted.as_ref();
         with_values::<f64, _>(self.cut.functions(), |values| {
             let absorption = request.walk.absorption;
             let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-            let v = solution.rounded::<f64>()?;
+            let v = match lifted {
+                Some(lifted) => lifted.lower::<f64, D>(self.cut.degree),
+                None => solution.rounded::<f64>()?,
+            };
             let weighted = self.weighted::<f64>(values, &means, &v)?;
-            let quadrature = CubeQuadrature::new(&cube, nodes, self.cut.degree)?;
+            let degree = lifted.map_or(self.cut.degree, |lifted| lifted.degree);
+            let quadrature = CubeQuadrature::new(&cube, nodes, degree)?;
             let table = &self.solved.table;
             // Of piecewise constants alone: there the first function of a cell is all of it.
             let is_dense = matches!(table, Table::Dense { functions: 1, .. });
             let mean = |i, j| table.mean(i, j);
-            let coefficients = is_dense.then_some(MeanCoefficients { cells, mean: &mean });
+            let coefficients =
+                (is_dense && lifted.is_none()).then_some(MeanCoefficients { cells, mean: &mean });
             let of = Of {
                 cut: &self.cut,
                 values,
@@ -364,8 +370,7 @@ impl<const D: usize> CubeSystem<'_, D> {
                 moments,
                 v: &v,
             };
-            let degree = f64::degree(self.degree);
-            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+            let mut examine = |neighbour: &Boxed<'_, f64, D>, pairs: AnyPairs<'_>| {
                 with_starts(
                     request,
                     values.domain(),
@@ -375,7 +380,7 @@ impl<const D: usize> CubeSystem<'_, D> {
                         let setting = VarianceSetup {
                             equation: &cube,
                             neighbour,
-                            pairs: kinds.any(cells)?,
+                            pairs,
                             quadrature: &quadrature,
                             galerkin: None,
                         };
@@ -391,6 +396,14 @@ impl<const D: usize> CubeSystem<'_, D> {
                         values.check()
                     },
                 )
+            };
+            if let Some(lifted) = lifted {
+                let neighbour = LiftedNeighbour::new(&self.cut, lifted, values, values)?;
+                return examine(&neighbour, AnyPairs::AllPointwise);
+            }
+            let degree = f64::degree(self.degree);
+            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
+                examine(neighbour, kinds.any(cells)?)
             })
         })
     }
@@ -442,9 +455,6 @@ impl<const D: usize> System for CubeSystem<'_, D> {
         nodes: usize,
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        if self.lifted.is_some() {
-            return Err(Error::Internal("walks with a lift are not predicted"));
-        }
         self.examine_in(request, nodes, then)
     }
 

@@ -49,6 +49,9 @@ pub struct Diagnosis {
     pub neighbour_power: Option<PowerReport>,
     /// The quantities of the paper, of the absorption estimator.
     pub quantities: Option<QuantitiesReport>,
+    /// The degree of the lift, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift: Option<usize>,
     /// The diagnosis of each goal.
     pub targets: Vec<GoalDiagnosis>,
     /// √Var ζ of every goal with other pairs.
@@ -82,7 +85,8 @@ pub fn diagnose(
     let (cut, walk) = (settings.discretisation(), settings.walk_options());
     let cells = model.partition(&cut)?;
     cells.check_examination()?;
-    let solved = Solved::new(&*cells, walk.absorption)?;
+    let lift = settings.lifted();
+    let solved = Solved::new(&*cells, walk.absorption)?.lifted(lift)?;
     let look = |pairs: Pairs, is_brief: bool| {
         let inquiry = Inquiry {
             estimator: walk.estimator,
@@ -103,7 +107,9 @@ pub fn diagnose(
         diagnosis.ok_or(Error::Internal("nothing was examined"))
     };
     let mut diagnosis = look(walk.pairs, false)?;
-    for &choice in Pairs::ALL {
+    // With a lift all pairs are pointwise.
+    let others: &[_] = if lift.is_some() { &[] } else { Pairs::ALL };
+    for &choice in others {
         let pairs = choice.value;
         // Not every model has all of them.
         if pairs == walk.pairs || model.check(&cut, pairs).is_err() {
@@ -121,6 +127,7 @@ pub fn diagnose(
             preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),
         });
     }
+    diagnosis.lift = lift;
     diagnosis.advise_pairs();
     Ok(diagnosis)
 }
@@ -209,6 +216,7 @@ impl Inquiry<'_> {
             kernel_power: analysis.kernel_power.map(PowerReport::from),
             neighbour_power: analysis.neighbour_power.map(PowerReport::from),
             quantities: quantities.map(|of: Quantities| QuantitiesReport::new(&of, pairs)),
+            lift: None,
             targets,
             other_pairs: Vec::new(),
             picture: picture.unwrap_or(Picture::Table(Vec::new(), Vec::new())),

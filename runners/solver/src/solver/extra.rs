@@ -118,16 +118,4 @@ impl Solver<'_> {
         }
         self.model.check(&cut, walk.pairs)
     }
-
-    /// Refuses a lift, of which predictions know nothing.
-    pub(super) fn refuse_lift(&self) -> Result<(), Error> {
-        match self.settings.lifted() {
-            None => Ok(()),
-            Some(_) => Err(Error::Option {
-                subject: Subject::Lift,
-                message: "variances of walks with a `lift` are not predicted, and rates are those of v: leave it out"
-                    .to_owned(),
-            }),
-        }
-    }
 }

@@ -4,7 +4,7 @@ use fredholm_core::Estimate;
 use serde::Serialize;
 
 use super::{Deterministic, Level, Sweep};
-use crate::Choices;
+use crate::{Choices, Pairs};
 use fredholm_model::numbers::{aligned, short, slope};
 
 /// A standard deviation is left out of fits where it is below this part of the plain one: rounding may hold
@@ -20,6 +20,9 @@ pub struct Rates {
     pub dimension: Option<usize>,
     /// The degree of the polynomials on a cell.
     pub degree: usize,
+    /// The degree of the lift, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift: Option<usize>,
     /// The name of the choice of pairs.
     pub pairs: &'static str,
     /// The absorption probability q0.
@@ -242,8 +245,8 @@ impl Rates {
         let above = |row: &&Row| row.is_above_rounding();
         let fit =
             |points: Vec<(f64, f64)>| slope(points.into_iter().map(|(x, y)| (x.ln(), y.ln())));
-        let (model, about) = (sweep.model, sweep.model.about());
-        let order = model.order(&sweep.discretisation, sweep.walk.pairs);
+        let about = sweep.model.about();
+        let order = sweep.order();
         let deviations = |from: usize| {
             let rows = rows.iter().filter(above).filter(|r| r.cells >= from);
             fit(rows.map(|r| (r.unknowns as f64, r.std_dev)).collect())
@@ -258,7 +261,12 @@ impl Rates {
             problem: about.kind,
             dimension: about.dimension,
             degree: sweep.discretisation.degree,
-            pairs: sweep.walk.pairs.word(),
+            lift: sweep.lift,
+            pairs: match sweep.lift {
+                Some(_) => Pairs::Pointwise,
+                None => sweep.walk.pairs,
+            }
+            .word(),
             absorption: sweep.walk.absorption,
             seed: sweep.walk.seed,
             mean,
@@ -311,9 +319,11 @@ impl Rates {
         let mut rows = vec![Row::columns(self.unit()).map(str::to_owned).to_vec()];
         rows.extend(self.rows.iter().map(|row| row.texts().to_vec()));
         let mut text = format!(
-            "{}, degree {}, {} pairs: {}\n\n{}",
+            "{}, degree {}{}, {} pairs: {}\n\n{}",
             self.named(),
             self.degree,
+            self.lift
+                .map_or(String::new(), |lift| format!(" lifted to {lift}")),
             self.pairs,
             self.mean_text(),
             aligned(&rows),
