@@ -77,6 +77,9 @@ pub fn band_factor(
     for point in values.chunks_exact_mut(replicates) {
         standardise(point);
     }
+    for block in values.chunks_exact_mut(BLOCK * replicates) {
+        transpose(block, replicates);
+    }
     let seeds = WalkSeeds::<DefaultGenerator>::new(seed, BAND);
     for (sample, largest) in (0..).zip(largest.iter_mut()) {
         let mut draws = RngUniforms(seeds.generator(sample));
@@ -87,9 +90,15 @@ pub fn band_factor(
                 *times += 1.0;
             }
         }
-        let points = values.chunks_exact(replicates);
-        let squares = points.map(|point| squared_deviation(point, &times));
-        *largest = Real::sqrt(squares.fold(0.0, larger));
+        let drawn = Drawn::new(times.get(..replicates).unwrap_or_default());
+        let blocks = values.chunks_exact(BLOCK * replicates);
+        let rest = blocks.remainder().chunks_exact(replicates);
+        let most = blocks.fold(0.0, |most, block| {
+            let squares = drawn.squared_deviations::<BLOCK>(block);
+            squares.into_iter().fold(most, larger)
+        });
+        let squares = rest.flat_map(|point| drawn.squared_deviations::<1>(point));
+        *largest = Real::sqrt(squares.fold(most, larger));
     }
     largest.sort_unstable_by(f64::total_cmp);
     let rank = level * (largest.len() + 1) as f64;
@@ -124,24 +133,86 @@ fn standardise(values: &mut [f64]) {
     }
 }
 
-/// (mean*/s*)² of standardised values of which each is drawn so many times; 0 where they are all 0.
-fn squared_deviation(values: &[f64], times: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    // Four sums at once: a band is most of the time of a whole function of few walks.
-    let (mut sums, mut all_squares) = ([0.0; 4], [0.0; 4]);
-    for (values, times) in values.chunks(4).zip(times.chunks(4)) {
-        let sums = sums.iter_mut().zip(&mut all_squares);
-        for ((sum, squares), (value, times)) in sums.zip(values.iter().zip(times)) {
-            let drawn = times * value;
-            *sum += drawn;
-            *squares += drawn * value;
+/// Points that are gone through side by side: a band takes a good part of the time of a whole function.
+const BLOCK: usize = 4;
+
+/// Puts what all points of a block say in one replicate side by side.
+fn transpose(block: &mut [f64], replicates: usize) {
+    let mut before = [0.0; BLOCK * MOST_REPLICATES];
+    let Some(before) = before.get_mut(..block.len()) else {
+        return;
+    };
+    before.copy_from_slice(block);
+    for (replicate, out) in block.chunks_exact_mut(BLOCK).enumerate() {
+        let points = before.chunks_exact(replicates);
+        for (out, point) in out.iter_mut().zip(points) {
+            *out = point.get(replicate).copied().unwrap_or(f64::NAN);
         }
     }
-    let total = |[a, b, c, d]: [f64; 4]| (a + b) + (c + d);
-    let (sum, squares) = (total(sums), total(all_squares));
-    if sum == 0.0 {
-        return 0.0;
+}
+
+/// Replicates that were drawn, and how often.
+struct Drawn {
+    /// Those whose numbers are the same modulo 4, one after the other, each class with the number of its replicates.
+    classes: [([(usize, f64); MOST_REPLICATES / 4], usize); 4],
+    /// R.
+    count: f64,
+}
+
+impl Drawn {
+    fn new(times: &[f64]) -> Self {
+        let mut classes = [([(0, 0.0); MOST_REPLICATES / 4], 0); 4];
+        for (replicate, times) in times.iter().enumerate().filter(|(_, times)| **times > 0.0) {
+            if let Some((class, length)) = classes.get_mut(replicate % 4)
+                && let Some(place) = class.get_mut(*length)
+            {
+                *place = (replicate, *times);
+                *length += 1;
+            }
+        }
+        Self {
+            classes,
+            count: times.len() as f64,
+        }
     }
-    let variance = (squares - sum * sum / count) / (count - 1.0);
-    sum * sum / count / variance
+
+    /// (mean*/s*)² of the standardised values of N points, those of a replicate side by side; 0 where all that were drawn are 0.
+    fn squared_deviations<const N: usize>(&self, values: &[f64]) -> [f64; N] {
+        let (mut all_sums, mut all_squares) = ([[0.0; N]; 4], [[0.0; N]; 4]);
+        let all = all_sums.iter_mut().zip(&mut all_squares);
+        for ((class, length), (sums, squares)) in self.classes.iter().zip(all) {
+            for (replicate, times) in class.iter().take(*length) {
+                let values = values
+                    .get(N * replicate..)
+                    .and_then(<[f64]>::first_chunk::<N>);
+                for ((sum, squares), value) in sums
+                    .iter_mut()
+                    .zip(&mut *squares)
+                    .zip(values.into_iter().flatten())
+                {
+                    let drawn = times * value;
+                    *sum += drawn;
+                    *squares += drawn * value;
+                }
+            }
+        }
+        let (mut out, squares) = (total(all_sums), total(all_squares));
+        for (out, squares) in out.iter_mut().zip(squares) {
+            let sum = *out;
+            if sum != 0.0 {
+                let variance = (squares - sum * sum / self.count) / (self.count - 1.0);
+                *out = sum * sum / self.count / variance;
+            }
+        }
+        out
+    }
+}
+
+/// The sums of four classes, added in the order on which bits depend.
+fn total<const N: usize>([mut all, b, c, d]: [[f64; N]; 4]) -> [f64; N] {
+    let others = b.into_iter().zip(c.into_iter().zip(d));
+    for (a, (b, (c, d))) in all.iter_mut().zip(others) {
+        *a = (*a + b) + (c + d);
+    }
+    all
 }

@@ -505,6 +505,52 @@ fn bands_hold_everywhere_at_once() {
     assert!((921..=974).contains(&held), "{held}");
 }
 
+/// Blocks of points side by side have the bits of one point after the other, in four sums: with a block that is not full, and
+/// replicates that are no multiple of four.
+#[test]
+fn a_band_has_the_bits_of_its_formula() {
+    const POINTS: usize = 11;
+    for replicates in [4, 10, 64] {
+        let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(5, 0).generator(0));
+        let mut values: Vec<f64> = (0..POINTS * replicates).map(|_| draws.uniform()).collect();
+        let standardised: Vec<Vec<f64>> = values
+            .chunks_exact(replicates)
+            .map(|point| {
+                let Replicated { mean, std_error } = over_replicates(point);
+                let scale = 1.0 / (std_error * (replicates as f64).sqrt());
+                point.iter().map(|value| (value - mean) * scale).collect()
+            })
+            .collect();
+        let seeds = WalkSeeds::<DefaultGenerator>::new(3, u64::MAX - 1);
+        let count = replicates as f64;
+        let largest = |sample: u64| {
+            let mut draws = RngUniforms(seeds.generator(sample));
+            let mut times = [0.0; 64];
+            for _ in 0..replicates {
+                let uniform: f64 = draws.uniform();
+                times[(uniform * count) as usize] += 1.0;
+            }
+            let of = |point: &Vec<f64>| {
+                let (mut sums, mut squares) = ([0.0; 4], [0.0; 4]);
+                for (i, (value, times)) in point.iter().zip(&times).enumerate() {
+                    sums[i % 4] += times * value;
+                    squares[i % 4] += times * value * value;
+                }
+                let total = |[a, b, c, d]: [f64; 4]| (a + b) + (c + d);
+                let (sum, squares) = (total(sums), total(squares));
+                let variance = (squares - sum * sum / count) / (count - 1.0);
+                sum * sum / count / variance
+            };
+            standardised.iter().map(of).fold(0.0, f64::max).sqrt()
+        };
+        let mut all: Vec<f64> = (0..20).map(largest).collect();
+        all.sort_by(f64::total_cmp);
+        // 0.95 of 21 is 19.95: the 20th.
+        let found = band_factor(&mut values, replicates, 0.95, 3, &mut [0.0; 20]);
+        assert_eq!(found.to_bits(), all[19].to_bits(), "{replicates}");
+    }
+}
+
 #[test]
 fn a_band_of_nothing_is_nothing() {
     let mut largest = [0.0; 10];

@@ -294,7 +294,7 @@ fn picture(
         stefan_boltzmann: surfaces.heat.then_some(STEFAN_BOLTZMANN),
         captions: captions(&field, &scale, args.range.is_some(), surfaces.heat),
         width: Some(usize::from(args.width)),
-        unit: if surfaces.heat { "m" } else { "" },
+        unit: Some(if surfaces.heat { "m" } else { "" }),
         names: &names(picturing.model),
     };
     let heading = |name: &str, field: &Field| {
@@ -460,7 +460,7 @@ pub(crate) fn shares(
                 .to_owned(),
         ],
         width: None,
-        unit: "",
+        unit: Some(""),
         names: &names(room),
     };
     let panel = Panel {

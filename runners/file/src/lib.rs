@@ -31,11 +31,11 @@ use section::{Field, Section};
 pub const MAX_CELLS: usize = 100_000_000;
 /// The largest number of walks in one batch.
 const MAX_BATCH: u64 = 1_000_000_000;
-/// The largest seed: TOML has no larger integers.
 /// The most first states in which walks are not absorbed: more are no walk.
 const MAX_SURVIVALS: u32 = 1000;
 /// The most stages in place of a matrix: each lowers the error of v by a factor.
 const MAX_STAGES: u32 = 20;
+/// The largest seed: TOML has no larger integers.
 const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 /// The largest number of points of a grid target.
 const MAX_GRID: usize = 100_000;

@@ -82,8 +82,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) canvas: &'a Canvas,
     pub(crate) layout: Layout,
     pub(crate) at: [f64; 2],
-    /// The unit of lengths.
-    pub(crate) unit: &'a str,
+    /// The unit of lengths; `None` of what has none.
+    pub(crate) unit: Option<&'a str>,
 }
 
 impl Frame<'_> {
@@ -126,11 +126,13 @@ impl Frame<'_> {
                 free = y - 1.1 * small;
             }
         }
-        self.scale_bar(bottom + 0.4 * size + 1.2 * small, out);
+        if let Some(unit) = self.unit {
+            self.scale_bar(unit, bottom + 0.4 * size + 1.2 * small, out);
+        }
     }
 
     /// A bar of a round length, at most a quarter of the room's width.
-    fn scale_bar(&self, top: f64, out: &mut Vec<Primitive>) {
+    fn scale_bar(&self, unit: &str, top: f64, out: &mut Vec<Primitive>) {
         let [low, high] = self.canvas.extent();
         let (size, small) = (self.layout.size, 0.85 * self.layout.size);
         let most = 0.25 * (high[0] - low[0]).max(high[1] - low[1]);
@@ -158,7 +160,7 @@ impl Frame<'_> {
         }
         // Of 0.1 as 0.1, and not 0.1000…1.
         let digits = (-power.log10().round()).max(0.0) as usize;
-        let label = format!("{length:.digits$} {}", self.unit);
+        let label = format!("{length:.digits$} {unit}");
         let at = [end + 0.5 * size, y + 0.35 * small];
         out.push(text(label.trim_end(), at, small, TextAnchor::Start));
     }

@@ -80,7 +80,7 @@ impl GridPicture<'_> {
             stefan_boltzmann: None,
             captions: vec![self.caption.clone()],
             width: None,
-            unit: "",
+            unit: None,
             names: &[],
         };
         picture.svg(&[Panel {

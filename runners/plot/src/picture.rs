@@ -42,8 +42,8 @@ pub struct RoomPicture<'a> {
     /// The width of the picture in pixels, whose panels have [`panel_width`](crate::panel_width) at most; `None` for as many
     /// as it takes.
     pub width: Option<usize>,
-    /// The unit of lengths, beside the scale bar; empty if it is not known.
-    pub unit: &'a str,
+    /// The unit of lengths, beside the scale bar; empty if it is not known, and `None` without a bar, if axes are no lengths.
+    pub unit: Option<&'a str>,
     /// The names of surfaces, and their walls.
     pub names: &'a [(String, Range<usize>)],
 }
@@ -311,7 +311,7 @@ mod tests {
             stefan_boltzmann: Some(5.670_374_419e-8),
             captions: vec!["below <it>".to_owned()],
             width: None,
-            unit: "m",
+            unit: Some("m"),
             names: &[("the floor".to_owned(), 0..1)],
         };
         let panel = |air, walls| {

@@ -3,7 +3,11 @@
 //!
 //! ```text
 //! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole -- circle
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole -- images
 //! ```
+//!
+//! With a word: of equations whose names have it. `images` compares scores on polynomials with scores on K(x, ·) of every x.
 
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
@@ -60,6 +64,78 @@ fn known(model: &dyn Model) -> impl Fn(&[Region]) -> Vec<f64> + '_ {
     move |regions| regions.iter().map(exact).collect()
 }
 
+/// Whether the command line asks for this name.
+fn is_wanted(name: &str) -> bool {
+    std::env::args()
+        .nth(1)
+        .is_none_or(|word| name.contains(&word))
+}
+
+/// Time and root mean square error of points by both kinds of scores. Walks by polynomials serve all points; of the other ones
+/// every point is asked for.
+fn images_row(name: &str, model: &CubeModel, cells: usize, degree: usize) {
+    let solver = Solver::new(model)
+        .cells(cells)
+        .degree(degree)
+        .walks(1 << 16);
+    for count in [1_u32, 10, 100] {
+        let points: Vec<f64> = (0..count)
+            .map(|i| (f64::from(i) + 0.4) / f64::from(count))
+            .collect();
+        let regions: Vec<Region> = points.iter().map(|x| model.point(&[*x])).collect();
+        let exact = known(model)(&regions);
+        let off = |values: &[fredholm::WholeValue]| {
+            let all = values.iter().zip(&exact);
+            root_mean_square(all.map(|(value, exact)| value.estimate - exact))
+        };
+        let error = |values: &[fredholm::WholeValue]| {
+            root_mean_square(values.iter().filter_map(|value| value.std_error))
+        };
+        let (took, values) = time(|| solver.values_at(&points).expect("values"));
+        print!(
+            "{name:<28} {count:>5} | {took:>9.1e} {:>9.1e} {:>9.1e}",
+            error(&values),
+            off(&values)
+        );
+        for more in [1, 2, 4] {
+            let polynomials = solver.clone().score_degree(degree + more);
+            let (took, values) = time(|| {
+                let whole = polynomials.whole().expect("a whole function");
+                whole.values(&regions).expect("values")
+            });
+            print!(
+                " | {took:>9.1e} {:>9.1e} {:>9.1e}",
+                error(&values),
+                off(&values)
+            );
+        }
+        println!();
+    }
+}
+
+/// Compares both kinds of scores where cells are few.
+fn images() {
+    println!(
+        "{} walks; seconds of a processor with the set-up, standard error and distance from u, root mean squares over points: \
+         of K(x, .), and of polynomials of 1, 2 and 4 degrees more than v",
+        1 << 16
+    );
+    let (one, kink) = (gauss::<1>(), kink());
+    images_row("cube d = 1, 2, p = 1", &one, 2, 1);
+    images_row("cube d = 1, 16, p = 0", &one, 16, 0);
+    images_row("kink d = 1, 2, p = 1", &kink, 2, 1);
+    images_row("kink d = 1, 16, p = 0", &kink, 16, 0);
+}
+
+/// K = ½ exp(−|x − y|) and the solution 1 + x.
+fn kink() -> CubeModel {
+    CubeModel::from_fn::<1>(
+        |x, y| 0.5 * (-(x[0] - y[0]).abs()).exp(),
+        |x| 1.5 * (x[0] - 1.0).exp(),
+    )
+    .with_solution(|x| 1.0 + x[0])
+}
+
 fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
     row_of(
         name,
@@ -90,6 +166,9 @@ fn row_of(
     pairs: &[Pairs],
     exact: &dyn Fn(&[Region]) -> Vec<f64>,
 ) {
+    if !is_wanted(name) {
+        return;
+    }
     let solver = Solver::new(model).cells(cells).degree(degree);
     // Without walks there is the set-up, which both have.
     let (setup, _) = time(|| solver.clone().walks(1).mean().answer().expect("an answer"));
@@ -221,6 +300,10 @@ fn boxed() -> Surfaces {
 }
 
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("images") {
+        images();
+        return;
+    }
     println!(
         "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);"
     );

@@ -360,7 +360,17 @@ impl<'m> Search<'m> {
         let mut settings = setting.applied(self.settings);
         // What is predicted are pseudo-random walks.
         settings.sequence = None;
-        let (answer, unknowns, rare) = self.walked((&setting, None), settings, walks)?;
+        self.observed((setting, None), settings, walks)
+    }
+
+    /// What walks of each target, with these settings and a given system or that of the setting, tell.
+    fn observed(
+        &mut self,
+        (setting, solved): (Setting, Option<&Arc<Solved<'m>>>),
+        settings: Settings,
+        walks: u64,
+    ) -> Result<Pilot, Error> {
+        let (answer, unknowns, rare) = self.walked((&setting, solved), settings, walks)?;
         let all = answer.outcome.statistics.iter().chain(&answer.others);
         let all: Vec<&Statistics> = all.collect();
         self.known.learn(&all);

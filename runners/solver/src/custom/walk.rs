@@ -6,7 +6,7 @@ use fredholm_core::{Functional, Goals, Located, NoNeighbour, Real, Uniforms};
 use super::cells::{Nodes, Uniform};
 use super::degree::{Boxed, Degree, Kinds, Of};
 use super::scores::{CellScores, Polynomials};
-use super::whole::AnyStarts;
+use super::whole::{AnyStarts, WholeWalks};
 use super::{CustomEquation, PointFn};
 use crate::{Error, Goal, Region};
 use fredholm_model::cost::PointwisePairs;
@@ -308,8 +308,13 @@ impl<E: CustomEquation> Walks for Equations<E> {
         let options = walk.for_core();
         let degree = self.degree(solved.degree)?;
         degree.with_neighbour(&of, kinds, &mut |neighbour, _| {
-            let starts = &self.starts;
-            starts.with_whole(equation, neighbour, &scores, options, then)
+            let walks = WholeWalks {
+                equation,
+                neighbour,
+                scores: &scores,
+                options,
+            };
+            self.starts.start(&walks, then)
         })
     }
 

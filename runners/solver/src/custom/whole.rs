@@ -30,17 +30,35 @@ const PARTS: usize = 64;
 /// Seconds of a node besides its kernel, for every function.
 const FUNCTION_SECONDS: f64 = 5e-9;
 
+/// Walks of a whole function, but for what they start from.
+pub(super) struct WholeWalks<'a, E: CustomEquation> {
+    pub(super) equation: &'a E,
+    pub(super) neighbour: &'a Boxed<'a, E>,
+    pub(super) scores: &'a (dyn Scores<E::Point> + Sync),
+    pub(super) options: WalkOptions,
+}
+
+impl<E: CustomEquation> WholeWalks<'_, E> {
+    fn hand_on(
+        &self,
+        starts: &(impl Starts<E> + Sync),
+        then: &mut WithWholeJob<'_>,
+    ) -> Result<(), Error> {
+        let (equation, neighbour) = (self.equation, self.neighbour);
+        then(&WholeTask::new(
+            equation,
+            starts,
+            neighbour,
+            self.scores,
+            self.options,
+        ))
+    }
+}
+
 /// What a whole function's walks of an equation start from. It is object safe.
 pub(super) trait AnyStarts<E: CustomEquation>: Send + Sync {
-    /// Hands on the walks of a whole function.
-    fn with_whole(
-        &self,
-        equation: &E,
-        neighbour: &Boxed<'_, E>,
-        scores: &(dyn Scores<E::Point> + Sync),
-        options: WalkOptions,
-        then: &mut WithWholeJob<'_>,
-    ) -> Result<(), Error>;
+    /// Hands on these walks.
+    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error>;
 }
 
 /// Starts that are uniform on the space, of a chain of which nothing else is known.
@@ -50,33 +68,14 @@ pub(super) struct UniformStarts;
 pub(super) struct OwnStarts;
 
 impl<E: CustomEquation> AnyStarts<E> for UniformStarts {
-    fn with_whole(
-        &self,
-        equation: &E,
-        neighbour: &Boxed<'_, E>,
-        scores: &(dyn Scores<E::Point> + Sync),
-        options: WalkOptions,
-        then: &mut WithWholeJob<'_>,
-    ) -> Result<(), Error> {
-        let uniform = Uniform::new(equation);
-        then(&WholeTask::new(
-            equation, &uniform, neighbour, scores, options,
-        ))
+    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+        walks.hand_on(&Uniform::new(walks.equation), then)
     }
 }
 
 impl<E: CustomEquation + Starts> AnyStarts<E> for OwnStarts {
-    fn with_whole(
-        &self,
-        equation: &E,
-        neighbour: &Boxed<'_, E>,
-        scores: &(dyn Scores<E::Point> + Sync),
-        options: WalkOptions,
-        then: &mut WithWholeJob<'_>,
-    ) -> Result<(), Error> {
-        then(&WholeTask::new(
-            equation, equation, neighbour, scores, options,
-        ))
+    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+        walks.hand_on(walks.equation, then)
     }
 }
 

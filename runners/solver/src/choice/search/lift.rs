@@ -3,13 +3,12 @@
 //! A lift is tried before a pilot that takes twice as long, so that all lifts together take at most half of what pilots take.
 
 use std::sync::Arc;
-use std::time::Instant;
 
-use fredholm_core::{MIN_BATCHES, Statistics};
+use fredholm_core::MIN_BATCHES;
 use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::super::family::{Prediction, batches_of_whole_stages};
-use super::super::pilot::{Observed, Pilot, Walked};
+use super::super::pilot::Observed;
 use super::super::setting::Setting;
 use super::{PAYS, PILOT_SECONDS, Search};
 use crate::answer::Solved;
@@ -130,12 +129,8 @@ impl<'m> Search<'m> {
     fn try_lift(&mut self, of: Setting, degree: usize, cost: &Cost) -> Result<Lifted<'m>, Error> {
         let shortest = self.absorptions.first().copied().unwrap_or(of.absorption);
         let setting = of.with_walks((shortest, of.estimator));
-        let start = Instant::now();
-        let system = self.partition(&setting)?.solve(shortest)?.lift(degree)?;
-        let solved = Arc::new(Solved {
-            system,
-            seconds: start.elapsed().as_secs_f64(),
-        });
+        let solved = Solved::new(&*self.partition(&setting)?, shortest)?;
+        let solved = Arc::new(solved.lifted(Some(degree))?);
         let settings = Settings {
             lift: Some(degree),
             pairs: None,
@@ -143,19 +138,7 @@ impl<'m> Search<'m> {
             sequence: None,
             ..setting.applied(self.settings)
         };
-        let (answer, unknowns, rare) = self.walked((&setting, Some(&solved)), settings, WALKS)?;
-        let all: Vec<&Statistics> = answer.outcome.statistics.iter().collect();
-        self.known.learn(&all);
-        let walked = Walked {
-            setting,
-            statistics: all,
-            weights: &self.sample.weights,
-            pointwise: answer.pointwise,
-            unknowns,
-            of_moments: Some(0.0),
-            rare,
-        };
-        let mut pilot = Pilot::new(&walked, self.tolerance, self.model);
+        let mut pilot = self.observed((setting, Some(&solved)), settings, WALKS)?;
         pilot.correct(&self.known);
         self.pilots += 1;
         self.walks += pilot.walks;
