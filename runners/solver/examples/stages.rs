@@ -7,7 +7,10 @@
 //! CELLS of an axis in two or three dimensions (3 if DIMENSION is left out), so that 46 are 97,336 in all; for every number of
 //! stages up to STAGES.
 
-use fredholm::{CubeModel, Solver};
+mod common;
+
+use common::{gauss, seconds};
+use fredholm::Solver;
 
 /// A number of /proc/self/status in MB; 0 where nobody tells.
 fn megabytes(key: &str) -> f64 {
@@ -23,53 +26,21 @@ fn megabytes(key: &str) -> f64 {
     number.unwrap_or(0.0) / 1024.0
 }
 
-/// K = ½ exp(−|x − y|²) and the solution 1 + |x|², with F = u − T_K u by products of one-dimensional integrals.
-fn cube<const D: usize>() -> CubeModel {
-    let rule = fredholm_variance::gauss(12).expect("a rule");
-    let integral = move |power: i32, x: f64| {
-        let at = |y: f64| y.powi(power) * (-(x - y).powi(2)).exp();
-        let terms = rule.iter().map(|(t, w)| 0.5 * w * at(0.5 * (1.0 + t)));
-        terms.sum::<f64>()
-    };
-    let u = |x: &[f64]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
-    let kernel = |x: &[f64; D], y: &[f64; D]| {
-        let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
-        0.5 * (-square).exp()
-    };
-    let source = move |x: &[f64; D]| {
-        let [zeroth, second] = [0, 2].map(|power| x.map(|x| integral(power, x)));
-        let all: f64 = zeroth.iter().product();
-        let squares: f64 = (0..D).map(|a| all / zeroth[a] * second[a]).sum();
-        u(x) - 0.5 * (all + squares)
-    };
-    CubeModel::from_fn::<D>(kernel, source).with_solution(u)
-}
-
-/// Processor seconds of this process so far; 0 where nobody tells. Linux counts in hundredths.
-fn processor_seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // Behind the name, which is in parentheses, these are the 12th and the 13th.
-    let fields = text.rsplit(')').next().unwrap_or_default();
-    let ticks = fields.split_whitespace().skip(11).take(2);
-    let ticks = ticks.filter_map(|ticks| ticks.parse::<f64>().ok());
-    ticks.sum::<f64>() / 100.0
-}
-
 fn table<const D: usize>(cells: u32, most: u32) {
     println!("{} cells in {D} dimensions", cells.pow(D as u32));
     println!(
         "stages   error of v in the mean, in a middle   std_dev of both   processor s   most MB"
     );
     for stages in 1..=most {
-        let model = cube::<D>().with_stages(stages);
+        let model = gauss::<D>().with_stages(stages);
         let middle = (f64::from(cells / 2) + 0.5) / f64::from(cells);
         let solver = Solver::new(&model)
             .mean()
             .at([middle; D])
             .cells(cells as usize);
-        let start = processor_seconds();
+        let start = seconds();
         let report = solver.walks(20_000).solve().expect("a result");
-        let took = processor_seconds() - start;
+        let took = seconds() - start;
         let [mean, point] = &report.goals[..] else {
             return;
         };

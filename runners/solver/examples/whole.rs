@@ -9,10 +9,13 @@
 //!
 //! With a word: of equations whose names have it. `images` compares scores on polynomials with scores on K(x, ·) of every x.
 
+mod common;
+
+use common::{gauss, kink, root_mean_square, time};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
 use fredholm::{
-    CircleModel, CubeModel, Model, Pairs, Region, RoomModel, Scalar, Solver, SphereModel,
+    CircleModel, CubeModel, Estimator, Model, Pairs, Region, RoomModel, Scalar, Solver, SphereModel,
 };
 
 /// Walks of the whole function.
@@ -20,37 +23,6 @@ const WALKS: u64 = 1 << 18;
 /// Points of which separate walks are measured, and walks of each.
 const SEPARATE: usize = 16;
 const SEPARATE_WALKS: u64 = 1 << 16;
-
-/// Seconds of processor time of this process so far; 0 where nobody tells. Linux counts in hundredths.
-fn seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // Behind the name, which is in parentheses, these are the 12th and the 13th.
-    let fields = text.rsplit(')').next().unwrap_or_default();
-    let ticks = fields.split_whitespace().skip(11).take(2);
-    ticks
-        .filter_map(|ticks| ticks.parse::<f64>().ok())
-        .sum::<f64>()
-        / 100.0
-}
-
-/// The time of work that is short, by as often as makes it long.
-fn time<R>(mut work: impl FnMut() -> R) -> (f64, R) {
-    let start = seconds();
-    let mut times = 0.0;
-    loop {
-        let result = work();
-        times += 1.0;
-        let took = seconds() - start;
-        if took > 1.0 || times > 1e4 {
-            return (took / times, result);
-        }
-    }
-}
-
-fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    f64::sqrt(sum / count)
-}
 
 /// `count` points over the whole space, of a cube about so many, equally spaced.
 fn points(model: &dyn Model, count: usize) -> Vec<Region> {
@@ -127,15 +99,6 @@ fn images() {
     images_row("kink d = 1, 16, p = 0", &kink, 16, 0);
 }
 
-/// K = ½ exp(−|x − y|) and the solution 1 + x.
-fn kink() -> CubeModel {
-    CubeModel::from_fn::<1>(
-        |x, y| 0.5 * (-(x[0] - y[0]).abs()).exp(),
-        |x| 1.5 * (x[0] - 1.0).exp(),
-    )
-    .with_solution(|x| 1.0 + x[0])
-}
-
 fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
     row_of(
         name,
@@ -144,6 +107,13 @@ fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
         &[Pairs::Default],
         &known(model),
     );
+}
+
+/// Both by the collision estimator.
+fn collision_row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
+    let solver = Solver::new(model).cells(cells).degree(degree);
+    let solver = solver.estimator(Estimator::Collision);
+    print_row(name, model, solver, &[Pairs::Default], &known(model));
 }
 
 /// A room, whose errors are those from F + T_K v on 600 cells of degree 3. Separate walks have the pairs that serve them
@@ -166,10 +136,20 @@ fn row_of(
     pairs: &[Pairs],
     exact: &dyn Fn(&[Region]) -> Vec<f64>,
 ) {
+    let solver = Solver::new(model).cells(cells).degree(degree);
+    print_row(name, model, solver, pairs, exact);
+}
+
+fn print_row(
+    name: &str,
+    model: &dyn Model,
+    solver: Solver<'_>,
+    pairs: &[Pairs],
+    exact: &dyn Fn(&[Region]) -> Vec<f64>,
+) {
     if !is_wanted(name) {
         return;
     }
-    let solver = Solver::new(model).cells(cells).degree(degree);
     // Without walks there is the set-up, which both have.
     let (setup, _) = time(|| solver.clone().walks(1).mean().answer().expect("an answer"));
     let separate = |pairs: &Pairs| {
@@ -221,32 +201,6 @@ fn row_of(
         off(|value| value.estimate),
         off(|value| value.iterate),
     );
-}
-
-/// K = ½ exp(−|x − y|²) and the solution 1 + Σ x_a², with F = u − T_K u by products of one-dimensional integrals.
-fn gauss<const D: usize>() -> CubeModel {
-    // ∫ y^k exp(−(x − y)²) dy over [0, 1] for k = 0 and 2, by 12 Gauss points: to 10⁻¹⁵.
-    let rule = fredholm_variance::gauss(12).expect("a rule");
-    let moment = move |x: f64, power: i32| {
-        let at = |y: f64| y.powi(power) * (-(x - y).powi(2)).exp();
-        rule.iter()
-            .map(|(t, w)| 0.5 * w * at(0.5 * (1.0 + t)))
-            .sum::<f64>()
-    };
-    let solution = |x: &[f64]| 1.0 + x.iter().map(|x| x * x).sum::<f64>();
-    CubeModel::from_fn::<D>(
-        |x, y| {
-            let square: f64 = x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum();
-            0.5 * (-square).exp()
-        },
-        move |x| {
-            let zeroth = x.map(|x| moment(x, 0));
-            let all: f64 = zeroth.iter().product();
-            let with_square = (0..D).map(|a| all / zeroth[a] * moment(x[a], 2));
-            solution(x) - 0.5 * (all + with_square.sum::<f64>())
-        },
-    )
-    .with_solution(solution)
 }
 
 /// A lit wall opposite to three that reflect half of the light.
@@ -340,6 +294,8 @@ fn main() {
     row("circle, 100 cells, p = 0", &circle, 100, 0);
     row("circle, 1000 cells, p = 0", &circle, 1000, 0);
     row("circle, 50 cells, p = 3", &circle, 50, 3);
+    collision_row("circle, 100, p = 0, collision", &circle, 100, 0);
+    collision_row("circle, 50, p = 3, collision", &circle, 50, 3);
     let (one, two, three) = (gauss::<1>(), gauss::<2>(), gauss::<3>());
     row("cube d = 1, 100, p = 0", &one, 100, 0);
     row("cube d = 1, 16, p = 3", &one, 16, 3);

@@ -218,9 +218,14 @@ fn a_file_says_where_results_go() {
         let ran = folder.solve(problem, options);
         assert_eq!(ran.status, Some(0), "{ran:?}");
         assert_eq!(lines("u.csv"), 21);
+        // The last axis runs fastest, and has four points.
+        let csv = read("u.csv");
+        assert!(csv.contains("\nu[1],0 0.3333333333333333,"), "{csv}");
         assert!(read("u.json").contains("u[19]"));
         assert!(read("u.vtu").contains("NumberOfPoints=\"20\" NumberOfCells=\"12\""));
         let picture = read("u.svg");
+        // A cube has no metres, and its picture no scale bar.
+        assert!(!picture.contains("stroke-width=\"2\""));
         assert!(
             picture.contains("its standard error") && picture.matches("image/png").count() == 2
         );
