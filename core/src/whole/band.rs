@@ -182,14 +182,13 @@ impl Drawn {
         let all = all_sums.iter_mut().zip(&mut all_squares);
         for ((class, length), (sums, squares)) in self.classes.iter().zip(all) {
             for (replicate, times) in class.iter().take(*length) {
-                let values = values
+                let own = values
                     .get(N * replicate..)
                     .and_then(<[f64]>::first_chunk::<N>);
-                for ((sum, squares), value) in sums
-                    .iter_mut()
-                    .zip(&mut *squares)
-                    .zip(values.into_iter().flatten())
-                {
+                let Some(own) = own else {
+                    continue;
+                };
+                for ((sum, squares), value) in sums.iter_mut().zip(&mut *squares).zip(own) {
                     let drawn = times * value;
                     *sum += drawn;
                     *squares += drawn * value;

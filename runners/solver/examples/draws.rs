@@ -22,12 +22,14 @@ fn timed(work: impl FnOnce() -> Option<f64>) -> [f64; 2] {
     [error, seconds() - start]
 }
 
+/// These walks with a sequence.
+fn drawn<'m>(solver: &Solver<'m>) -> Solver<'m> {
+    let solver = solver.clone().sequence(Sequence::Sobol);
+    solver.survivals(SURVIVALS)
+}
+
 fn rows(name: &str, model: &dyn Model, point: Region, cells: usize, degree: usize) {
     let plain = Solver::new(model).cells(cells).degree(degree).walks(WALKS);
-    let drawn = |solver: &Solver<'_>| {
-        let solver = solver.clone().sequence(Sequence::Sobol);
-        solver.survivals(SURVIVALS)
-    };
     let lifted = plain.clone().lift(model.most_lift());
     let all = [
         ("as it is", plain.clone()),

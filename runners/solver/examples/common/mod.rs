@@ -5,7 +5,7 @@
 use fredholm::CubeModel;
 
 /// Seconds of processor time of this process so far; 0 where nobody tells. Linux counts in hundredths.
-pub fn seconds() -> f64 {
+pub(crate) fn seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // Behind the name, which is in parentheses, these are the 12th and the 13th.
     let fields = text.rsplit(')').next().unwrap_or_default();
@@ -17,7 +17,7 @@ pub fn seconds() -> f64 {
 }
 
 /// The time of work that is short, by as often as makes it long.
-pub fn time<R>(mut work: impl FnMut() -> R) -> (f64, R) {
+pub(crate) fn time<R>(mut work: impl FnMut() -> R) -> (f64, R) {
     let start = seconds();
     let mut times = 0.0;
     loop {
@@ -30,13 +30,13 @@ pub fn time<R>(mut work: impl FnMut() -> R) -> (f64, R) {
     }
 }
 
-pub fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
     f64::sqrt(sum / count)
 }
 
 /// K = ½ exp(−|x − y|²) and the solution 1 + Σ x_a², with F = u − T_K u by products of one-dimensional integrals.
-pub fn gauss<const D: usize>() -> CubeModel {
+pub(crate) fn gauss<const D: usize>() -> CubeModel {
     // ∫ y^k exp(−(x − y)²) dy over [0, 1] for k = 0 and 2, by 12 Gauss points: to 10⁻¹⁵.
     let rule = fredholm_variance::gauss(12).expect("a rule");
     let moment = move |x: f64, power: i32| {
@@ -62,7 +62,7 @@ pub fn gauss<const D: usize>() -> CubeModel {
 }
 
 /// K = ½ exp(−|x − y|) and the solution 1 + x.
-pub fn kink() -> CubeModel {
+pub(crate) fn kink() -> CubeModel {
     CubeModel::from_fn::<1>(
         |x, y| 0.5 * (-(x[0] - y[0]).abs()).exp(),
         |x| 1.5 * (x[0] - 1.0).exp(),
@@ -71,7 +71,7 @@ pub fn kink() -> CubeModel {
 }
 
 /// K = ½ exp(−Σ |x_a − y_a|) and F = 1 + |x|².
-pub fn kinks<const D: usize>() -> CubeModel {
+pub(crate) fn kinks<const D: usize>() -> CubeModel {
     CubeModel::from_fn::<D>(
         |x, y| {
             let distance: f64 = x.iter().zip(y).map(|(x, y)| (x - y).abs()).sum();
