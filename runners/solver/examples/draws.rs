@@ -1,7 +1,7 @@
 //! Prints standard errors and processor seconds of one thread with and without a Sobol' sequence and a lift, on Linux.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --release -p fredholm --example draws
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example draws
 //! ```
 
 mod common;
