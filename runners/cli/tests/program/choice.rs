@@ -76,6 +76,45 @@ fn what_is_given_up_takes_no_longer_than_the_answer() {
     }
 }
 
+/// A set-up of rays takes longer than walks on few cells: five degrees, from the lowest on, took six times the best of a ladder of fixed
+/// settings, 25 cells of degree 4. The highest comes first, and no other degree pays then.
+#[test]
+fn first_pilots_take_less_than_the_answer() {
+    let problem = "problem.kind = \"room\"\nproblem.surface = [\
+         { name = \"s0\", points = [[0, 0], [2.6008, 0]], reflectance = 0.8024 }, \
+         { name = \"s1\", points = [[2.6008, 0], [2.6008, 3.3536]], reflectance = 0.1015, emission = 1 }, \
+         { name = \"s2\", points = [[2.6008, 3.3536], [0, 3.3536]], reflectance = 0.4133 }, \
+         { name = \"s3\", points = [[0, 3.3536], [0, 0]], reflectance = 0.6326 }]\n\
+         target = [{ name = \"t\", over = \"all\" }]\n";
+    let split = &solve(problem, "3.716e-7")["split"];
+    let of = |key: &str| number(split, key);
+    let answer = of("predicted_setup_seconds") + of("predicted_walk_seconds");
+    let pilots = of("predicted_pilot_seconds");
+    assert!(3.0 * pilots < 2.0 * answer, "{pilots} {answer}");
+}
+
+/// Pilots have eight targets at most. u(0.67) is nearly 0, so that a part of it asks for more than all others together: walks tell
+/// that, and another setting takes over.
+#[test]
+fn a_target_that_pilots_leave_out_is_reached() {
+    let places = "0.467 0.789 0.570 0.799 0.895 0.095 0.474 0.341 0.844 0.647 0.235 0.113 0.913 0.189 0.969 0.726 0.245 0.626 0.366 0.258 \
+                  0.434 0.621 0.972 0.230 0.347 0.924 0.012 0.106 0.425 0.283 0.232 0.010 0.363 0.664";
+    let at = |place: &str| format!("{{ name = \"t{place}\", at = {place} }}");
+    let all: Vec<String> = places.split(' ').map(at).collect();
+    let problem = format!(
+        "problem = {{ kind = \"cube\", dimension = 1, kernel = \"0.2368153066240284*exp(x*y)\", source = \"cos(7*x)\" }}\n\
+         target = [{{ name = \"t\", over = \"all\" }}, {}]\nwalk.relative = true\n",
+        all.join(", ")
+    );
+    let args = ["--target-error", "0.01", "--no-whole", "--json"];
+    let split = &Folder::new().solve(&problem, &args).quietly(0).json()["split"];
+    let of = |key: &str| number(split, key);
+    let answer = of("predicted_setup_seconds") + of("predicted_walk_seconds");
+    // Six times is what it took without.
+    let given_up = of("predicted_pilot_seconds");
+    assert!(given_up < 3.0 * answer, "{given_up} {answer}");
+}
+
 /// The report of `solve` with this error.
 fn solve(problem: &str, error: &str) -> Value {
     let args = ["--target-error", error, "--json"];
