@@ -153,7 +153,7 @@ fn transpose(block: &mut [f64], replicates: usize) {
 
 /// Replicates that were drawn, and how often.
 struct Drawn {
-    /// Those whose numbers are the same modulo 4, one after the other, each class with the number of its replicates.
+    /// Replicates whose numbers are the same modulo 4, class by class, each with the number of its replicates.
     classes: [([(usize, f64); MOST_REPLICATES / 4], usize); 4],
     /// R.
     count: f64,

@@ -163,7 +163,7 @@ impl<const B: usize> Functions for PolynomialRoom<'_, '_, f64, B> {
     }
 }
 
-/// So many functions on every cell of a room.
+/// The functions on every cell of a room, by their number.
 fn functions<'r>(room: &'r Room<'_, f64>, count: usize) -> Box<dyn Functions + 'r> {
     of_degree!(count - 1, B => Box::new(room.with_functions::<B>()))
 }

@@ -209,7 +209,8 @@ impl<'m> Search<'m> {
             .iter()
             .min_by(|(late, a), (other, b)| late.cmp(other).then(a.3.total_cmp(&b.3)));
         let &(late, (least, walks, _, cost)) = least?;
-        if least.is_known() {
+        // The very first is plain: every report tells what plain walks take.
+        if least.is_known() || self.pilots == 0 {
             return Some((least, walks));
         }
         // Where nothing is known, of what may take alike the highest degree comes first: it leaves the least variance.
