@@ -129,7 +129,8 @@ impl State<'_, '_> {
         let price = self.search.price(&best);
         // The last pilot tells the length of walks anew, and as many more or fewer are enough then.
         let is_tried = 2 * best.pilot_walks >= self.search.enough(&best, may, few);
-        let is_other = best.setting != setting;
+        // Where the error is a part of what may be 0, another setting tells whether it is; a third one would tell no more.
+        let is_other = best.setting != setting && (is_known || !self.search.hoped);
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
         if least > MOST_SECONDS {
@@ -137,6 +138,7 @@ impl State<'_, '_> {
         }
         if is_other && is_tried && PAYS * price < left {
             self.search.walked += walked;
+            self.search.hoped |= !is_known;
             return Some(End::Other);
         }
         // What is nearly done is done.

@@ -75,6 +75,8 @@ pub(super) struct Search<'m> {
     granted: f64,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
+    /// Whether another setting took over although the error is a part of what may be 0.
+    pub(super) hoped: bool,
     /// Whether the watch was told that the choice takes long.
     warned: bool,
     /// When it began. Nothing but a report depends on it.
@@ -113,6 +115,7 @@ impl<'m> Search<'m> {
             work: 0.0,
             granted: 0.0,
             walked: 0.0,
+            hoped: false,
             warned: false,
             begun: Instant::now(),
             pilots: 0,
