@@ -124,17 +124,25 @@ impl State<'_, '_> {
         // Looks are twice as far apart every time: all of them take at most half as long as the walks.
         let (may, few) = (SHARE * walked, (SHARE * walks as f64) as u64);
         let left = (now.walking - walked).max(0.0);
-        self.search.run_for(may, few, left / PAYS);
+        // Where the error is a part of what may be 0, another setting tells whether it is; a third one would tell no more.
+        let may_change = is_known || !self.search.hoped;
+        if may_change {
+            self.search.run_for(may, few, left / PAYS);
+        }
         let best = self.search.best()?;
         let price = self.search.price(&best);
         // The last pilot tells the length of walks anew, and as many more or fewer are enough then.
         let is_tried = 2 * best.pilot_walks >= self.search.enough(&best, may, few);
-        // Where the error is a part of what may be 0, another setting tells whether it is; a third one would tell no more.
-        let is_other = best.setting != setting && (is_known || !self.search.hoped);
+        let is_other = best.setting != setting && may_change;
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
+        // An estimate that so many walks do not tell from 0 is perhaps 0, and then a part of it is never reached.
+        let most = (ENDLESS_TIMES * self.predicted.walking).max(LONG_SECONDS);
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
+        }
+        if !is_known && walked > most && left > walked {
+            return Some(End::Gave(Gave::TooLong { seconds: left }));
         }
         if is_other && is_tried && PAYS * price < left {
             self.search.walked += walked;
