@@ -262,15 +262,15 @@ impl Pilot {
             let all = self.targets.iter_mut().zip(&known.targets);
             all.for_each(|(target, &known)| target.correct(known));
         }
-        let left_out = known.left_out * self.needed();
-        if self.is_sampled && left_out > 0.0 {
-            self.left_out = self.targets.first().map(|target| Observed {
-                weight: 1.0,
-                needed: left_out,
-                taken: 0.0,
-                ..*target
-            });
-        }
+        let needed = known.left_out * self.needed();
+        let first = self.targets.first();
+        let first = first.filter(|_| self.is_sampled && needed > 0.0);
+        self.left_out = first.map(|target| Observed {
+            weight: 1.0,
+            needed,
+            taken: 0.0,
+            ..*target
+        });
     }
 
     /// The targets, and one for what is left out.
