@@ -45,6 +45,7 @@ const BROKEN: &[Entry] = &[
     ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
     ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
     ("a chain whose states crowd, told to preserve what is uniform", "preserved density", chains::crowding),
+    ("the states of that chain, taken for starts", "suffix starts", chains::crowding),
     ("an open room, told to preserve what is uniform", "preserved density", chains::leaking_room),
     ("starts crowd at one end", "suffix starts", chains::crowded_starts),
     ("states crowd more than they are said to", "suffix starts", chains::wrong_states),

@@ -52,17 +52,30 @@ fn a_sequence_is_chosen_where_it_pays() {
     assert_eq!(threads["targets"], chosen["targets"]);
 }
 
+/// By the file as by the flag: the choice itself draws pseudo-random numbers for 1e-3, as the least number of walks is enough,
+/// and from a sequence for 1e-5.
 #[test]
 fn a_sequence_that_is_asked_for_is_kept() {
     let folder = Folder::new();
-    let file = KINK.replace("1e-5", "1e-3");
-    let open = folder.solve(&file, &["--json"]).quietly(0).json();
-    // The least number of walks is enough.
+    let solve = |error: &str, said: &str, flags: &[&str]| {
+        let file = KINK.replace("1e-5", &format!("{error}\n{said}"));
+        let all: Vec<&str> = [&["--json"], flags].concat();
+        folder.solve(&file, &all).quietly(0).json()
+    };
+    let open = solve("1e-3", "", &[]);
     assert!(open["sequence"].is_null(), "{open}");
-    let asked = folder.solve(&file, &["--json", "--sequence", "sobol"]);
-    let asked = asked.quietly(0).json();
-    assert_eq!(asked["sequence"], "sobol");
+    let asked = solve("1e-3", "sequence = 'sobol'", &[]);
+    assert_eq!(asked["sequence"], "sobol", "{asked}");
+    for target in list(&asked, "targets") {
+        assert!(number(target, "replicates") >= 32.0, "{target}");
+    }
     assert_agree(&open, &asked, 1e-3);
+    let flag = solve("1e-3", "", &["--sequence", "sobol"]);
+    assert_eq!(flag["targets"], asked["targets"]);
+    let over = solve("1e-3", "sequence = 'random'", &["--sequence", "sobol"]);
+    assert_eq!(over["targets"], asked["targets"]);
+    let random = solve("1e-5", "sequence = 'random'", &["--no-whole"]);
+    assert!(random["sequence"].is_null(), "{random}");
 }
 
 /// A smooth kernel and an error that degree 4 takes many cells for.
