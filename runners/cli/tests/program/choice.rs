@@ -204,7 +204,7 @@ fn hours_are_not_begun_unasked() {
     let smooth = ZERO.replace("x-0.5", "1+x");
     let args = [
         "--target-error",
-        "1e-11",
+        "3e-10",
         "--degree",
         "0",
         "--time-limit",

@@ -10,7 +10,7 @@ mod room_table;
 use std::fs;
 use std::path::Path;
 
-use common::{Folder, circle_with, fredholm, list, number};
+use common::{Folder, circle_with, fredholm, is_long, list, number};
 use fredholm_circle::{Moment, Residual};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
@@ -55,7 +55,7 @@ fn the_firmwares_tables_are_up_to_date() {
     }
 }
 
-/// What a device makes of a circle's table: u(0.3) by 20000 walks.
+/// What a device makes of a circle's table: u(0.3).
 fn circle<F: Real + FromBytes + Immutable>(bytes: &[u8]) -> Statistics {
     let table = Table::read(bytes, "circle").unwrap();
     let circle = circle_table::circle::<F>(&table).unwrap();
@@ -216,11 +216,16 @@ fn walk<E: Equation>(
         seeds: <WalkSeeds>::new(1, 0),
         length: Length::default(),
     };
-    let mut options = RunOptions::new(20_000);
+    let mut options = RunOptions::new(walks());
     options.batch = 512;
     let mut driver = Driver::new(task, options).unwrap();
     driver.poll(u64::MAX).unwrap();
     driver.statistics()
+}
+
+/// The walks of a comparison, two stages at least. Devices walk slowly here, where nothing is optimised.
+fn walks() -> u64 {
+    if is_long() { 20_000 } else { 5000 }
 }
 
 const ALL_PAIRS: [&str; 3] = ["default", "paper", "pointwise"];
@@ -233,7 +238,7 @@ type Device = [fn(&[u8]) -> Statistics; 2];
 fn compare(problem: &str, all_pairs: &[&str], device: Device) {
     for &pairs in all_pairs {
         for (scalar, device) in ["f32", "f64"].into_iter().zip(device) {
-            let mut problem = problem.to_owned();
+            let mut problem = problem.replace("walks = 20000", &format!("walks = {}", walks()));
             for (key, default, value) in [("pairs", "default", pairs), ("scalar", "f64", scalar)] {
                 let old = format!("{key} = \"{default}\"");
                 assert!(problem.contains(&old));

@@ -209,7 +209,9 @@ fn no_error_bar_is_wrong_without_a_warning() {
     let first = first.map_or(0, |first| first.parse().unwrap());
     let mut wrong = Vec::new();
     for (number, problem) in all.iter().enumerate() {
-        if number < first || (!is_long && number % EACH != 0) {
+        // What is told to be 0 only after the ten seconds of a run without an end is left to the long form.
+        let is_daily = number % EACH == 0 && !problem.name.starts_with("u = 0");
+        if number < first || !(is_long || is_daily) {
             continue;
         }
         let mut args = vec!["--threads", "1", "--json"];
