@@ -129,6 +129,21 @@ pub trait WholeField: Send + Sync {
         let _ = (points, error);
         Ok(0.0)
     }
+
+    /// The image of a region as [`images`](Self::images) has it, with so many Gauss points more on every cell and axis in T_K.
+    /// `None`: T_K has a closed form, or so many points are not taken.
+    ///
+    /// # Errors
+    /// As [`images`](Self::images).
+    fn finer(
+        &self,
+        quantity: WholeQuantity,
+        region: &Region,
+        more: usize,
+    ) -> Result<Option<Vec<f64>>, Error> {
+        let _ = (quantity, region, more);
+        Ok(None)
+    }
 }
 
 /// v as walks in this scalar have it, in f64: what e is the difference from.

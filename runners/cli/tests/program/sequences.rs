@@ -97,3 +97,37 @@ fn a_lift_is_chosen_where_it_pays() {
     let threads = solve(&["--threads", "1"]);
     assert_eq!(threads["targets"], chosen["targets"]);
 }
+
+/// A kink along x = y in two dimensions: what a lift leaves is smooth on cells, and a sequence gains on it.
+#[test]
+fn a_lift_and_a_sequence_are_chosen_together() {
+    let folder = Folder::new();
+    let solve = |error: &str, flags: &[&str]| {
+        let file = SMOOTH.replace("-(x1 - y1)^2 - (x2 - y2)^2", "-abs(x1 - y1) - abs(x2 - y2)");
+        let file = file.replace("1e-10", error);
+        let all: Vec<&str> = [&["--json"], flags].concat();
+        folder.solve(&file, &all).quietly(0).json()
+    };
+    let both = solve("1e-7", &[]);
+    assert_eq!(
+        (&both["lift"], &both["sequence"]),
+        (&6.into(), &"sobol".into()),
+        "{both}"
+    );
+    assert!(
+        number(&list(&both, "targets")[0], "replicates") >= 32.0,
+        "{both}"
+    );
+    // By a lift alone.
+    let lifted = solve("1e-6", &["--sequence", "random"]);
+    assert_eq!(lifted["lift"], 6, "{lifted}");
+    assert_agree(&both, &lifted, 1e-6);
+    let (split, other) = (&both["split"], &lifted["split"]);
+    let seconds = "predicted_walk_seconds";
+    assert!(
+        number(split, seconds) < number(other, seconds),
+        "{split} {other}"
+    );
+    let threads = solve("1e-7", &["--threads", "1"]);
+    assert_eq!(threads["targets"], both["targets"]);
+}

@@ -422,6 +422,27 @@ impl<const D: usize> WholeField for CubeField<'_, D> {
         self.images_of(regions, &self.rows)
     }
 
+    fn finer(
+        &self,
+        quantity: WholeQuantity,
+        region: &Region,
+        more: usize,
+    ) -> Result<Option<Vec<f64>>, Error> {
+        only_u(quantity)?;
+        let points = self.points + more;
+        if self.is_much(points) {
+            return Ok(None);
+        }
+        let finer = Self {
+            system: Arc::clone(&self.system),
+            rows: Vec::new(),
+            points,
+            ..*self
+        };
+        let region = core::slice::from_ref(region);
+        finer.images_of(region, &self.rows).map(Some)
+    }
+
     fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {
         let v = self.rows.get(..self.unknowns).unwrap_or_default().to_vec();
         let mut before = self.images_of(points, &v)?;

@@ -43,7 +43,7 @@ use fredholm_model::{Target, goals};
 use course::{Course, End};
 use family::Prediction;
 use joint::Question;
-use search::Search;
+use search::{Lifted, Search};
 
 /// The most walks of a goal if only its error ends them.
 const ENDLESS: u64 = u64::MAX >> 1;
@@ -305,6 +305,9 @@ fn next<'m>(
             chosen.settings.sequence = Some(Sequence::Sobol);
             chosen.settings.survivals = Some(drawn.survivals);
             chosen.settings.batch = Some(drawn.batch);
+            if let Some(lifted) = drawn.lifted {
+                follow(&mut chosen, lifted);
+            }
             return Ok(Next {
                 chosen,
                 best: drawn.prediction,
@@ -315,14 +318,11 @@ fn next<'m>(
             && let Ok(mut chosen) = accepted(search, settings, &lifted.prediction)
         {
             refuse_without_end(settings, &lifted.prediction)?;
-            chosen.settings.lift = Some(lifted.degree);
-            chosen.settings.pairs = None;
-            chosen.settings.exact_source = None;
-            chosen.report.pilot_seconds -= lifted.solved.seconds;
-            chosen.solved = Some(lifted.solved);
+            let prediction = lifted.prediction;
+            follow(&mut chosen, lifted);
             return Ok(Next {
                 chosen,
-                best: lifted.prediction,
+                best: prediction,
                 otherwise: Some(search.price(&best)),
             });
         }
@@ -339,6 +339,13 @@ fn next<'m>(
         }
         search.run();
     }
+}
+
+/// Lets the walks of a choice follow a lift.
+fn follow<'m>(chosen: &mut Chosen<'m>, lifted: Lifted<'m>) {
+    lifted.apply(&mut chosen.settings);
+    chosen.report.pilot_seconds -= lifted.solved.seconds;
+    chosen.solved = Some(lifted.solved);
 }
 
 /// Refuses walks until an error is reached if no walk may ever score, or if that takes too long.

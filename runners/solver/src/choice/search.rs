@@ -23,6 +23,7 @@ use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
+pub(super) use lift::Lifted;
 use lift::Lifts;
 use sequence::Sequences;
 
@@ -63,7 +64,7 @@ pub(super) struct Search<'m> {
     families: Vec<Family>,
     known: Known,
     systems: Systems<'m>,
-    sequences: Sequences,
+    sequences: Sequences<'m>,
     lifts: Lifts<'m>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,

@@ -241,12 +241,19 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
             .for_each(|(out, value)| *out = value);
     }
 
-    fn images_of(&self, regions: &[Region], rows: &[f64]) -> Result<Vec<f64>, Error> {
+    /// Whether so many points of a cell and axis are too many.
+    fn is_much(&self, points: usize) -> bool {
+        let cells = self.unknowns / self.polynomials.functions();
+        points > MOST_POINTS || nodes::<E>(cells, points) > MOST_NODES
+    }
+
+    /// The images by so many points of a cell and axis.
+    fn images_of(&self, regions: &[Region], rows: &[f64], of_y: usize) -> Result<Vec<f64>, Error> {
         let cut = &self.system.cut;
         let equation = cut.equation(super::ANY)?;
         let (equations, degree) = (&cut.model.equations, cut.of_degree()?);
         let v = |x: &Located<E::Point>| degree.series(&equation, &self.v, x);
-        let of = Integrals::new((&equation, &self.polynomials), &v, self.points)?;
+        let of = Integrals::new((&equation, &self.polynomials), &v, of_y)?;
         let head = IMAGE_HEAD + rows.len() / self.unknowns.max(1);
         let mut images = vec![0.0; regions.len() * head];
         let image = |region: &Region, out: &mut [f64]| {
@@ -265,9 +272,9 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
             let whole = if is_mean { measure } else { 1.0 };
             let at = |x: &E::Point| weight.map_or(1.0, |weight| weight(x)) / whole;
             refined_mean(out, &mut |rule, out| {
-                let points = self.points + 2 * rule;
-                let work = nodes::<E>(equation.cells(), points)
-                    * nodes::<E>(equation.cells(), self.points);
+                let points = of_y + 2 * rule;
+                let work =
+                    nodes::<E>(equation.cells(), points) * nodes::<E>(equation.cells(), of_y);
                 if points > MOST_POINTS || work > MOST_WORK && rule > 1 {
                     return Ok(false);
                 }
@@ -291,20 +298,34 @@ impl<E: CustomEquation<Scalar = f64>> WholeField for CustomField<'_, E> {
 
     fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         only_u(quantity)?;
-        self.images_of(regions, &self.rows)
+        self.images_of(regions, &self.rows, self.points)
+    }
+
+    fn finer(
+        &self,
+        quantity: WholeQuantity,
+        region: &Region,
+        more: usize,
+    ) -> Result<Option<Vec<f64>>, Error> {
+        only_u(quantity)?;
+        let points = self.points + more;
+        if self.is_much(points) {
+            return Ok(None);
+        }
+        let region = core::slice::from_ref(region);
+        self.images_of(region, &self.rows, points).map(Some)
     }
 
     fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {
-        let mut before = self.images_of(points, &[])?;
+        let mut before = self.images_of(points, &[], self.points)?;
         loop {
             let coarse = self.points;
             self.points += 2;
-            let nodes = nodes::<E>(self.unknowns / self.polynomials.functions(), self.points);
-            if self.points > MOST_POINTS || nodes > MOST_NODES {
+            if self.is_much(self.points) {
                 self.points = coarse;
                 return Ok(f64::NAN);
             }
-            let now = self.images_of(points, &[])?;
+            let now = self.images_of(points, &[], self.points)?;
             let moved = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
             let moved = moved.fold(0.0, f64::max);
             if moved <= error {

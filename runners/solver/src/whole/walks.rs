@@ -9,7 +9,10 @@ use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeS
 use fredholm_rayon::Replicates;
 
 use super::looks::{Look, Looks};
-use super::{BAND_LEVEL, PROBES, REPLICATES, WholeFunction, WholeSummary, WholeValue, split};
+use super::{
+    BAND_LEVEL, PROBES, QUADRATURE_SHARE, REPLICATES, WholeFunction, WholeSummary, WholeValue,
+    split,
+};
 use crate::answer::SolveObserver;
 use crate::systems::Systems;
 use crate::{
@@ -23,8 +26,6 @@ const LEAST_WALKS: u64 = 16;
 const RESAMPLES: usize = 1000;
 /// Points at which the quadrature of T_K is compared with a finer one.
 const QUADRATURE_PROBES: usize = 8;
-/// The part of a standard error that quadrature may be off.
-const QUADRATURE_SHARE: f64 = 0.01;
 /// The share of a replicate's walks that one round adds: as long a cancellation may wait.
 const ROUND: u64 = 8;
 /// The rate r of a variance of N^−r in the next stage of a sequence, between that of pseudo-random walks and that of smooth functions.

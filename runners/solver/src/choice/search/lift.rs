@@ -16,7 +16,7 @@ use crate::{Error, Model, Pairs, Settings};
 
 /// Walks of a pilot, a quarter of the least run: scores have rare corrections, in one of some hundred to thousand states, which may make
 /// most of their variance.
-const WALKS: u64 = 16_384;
+pub(super) const WALKS: u64 = 16_384;
 /// The part of the time of the next pilot that a lift may take before it.
 const BEFORE: f64 = 0.5;
 
@@ -27,6 +27,15 @@ pub(in super::super) struct Lifted<'m> {
     /// The degree of v'.
     pub(in super::super) degree: usize,
     pub(in super::super) solved: Arc<Solved<'m>>,
+}
+
+impl Lifted<'_> {
+    /// Asks for this lift.
+    pub(in super::super) const fn apply(&self, settings: &mut Settings) {
+        settings.lift = Some(self.degree);
+        settings.pairs = None;
+        settings.exact_source = None;
+    }
 }
 
 /// All lifts that were tried.
@@ -92,10 +101,11 @@ impl<'m> Search<'m> {
         };
         self.lifts.tried.push([setting.cells, setting.degree]);
         self.work += pilot;
-        if let Ok(lifted) = self.try_lift(setting, degree, &cost)
-            && lifted.prediction.careful < self.lift_price().unwrap_or(f64::INFINITY)
-        {
-            self.lifts.best = Some(lifted);
+        if let Ok(lifted) = self.try_lift(setting, degree, &cost) {
+            self.add_lifted(&lifted, cost.walk);
+            if lifted.prediction.careful < self.lift_price().unwrap_or(f64::INFINITY) {
+                self.lifts.best = Some(lifted);
+            }
         }
         true
     }

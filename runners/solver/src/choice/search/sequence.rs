@@ -1,13 +1,16 @@
 //! Whether walks draw from a Sobol' sequence: where what they score is smooth, far fewer of them are enough.
 //!
-//! Pilots of 16 replicates are made on systems that are solved already. A trial of longer replicates tells how fast the error
-//! falls with their length. All of them together take at most [`SHARE`] of what pseudo-random walks are predicted to.
+//! Pilots of 16 replicates are made on systems that are solved already, and on those that were lifted: what a lift leaves is smooth
+//! on its cells. A trial of longer replicates tells how fast the error falls with their length. All of them together take at most
+//! [`SHARE`] of what pseudo-random walks are predicted to.
 
 use fredholm_core::{Estimator, MIN_BATCHES, MIN_REPLICATES, Statistics};
+use fredholm_model::cost::{PointwisePairs, WalkCost};
 
 use super::super::family::{Prediction, batches_of_whole_stages};
 use super::super::pilot::{MISSED, SURE};
 use super::super::setting::Setting;
+use super::lift::{self, Lifted};
 use super::{PAYS, PILOT_SECONDS, Search};
 use crate::{Error, Model, Sequence, Settings};
 
@@ -39,9 +42,11 @@ const SCORED: f64 = 0.25;
 const WALK: f64 = 1.3;
 
 /// Walks that draw from a sequence, and what they are predicted to take.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Drawn {
+#[derive(Clone, Debug)]
+pub(in super::super) struct Drawn<'m> {
     pub(in super::super) prediction: Prediction,
+    /// The lift that they follow, if they do.
+    pub(in super::super) lifted: Option<Lifted<'m>>,
     pub(in super::super) survivals: u32,
     /// Walks of a replicate.
     pub(in super::super) batch: u64,
@@ -49,9 +54,11 @@ pub(in super::super) struct Drawn {
 
 /// A setting whose walks may draw from a sequence, with what trials told of it.
 #[derive(Clone, Debug)]
-struct Trial {
+struct Trial<'m> {
     /// What pseudo-random walks of it would take.
     random: Prediction,
+    /// The lift that walks follow, if they do, and what they take.
+    lifted: Option<(Lifted<'m>, WalkCost)>,
     survivals: u32,
     /// Walks of a replicate of the longest trial; 0 before there was one.
     length: u64,
@@ -64,18 +71,19 @@ struct Trial {
     each: f64,
 }
 
-impl Trial {
+impl Trial<'_> {
     /// Seconds of the next trial.
     fn next_seconds(&self, targets: usize) -> f64 {
         let walks = MIN_BATCHES * self.next_length() * targets as u64;
         PILOT_SECONDS + self.random.moments + walks as f64 * self.each
     }
 
-    const fn next_length(&self) -> u64 {
-        if self.length == 0 {
-            FIRST
-        } else {
-            LONGER * self.length
+    fn next_length(&self) -> u64 {
+        match (self.length, &self.lifted) {
+            (0, None) => FIRST,
+            // The second trial has as many walks as the pilot of the lift.
+            (0, Some(_)) => lift::WALKS / MIN_BATCHES / LONGER,
+            (length, _) => LONGER * length,
         }
     }
 
@@ -107,20 +115,20 @@ impl Trial {
 
 /// All trials, and what they took.
 #[derive(Debug)]
-pub(super) struct Sequences {
+pub(super) struct Sequences<'m> {
     /// Whether walks may draw from a sequence, and whether they have to.
     may: bool,
     must: bool,
     /// The lengths that replicates may have.
     lengths: Vec<u64>,
-    trials: Vec<Trial>,
+    trials: Vec<Trial<'m>>,
     /// Settings whose trials failed, or had few scores.
     refused: Vec<Setting>,
     /// Predicted seconds of all trials.
     work: f64,
 }
 
-impl Sequences {
+impl Sequences<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
         let must = settings.sequence == Some(Sequence::Sobol);
         let is_open = settings.sequence.is_none() && settings.walks.is_none();
@@ -137,18 +145,12 @@ impl Sequences {
     }
 }
 
-impl Search<'_> {
-    /// Walks of a sequence in place of the best pseudo-random ones, if they are predicted to take less than half as long, or if
-    /// nothing else is wanted.
-    pub(in super::super) fn sequence(&mut self, best: &Prediction) -> Option<Drawn> {
-        if !self.sequences.must
-            && self
-                .lift_price()
-                .is_some_and(|lift| PAYS * lift < self.price(best))
-        {
-            return None;
-        }
-        let share = SHARE * self.price(best);
+impl<'m> Search<'m> {
+    /// Walks of a sequence in place of the best pseudo-random ones, with a lift or without, if they are predicted to take less than
+    /// half as long, or if nothing else is wanted.
+    pub(in super::super) fn sequence(&mut self, best: &Prediction) -> Option<Drawn<'m>> {
+        let price = self.random_price(best);
+        let share = SHARE * price;
         loop {
             let is_missing = self.sequences.must && self.best_trial().is_none();
             let may = if is_missing { f64::INFINITY } else { share };
@@ -157,7 +159,7 @@ impl Search<'_> {
             }
         }
         let (seconds, trial) = self.best_trial()?;
-        let pays = self.sequences.must || PAYS * seconds < self.price(best);
+        let pays = self.sequences.must || PAYS * seconds < price;
         pays.then(|| self.drawn(trial))
     }
 
@@ -165,6 +167,13 @@ impl Search<'_> {
     pub(in super::super) fn forget_sequences(&mut self) {
         self.sequences.may = false;
         self.sequences.trials.clear();
+    }
+
+    /// Seconds of the best setting, or of walks of a lift if they are predicted to take less than half as long.
+    fn random_price(&self, best: &Prediction) -> f64 {
+        let price = self.price(best);
+        self.lift(price)
+            .map_or(price, |lifted| lifted.prediction.careful)
     }
 
     /// Makes a trial, if trials have taken a small part of all pilots so far.
@@ -182,7 +191,7 @@ impl Search<'_> {
     }
 
     /// The best setting that had two trials.
-    fn best_trial(&self) -> Option<(f64, &Trial)> {
+    fn best_trial(&self) -> Option<(f64, &Trial<'m>)> {
         let known = self
             .sequences
             .trials
@@ -210,21 +219,30 @@ impl Search<'_> {
             if is_known {
                 self.add_survivals(&trial);
             }
-        } else {
+        } else if trial.lifted.is_none() {
             self.sequences.refused.push(trial.random.setting);
         }
         true
     }
 
     /// Seconds from now on.
-    fn sequence_price(&self, trial: &Trial) -> f64 {
+    fn sequence_price(&self, trial: &Trial<'_>) -> f64 {
         let (_, walks) = trial.best(&self.sequences.lengths, trial.trusted_rate());
-        self.remaining_setup(&trial.random) + trial.random.moments + walks * trial.each
+        self.before_walks(trial) + walks * trial.each
+    }
+
+    /// Seconds of a set-up before walks: of what is lifted there is one already.
+    fn before_walks(&self, trial: &Trial<'_>) -> f64 {
+        let setup = match trial.lifted {
+            None => self.remaining_setup(&trial.random),
+            Some(_) => 0.0,
+        };
+        setup + trial.random.moments
     }
 
     /// Seconds with luck.
-    fn hoped_price(&self, trial: &Trial) -> f64 {
-        let rest = self.remaining_setup(&trial.random) + trial.random.moments;
+    fn hoped_price(&self, trial: &Trial<'_>) -> f64 {
+        let rest = self.before_walks(trial);
         if trial.length == 0 {
             let targets = self.sample.weights.iter().sum::<f64>();
             let least = (MIN_REPLICATES * SHORTEST) as f64 * targets;
@@ -240,9 +258,9 @@ impl Search<'_> {
     fn next_trial(&self, may: f64) -> Option<(usize, f64)> {
         let best = self.best()?;
         let price = match self.best_trial() {
-            Some((seconds, _)) => seconds.min(self.price(&best)),
+            Some((seconds, _)) => seconds.min(self.random_price(&best)),
             None if self.sequences.must => f64::INFINITY,
-            None => self.price(&best),
+            None => self.random_price(&best),
         };
         let longest = self.sequences.lengths.last().copied().unwrap_or(0);
         let all = self.sequences.trials.iter().enumerate();
@@ -259,7 +277,7 @@ impl Search<'_> {
     /// Adds all settings of pilots whose systems are solved, with the shortest walks that are safe.
     fn add_trials(&mut self) {
         let survivals = self.settings.survivals.unwrap_or(SURVIVALS[0]);
-        let mut new: Vec<Trial> = Vec::new();
+        let mut new: Vec<Trial<'m>> = Vec::new();
         for family in &self.families {
             for pilot in &family.pilots {
                 let of = pilot.setting;
@@ -268,7 +286,8 @@ impl Search<'_> {
                 let given = self.settings.estimator;
                 let estimator = given.unwrap_or(Estimator::Absorption);
                 let setting = of.with_walks((shortest, estimator));
-                let is_new = |trial: &Trial| trial.random.setting != setting;
+                let is_new =
+                    |trial: &Trial<'_>| trial.lifted.is_some() || trial.random.setting != setting;
                 let is_solved = of.plain || self.systems.of(&setting).is_some();
                 let trials = &self.sequences.trials;
                 if !self.refuses(&setting)
@@ -278,25 +297,40 @@ impl Search<'_> {
                     && let Some(level) = family.level(of.cells)
                 {
                     let random = family.predict(&pilot.with_walks(setting, 1.0), level);
-                    new.push(self.untried(random, survivals));
+                    new.push(self.untried(random, None, survivals));
                 }
             }
         }
         self.sequences.trials.extend(new);
     }
 
+    /// Adds a lift that was tried, whose walks cost so much.
+    pub(super) fn add_lifted(&mut self, lifted: &Lifted<'m>, cost: WalkCost) {
+        if self.sequences.may {
+            let survivals = self.settings.survivals.unwrap_or(SURVIVALS[0]);
+            let with = Some((lifted.clone(), cost));
+            let trial = self.untried(lifted.prediction, with, survivals);
+            self.sequences.trials.push(trial);
+        }
+    }
+
     /// Adds the same setting with other numbers of states without absorption.
-    fn add_survivals(&mut self, trial: &Trial) {
+    fn add_survivals(&mut self, trial: &Trial<'m>) {
         if self.settings.survivals.is_none() && trial.survivals == SURVIVALS[0] {
             let others = SURVIVALS.iter().skip(1);
-            let new: Vec<Trial> = others
-                .map(|&other| self.untried(trial.random, other))
+            let new: Vec<Trial<'m>> = others
+                .map(|&other| self.untried(trial.random, trial.lifted.clone(), other))
                 .collect();
             self.sequences.trials.extend(new);
         }
     }
 
-    fn untried(&self, random: Prediction, survivals: u32) -> Trial {
+    fn untried(
+        &self,
+        random: Prediction,
+        lifted: Option<(Lifted<'m>, WalkCost)>,
+        survivals: u32,
+    ) -> Trial<'m> {
         let states = random.states / random.walks;
         let states = if states.is_finite() {
             states
@@ -305,6 +339,7 @@ impl Search<'_> {
         };
         let mut trial = Trial {
             random,
+            lifted,
             survivals,
             length: 0,
             targets: Vec::new(),
@@ -317,8 +352,10 @@ impl Search<'_> {
     }
 
     /// Seconds of a walk.
-    fn sequence_seconds(&self, trial: &Trial) -> f64 {
+    fn sequence_seconds(&self, trial: &Trial<'_>) -> f64 {
         let setting = &trial.random.setting;
+        let of_lift = trial.lifted.as_ref();
+        let of_lift = of_lift.map(|(_, cost)| (*cost, PointwisePairs::default()));
         let own = |family: &&super::Family| family.first.shares_family(setting);
         let family = self.families.iter().find(own);
         let of = family.and_then(|family| {
@@ -326,7 +363,7 @@ impl Search<'_> {
             let pairs = family.pilot_for(setting).or(family.pilots.first())?;
             Some((setting.walk(&level.cost), pairs.pairs(level.unknowns)))
         });
-        let Some((walk, pairs)) = of else {
+        let Some((walk, pairs)) = of_lift.or(of) else {
             return f64::INFINITY;
         };
         let scores = match setting.estimator {
@@ -339,14 +376,22 @@ impl Search<'_> {
     }
 
     /// The next trial of a setting.
-    fn try_sequence(&mut self, trial: &Trial) -> Result<Trial, Error> {
+    fn try_sequence(&mut self, trial: &Trial<'m>) -> Result<Trial<'m>, Error> {
         let setting = trial.random.setting;
         let length = trial.next_length();
+        let lifted = trial.lifted.as_ref().map(|(lifted, _)| lifted);
         let mut settings = setting.applied(self.settings);
+        if let Some(lifted) = lifted {
+            lifted.apply(&mut settings);
+        }
         settings.sequence = Some(Sequence::Sobol);
         settings.survivals = Some(trial.survivals);
         settings.batch = Some(length);
-        let (answer, ..) = self.walked((&setting, None), settings, MIN_BATCHES * length)?;
+        let (answer, ..) = self.walked(
+            (&setting, lifted.map(|lifted| &lifted.solved)),
+            settings,
+            MIN_BATCHES * length,
+        )?;
         let all: Vec<&Statistics> = answer.outcome.statistics.iter().collect();
         self.pilots += 1;
         self.walks += all.iter().map(|of| of.walks()).sum::<u64>();
@@ -392,7 +437,7 @@ impl Search<'_> {
     }
 
     /// The prediction of a trial.
-    fn drawn(&self, trial: &Trial) -> Drawn {
+    fn drawn(&self, trial: &Trial<'m>) -> Drawn<'m> {
         let rate = trial.trusted_rate();
         let (batch, walks) = trial.best(&self.sequences.lengths, rate);
         let walking = trial.random.moments + walks * trial.each;
@@ -414,6 +459,7 @@ impl Search<'_> {
                 states: walks * trial.states,
                 ..trial.random
             },
+            lifted: trial.lifted.as_ref().map(|(lifted, _)| lifted.clone()),
             survivals: trial.survivals,
             batch,
         }
