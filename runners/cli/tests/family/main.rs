@@ -25,7 +25,7 @@ use problems::{MOST_ERROR, Problem, Random};
 
 /// Problems that were looked at when the choice was made, and others.
 const SEEN: u64 = 1;
-const UNSEEN: u64 = 18;
+const UNSEEN: u64 = 19;
 
 /// The problems of a half in a day's share, and in all.
 const FEW: u64 = 3;
@@ -33,6 +33,8 @@ const ALL: u64 = 250;
 
 /// The time of the choice is at most so many times that of the best of the ladder.
 const MOST_TIMES: f64 = 4.0;
+/// A problem whose best rung takes more seconds at the largest error is left out: nobody waits for it.
+const LONGEST: f64 = 60.0;
 /// Seconds that are lost in any case: some pilots of some hundred walks.
 const LEAST_SECONDS: f64 = 0.005;
 
@@ -87,6 +89,9 @@ struct Reference {
     is_relaxed: bool,
     /// The best of the ladder, if one ends.
     best: Option<Best>,
+    /// Whether none of the ladder comes to an end that somebody waits for.
+    #[serde(default)]
+    is_left_out: bool,
     /// Seconds of the plain default, if the problem takes it.
     default: Option<f64>,
 }
@@ -132,10 +137,13 @@ impl Reference {
             (tolerance, is_relaxed) = found;
         }
         let default = opened.plain_default(problem.default);
+        let best = best(&rungs, problem, opened, tolerance);
+        let ends = rungs.iter().any(|rung| rung.seconds(tolerance).is_finite());
         Self {
+            is_left_out: ends && best.is_none(),
             error: tolerance.bound(),
             is_relaxed,
-            best: best(&rungs, problem, opened, tolerance),
+            best,
             default: default.map(|rung| rung.seconds(tolerance)),
         }
     }
@@ -168,6 +176,18 @@ fn ran(problem: &Problem) -> Ran {
     let mut opened = Opened::new(&resolved);
     let reference = Reference::kept(problem, &opened);
     let tolerance = problem.tolerance(reference.error);
+    let mut ran = Ran {
+        text: format!("{}, {tolerance:?}: ", problem.name),
+        is_relaxed: reference.is_relaxed,
+        ratio: None,
+        measured: None,
+        of_default: None,
+        z: None,
+    };
+    if reference.is_left_out {
+        ran.text.push_str("left out");
+        return ran;
+    }
 
     let mut settings = opened.settings.clone();
     settings.tolerance = Some(tolerance);
@@ -182,14 +202,6 @@ fn ran(problem: &Problem) -> Ran {
         (&(), &OnThreads),
     );
     let measured = ladder::processor() - start;
-    let mut ran = Ran {
-        text: format!("{}, {tolerance:?}: ", problem.name),
-        is_relaxed: reference.is_relaxed,
-        ratio: None,
-        measured: None,
-        of_default: None,
-        z: None,
-    };
     let text = &mut ran.text;
     let best = reference.best.as_ref();
     match solved {
@@ -256,7 +268,8 @@ fn feasible(problem: &Problem, rungs: &[Rung]) -> (Tolerance, bool) {
     }
 }
 
-/// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many.
+/// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many. `None` if none ends, or if those
+/// that do not take as long as the best may: they ask for a part of a u that few walks do not tell from 0.
 fn best(
     rungs: &[Rung],
     problem: &Problem,
@@ -265,10 +278,15 @@ fn best(
 ) -> Option<Best> {
     let mut sorted: Vec<&Rung> = rungs.iter().collect();
     sorted.sort_by(|a, b| a.seconds(tolerance).total_cmp(&b.seconds(tolerance)));
-    let soon = sorted.first()?.seconds(tolerance).max(problem.most_seconds);
-    let mut soon = sorted
-        .into_iter()
-        .filter(|rung| rung.seconds(tolerance) <= 2.0 * soon);
+    let first = sorted.first()?.seconds(tolerance);
+    let soon = 2.0 * first.max(problem.most_seconds);
+    let mut lost = 0.0;
+    let mut soon = sorted.into_iter().take_while(|rung| {
+        let is_due =
+            first <= LONGEST && rung.seconds(tolerance) <= soon && lost <= problem.most_seconds;
+        lost += rung.seconds(tolerance);
+        is_due
+    });
     soon.find_map(|rung| {
         let walked = rung.run(opened, tolerance)?;
         let found = walked.first()?.preconditioned();
