@@ -112,7 +112,7 @@ impl CoarseStep<'_, '_> {
     ) -> [f64; B] {
         let mut own = [0.0; B];
         // Where other walls begin to be seen T_K v_c has a kink, of which no few points over the cell tell the mean.
-        for [from, to] in parts(many.room(), cell) {
+        for [from, to] in parts(many.room(), cell, &[]) {
             let mut add = |place: f64, weight: f64| {
                 let t = from + (to - from) * place;
                 let value = self.at(many, cell, t);

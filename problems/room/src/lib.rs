@@ -90,6 +90,8 @@ pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Scene, Surface};
 #[cfg(feature = "alloc")]
+pub use shadows::Shadows;
+#[cfg(feature = "alloc")]
 pub use solution::{neighbour_second_moment_radius, second_moment_radius};
 pub use starts::WallStarts;
 #[cfg(feature = "alloc")]

@@ -12,18 +12,26 @@ const HALVINGS: u32 = 6;
 /// The most intervals of a stretch, whose ends are all computed in a score. Of more the narrowest are parts of others.
 const INTERVALS: usize = 48;
 
-/// A vertex at which another wall begins to be seen, and its ω.
+/// A vertex at which another wall begins to be seen, or the end of a shadow, and its ω.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     omega: f64,
+    /// The number of the vertex; ends of shadows are counted down from the largest.
     vertex: u32,
     pub(crate) position: Vector<f64>,
 }
 
-/// The parts of a cell from which the same walls are seen in the same order, or nearly so.
-pub(crate) fn parts(room: &Room<'_, f64>, cell: usize) -> Vec<[f64; 2]> {
+/// The end of a shadow on a wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowEnd {
+    pub(crate) wall: u32,
+    pub(crate) position: Vector<f64>,
+}
+
+/// The parts of a cell from which the same walls and ends of shadows are seen in the same order, or nearly so.
+pub(crate) fn parts(room: &Room<'_, f64>, cell: usize, shadows: &[ShadowEnd]) -> Vec<[f64; 2]> {
     let mut parts = Vec::new();
-    split(room, cell, [0.0, 1.0], HALVINGS, &mut parts);
+    split(room, cell, shadows, [0.0, 1.0], HALVINGS, &mut parts);
     parts
 }
 
@@ -31,6 +39,7 @@ pub(crate) fn parts(room: &Room<'_, f64>, cell: usize) -> Vec<[f64; 2]> {
 fn split(
     room: &Room<'_, f64>,
     cell: usize,
+    shadows: &[ShadowEnd],
     part: [f64; 2],
     halvings: u32,
     out: &mut Vec<[f64; 2]>,
@@ -39,7 +48,7 @@ fn split(
     // In a corner itself everything is seen under no angle.
     let inset = 1e-6 * (to - from);
     let vertices = |t: f64| {
-        let edges = edges(room, cell, t).into_iter();
+        let edges = edges(room, cell, t, shadows).into_iter();
         edges.map(|edge| edge.vertex).collect::<Vec<u32>>()
     };
     if halvings == 0 || vertices(from + inset) == vertices(to - inset) {
@@ -47,12 +56,13 @@ fn split(
         return;
     }
     let middle = 0.5 * (from + to);
-    split(room, cell, [from, middle], halvings - 1, out);
-    split(room, cell, [middle, to], halvings - 1, out);
+    split(room, cell, shadows, [from, middle], halvings - 1, out);
+    split(room, cell, shadows, [middle, to], halvings - 1, out);
 }
 
-/// The vertices at which another wall begins to be seen from a place in a cell, in the order of their ω.
-pub(crate) fn edges(room: &Room<'_, f64>, cell: usize, t: f64) -> Vec<Edge> {
+/// The vertices at which another wall begins to be seen from a place in a cell, and the ends of shadows that are seen, in the order
+/// of their ω.
+pub(crate) fn edges(room: &Room<'_, f64>, cell: usize, t: f64, shadows: &[ShadowEnd]) -> Vec<Edge> {
     let geometry = room.geometry();
     let Some(x) = room.inside(cell, t) else {
         return Vec::new();
@@ -76,7 +86,25 @@ pub(crate) fn edges(room: &Room<'_, f64>, cell: usize, t: f64) -> Vec<Edge> {
     }
     all.sort_by(|a, b| a.omega.total_cmp(&b.omega).then(a.vertex.cmp(&b.vertex)));
     all.dedup_by_key(|edge| edge.vertex);
-    changes(room, &x, own, &all)
+    let mut kept = changes(room, &x, own, &all);
+    for (number, end) in (0..).zip(shadows) {
+        let to = sub(end.position, x.position());
+        let is_ahead = end.wall as usize != x.wall() && dot(own.normal(), to) > 0.0;
+        if !is_ahead || kept.len() + 1 >= INTERVALS {
+            continue;
+        }
+        let omega = omega_of(x.position(), own.tangent, end.position);
+        let hit = geometry.cast(x.wall() as u32, x.position(), lambert(own, omega));
+        if hit.is_some_and(|hit| hit.wall == end.wall) {
+            let edge = Edge {
+                omega,
+                vertex: u32::MAX - number,
+                position: end.position,
+            };
+            kept.insert(kept.partition_point(|edge| edge.omega <= omega), edge);
+        }
+    }
+    kept
 }
 
 /// The vertices at which another wall is seen: between two neighbours in the list it is one wall.

@@ -7,7 +7,7 @@ use fredholm_core::{At, Real};
 use fredholm_model::{Error, LastSteps, Region};
 use fredholm_rayon::fill_rows;
 use fredholm_room::{
-    CellRays, DirectLight, RaySetup, RayTables, Room, RoomError, Scene, Seen, Tables,
+    CellRays, DirectLight, RaySetup, RayTables, Room, RoomError, Scene, Seen, Shadows, Tables,
 };
 
 use super::starts::Start;
@@ -155,9 +155,10 @@ impl RoomSystem<'_> {
         v: &[f64],
     ) -> Result<RayTables<f64>, Error> {
         let mut cells = vec![CellRays::default(); self.cut.mesh.len()];
+        let shadows = Shadows::new(&self.cut.model.scene);
         of_degree!(self.cut.cut.degree, B => {
             let polynomials = room.with_functions::<B>();
-            let setup = RaySetup::new(&polynomials, v)?;
+            let setup = RaySetup::new(&polynomials, v)?.with_shadows(&shadows);
             fill_rows(&mut cells, 1, |cell, row| {
                 row.fill(setup.cell(cell)?);
                 Ok::<(), RoomError>(())

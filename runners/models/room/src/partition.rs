@@ -23,8 +23,10 @@ use crate::{DEFAULT_CELLS, RoomModel, corners, of_degree};
 const TOLERANCE: f64 = 1e-14;
 /// The most sweeps.
 const SWEEPS: u32 = 10_000;
-/// The most unknowns of which all coefficients are computed for v: 130 MB, and a second of a processor at degree 0. Of more
-/// unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells.
+/// The most unknowns of degrees 0 and 1 of which all coefficients are computed for v: 130 MB, and a second of a processor at
+/// degree 0. Of more unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells. Of
+/// higher degrees it always comes from few, at most as many as there are: coefficients of cells that see a part of each other
+/// hold to some six digits, which is what v of degree 4 would have, and a step by exact irradiances leaves up to 180 times less.
 const MOST_IN_PAIRS: usize = 4000;
 const FEW: usize = 1000;
 /// The functions on a cell of that solution.
@@ -109,7 +111,7 @@ impl<'m> RoomPartition<'m> {
 
     /// The solution, and the coefficients if it is theirs.
     pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
-        let (matrix, solution) = if is_large(self.unknowns()) {
+        let (matrix, solution) = if is_from_few(self.unknowns(), self.cut.degree) {
             (None, self.step_from_few()?)
         } else {
             let matrix = self.matrix()?;
@@ -128,7 +130,7 @@ impl<'m> RoomPartition<'m> {
 
     /// v by one step from a solution on few cells.
     fn step_from_few(&self) -> Result<Solution, Error> {
-        let few = CoarseSolution::new(&self.model.scene, FEW)?;
+        let few = CoarseSolution::new(&self.model.scene, self.unknowns().min(FEW))?;
         let (on_few, tables) = (
             few.room()?,
             Tables::<f64>::new(&self.model.scene, &self.mesh),
@@ -319,11 +321,18 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             Pairs::Rays => RAYS_OF_CELL * n * ray,
             _ => 0.0,
         };
-        let matrix = n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE;
-        let (setup, source) = match pairs {
-            Pairs::Rays if is_large(self.unknowns()) => (n * (degree + 1.0) * STEP_FROM_FEW, 0.0),
-            Pairs::Rays => (matrix, 0.0),
-            _ => (matrix, SOURCE * (n * (degree + 1.0)).powi(2)),
+        let matrix = |n: f64, degree: f64| n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE;
+        let (unknowns, all) = (self.unknowns(), matrix(n, degree));
+        let setup = if is_from_few(unknowns, self.cut.degree) {
+            let few = few_cells(unknowns, walls) as f64;
+            let of_pairs = if pairs == Pairs::Rays { 0.0 } else { all };
+            matrix(few, (FEW_FUNCTIONS - 1) as f64) + unknowns as f64 * STEP_FROM_FEW + of_pairs
+        } else {
+            all
+        };
+        let source = match pairs {
+            Pairs::Rays => 0.0,
+            _ => SOURCE * (n * (degree + 1.0)).powi(2),
         };
         Cost {
             setup: setup + boxes,
@@ -432,19 +441,23 @@ pub(crate) fn memory([n, walls]: [usize; 2], degree: usize, pairs: Pairs) -> usi
         _ => 0,
     };
     let mut bytes = n.saturating_mul(200 + 8 * 8 * functions + of_cell);
-    let is_large = is_large(n.saturating_mul(functions));
-    if is_large {
-        // Every wall is a cell of the few at least.
-        let few = walls.max(FEW.div_ceil(FEW_FUNCTIONS));
-        bytes = bytes.saturating_add(matrix(few, FEW_FUNCTIONS));
+    let unknowns = n.saturating_mul(functions);
+    let is_from_few = is_from_few(unknowns, degree);
+    if is_from_few {
+        bytes = bytes.saturating_add(matrix(few_cells(unknowns, walls), FEW_FUNCTIONS));
     }
-    if pairs == Pairs::Rays && is_large {
+    if pairs == Pairs::Rays && is_from_few {
         return bytes;
     }
     bytes.saturating_add(matrix(n, functions))
 }
 
 /// Whether v comes from a solution on few cells, without coefficients of all pairs.
-const fn is_large(unknowns: usize) -> bool {
-    unknowns > MOST_IN_PAIRS
+const fn is_from_few(unknowns: usize, degree: usize) -> bool {
+    degree > 1 || unknowns > MOST_IN_PAIRS
+}
+
+/// The cells of the solution from which so many unknowns come: every wall is one at least.
+fn few_cells(unknowns: usize, walls: usize) -> usize {
+    walls.max(unknowns.min(FEW).div_ceil(FEW_FUNCTIONS))
 }
