@@ -14,8 +14,8 @@ use fredholm_core::{
 };
 use fredholm_room::{
     Choice, CoarseSolution, Enclosure, Grading, Material, Matrix, MeanOver, Mesh, Point,
-    PolynomialRoom, RaySetup, RayTables, Room, RoomPairs, Scene, Surface, Tables, VisibilityTable,
-    min_mass_ratio,
+    PolynomialRoom, RaySetup, RayTables, Room, RoomPairs, Scene, Shadows, Surface, Tables,
+    VisibilityTable, min_mass_ratio,
 };
 
 type Failed = Box<dyn core::error::Error>;
@@ -221,6 +221,7 @@ struct Case<'c, 'r, 'a, const B: usize> {
     exponent: f64,
     polynomials: &'c PolynomialRoom<'r, 'a, f64, B>,
     mean: MeanOver<'r, 'a, f64>,
+    shadows: Shadows,
     start: Instant,
 }
 
@@ -256,7 +257,7 @@ impl<const B: usize> Case<'_, '_, '_, B> {
 
     fn rays(&self, name: &str, v: &[f64], set_up: f64) -> Result<(), Failed> {
         let begin = seconds(self.start);
-        let setup = RaySetup::new(self.polynomials, v)?;
+        let setup = RaySetup::new(self.polynomials, v)?.with_shadows(&self.shadows);
         let cells = (0..self.polynomials.cells()).map(|cell| setup.cell(cell));
         let rays = RayTables::new(cells.collect::<Result<_, _>>()?)?;
         let own = seconds(self.start) - begin;
@@ -299,13 +300,27 @@ fn degree<const B: usize>(
         exponent: grading.exponent,
         polynomials: &room.with_functions::<B>(),
         mean: MeanOver::new(&room, lengths, 0..lengths.len() - 1)?,
+        shadows: Shadows::new(&scene),
         start,
     };
     case.measure("plain", &NoNeighbour::<Room<'_, f64>>::new(), None, 0.0)?;
+    let begin = seconds(start);
+    let coarse = CoarseSolution::new(&scene, COARSE)?;
+    let on_few = coarse.room()?;
+    let step = coarse.step(&on_few);
+    let from_few: Vec<f64> = (0..mesh.len())
+        .flat_map(|cell| step.on(case.polynomials, cell))
+        .collect();
+    let few_time = seconds(start) - begin;
     if let Some(matrix) = &matrix {
         let begin = seconds(start);
-        let solution = matrix.solve(&scene, &mesh, 1e-14, 1000)?;
-        let set_up = matrix_time + seconds(start) - begin;
+        let mut solution = matrix.solve(&scene, &mesh, 1e-14, 1000)?;
+        let mut set_up = matrix_time + seconds(start) - begin;
+        // As the program does.
+        if B > 2 {
+            solution.v.clone_from(&from_few);
+            set_up = matrix_time + few_time;
+        }
         let (v, entries) = (&solution.v, rounded::<f64>(matrix.entries())?);
         let dense = Dense::new(&entries, matrix.cells(), B).ok_or("no such matrix")?;
         for choice in [Choice::Default, Choice::Pointwise] {
@@ -319,16 +334,8 @@ fn degree<const B: usize>(
                 set_up,
             )?;
         }
-        case.rays("rays", v, set_up)?;
     }
-    let begin = seconds(start);
-    let coarse = CoarseSolution::new(&scene, COARSE)?;
-    let on_few = coarse.room()?;
-    let step = coarse.step(&on_few);
-    let v: Vec<f64> = (0..mesh.len())
-        .flat_map(|cell| step.on(case.polynomials, cell))
-        .collect();
-    case.rays("rays alone", &v, seconds(start) - begin)
+    case.rays("rays", &from_few, few_time)
 }
 
 fn main() -> Result<(), Failed> {

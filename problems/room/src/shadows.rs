@@ -37,7 +37,7 @@ pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
 pub struct Shadows(Vec<ShadowEnd>);
 
 impl Shadows {
-    /// Those of a scene.
+    /// Finds where the shadows of the lights of a scene end.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let walls = (0..).zip(&scene.walls).zip(of_lights(scene));
@@ -52,7 +52,7 @@ impl Shadows {
         Self(all.collect())
     }
 
-    /// Their positions.
+    /// The positions, in the units of the scene.
     pub fn ends(&self) -> impl Iterator<Item = [f64; 2]> {
         self.0.iter().map(|end| end.position)
     }
