@@ -31,7 +31,8 @@ const PROBES: usize = 128;
 /// the next wall is seen from there to its far end within a small part of the angle.
 const GRADES: i32 = 12;
 
-/// How far within a box its ends are looked at, as a part of it.
+/// How far within a box its ends are looked at, as a part of it: far beyond rounding in ω, and so little that products of
+/// polynomials stay orthogonal to ten digits.
 const HAIR: f64 = 1.0 / (1_u64 << 33) as f64;
 
 /// The set-up of a [`RayNeighbour`](crate::RayNeighbour), cell by cell.
@@ -86,6 +87,7 @@ pub struct RaySetup<'s, 'r, 'a, const B: usize> {
     v: &'s [f64],
     /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough.
     noise: f64,
+    /// Where boxes end besides at vertices.
     shadows: &'s [ShadowEnd],
 }
 

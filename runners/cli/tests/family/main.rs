@@ -268,8 +268,8 @@ fn feasible(problem: &Problem, rungs: &[Rung]) -> (Tolerance, bool) {
     }
 }
 
-/// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many. `None` if none ends, or if those
-/// that do not take as long as the best may: they ask for a part of a u that few walks do not tell from 0.
+/// The rung that is the fastest by few walks, and its walks: the next one if it takes many times as many. `None` if none ends, or if rungs
+/// that did not end took as long as the best may: the error is then a part of a u that few walks do not tell from 0.
 fn best(
     rungs: &[Rung],
     problem: &Problem,
