@@ -3,7 +3,8 @@
 //!
 //! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`, and
 //! every tenth of these with `FREDHOLM_EACH=10` besides, from number 3 on with `FREDHOLM_FIRST=3`: ten such runs are all of them.
-//! `FREDHOLM_NUMBER=15.25` runs number 25 of seed 15 instead of the seen half, and prints its file.
+//! `FREDHOLM_SEED=15` runs problems of seed 15 instead of the seen half, and `FREDHOLM_NUMBER=15.25` number 25 of them, and prints
+//! its file.
 //! What the ladder takes is a function of the problem alone. `FREDHOLM_LADDER=FOLDER` keeps it there, and reads it the next
 //! time; remove it where costs or walks change.
 
@@ -41,7 +42,8 @@ const LEAST_SECONDS: f64 = 0.005;
 #[test]
 fn problems_that_were_seen_end() {
     let Ok(number) = std::env::var("FREDHOLM_NUMBER") else {
-        return run(SEEN);
+        let seed = std::env::var("FREDHOLM_SEED");
+        return run(seed.map_or(SEEN, |seed| seed.parse().unwrap()));
     };
     let (seed, number) = number.split_once('.').expect("seed.number");
     let (seed, number): (u64, u64) = (seed.parse().unwrap(), number.parse().unwrap());
@@ -49,7 +51,9 @@ fn problems_that_were_seen_end() {
     let all = (0..=number).map(|number| Problem::new(&mut random, 1000 * seed + number, true));
     let problem = all.last().unwrap();
     println!("{}", problem.text);
-    summary(&[ran_on_one_thread(&problem)]);
+    let ran = ran_on_one_thread(&problem);
+    println!("{}", ran.text);
+    summary(&[ran]);
 }
 
 #[test]
@@ -192,6 +196,7 @@ fn ran(problem: &Problem) -> Ran {
     let mut settings = opened.settings.clone();
     settings.tolerance = Some(tolerance);
     opened.settings = &settings;
+    opened.look_at_variance();
     let start = ladder::processor();
     let goals = &opened.goals;
     let solved = fredholm::choice::solve(

@@ -93,6 +93,71 @@ fn first_pilots_take_less_than_the_answer() {
     assert!(3.0 * pilots < 2.0 * answer, "{pilots} {answer}");
 }
 
+/// Three rooms of the family where settings of degree 2 on many cells had pilots before 25 cells of degree 4, whose pilot takes a little
+/// longer than what was spent before it; and where looks at the walks had pilots of settings that could not take less than what was left.
+/// Seconds beside them are those of the best of a ladder of fixed settings. They took 5.3, 3.2 and 5.6 times as long.
+#[test]
+fn the_highest_degree_comes_first_and_looks_take_little() {
+    let room = |walls: &str, light: usize| {
+        let walls: Vec<[f64; 3]> = (walls.split(';'))
+            .map(|wall| {
+                let mut numbers = wall.split_whitespace().map(|of| of.parse().unwrap());
+                core::array::from_fn(|_| numbers.next().unwrap())
+            })
+            .collect();
+        let ends = walls.iter().cycle().skip(1);
+        let all: Vec<String> = (walls.iter().zip(ends).enumerate())
+            .map(|(i, ([x, y, reflectance], [to_x, to_y, _]))| {
+                let emission = u8::from(i == light);
+                format!(
+                    "{{ name = \"s{i}\", points = [[{x}, {y}], [{to_x}, {to_y}]], reflectance = {reflectance}, emission = {emission} }}"
+                )
+            })
+            .collect();
+        format!(
+            "problem.kind = \"room\"\nproblem.surface = [{}]\ntarget = [{{ name = \"t\", at = {{ surface = \"s0\", t = 0.37 }} }}]\n",
+            all.join(", ")
+        )
+    };
+    let rooms = [
+        (
+            "0 0 0.7986; 1.9408 0 0.2251; 1.9408 3.1894 0.4947; 0.9704 3.1894 0.0146; 0.9704 1.9137 0.2698; 0 1.9137 0.048",
+            0,
+            "2.688e-9",
+            true,
+            0.233,
+        ),
+        (
+            "0 0 0.4691; 1.0435 0 0.3386; 1.0435 3.9604 0.0967; 0 3.9604 0.2815",
+            0,
+            "4.486e-8",
+            true,
+            0.031,
+        ),
+        (
+            "0 0 0.5398; 2.3874 0 0.4893; 2.3874 1.2487 0.0877; 1.1937 1.2487 0.5111; 1.1937 0.7492 0.4591; 0 0.7492 0.388",
+            3,
+            "8.159e-10",
+            false,
+            0.279,
+        ),
+    ];
+    for (walls, light, error, is_relative, best) in rooms {
+        let relative = if is_relative {
+            "walk.relative = true\n"
+        } else {
+            ""
+        };
+        let problem = format!("{}{relative}", room(walls, light));
+        let split = &solve(&problem, error)["split"];
+        let of = |key: &str| number(split, key);
+        let answer = of("predicted_setup_seconds") + of("predicted_walk_seconds");
+        let all = answer + of("predicted_pilot_seconds");
+        println!("{all} {best}");
+        assert!(all < 2.2 * best, "{all} {best}: {problem}");
+    }
+}
+
 /// Pilots have eight targets at most. u(0.67) is nearly 0, so that a part of it asks for more than all others together: walks tell
 /// that, and another setting takes over.
 #[test]

@@ -442,7 +442,9 @@ impl<'m> Partitioned<'m> for CirclePartition<'m> {
         Cost {
             setup: self.cells as f64 * (CELL + degree * FUNCTION),
             source: 0.0,
+            kept: 0.0,
             moments: 0.0,
+            moments_power: 0.0,
             walk: WalkCost {
                 start: state,
                 step: state,

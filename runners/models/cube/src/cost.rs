@@ -71,7 +71,9 @@ impl CubePartition<'_> {
         Cost {
             setup: galerkin,
             source: rest,
+            kept: 0.0,
             moments,
+            moments_power: self.moments_power(),
             walk: WalkCost {
                 start: step + contraction,
                 step: step + contraction,
@@ -95,7 +97,9 @@ impl CubePartition<'_> {
         (values <= lift::MOST_WORK).then_some(Cost {
             setup: setup + values * (kernel + per_axis),
             source: 0.0,
+            kept: 0.0,
             moments: 0.0,
+            moments_power: 0.0,
             walk: WalkCost {
                 score: plain.score
                     + 2.0 * VALUE * highest
@@ -139,10 +143,9 @@ impl CubePartition<'_> {
             Tolerance::Absolute(error) => error,
             Tolerance::Relative(error) => error * size,
         };
-        let d = self.model.dimension as f64;
-        let power = 2.0 * (d - 1.0) / (d + 1.0);
         let [fewest, most] = BOXES;
-        let boxes = (JUMP * size / error).powf(power).clamp(fewest, most);
+        let boxes = (JUMP * size / error).powf(self.moments_power());
+        let boxes = boxes.clamp(fewest, most);
         Enough {
             error: 0.5 * error,
             boxes: boxes.max(self.all_cells() as f64),
@@ -150,12 +153,17 @@ impl CubePartition<'_> {
         }
     }
 
+    /// The power of one over the error with which the number of boxes grows.
+    fn moments_power(&self) -> f64 {
+        let d = self.model.dimension as f64;
+        2.0 * (d - 1.0) / (d + 1.0)
+    }
+
     /// Moments with so many times less of an error; nothing if these have as many boxes as any may have, or if nothing of u is left to
     /// take a part of.
     pub(super) fn finer(&self, enough: &Enough, times: f64) -> Option<Enough> {
         let [_, most] = BOXES;
-        let d = self.model.dimension as f64;
-        let boxes = enough.boxes * times.powf(2.0 * (d - 1.0) / (d + 1.0)).max(2.0);
+        let boxes = enough.boxes * times.powf(self.moments_power()).max(2.0);
         (enough.boxes < most && times < VANISHING).then_some(Enough {
             error: enough.error / times,
             boxes: boxes.min(most),

@@ -336,8 +336,10 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         };
         Cost {
             setup: setup + boxes,
-            source: source + boxes,
+            source,
+            kept: boxes,
             moments: 0.0,
+            moments_power: 0.0,
             walk,
             plain,
             light: LIGHT * depth * self.model.lights(true).len() as f64,

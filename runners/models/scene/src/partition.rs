@@ -229,7 +229,9 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
             // A ray, one to a light, and the two fits.
             setup: 3.0 * RAY * (self.cells() * self.rays()) as f64,
             source: 0.0,
+            kept: 0.0,
             moments: 0.0,
+            moments_power: 0.0,
             walk: WALK,
             plain: PLAIN,
             light: 0.0,

@@ -312,7 +312,9 @@ impl<'m> Partitioned<'m> for SpherePartition {
         Cost {
             setup: EVALUATION * self.entries() + PAIR * cells * cells,
             source: SOURCE_PAIR * cells * cells,
+            kept: 0.0,
             moments: 0.0,
+            moments_power: 0.0,
             walk: WALK,
             plain: PLAIN,
             light: 0.0,

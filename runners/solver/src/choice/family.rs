@@ -29,6 +29,8 @@ pub(super) struct Prediction {
     pub(super) setup: f64,
     /// Seconds of the set-up that are left once the system is solved.
     pub(super) source: f64,
+    /// Seconds of what the first walks of its family make of the system, which keeps it.
+    pub(super) kept: f64,
     /// Seconds of moments of F, which are no part of the set-up.
     pub(super) moments: f64,
     /// Seconds of one walk.
@@ -47,6 +49,8 @@ pub(super) struct Prediction {
     pub(super) most_walks: f64,
     /// The number of all walks.
     pub(super) walks: f64,
+    /// Var/E² of all targets: the number of walks if they were not made in whole stages.
+    pub(super) needed: f64,
     /// The number of states that all walks visit.
     pub(super) states: f64,
 }
@@ -107,6 +111,11 @@ impl Family {
         pilots.max_by_key(|pilot| pilot.setting.cells)
     }
 
+    /// Whether there were walks on these cells.
+    pub(super) fn has_walked(&self, cells: usize) -> bool {
+        self.pilots.iter().any(|pilot| pilot.setting.cells == cells)
+    }
+
     /// Adds a pilot in place of one of the same setting.
     pub(super) fn add(&mut self, pilot: Pilot) {
         self.pilots.retain(|of| of.setting != pilot.setting);
@@ -161,11 +170,12 @@ impl Family {
         let none = PointwisePairs::default();
         let each = walk.seconds(setting.estimator, 1.0 / setting.absorption, none);
         let least = (self.batch * MIN_BATCHES) as f64 * weights.iter().sum::<f64>();
-        let [setup, source] = setting.setup(&level.cost);
+        let [setup, source, kept] = setting.setup(&level.cost);
         Prediction {
             setting,
             setup,
             source,
+            kept,
             moments: level.cost.moments,
             seconds_per_walk: each,
             walking: f64::INFINITY,
@@ -175,13 +185,14 @@ impl Family {
             scored: 0,
             most_walks: f64::INFINITY,
             walks: f64::INFINITY,
+            needed: f64::INFINITY,
             states: f64::INFINITY,
         }
     }
 
     /// The order r of √Var ~ unknowns^−r by the last two pilots with the same walks. It is at most that of the theory, and
     /// at least half of it: on few cells much depends on where targets lie in them.
-    fn observed_order(&self) -> f64 {
+    pub(super) fn observed_order(&self) -> f64 {
         let before = |fine: &Pilot| {
             let alike = |of: &&Pilot| of.setting.walks() == fine.setting.walks();
             let coarser = self.pilots.iter().filter(alike);
@@ -192,7 +203,7 @@ impl Family {
         let pairs = fine.filter_map(|fine| Some((before(fine)?, fine)));
         let last = pairs.max_by(|a, b| a.1.unknowns.total_cmp(&b.1.unknowns));
         let order = last.map(|(coarse, fine)| {
-            let falls = coarse.needed() / fine.needed();
+            let falls = coarse.needed_of_all() / fine.needed_of_all();
             0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln()
         });
         let order = order.filter(|order| order.is_finite());
@@ -219,12 +230,13 @@ impl Family {
         let each = walk.seconds(setting.estimator, pilot.states, pairs);
         let walks = all(&|target| target.walks(observed));
         let most = pilot.observed().map(|target| target.walks(observed));
-        let [setup, source] = setting.setup(&level.cost);
-        let moments = level.cost.moments;
+        let [setup, source, kept] = setting.setup(&level.cost);
+        let moments = level.cost.moments.max(pilot.moments);
         Prediction {
             setting,
             setup,
             source,
+            kept,
             moments,
             seconds_per_walk: each,
             walking: moments + walks * each,
@@ -238,6 +250,7 @@ impl Family {
             scored: pilot.scored,
             most_walks: in_stages(most.fold(0.0, f64::max)),
             walks,
+            needed: observed * pilot.needed_of_all(),
             states: walks * pilot.states,
         }
     }

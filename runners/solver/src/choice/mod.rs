@@ -238,6 +238,8 @@ pub(crate) fn solve_either<'m>(
             }
             _ => {}
         }
+        // Looks at the walks have taken pilots, too.
+        chosen.report.predicted_pilot_seconds = search.lost(&best) + search.walked;
         return Ok(Some((chosen, Found::Separate(answer))));
     }
 }

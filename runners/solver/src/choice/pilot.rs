@@ -17,6 +17,8 @@ const RARE: f64 = 4.0;
 /// How far few walks may be from the true variance: that of N walks that scored may be 1 + DOUBT/√N times as large, or as
 /// small. Its standard deviation is √(κ − 1)/√N with the kurtosis κ of the scores, which is 3 of a normal distribution.
 const DOUBT: f64 = 4.0;
+/// The part of the tolerance that moments of F of an answer leave.
+const MOMENTS: f64 = 0.5;
 /// N walks that miss something tell, at 95 %, that fewer than 3/N of all walks meet it.
 pub(super) const MISSED: f64 = 3.0;
 /// Standard errors beyond which two estimates are no longer of one number, at 95 %.
@@ -130,9 +132,9 @@ pub(super) struct Walked<'a> {
     pub(super) weights: &'a [f64],
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
-    /// The part of the tolerance that moments of F are to leave, if u is as large as F; if walks have their own, what they
-    /// leave is known.
-    pub(super) of_moments: Option<f64>,
+    /// Seconds of the moments of F that a pilot had, and the power with which finer ones take more; `None` for walks whose moments
+    /// are those of an answer.
+    pub(super) moments: Option<[f64; 2]>,
     /// The variance that few walks miss: see [`System::rare_variance`](crate::System::rare_variance).
     pub(super) rare: f64,
 }
@@ -175,6 +177,8 @@ pub(super) struct Pilot {
     pub(super) walks: u64,
     /// The number of walks of a target.
     pub(super) walks_each: u64,
+    /// Seconds of moments of F that leave as little of the tolerance as those of an answer do, as far as those of the pilot tell.
+    pub(super) moments: f64,
     /// The mean number of states of a walk.
     pub(super) states: f64,
     pub(super) pointwise: PointwisePairs,
@@ -199,10 +203,6 @@ impl Pilot {
         let rare = RARE * walked.rare * score / (1.0 - absorption);
         // E η² of walks from anywhere may be larger than that of walks from a target which little light reaches.
         let from_anywhere = model.mean_square_of_source() / score;
-        let of_source = match tolerance {
-            Tolerance::Absolute(error) => error,
-            Tolerance::Relative(error) => error * model.exact_source_size().unwrap_or(0.0),
-        };
         let of = |(statistics, weight): (&&Statistics, f64)| {
             let [plain, found] = [statistics.plain(), statistics.preconditioned()];
             let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
@@ -216,15 +216,19 @@ impl Pilot {
                 estimate: found.estimate,
                 walks,
                 bound,
-                taken: match walked.of_moments {
-                    Some(part) => (part * of_source / bound).powi(2),
-                    None => (statistics.control_error() / bound).powi(2),
+                taken: match walked.moments {
+                    Some(_) if walked.setting.exact_source => MOMENTS.powi(2),
+                    _ => (statistics.control_error() / bound).powi(2),
                 },
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }
         };
         let all = || walked.statistics.iter();
+        // Moments are made as fine as every target asks for.
+        let finer = all().map(|of| of.control_error() / (MOMENTS * tolerance.error(of)));
+        let finer = finer.fold(0.0, f64::max);
+        let [seconds, power] = walked.moments.unwrap_or_default();
         let weights = walked.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
         let walks: u64 = all().map(|of| of.walks()).sum();
@@ -236,6 +240,7 @@ impl Pilot {
             left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),
+            moments: seconds * finer.powf(power),
             states: states as f64 / walks as f64,
             pointwise: walked.pointwise,
             unknowns: walked.unknowns,
@@ -283,6 +288,11 @@ impl Pilot {
         self.targets.iter().map(|of| of.weight * of.needed).sum()
     }
 
+    /// The number of walks that all targets take by their observed variance, with those that the pilot leaves out.
+    pub(super) fn needed_of_all(&self) -> f64 {
+        self.observed().map(|of| of.weight * of.needed).sum()
+    }
+
     /// The pointwise pairs of a row with this number of unknowns.
     pub(super) fn pairs(&self, unknowns: f64) -> PointwisePairs {
         self.pointwise
@@ -292,7 +302,12 @@ impl Pilot {
 
 #[cfg(test)]
 mod tests {
-    use super::Observed;
+    use super::super::family::Family;
+    use super::super::setting::Setting;
+    use super::{Known, Observed, Pilot};
+    use crate::Pairs;
+    use fredholm_core::Estimator;
+    use fredholm_model::cost::PointwisePairs;
 
     fn observed(estimate: f64) -> Observed {
         Observed {
@@ -317,5 +332,47 @@ mod tests {
         let mut pilot = observed(1.0);
         pilot.correct([1.01, 0.006]);
         assert_eq!(pilot.needed, 10.0);
+    }
+
+    /// Walks of the answer are those of all targets. A pilot that knew a tenth of them seemed to be ten times as good, so that more cells
+    /// seemed to help less than they do.
+    #[test]
+    fn the_order_is_that_of_all_targets() {
+        let pilot = |cells: usize, needed: f64, is_sampled| Pilot {
+            setting: Setting {
+                plain: false,
+                cells,
+                degree: 1,
+                pairs: Pairs::Default,
+                exact_source: false,
+                last_step: false,
+                absorption: 0.5,
+                estimator: Estimator::Absorption,
+            },
+            is_sampled,
+            targets: vec![Observed {
+                needed,
+                ..observed(1.0)
+            }],
+            left_out: None,
+            walks: 256,
+            walks_each: 256,
+            moments: 0.0,
+            states: 2.0,
+            pointwise: PointwisePairs::default(),
+            unknowns: cells as f64,
+            scored: 256,
+        };
+        // All targets take ten times the walks of those that pilots have, on twice as many cells a sixteenth.
+        let [coarse, fine] = [pilot(4, 1600.0, true), pilot(8, 1000.0, false)];
+        let mut family = Family::new(coarse.setting, Vec::new(), 2.0, 4096);
+        family.add(coarse);
+        family.add(fine);
+        let known = Known {
+            left_out: 9.0,
+            ..Known::default()
+        };
+        family.correct(&known);
+        assert!((family.observed_order() - 2.0).abs() < 1e-9);
     }
 }

@@ -6,7 +6,10 @@
 
 mod candidates;
 mod lift;
+mod prices;
 mod sequence;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -46,8 +49,6 @@ const LEAST_SECONDS: f64 = 1e-3;
 /// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
 const PILOT_SECONDS: f64 = 0.1e-3;
 const MOMENTS_SECONDS: f64 = 0.03;
-/// The part of the tolerance that moments of F leave, which are as fine as that if they are those of an answer.
-const MOMENTS: f64 = 0.5;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
 
@@ -74,6 +75,8 @@ pub(super) struct Search<'m> {
     work: f64,
     /// Seconds that pilots may take in any case.
     granted: f64,
+    /// Seconds that walks of the answer have left: what takes longer is no better. Infinite while nothing is walked.
+    left: f64,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
     /// Whether another setting took over although the error is a part of what may be 0.
@@ -115,6 +118,7 @@ impl<'m> Search<'m> {
             refusal: None,
             work: 0.0,
             granted: 0.0,
+            left: f64::INFINITY,
             walked: 0.0,
             hoped: false,
             warned: false,
@@ -154,27 +158,33 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// Makes pilots that take so many seconds more at most, unless they pay in any case: first of the best setting that pilots know,
-    /// if that takes less than this; then the best, if it is known by less than so many walks or seconds, has a pilot of as many. Of
+    /// Makes pilots of what may take less than this, which take so many seconds more at most, unless they pay in any case: first of the
+    /// best setting that pilots know; then the best, if it is known by less than so many walks or seconds, has a pilot of as many. Of
     /// settings that few walks tell of the luckiest seem best.
     pub(super) fn run_for(&mut self, seconds: f64, walks: u64, left: f64) {
         self.granted = self.work + seconds;
-        if let Some(known) = self.best_tried()
-            && self.price(&known) < left
-            && let enough = self.enough(&known, seconds, walks)
-            && known.pilot_walks < enough
-        {
-            self.try_out(&known, enough);
-        }
+        self.left = left;
+        let known = self.best_tried();
+        self.confirm(known, seconds, walks);
         self.run();
         while self.work < self.granted
             && !self.watch.cancelled()
-            && let Some(best) = self.best()
-            && let enough = self.enough(&best, seconds, walks)
-            && best.pilot_walks < enough
-        {
-            self.try_out(&best, enough);
+            && let best = self.best()
+            && self.confirm(best, seconds, walks)
+        {}
+        self.left = f64::INFINITY;
+    }
+
+    /// Makes a pilot of so many seconds or walks, if that is more than a setting has had, and if it takes less than is left.
+    fn confirm(&mut self, found: Option<Prediction>, seconds: f64, walks: u64) -> bool {
+        let found = found.filter(|found| {
+            let enough = self.enough(found, seconds, walks);
+            self.price(found) < self.left && found.pilot_walks < enough
+        });
+        if let Some(found) = found {
+            self.try_out(&found, self.enough(&found, seconds, walks));
         }
+        found.is_some()
     }
 
     /// The walks of a pilot that takes so many seconds, or has as many walks.
@@ -187,6 +197,7 @@ impl<'m> Search<'m> {
     fn most_promising(&self) -> Option<(Prediction, u64)> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
+        let price = price.min(self.left);
         let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = if found.pilot_walks == 0 {
@@ -212,15 +223,15 @@ impl<'m> Search<'m> {
         let least = pay
             .iter()
             .min_by(|(late, a), (other, b)| late.cmp(other).then(a.3.total_cmp(&b.3)));
-        let &(late, (least, walks, _, cost)) = least?;
+        let &(_, (least, walks, _, cost)) = least?;
         // The very first is plain: every report tells what plain walks take.
         if least.is_known() || self.pilots == 0 {
             return Some((least, walks));
         }
         // Where nothing is known, of what may take alike the highest degree comes first: it leaves the least variance.
-        let alike = pay.iter().filter(|(other, (step, .., other_cost))| {
-            !step.is_known() && *other == late && *other_cost <= PAYS * cost
-        });
+        let alike = pay
+            .iter()
+            .filter(|(_, (step, .., other_cost))| !step.is_known() && *other_cost <= PAYS * cost);
         let first = alike.max_by(|(_, a), (_, b)| {
             let degree = |of: &(Prediction, u64, f64, f64)| of.0.setting.degree;
             degree(a).cmp(&degree(b)).then(b.3.total_cmp(&a.3))
@@ -236,7 +247,7 @@ impl<'m> Search<'m> {
     /// The best setting, if few walks told of it, or the next one on the way to it.
     fn unconfirmed(&self) -> Option<(Prediction, u64)> {
         let best = self.best()?;
-        if self.least_price(&best) < self.price(&best) {
+        if self.least_price(&best).min(self.left) < self.price(&best) {
             // It is not what is walked.
             return None;
         }
@@ -253,8 +264,7 @@ impl<'m> Search<'m> {
     /// all pilots take at most twice as long as the last; or else one on fewer cells that is the next to be had so.
     fn step_to(&self, found: &Prediction, walks: u64) -> Prediction {
         let is_soon = |of: &Prediction| self.is_soon(of, walks);
-        let own = |family: &&Family| family.first.shares_family(&found.setting);
-        let family = self.families.iter().find(own);
+        let family = self.family_of(&found.setting);
         let pilot = family.and_then(|family| family.pilot_for(&found.setting));
         let (Some(family), Some(pilot), false) = (family, pilot, is_soon(found)) else {
             return *found;
@@ -287,7 +297,7 @@ impl<'m> Search<'m> {
                 .least_price(best)
                 .min(LONG_SECONDS)
                 .min(self.time_limit());
-        all.max(self.granted) - self.lost(best)
+        (all - self.lost(best)).max(self.granted - self.work)
     }
 
     /// Seconds of all pilots so far but for the set-up that a prediction uses again.
@@ -301,6 +311,11 @@ impl<'m> Search<'m> {
     }
 
     /// The family of a setting.
+    fn family_of(&self, setting: &Setting) -> Option<&Family> {
+        let own = |family: &&Family| family.first.shares_family(setting);
+        self.families.iter().find(own)
+    }
+
     fn family(&mut self, setting: &Setting) -> Option<&mut Family> {
         let own = |family: &&mut Family| family.first.shares_family(setting);
         self.families.iter_mut().find(own)
@@ -375,6 +390,7 @@ impl<'m> Search<'m> {
         settings: Settings,
         walks: u64,
     ) -> Result<Pilot, Error> {
+        let moments = self.moments_seconds(&setting, walks)?;
         let (answer, unknowns, rare) = self.walked((&setting, solved), settings, walks)?;
         let all = answer.outcome.statistics.iter().chain(&answer.others);
         let all: Vec<&Statistics> = all.collect();
@@ -385,10 +401,25 @@ impl<'m> Search<'m> {
             weights: &self.sample.weights,
             pointwise: answer.pointwise,
             unknowns,
-            of_moments: Some(if setting.exact_source { MOMENTS } else { 0.0 }),
+            moments: Some(moments),
             rare,
         };
         Ok(Pilot::new(&walked, self.tolerance, self.model))
+    }
+
+    /// Seconds of the moments of F that so many walks without a tolerance have, and the power with which finer ones take more.
+    fn moments_seconds(&self, setting: &Setting, walks: u64) -> Result<[f64; 2], Error> {
+        if !setting.exact_source {
+            return Ok([0.0; 2]);
+        }
+        let settings = Settings {
+            walks: Some(walks),
+            tolerance: None,
+            ..setting.applied(self.settings)
+        };
+        let cells = self.model.partition(&settings.discretisation())?;
+        let cost = cells.cost(setting.pairs);
+        Ok([cost.moments, cost.moments_power])
     }
 
     /// Walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting; the number
@@ -450,7 +481,7 @@ impl<'m> Search<'m> {
             weights: &[],
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
-            of_moments: None,
+            moments: None,
             // So many walks have met it.
             rare: 0.0,
         };
@@ -506,49 +537,6 @@ impl<'m> Search<'m> {
     fn found(&self) -> impl Iterator<Item = &Prediction> {
         let all = self.families.iter().flat_map(|family| &family.found);
         all.filter(|found| !self.refuses(&found.setting))
-    }
-
-    /// The best prediction so far. One without a pilot is believed as long as all pilots took no longer than it tells: if
-    /// they did, predictions have been wrong more than once, and every further look would cost a set-up.
-    pub(super) fn best(&self) -> Option<Prediction> {
-        let is_tried = |found: &&Prediction| found.pilot_walks > 0;
-        let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
-        let best = self.best_of(self.found());
-        best.filter(is_believed)
-            .or_else(|| self.best_tried())
-            .or(best)
-    }
-
-    /// The best prediction of a setting that had a pilot.
-    fn best_tried(&self) -> Option<Prediction> {
-        self.best_of(self.found().filter(|found| found.pilot_walks > 0))
-    }
-
-    /// The best prediction of plain walks.
-    pub(super) fn best_plain(&self) -> Option<Prediction> {
-        self.best_of(self.found().filter(|found| found.setting.plain))
-    }
-
-    /// The best of some predictions: of those whose set-up takes no longer than the walks may, if there is one.
-    fn best_of<'a>(&self, all: impl Iterator<Item = &'a Prediction>) -> Option<Prediction> {
-        let limit = self.time_limit();
-        let key = |found: &Prediction| (self.remaining_setup(found) > limit, self.price(found));
-        let all = all.map(|found| (key(found), found));
-        let best = all.min_by(|((a, x), _), ((b, y), _)| a.cmp(b).then(x.total_cmp(y)));
-        best.map(|(_, found)| *found)
-    }
-
-    /// Seconds that a setting takes from now on, which the search minimises.
-    pub(super) fn price(&self, found: &Prediction) -> f64 {
-        self.remaining_setup(found) + found.careful
-    }
-
-    /// Seconds of a prediction's set-up that are still to come: those of the source alone if the system is solved.
-    fn remaining_setup(&self, found: &Prediction) -> f64 {
-        match self.systems.of(&found.setting) {
-            Some(_) => found.source,
-            None => found.setup,
-        }
     }
 }
 

@@ -77,12 +77,12 @@ impl Setting {
             && self.cells <= refused.cells
     }
 
-    /// Seconds of the set-up, and of the part of it that is left once the system is solved.
-    pub(super) const fn setup(&self, cost: &Cost) -> [f64; 2] {
+    /// Seconds of the set-up, of the part of it that is left once the system is solved, and of that which the first walks make.
+    pub(super) const fn setup(&self, cost: &Cost) -> [f64; 3] {
         if self.plain {
-            [0.0; 2]
+            [0.0; 3]
         } else {
-            [cost.setup, cost.source]
+            [cost.setup, cost.source, cost.kept]
         }
     }
 

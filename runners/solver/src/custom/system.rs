@@ -173,7 +173,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
             setup: n * n * (values * values * kernel + 20e-9 * b * b),
             // The moments of h, for its variance, are most of it.
             source: n * n * (values * 10e-9 * b * b + 3e-9 * b * b),
+            kept: 0.0,
             moments: 0.0,
+            moments_power: 0.0,
             walk: WalkCost {
                 start: follow,
                 step: follow,

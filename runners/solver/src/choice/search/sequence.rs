@@ -356,8 +356,7 @@ impl<'m> Search<'m> {
         let setting = &trial.random.setting;
         let of_lift = trial.lifted.as_ref();
         let of_lift = of_lift.map(|(_, cost)| (*cost, PointwisePairs::default()));
-        let own = |family: &&super::Family| family.first.shares_family(setting);
-        let family = self.families.iter().find(own);
+        let family = self.family_of(setting);
         let of = family.and_then(|family| {
             let level = family.level(setting.cells)?;
             let pairs = family.pilot_for(setting).or(family.pilots.first())?;
