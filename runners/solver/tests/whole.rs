@@ -156,20 +156,18 @@ fn covers(name: &str, [pointwise, everywhere]: [u32; 2], n: u32) {
     assert!(everywhere >= least, "{name}: {everywhere} of {n}");
 }
 
-/// The number of functionals of a problem.
-const FUNCTIONALS: usize = 200;
-
-/// Two hundred functionals of a problem: points, and means over arcs or with weights, the exact values of which the model
+/// Two hundred functionals of a problem, by day half of them: points, and means over arcs or with weights, the exact values of which the model
 /// knows.
 fn functionals(case: &Case) -> Vec<(Region, f64)> {
     let exact = |region: Region| {
         let value = case.model.exact(&region).unwrap().unwrap();
         (region, value)
     };
+    let count = if long() { 200 } else { 100 };
     let mut all: Vec<(Region, f64)> = Vec::new();
     all.extend(case.model.grid(case.grid, None).into_iter().map(exact));
     if case.model.about().kind == "circle" {
-        while all.len() < FUNCTIONALS {
+        while all.len() < count {
             let from = 0.017 * (all.len() - case.grid) as f64;
             all.push(exact(Region::Arc(from, TAU - 2.3 * from)));
         }
@@ -184,7 +182,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
         all.push((Region::Function(weight), integral));
     }
     // Further points, by irrational steps.
-    while all.len() < FUNCTIONALS {
+    while all.len() < count {
         let i = all.len() as f64;
         let steps = [2.0_f64, 3.0, 5.0]
             .iter()

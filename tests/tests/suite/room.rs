@@ -56,7 +56,7 @@ fn in_a_furnace_all_is_one() {
             }
         }
     }
-    let walks = if long() { 10_000 } else { 4_000 };
+    let walks = if long() { 10_000 } else { 2_000 };
     at::<f64>(walks);
     at::<f32>(walks);
 }
@@ -159,13 +159,13 @@ fn polygons_approach_the_circle() {
     let long = long();
     let exact = 6.0 / 7.0;
     let mut values = Vec::new();
-    for (n, difference) in [
+    let polygons: [(usize, f64); 4] = [
         (45, -5.0994e-4),
         (90, -1.28181e-4),
         (180, -3.2098e-5),
         (360, -8.0284e-6),
-    ] {
-        let difference: f64 = difference;
+    ];
+    for (n, difference) in polygons.into_iter().take(if long { 4 } else { 3 }) {
         let nystrom = polygon_by_nystrom(n) - exact;
         assert!(
             (nystrom - difference).abs() < 1e-4 * difference.abs(),

@@ -97,7 +97,7 @@ fn ratios<const B: usize>(drawing: &Drawing, unknowns: usize, walks: u64) -> [f6
 
 /// 2,000 unknowns in the furnished room: degrees 1 to 4 against 0, for the mean over all walls and
 /// as root mean square over 100 random points. Measured: 20 to 200 times. A standard deviation of
-/// 20,000 walks, most of whose scores are small, is uncertain by a few tens of per cent. Degrees 1 and 4 by day.
+/// 20,000 walks, most of whose scores are small, is uncertain by a few tens of per cent. Degree 1 by day.
 #[test]
 fn a_furnished_room_is_ten_times_better_with_a_degree() {
     let drawing = furnished();
@@ -105,8 +105,9 @@ fn a_furnished_room_is_ten_times_better_with_a_degree() {
     let better = |found: [f64; 2]| [0, 1].map(|k| found[k] / flat[k]);
     let linear = better(ratios::<2>(&drawing, 2000, 20_000));
     assert!(linear.iter().all(|&times| times > 5.0), "{linear:?}");
-    let mut higher = vec![better(ratios::<5>(&drawing, 2000, 20_000))];
+    let mut higher = Vec::new();
     if long() {
+        higher.push(better(ratios::<5>(&drawing, 2000, 20_000)));
         higher.push(better(ratios::<3>(&drawing, 2000, 20_000)));
         higher.push(better(ratios::<4>(&drawing, 2000, 20_000)));
     }
@@ -149,8 +150,10 @@ fn in_an_empty_square_the_order_is_that_of_the_degree() {
     assert!((quadratic + 3.0).abs() < 0.45, "{quadratic}");
     // Equal cells have n^−½ in the end, whatever the degree; on the way more, but nothing like
     // n^−5.
-    let equal = slope::<5>(&drawing, 1.0);
-    assert!(equal > -1.5, "{equal}");
+    if long() {
+        let equal = slope::<5>(&drawing, 1.0);
+        assert!(equal > -1.5, "{equal}");
+    }
 }
 
 /// Polynomials of degree 0 are the room's own piecewise constants, to the bit.

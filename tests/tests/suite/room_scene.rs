@@ -368,7 +368,7 @@ fn surfaces() -> impl Strategy<Value = Vec<Vec<[f64; 2]>>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(if fredholm_tests::check::long() { 400 } else { 100 }))]
 
     /// Whatever is drawn, a scene or an error comes, and the scene solves.
     #[test]

@@ -236,7 +236,7 @@ fn what_a_camera_sees() {
         "--angle",
         "0.5",
     ];
-    let more = [above.as_slice(), &["--walks", "200"]].concat();
+    let more = [above.as_slice(), &["--walks", "60"]].concat();
     let args = [
         "render", &file, "-o", &numbers, "--width", "16", "--height", "16",
     ];

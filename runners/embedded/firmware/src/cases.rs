@@ -552,10 +552,16 @@ fn room_starts<'a, F: Real, C, N: NeighbourOf<Room<'a, F>> + Sync>(
     let (room, neighbour) = all;
     let x0 = table.point(room, FLOOR, 0.3)?;
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
-    let absolute = until(Tolerance::Absolute(1.3e-3));
+    // A walk takes a hundred times that of a circle: a quarter of the walks.
+    let few = |options: RunOptions| RunOptions {
+        walks: options.walks / 4,
+        batch: options.batch / 4,
+        ..options
+    };
+    let absolute = few(until(Tolerance::Absolute(2.6e-3)));
     both(runner, name, all, (&At(x0), Some(v0), 5), absolute);
     let mean = table.mean_over(room, BAFFLE)?;
     let start = (&mean, Some(mean.of(table.v)), 6);
-    both(runner, name, all, start, options());
+    both(runner, name, all, start, few(options()));
     Some(())
 }

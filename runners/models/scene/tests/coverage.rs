@@ -1,6 +1,6 @@
 //! Error bars of scenes are honest: how many intervals of 1.96 standard errors contain the exact value.
 //!
-//! `FREDHOLM_LONG=1`: 1,000 seeds, as in docs/coverage.md; else 200. `--nocapture` prints the shares.
+//! `FREDHOLM_LONG=1`: 1,000 seeds, as in docs/coverage.md; else 100. `--nocapture` prints the shares.
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
 use fredholm::{Estimator, Goal, Model, Scalar, SceneModel, Settings};
@@ -44,7 +44,7 @@ fn intervals_contain_the_exact_value() {
     let seeds = if std::env::var_os("FREDHOLM_LONG").is_some() {
         1000
     } else {
-        200
+        100
     };
     let room = || shapes::room([0.0; 3], [1.0; 3]);
     let blocks = shapes::block([0.15, 0.15, 0.02], [0.45, 0.45, 0.6])
