@@ -3,8 +3,8 @@
 use fredholm_core::Real;
 use num_traits::zero;
 
-use crate::radiosity::{Point, Radiosity};
-use crate::ray::Backs;
+use crate::light::Receiver;
+use crate::radiosity::Radiosity;
 use crate::vector::{dot, sub};
 
 /// Light that no surface emits. What it gives directly is a known function of the place, so that it belongs to F: the
@@ -67,10 +67,8 @@ impl Beam<f64> {
 
 impl<F: Real> Radiosity<'_, F> {
     /// E, the irradiance by beams: a ray for each.
-    pub(crate) fn irradiance_of_beams(&self, x: &Point<F>) -> F {
-        let Some(own) = self.face(x) else {
-            return F::NAN;
-        };
+    pub(crate) fn irradiance_of_beams(&self, x: &Receiver<'_, F>) -> F {
+        let emitter = x.on.and_then(|(point, _)| self.face(point));
         let mut sum = zero::<F>();
         for beam in self.beams {
             let (direction, distance, strength) = match *beam {
@@ -85,17 +83,12 @@ impl<F: Real> Radiosity<'_, F> {
                     irradiance,
                 } => (towards, F::from_f64(f64::INFINITY), irradiance),
             };
-            let cosine = dot(own.normal, direction);
+            let cosine = dot(x.normal, direction);
             if !(cosine > zero()) {
                 continue;
             }
             // A back is in the way, too, where there may be one.
-            let emitter = Some(own);
-            let backs = if self.geometry.is_open() {
-                Backs::Block
-            } else {
-                Backs::Pass
-            };
+            let backs = self.backs();
             let hit = self.geometry.nearest(emitter, x.position, direction, backs);
             if hit.is_none_or(|hit| hit.distance >= distance) {
                 sum += strength * cosine;

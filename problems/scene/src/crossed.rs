@@ -38,7 +38,7 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
         };
         let direction = match step.to {
             Some(y) => sub(y.position, x.position),
-            None => Self::direction(side, own.normal, *step.omega),
+            None => Self::direction(side.tangents, own.normal, *step.omega),
         };
         let from = inwards(own, x.position);
         let mut occurring = 0;

@@ -133,6 +133,8 @@ pub enum SceneError {
         /// The number of the face.
         face: u32,
     },
+    /// A direction has no length, or none that is finite.
+    Direction,
     /// The error that is asked for is NaN or outside [1e-13, 0.1].
     Tolerance,
     /// Rows of an open scene do not sum to 1.
@@ -278,6 +280,9 @@ impl fmt::Display for SceneError {
             ),
             Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
             Self::Point { face } => write!(f, "the position is not on face {face}"),
+            Self::Direction => {
+                f.write_str("a direction must have finite coordinates, one of which is not 0")
+            }
             Self::Leaves => f.write_str(
                 "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
             ),

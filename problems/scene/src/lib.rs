@@ -94,6 +94,6 @@ pub use sights::{Row, Sights};
 pub use sky::{Patch, Sky, SkyFactors, SkyRow};
 #[cfg(feature = "alloc")]
 pub use sparse::SparseFactors;
-pub use starts::{Air, Irradiance};
+pub use starts::{Air, Facing, Irradiance};
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

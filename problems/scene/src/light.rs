@@ -9,6 +9,7 @@ use num_traits::{one, zero};
 use crate::geometry::Face;
 use crate::lambert::from_origin;
 use crate::radiosity::{Point, Radiosity};
+use crate::ray::Backs;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// From this many widths on a triangle is far: points that are uniform on it are nearly uniform in the solid angle.
@@ -92,6 +93,14 @@ impl<F: Real> Choice<F> {
     }
 }
 
+/// Where light falls: on a face, or on a surface between them that is too small to change anything.
+pub(crate) struct Receiver<'p, F> {
+    pub(crate) position: Vector<F>,
+    pub(crate) normal: Vector<F>,
+    /// The point of a face, if it is one, and the number of the face's plane.
+    pub(crate) on: Option<(&'p Point<F>, u32)>,
+}
+
 /// A point of a light as seen from another point.
 struct Aim<F> {
     direction: Vector<F>,
@@ -126,7 +135,8 @@ impl<F: Real> Radiosity<'_, F> {
                     let t: [f64; 2] = [draws.uniform(), draws.uniform()];
                     let x = self.point(cell, &t);
                     let numbers = [draws.uniform(), draws.uniform(), draws.uniform()];
-                    if let Some(light) = self.light(&x, place)
+                    if let Some(x) = self.receiver(&x)
+                        && let Some(light) = self.light(&x, place)
                         && let Some(aim) = self.aim(&x, &light, numbers)
                     {
                         aimed += 1.0;
@@ -145,18 +155,28 @@ impl<F: Real> Radiosity<'_, F> {
         shares
     }
 
+    /// The point of a face as one on which light falls.
+    #[inline]
+    pub(crate) fn receiver<'p>(&self, x: &'p Point<F>) -> Option<Receiver<'p, F>> {
+        let own = self.face(x)?;
+        Some(Receiver {
+            position: x.position,
+            normal: own.normal,
+            on: Some((x, own.plane)),
+        })
+    }
+
     /// A light as x sees it, if there is nothing between; `None`: it is behind x or x behind it.
     #[inline]
-    fn light(&self, x: &Point<F>, place: usize) -> Option<Light<F>> {
-        let own = self.face(x)?;
+    fn light(&self, x: &Receiver<'_, F>, place: usize) -> Option<Light<F>> {
         let face = *self.lights.get(place)?;
         let light = self.geometry.face(face)?;
         let is_behind = dot(light.normal, sub(x.position, light.corners[0])) <= zero();
-        if is_behind || light.plane == own.plane {
+        if is_behind || x.on.is_some_and(|(_, plane)| plane == light.plane) {
             return None;
         }
-        let seen = Seen::new(light, x.position, own.normal);
-        let factor = from_origin(own.normal, seen.polygon());
+        let seen = Seen::new(light, x.position, x.normal);
+        let factor = from_origin(x.normal, seen.polygon());
         (factor > zero()).then_some(Light {
             face,
             place,
@@ -167,16 +187,36 @@ impl<F: Real> Radiosity<'_, F> {
 
     /// A random point of a light. `None`: there is none, from an edge of the light itself.
     #[inline]
-    fn aim(&self, x: &Point<F>, light: &Light<F>, [uniform, s, t]: [F; 3]) -> Option<Aim<F>> {
-        let normal = self.face(x)?.normal;
+    fn aim(
+        &self,
+        x: &Receiver<'_, F>,
+        light: &Light<F>,
+        [uniform, s, t]: [F; 3],
+    ) -> Option<Aim<F>> {
         let (direction, solid_angle) = to_polygon(&light.seen, uniform, [s, t])?;
-        let ratio = dot(normal, direction) * solid_angle / (F::PI * light.factor);
+        let ratio = dot(x.normal, direction) * solid_angle / (F::PI * light.factor);
         ratio.is_finite().then_some(Aim { direction, ratio })
     }
 
-    fn sees(&self, x: &Point<F>, face: u32, aim: &Aim<F>) -> bool {
-        let hit = self.geometry.cast(x.face, x.position, aim.direction);
+    fn sees(&self, x: &Receiver<'_, F>, face: u32, aim: &Aim<F>) -> bool {
+        let hit = match x.on {
+            Some((point, _)) => self
+                .geometry
+                .cast(point.face, point.position, aim.direction),
+            None => self
+                .geometry
+                .nearest(None, x.position, aim.direction, self.backs()),
+        };
         hit.is_some_and(|hit| hit.face == face)
+    }
+
+    /// What backs do to rays that start between the faces.
+    pub(crate) const fn backs(&self) -> Backs {
+        if self.geometry.is_open() {
+            Backs::Block
+        } else {
+            Backs::Pass
+        }
     }
 
     /// An unbiased estimate of the light that reaches a point directly, ∫ F(y) cos θ_x cos θ_y V(x, y)/(π |x − y|²) dA(y),
@@ -192,7 +232,7 @@ impl<F: Real> Radiosity<'_, F> {
     /// has the right mean, since r has the mean 1, where l is the density of y. a is the share of the light that the cell
     /// sees: where that is all or nothing, there is no variance. y is uniform in the solid angle of a triangle that is
     /// near (Arvo 1995), and on the polygon if it is far.
-    pub(crate) fn sample_direct<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
+    pub(crate) fn sample_direct<U: Uniforms<F>>(&self, x: &Receiver<'_, F>, uniforms: &mut U) -> F {
         let mut choice = Choice {
             uniform: uniforms.uniform(),
             sum: zero(),
@@ -221,7 +261,7 @@ impl<F: Real> Radiosity<'_, F> {
     }
 
     /// The mean of a + r (V − a) over a ray to a light, or over several in half-shadow.
-    fn sample_visible(&self, x: &Point<F>, light: &Light<F>, mut numbers: [F; 3]) -> F {
+    fn sample_visible(&self, x: &Receiver<'_, F>, light: &Light<F>, mut numbers: [F; 3]) -> F {
         let share = self.share(x, light.place);
         let is_partial = share > zero() && share < one();
         let rays = if is_partial { PARTIAL } else { 1 };
@@ -247,11 +287,13 @@ impl<F: Real> Radiosity<'_, F> {
 
     /// a.
     #[inline]
-    fn share(&self, x: &Point<F>, place: usize) -> F {
-        if self.shares.is_empty() {
+    fn share(&self, x: &Receiver<'_, F>, place: usize) -> F {
+        let Some((point, _)) = x.on.filter(|_| !self.shares.is_empty()) else {
             return one();
-        }
-        let share = self.shares.get(self.locate(x) * self.lights.len() + place);
+        };
+        let share = self
+            .shares
+            .get(self.locate(point) * self.lights.len() + place);
         F::from_u32(u32::from(share.copied().unwrap_or(255))) / F::from_f64(255.0)
     }
 }
@@ -382,7 +424,8 @@ fn mixed<F: Real>(a: Vector<F>, cosine: F, b: Vector<F>) -> Vector<F> {
 impl<F: Real> SourceSampler for Radiosity<'_, F> {
     #[inline]
     fn sample_last_step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
-        self.reflectance(x) * self.sample_direct(x, uniforms)
+        let direct = self.receiver(x).map(|on| self.sample_direct(&on, uniforms));
+        self.reflectance(x) * direct.unwrap_or(F::NAN)
     }
 
     #[inline]
@@ -392,6 +435,7 @@ impl<F: Real> SourceSampler for Radiosity<'_, F> {
         if self.beams.is_empty() {
             return own;
         }
-        own + self.reflectance(x) * self.irradiance_of_beams(x)
+        let of_beams = self.receiver(x).map(|on| self.irradiance_of_beams(&on));
+        own + self.reflectance(x) * of_beams.unwrap_or(F::NAN)
     }
 }

@@ -215,11 +215,14 @@ impl<'a, F: Real> Radiosity<'a, F> {
         Some((face as u32, self.patches.get(number)?))
     }
 
-    /// The direction that two numbers in [0, 1) give from a side, cosine-distributed.
+    /// The direction that two numbers in [0, 1) give above a plane of these tangents, cosine-distributed.
     #[inline]
-    pub(crate) fn direction(side: &Side<F>, normal: Vector<F>, [a, b]: [F; 2]) -> Vector<F> {
-        let [s, t] = disc([a, b]);
-        let [p, q] = side.tangents;
+    pub(crate) fn direction(
+        [p, q]: [Vector<F>; 2],
+        normal: Vector<F>,
+        numbers: [F; 2],
+    ) -> Vector<F> {
+        let [s, t] = disc(numbers);
         // Rounding may leave less than nothing.
         let z = Real::max(one::<F>() - s * s - t * t, zero()).sqrt();
         [
@@ -299,7 +302,7 @@ impl<F: Real> Sampler for Radiosity<'_, F> {
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let side = self.sides.get(x.face as usize)?;
-        let direction = Self::direction(side, self.face(x)?.normal, numbers);
+        let direction = Self::direction(side.tangents, self.face(x)?.normal, numbers);
         let hit = self.geometry.cast(x.face, x.position, direction)?;
         Some(Point {
             face: hit.face,
@@ -340,9 +343,10 @@ impl<F: Real> Kernel for Radiosity<'_, F> {
 impl<F: Real> Source for Radiosity<'_, F> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
-        self.face(x).map_or(F::NAN, |face| {
-            face.emission + face.reflectance * self.irradiance_of_beams(x)
-        })
+        let (Some(face), Some(on)) = (self.face(x), self.receiver(x)) else {
+            return F::NAN;
+        };
+        face.emission + face.reflectance * self.irradiance_of_beams(&on)
     }
 }
 

@@ -1,11 +1,14 @@
 //! Starts of walks other than points and means of u: what arrives at a face, and what a point in the air sees.
 
+use fredholm_core::array::from_fn;
 use fredholm_core::{Functional, Real, Sampler, Started, StateSpace, Uniforms, WithKnown};
 use num_traits::{one, zero};
 
+use crate::SceneError;
+use crate::light::Receiver;
 use crate::radiosity::{Point, Radiosity};
 use crate::ray::Backs;
-use crate::vector::Vector;
+use crate::vector::{Vector, cross, norm};
 
 /// The irradiance H of the points of another functional,
 ///
@@ -26,6 +29,13 @@ pub struct Irradiance<'a, F, T> {
 /// φ of a walk that has left the scene with its first ray: next to what is known there its score is nothing.
 const LEFT: f64 = 1.0 / (1_u64 << 60) as f64;
 
+/// The start of a walk that has left the scene, of whose score all is known.
+fn left_with<F: Real>(point: Point<F>, known: F, phi: F) -> (Started<Point<F>, F>, F) {
+    let left = F::from_f64(LEFT);
+    let known = known / left;
+    (Started { point, known }, phi * left)
+}
+
 impl<F: Real, T> Irradiance<'_, F, T> {
     /// A start of a walk, with what is known of its score, and φ.
     pub fn draw<E, U>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F)
@@ -35,15 +45,14 @@ impl<F: Real, T> Irradiance<'_, F, T> {
         U: Uniforms<F>,
     {
         let (x, phi) = self.of.start(uniforms);
+        let Some(on) = self.radiosity.receiver(&x) else {
+            return self.radiosity.nowhere();
+        };
         let known =
-            self.radiosity.sample_direct(&x, uniforms) + self.radiosity.irradiance_of_beams(&x);
+            self.radiosity.sample_direct(&on, uniforms) + self.radiosity.irradiance_of_beams(&on);
         match self.radiosity.step(&x, uniforms) {
             Some(point) => (Started { point, known }, phi),
-            None => {
-                let left = F::from_f64(LEFT);
-                let known = known / left;
-                (Started { point: x, known }, phi * left)
-            }
+            None => left_with(x, known, phi),
         }
     }
 }
@@ -78,7 +87,7 @@ impl crate::Scene {
         let geometry = self.geometry();
         let all = self.nodes.first()?;
         // No face is wider.
-        let slack = 1e-6 * crate::vector::norm(crate::vector::sub(all.high, all.low));
+        let slack = 1e-6 * norm(crate::vector::sub(all.high, all.low));
         let mut found: Option<u32> = None;
         geometry.visit(
             &mut |node| {
@@ -161,18 +170,102 @@ impl<F: Real> Air<'_, F> {
     }
 }
 
+/// The irradiance at a place between the surfaces of what faces in a direction n, a light meter say,
+///
+/// ```text
+/// H(x, n) = (1/π) ∫ u max(cos θ, 0) dω,   cos θ = n · ω,
+/// ```
+///
+/// which is σT⁴ of the plane radiant temperature T, where u is heat. A walk starts where a ray of a cosine-distributed direction arrives;
+/// the light of lights, lamps and the sun is estimated in x itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Facing<'a, F> {
+    radiosity: &'a Radiosity<'a, F>,
+    position: Vector<F>,
+    /// n.
+    normal: Vector<F>,
+    tangents: [Vector<F>; 2],
+}
+
+fn unit(a: Vector<f64>) -> Vector<f64> {
+    let length = norm(a);
+    a.map(|c| c / length)
+}
+
+impl<'a, F: Real> Facing<'a, F> {
+    /// What faces in a direction of any length at a place between the surfaces.
+    ///
+    /// # Errors
+    /// [`SceneError::Direction`]: the direction has no length, or none that is finite.
+    pub fn new(
+        radiosity: &'a Radiosity<'a, F>,
+        position: [f64; 3],
+        direction: [f64; 3],
+    ) -> Result<Self, SceneError> {
+        // Of the largest coordinate: a square is never too large then.
+        let largest = direction.into_iter().map(f64::abs).fold(0.0, f64::max);
+        if !(largest > 0.0 && direction.into_iter().all(f64::is_finite)) {
+            return Err(SceneError::Direction);
+        }
+        let normal = unit(direction.map(|c| c / largest));
+        let least = (0..3).fold(0, |k, i| {
+            if normal[i].abs() < normal[k].abs() {
+                i
+            } else {
+                k
+            }
+        });
+        let axis = from_fn(|i| if i == least { 1.0 } else { 0.0 });
+        let across = unit(cross(normal, axis));
+        let tangents = [across, cross(normal, across)];
+        let rounded = |a: Vector<f64>| a.map(F::from_f64);
+        Ok(Self {
+            radiosity,
+            position: rounded(position),
+            normal: rounded(normal),
+            tangents: tangents.map(rounded),
+        })
+    }
+
+    /// A start of a walk, with what is known of its score, and φ.
+    pub fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        let radiosity = self.radiosity;
+        let on = Receiver {
+            position: self.position,
+            normal: self.normal,
+            on: None,
+        };
+        let known = radiosity.sample_direct(&on, uniforms) + radiosity.irradiance_of_beams(&on);
+        let numbers = [uniforms.uniform(), uniforms.uniform()];
+        let direction = Radiosity::direction(self.tangents, self.normal, numbers);
+        match radiosity.seen(self.position, direction) {
+            // The emission of lights is in `known` already.
+            Some((Started { point, .. }, phi)) => (Started { point, known }, phi),
+            None => {
+                let (Started { point, .. }, _) = radiosity.nowhere();
+                left_with(point, known, one())
+            }
+        }
+    }
+}
+
+impl<'e, F: Real, E> Functional<WithKnown<'e, E>> for Facing<'_, F>
+where
+    E: StateSpace<Scalar = F, Point = Point<F>>,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Started<Point<F>, F>, F) {
+        self.draw(uniforms)
+    }
+}
+
 impl<F: Real> Radiosity<'_, F> {
     /// The walk for u of what a ray meets that starts between the surfaces, with the emission that is known there, and φ = 1.
     /// `None`: it meets nothing, or, where light may leave, a face from behind. In a closed scene, faces are not met from
     /// behind.
     #[must_use]
     pub fn seen(&self, from: [F; 3], direction: [F; 3]) -> Option<(Started<Point<F>, F>, F)> {
-        let backs = if self.geometry.is_open() {
-            Backs::Block
-        } else {
-            Backs::Pass
-        };
-        self.met(from, direction, backs)
+        self.met(from, direction, self.backs())
     }
 
     /// What a camera sees in this direction: [`seen`](Self::seen), but no back hides what is behind it, so that one may look

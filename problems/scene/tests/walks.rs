@@ -10,8 +10,8 @@ use fredholm_core::{
     WalkSeeds, WithKnown,
 };
 use fredholm_scene::{
-    Air, Beam, Cells, Enclosure, Irradiance, Material, Mean, Point, Polygon, Radiosity, Scene,
-    Surface, Tables, areas, form_factor_of_point, shapes,
+    Air, Beam, Cells, Enclosure, Facing, Irradiance, Material, Mean, Point, Polygon, Radiosity,
+    Scene, SceneError, Surface, Tables, areas, form_factor_of_point, shapes,
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -404,13 +404,45 @@ fn irradiances_and_points_in_the_air() {
         radiosity: &radiosity,
         position: [0.5; 3],
     };
+    // Upwards nothing below the meter is seen. In any direction Lambert's sums over whole polygons, also over what is behind, are what
+    // arrives in front less what arrives from behind.
+    let meter = [0.3, 0.6, 0.7];
+    let facing = |n: [f64; 3]| Facing::new(&radiosity, meter, n).unwrap();
+    let upper = |face: usize| {
+        let corners = faces[face].polygon().iter();
+        let upper: Vec<_> = corners.map(|&[x, y, z]| [x, y, z.max(0.7)]).collect();
+        form_factor_of_point(meter, [0.0, 0.0, 1.0], &upper)
+    };
+    let from_above: f64 = (1..6).map(|face| emission[face] * upper(face)).sum();
+    let tilted = [1.0, 2.0, -0.5];
+    let unit = tilted.map(|c| c / 5.25_f64.sqrt());
+    let factor = |face: usize| form_factor_of_point(meter, unit, faces[face].polygon());
+    let difference: f64 = (0..6).map(|face| emission[face] * factor(face)).sum();
     let last = LastStep(&radiosity);
     let own = tables::<f64, 3>(&scene, 24, true);
     let sampled = own
         .neighbour::<_, 2, 3>(&radiosity, NonZeroU32::MIN)
         .unwrap();
     let (equation, neighbour) = (WithKnown(&last), WithKnown(&sampled));
+    for direction in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
+        let refused = Facing::new(&radiosity, meter, direction);
+        assert!(matches!(refused, Err(SceneError::Direction)));
+    }
     for estimator in ESTIMATORS {
+        let up = walk(
+            &equation,
+            &neighbour,
+            &facing([0.0, 0.0, 3.0]),
+            estimator,
+            20_000,
+        );
+        check("up", up.plain(), 0.0, from_above, 1e-9);
+        check("up", up.preconditioned(), 0.0, from_above, 1e-9);
+        let [front, back] = [tilted, tilted.map(|c| -c)]
+            .map(|n| walk(&equation, &neighbour, &facing(n), estimator, 20_000).plain());
+        let error = front.std_error.unwrap().hypot(back.std_error.unwrap());
+        let off = front.estimate - back.estimate - difference;
+        assert!(off.abs() < 4.9 * error && error < 0.05, "{off} ± {error}");
         let at_floor = walk(&equation, &neighbour, &start, estimator, 20_000);
         // A sixth of all directions leads to every side.
         let in_air = walk(&equation, &neighbour, &middle, estimator, 20_000);

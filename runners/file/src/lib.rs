@@ -144,6 +144,8 @@ pub enum What {
     On(Placed<String>, Placed<f64>),
     /// The solution on a surface, at this point of space.
     Spot(Placed<String>, Placed<Vec<Placed<f64>>>),
+    /// The irradiance at this point of space of what faces in this direction.
+    Facing(Placed<Vec<Placed<f64>>>, Placed<Vec<Placed<f64>>>),
     /// The mean of the solution over a surface.
     OverSurface(Placed<String>),
     /// The mean of the solution over several surfaces.
@@ -355,6 +357,12 @@ fn read_at(field: Field<'_, '_>) -> Result<What, InputError> {
         return Ok(What::At(field.numbers()?));
     }
     let mut section = field.section("in `at`")?;
+    if let Some(facing) = section.optional("facing") {
+        let point = section.required("point")?.numbers()?;
+        let facing = facing.numbers()?;
+        section.finish()?;
+        return Ok(What::Facing(point, facing));
+    }
     let surface = section.required("surface")?.string()?;
     let point = section.optional("point");
     if let Some(point) = point {

@@ -36,6 +36,13 @@ pub enum Region {
     On(usize, f64),
     /// u at a point of the part of this number, a surface of a scene, by its three coordinates.
     Spot(usize, [f64; 3]),
+    /// The irradiance, at a place between the surfaces of a scene, of what faces in a direction: a light meter, or the side of a cube.
+    Facing {
+        /// The place, by its three coordinates.
+        at: [f64; 3],
+        /// The direction, of any length above 0.
+        direction: [f64; 3],
+    },
     /// The mean of u over the part of this number.
     Part(usize),
     /// The mean of u over the parts of these numbers together.

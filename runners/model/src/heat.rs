@@ -108,6 +108,11 @@ pub trait RadiativeExchange {
                 emission: 0.0,
                 reflectance: 1.0,
             }),
+            // It is asked for itself.
+            Region::Facing { .. } => Some(Optics {
+                emission: 0.0,
+                reflectance: 1.0,
+            }),
             region => self
                 .optics(region)
                 .filter(|optics| optics.reflectance > 0.0),

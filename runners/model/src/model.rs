@@ -330,7 +330,7 @@ pub struct Heat {
     pub is_flux_given: bool,
     /// The temperature in kelvin of a wall from which the net flux is given; of several points that of the mean of T⁴.
     pub temperature: Option<Estimate>,
-    /// The mean radiant temperature in kelvin, of a point in the air.
+    /// The mean radiant temperature in kelvin, of a point in the air; the plane radiant one of what faces in a direction there.
     pub radiant_temperature: Option<Estimate>,
 }
 

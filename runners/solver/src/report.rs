@@ -210,7 +210,8 @@ pub struct GoalReport {
     /// The temperature in kelvin of a wall from which the net flux is given; of a mean, that of the mean of T⁴.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature: Option<EstimateReport>,
-    /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
+    /// The mean radiant temperature in kelvin at a point in the air, where there are temperatures; the plane radiant one of what
+    /// faces in a direction there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radiant_temperature: Option<EstimateReport>,
 }

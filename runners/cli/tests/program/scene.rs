@@ -98,7 +98,8 @@ fn an_isothermal_room() {
         "temperature = 300",
         "net_flux = 0\nemissivity = 0.5",
     ]);
-    let air = "[[target]]\nname = \"air\"\nat = [1.5, 0.5, 0.5]\n";
+    let air = "[[target]]\nname = \"air\"\nat = [1.5, 0.5, 0.5]\n\
+               [[target]]\nname = \"meter\"\nat = { point = [1.5, 0.5, 0.5], facing = [-1, 0.2, 0] }\n";
     let file = folder.file("isothermal.toml", format!("{text}{air}"));
     let black = 5.670_374_419e-8 * 300_f64.powi(4);
     let close = |of: &serde_json::Value, expected: f64| {
@@ -118,10 +119,10 @@ fn an_isothermal_room() {
             "40",
         ];
         let json = ended(0, &args).json();
-        let [corner, screen, some, all, air] = common::list(&json, "targets") else {
+        let [corner, screen, some, all, air, meter] = common::list(&json, "targets") else {
             panic!("{json}")
         };
-        for target in [corner, screen, all, air] {
+        for target in [corner, screen, all, air, meter] {
             for kind in ["plain", "preconditioned"] {
                 close(&target[kind], black);
             }
@@ -134,10 +135,87 @@ fn an_isothermal_room() {
         assert!(some["net_flux"].is_null());
         close(&some["irradiance"], black);
         close(&air["radiant_temperature"], 300.0);
+        close(&meter["radiant_temperature"], 300.0);
+        close(&meter["irradiance"], black);
+        assert!(meter["net_flux"].is_null() && meter["temperature"].is_null());
         for surface in common::list(&json, "surfaces") {
             assert_eq!(surface["net_flux"]["unit"], "W");
             close(&surface["net_flux"], 0.0);
         }
+    }
+}
+
+/// What a light meter shows: next to a surface its irradiance, and below a lamp I/r² and what surfaces reflect.
+#[test]
+fn a_light_meter() {
+    let folder = Folder::new();
+    let lit = room_with_screen(["reflectance = 0.5", "emission = 3", "reflectance = 0.2"]);
+    let targets = "[[target]]\nname = \"floor\"\nat = [0.4, 0.5, 0]\n\
+                   [[target]]\nname = \"meter\"\nat = { point = [0.4, 0.5, 1e-6], facing = [0, 0, 2] }\n";
+    folder.file("places.csv", "0.4,0.5,1e-6,0,0,1\n1.5,0.5,0.5\n");
+    let listed = "[[target]]\nname = \"listed\"\nat = \"places.csv\"\n";
+    let file = folder.file("lit.toml", format!("{lit}{targets}{listed}"));
+    let options = ["--cells", "60", "--walks", "20000", "--json"];
+    let json = ended(0, &[&["solve", &file], options.as_slice()].concat()).json();
+    let all = common::list(&json, "targets");
+    let [floor, meter, listed] = [4, 5, 6].map(|number| &all[number]);
+    let of = |value: &serde_json::Value| {
+        ["estimate", "std_error"].map(|number| common::number(value, number))
+    };
+    let [expected, first] = of(&floor["irradiance"]);
+    for meter in [meter, listed] {
+        let [found, second] = of(&meter["preconditioned"]);
+        let error = first.hypot(second);
+        assert!(
+            (found - expected).abs() < 4.9 * error,
+            "{meter} for {floor}"
+        );
+        assert!(error < 0.05 * expected, "{meter}");
+        assert_eq!(of(&meter["irradiance"]), [found, second]);
+    }
+    // Nothing is reflected: 90/3² from the lamp, whose rays a plate hides from a meter below it.
+    let dark = "[problem]\nkind = \"scene\"\nopen = true\n\
+                [[problem.light]]\nat = [0, 0, 3]\nintensity = 90\n\
+                [[problem.surface]]\nname = \"plate\"\ntwo_sided = true\nreflectance = 0\n\
+                polygon = [[1, -1, 1], [2, -1, 1], [2, 1, 1], [1, 1, 1]]\n";
+    let target = |name: &str, x: f64| {
+        format!(
+            "[[target]]\nname = \"{name}\"\nat = {{ point = [{x}, 0, 0], facing = [0, 0, 1] }}\n"
+        )
+    };
+    let file = folder.file(
+        "dark.toml",
+        dark.to_owned() + &target("below", 0.0) + &target("hidden", 2.0),
+    );
+    let json = ended(0, &["solve", &file, "--walks", "1000", "--json"]).json();
+    let all = common::list(&json, "targets");
+    let seen =
+        [0, 1].map(|number: usize| common::number(&all[number]["preconditioned"], "estimate"));
+    assert!(
+        (seen[0] - 10.0).abs() < 1e-12 && seen[1].abs() < 1e-12,
+        "{seen:?}"
+    );
+    let refused = [
+        (
+            "facing = [0, 0, 1]",
+            "facing = [0, 0, 0]",
+            "is no direction",
+        ),
+        ("facing = [0, 0, 1]", "facing = [0, 1]", "three coordinates"),
+        (
+            "point = [0, 0, 0]",
+            "point = [0, 0, 9e9]",
+            "not between the surfaces",
+        ),
+    ];
+    let text = dark.to_owned() + &target("below", 0.0);
+    for (from, to, words) in refused {
+        assert!(text.contains(from), "{text}");
+        let ran = ended(
+            2,
+            &["solve", &folder.file("wrong.toml", text.replace(from, to))],
+        );
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
     }
 }
 

@@ -159,6 +159,7 @@ impl Kind for Circle {
                 &word.place,
                 "`over` must be \"all\", or two angles `[from, to]`",
             )),
+            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
             What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => {
                 Err(file.error(
                     &surface.place,

@@ -321,6 +321,7 @@ impl Kind for Cube {
                 &word.place,
                 "`over` must be \"all\"; for a part of a cube use a `weight`",
             )),
+            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
             What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => {
                 Err(file.error(
                     &surface.place,

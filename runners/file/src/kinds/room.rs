@@ -302,6 +302,7 @@ impl Kind for Room {
                 &point.place,
                 "`point` belongs to scenes: a place on a surface of a room is `t`, its share of the length",
             )),
+            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
             What::On(_, t) => {
                 let inside = (0.0..=1.0).contains(&t.value);
                 file.demand(t, inside, "`t` must be from 0 to 1, along the surface")

@@ -103,6 +103,10 @@ impl Kind for Scene {
                 self.find(file, surface)?;
                 triple(file, at).map(|_| ())
             }
+            What::Facing(at, facing) => {
+                triple(file, at)?;
+                triple(file, facing).map(|_| ())
+            }
             What::OverSurface(name) => self.find(file, name).map(|_| ()),
             What::OverSurfaces(names) => {
                 if names.value.is_empty() {
@@ -158,6 +162,11 @@ impl Kind for Scene {
                     checked(Region::Spot(part, point))
                         .map_err(|error| file.error(&at.place, error))?
                 }
+                What::Facing(at, facing) => {
+                    let (at, direction) = (triple(file, at)?, triple(file, facing)?);
+                    checked(Region::Facing { at, direction })
+                        .map_err(|error| file.error(&facing.place, error))?
+                }
                 What::OverAll => Region::Whole,
                 What::OverSurface(name) => Region::Part(self.find(file, name)?),
                 What::OverSurfaces(names) => {
@@ -167,7 +176,13 @@ impl Kind for Scene {
                 What::Listed(path) => {
                     return file.listed(path, &mut |fields| {
                         let point = numbers(fields)?;
-                        checked(Region::Point(point))
+                        checked(match *point.as_slice() {
+                            [x, y, z, a, b, c] => Region::Facing {
+                                at: [x, y, z],
+                                direction: [a, b, c],
+                            },
+                            _ => Region::Point(point),
+                        })
                     });
                 }
                 _ => return Ok(NOTHING),

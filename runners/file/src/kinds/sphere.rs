@@ -147,6 +147,7 @@ impl Kind for Sphere {
                 "a part of a sphere is not offered: use `over = \"all\"`",
             )),
             What::OverSurface(word) => Err(file.error(&word.place, "`over` must be \"all\"")),
+            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
             What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => Err(file.error(
                 &surface.place,
                 "a sphere has no other surfaces: they belong to rooms",

@@ -55,8 +55,11 @@ impl RadiativeExchange for SceneModel {
     }
 
     fn is_in_air(&self, region: &Region) -> bool {
-        matches!(region, Region::Point(_))
-            && matches!(Place::new(&self.scene, region), Ok(Place::Air(_)))
+        match region {
+            Region::Facing { .. } => true,
+            Region::Point(_) => matches!(Place::new(&self.scene, region), Ok(Place::Air(_))),
+            _ => false,
+        }
     }
 
     fn optics(&self, region: &Region) -> Option<Optics> {

@@ -2,13 +2,15 @@
 
 use fredholm_core::{At, Functional, KnownPart, Real, Started, StateSpace, Uniforms, WithKnown};
 use fredholm_model::{Error, Region};
-use fredholm_scene::{Air, Irradiance, Mean, Point, Radiosity, Scene, areas};
+use fredholm_scene::{Air, Facing, Irradiance, Mean, Point, Radiosity, Scene, areas};
 
-/// A point of a face, a point between the faces, or the faces over which a mean is.
+/// A point of a face, a point between the faces, what faces in a direction there, or the faces over which a mean is.
 #[derive(Clone, Debug)]
 pub(crate) enum Place {
     Point(u32, [f64; 3]),
     Air([f64; 3]),
+    /// The place and the direction.
+    Facing([f64; 3], [f64; 3]),
     Faces(Vec<u32>),
 }
 
@@ -50,6 +52,17 @@ impl Place {
                 },
                 _ => wrong("a point of a scene has three coordinates".to_owned()),
             },
+            Region::Facing { at, direction } => {
+                if !direction.iter().all(|c| c.is_finite()) || direction.iter().all(|c| *c == 0.0) {
+                    return wrong(format!(
+                        "{direction:?} is no direction: its coordinates must be finite, and one of them not 0"
+                    ));
+                }
+                if !scene.is_between(*at) {
+                    return wrong(format!("the point {at:?} is not between the surfaces"));
+                }
+                Ok(Self::Facing(*at, *direction))
+            }
             _ => wrong(
                 "a scene has points on its surfaces and between them, means over surfaces, and the mean over all"
                     .to_owned(),
@@ -62,7 +75,7 @@ impl Place {
         match self {
             Self::Point(face, _) => radiosity.emission_of_light(*face).to_f64(),
             // Every walk knows its own.
-            Self::Air(_) => 0.0,
+            Self::Air(_) | Self::Facing(..) => 0.0,
             Self::Faces(numbers) => {
                 let (mut sum, mut areas) = (0.0, 0.0);
                 for &number in numbers {
@@ -101,6 +114,10 @@ impl Place {
                     position,
                 }));
             }
+            Self::Facing(position, direction) => {
+                let facing = Facing::new(radiosity, *position, *direction)?;
+                return Ok(Start::Facing(facing));
+            }
         };
         Ok(Start::On(KnownPart { functional, known }))
     }
@@ -132,6 +149,7 @@ pub(crate) enum Start<'a, F> {
     On(KnownPart<On<'a, F>, F>),
     Irradiance(Irradiance<'a, F, On<'a, F>>),
     Air(Air<'a, F>),
+    Facing(Facing<'a, F>),
 }
 
 impl<'a, F: Real> Start<'a, F> {
@@ -156,6 +174,7 @@ where
             Self::On(known) => Functional::<WithKnown<'e, E>>::start(known, uniforms),
             Self::Irradiance(irradiance) => irradiance.draw::<E, U>(uniforms),
             Self::Air(air) => air.draw(uniforms),
+            Self::Facing(facing) => facing.draw(uniforms),
         }
     }
 }

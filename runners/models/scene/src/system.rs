@@ -6,14 +6,17 @@ use std::sync::Arc;
 
 use fredholm_core::galerkin::{CellMap, Partition, Solution};
 use fredholm_core::sampled::{SampledSolution, SampledTables, ScoreVariance};
-use fredholm_core::{Goals, Job, LastStep, Neighbour, Real, Started, WithKnown};
+use fredholm_core::{
+    DefaultGenerator, Goals, Job, LastStep, Neighbour, Real, RngUniforms, Started, WalkSeeds,
+    WithKnown,
+};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{
     Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
     in_scalar,
 };
-use fredholm_scene::{Air, Point, Radiosity};
+use fredholm_scene::{Air, Facing, Point, Radiosity};
 
 use crate::SceneModel;
 use crate::of_degree;
@@ -81,7 +84,7 @@ impl SceneSystem<'_> {
                         Some(value(Started { point, known }))
                     }
                     Place::Faces(ref faces) => Some(known + mean(&wide, faces, &v)),
-                    Place::Air(_) => None,
+                    Place::Air(_) | Place::Facing(..) => None,
                 };
                 control_means.push(mean);
                 if galerkin.len() < request.goals.len() {
@@ -93,6 +96,9 @@ impl SceneSystem<'_> {
                                 position,
                             };
                             seen_of(&air, &value)
+                        }
+                        (None, Place::Facing(position, direction)) => {
+                            facing_of(&Facing::new(&radiosity, *position, *direction)?, &value)
                         }
                         (mean, _) => mean.unwrap_or(f64::NAN),
                     });
@@ -128,6 +134,17 @@ fn seen_of<F: Real>(air: &Air<'_, F>, value: &dyn Fn(Started<Point<F>, F>) -> f6
     let middle = |i: u32| F::from_f64((f64::from(i) + 0.5) / f64::from(LOOKS));
     let looks = (0..LOOKS * LOOKS).map(|i| {
         let (start, phi) = air.at([middle(i / LOOKS), middle(i % LOOKS)]);
+        phi.to_f64() * value(start)
+    });
+    looks.sum::<f64>() / f64::from(LOOKS * LOOKS)
+}
+
+/// (v, Φ) of what faces in a direction, about: as many starts of walks.
+fn facing_of<F: Real>(facing: &Facing<'_, F>, value: &dyn Fn(Started<Point<F>, F>) -> f64) -> f64 {
+    let seeds = WalkSeeds::<DefaultGenerator>::new(0, 0);
+    let mut draws = RngUniforms(seeds.generator(0));
+    let looks = (0..LOOKS * LOOKS).map(|_| {
+        let (start, phi) = facing.draw(&mut draws);
         phi.to_f64() * value(start)
     });
     looks.sum::<f64>() / f64::from(LOOKS * LOOKS)
