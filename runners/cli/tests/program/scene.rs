@@ -173,6 +173,9 @@ fn a_light_meter() {
         assert!(error < 0.05 * expected, "{meter}");
         assert_eq!(of(&meter["irradiance"]), [found, second]);
     }
+    let at: Vec<&serde_json::Value> = all.iter().map(|target| &target["position"]).collect();
+    assert_eq!(*at[1], serde_json::json!([1.0, 0.5, 0.5]));
+    assert_eq!(*at[5], serde_json::json!([0.4, 0.5, 1e-6]));
     // Nothing is reflected: 90/3² from the lamp, whose rays a plate hides from a meter below it.
     let dark = "[problem]\nkind = \"scene\"\nopen = true\n\
                 [[problem.light]]\nat = [0, 0, 3]\nintensity = 90\n\

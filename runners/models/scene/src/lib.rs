@@ -263,6 +263,13 @@ impl Model for SceneModel {
         levels
     }
 
+    fn position(&self, region: &Region) -> Option<Vec<f64>> {
+        match region {
+            Region::Spot(_, at) | Region::Facing { at, .. } => Some(at.to_vec()),
+            _ => None,
+        }
+    }
+
     fn is_in_space(&self, region: &Region) -> bool {
         matches!(region, Region::Spot(..) | Region::Point(_)) && !self.is_in_air(region)
     }
