@@ -26,7 +26,7 @@ const DEGREES: [usize; 3] = [0, 2, 4];
 /// The values of q0 of the ladder. Those below 0.2 are for what has no finite variance with shorter walks.
 const ABSORPTIONS: [f64; 4] = [0.5, 0.2, 0.05, 0.01];
 /// How many times the predicted walks a rung has before it is given up.
-const MOST_TIMES: f64 = 4.0;
+pub(crate) const MOST_TIMES: f64 = 4.0;
 
 /// Seconds of a set-up, the cells and the degree.
 type Step = (f64, usize, usize);

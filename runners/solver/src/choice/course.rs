@@ -136,8 +136,8 @@ impl State<'_, '_> {
         let is_other = best.setting != setting && may_change;
         let told = *self.told.get_or_insert(now.walking);
         let least = if is_other { left.min(price) } else { left };
-        // An estimate that so many walks do not tell from 0 is perhaps 0, and then a part of it is never reached.
-        let most = (ENDLESS_TIMES * self.predicted.walking).max(LONG_SECONDS);
+        // An estimate that the predicted walks do not tell from 0 is perhaps 0, and then a part of it is never reached.
+        let most = self.predicted.walking.max(LONG_SECONDS);
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }
