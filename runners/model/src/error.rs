@@ -330,6 +330,10 @@ impl Display for Error {
                 "no walk of any pilot scored, and perhaps none ever does: u may be 0 at a target, if nothing emits \
                  or nothing of it comes there; give `walks`, after which to stop in any case",
             ),
+            Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
+                "no number of walks reaches this error; use a larger one, or give `walks` or a time limit, after which to stop \
+                 in any case: more than an hour is not begun unasked",
+            ),
             Self::TooLong { seconds } => write!(
                 f,
                 "the best that was found takes about {} s on one thread, and more than {} s are not begun unasked; use \

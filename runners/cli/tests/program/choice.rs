@@ -249,6 +249,13 @@ fn an_error_below_rounding_is_not_reached() {
     ] {
         ran(&problem, args).warning(3, &["not reached"]);
     }
+    // Pilots ask for no more than rounding leaves: 68 of them, on up to 2,048 cells, took minutes.
+    let problem = "problem = { kind = \"cube\", dimension = 1, source = \"1+x\", kernel = \"0.7*exp(-(x-y)^2)\" }\n\
+                   target = [{ name = \"t\", at = 0.5 }]\n";
+    let args = ["--target-error", "1e-16", "--json"];
+    let report = ran(problem, &args).warning(3, &["not reached"]).json();
+    let spent = number(&report["split"], "predicted_pilot_seconds");
+    assert!(spent < 1.0, "{spent}");
 }
 
 #[test]
@@ -256,7 +263,12 @@ fn hours_are_not_begun_unasked() {
     let problem = ZERO.replace("x-0.5", "x < 0.37 ? 1 : 0");
     let refused = ran(&problem, &["--target-error", "1e-300"]);
     assert_eq!(refused.status, Some(2), "{refused:?}");
-    for word in ["--target-error", "not begun unasked", "`walks`"] {
+    for word in [
+        "--target-error",
+        "no number of walks",
+        "not begun unasked",
+        "`walks`",
+    ] {
         assert!(refused.stderr.contains(word), "no {word:?}: {refused:?}");
     }
     // Few walks miss the jump of the source, which lies in one cell of many.

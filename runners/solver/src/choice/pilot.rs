@@ -130,6 +130,9 @@ pub(super) struct Walked<'a> {
     pub(super) statistics: Vec<&'a Statistics>,
     /// How many targets each of the first ones stands for: all others for one.
     pub(super) weights: &'a [f64],
+    /// The errors of the first ones by rounding, where the first stage of walks reaches them: walks end there, whatever was asked for.
+    /// 0 otherwise.
+    pub(super) floors: &'a [f64],
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
     /// Seconds of the moments of F that a pilot had, and the power with which finer ones take more; `None` for walks whose moments
@@ -203,13 +206,18 @@ impl Pilot {
         let rare = RARE * walked.rare * score / (1.0 - absorption);
         // E η² of walks from anywhere may be larger than that of walks from a target which little light reaches.
         let from_anywhere = model.mean_square_of_source() / score;
-        let of = |(statistics, weight): (&&Statistics, f64)| {
+        let floors = walked.floors.iter().copied();
+        let floors = floors.chain(core::iter::repeat(0.0));
+        let all = || walked.statistics.iter().copied();
+        let bounds = all().zip(floors);
+        let bounds = bounds.map(|(of, floor)| tolerance.error(of).max(floor));
+        let bounds: Vec<f64> = bounds.collect();
+        let of = |((statistics, &bound), weight): ((&Statistics, &f64), f64)| {
             let [plain, found] = [statistics.plain(), statistics.preconditioned()];
             let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
             let variance = found.std_dev.unwrap_or(0.0).powi(2);
             let variance = variance.max(rare * square * square.max(from_anywhere));
             let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
-            let bound = tolerance.error(statistics);
             Observed {
                 weight,
                 needed: variance / bound.powi(2),
@@ -224,9 +232,9 @@ impl Pilot {
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }
         };
-        let all = || walked.statistics.iter();
         // Moments are made as fine as every target asks for.
-        let finer = all().map(|of| of.control_error() / (MOMENTS * tolerance.error(of)));
+        let finer = all().zip(&bounds);
+        let finer = finer.map(|(of, bound)| of.control_error() / (MOMENTS * bound));
         let finer = finer.fold(0.0, f64::max);
         let [seconds, power] = walked.moments.unwrap_or_default();
         let weights = walked.weights.iter().copied();
@@ -236,7 +244,7 @@ impl Pilot {
         Self {
             setting: walked.setting,
             is_sampled: !walked.weights.is_empty(),
-            targets: all().zip(weights).map(of).collect(),
+            targets: all().zip(&bounds).zip(weights).map(of).collect(),
             left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),

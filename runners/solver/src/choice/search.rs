@@ -14,7 +14,7 @@ mod tests;
 use std::sync::Arc;
 use std::time::Instant;
 
-use fredholm_core::{Statistics, Tolerance};
+use fredholm_core::{MIN_BATCHES, Statistics, Tolerance};
 use fredholm_rayon::Observer;
 
 use super::LONG_SECONDS;
@@ -395,10 +395,18 @@ impl<'m> Search<'m> {
         let all = answer.outcome.statistics.iter().chain(&answer.others);
         let all: Vec<&Statistics> = all.collect();
         self.known.learn(&all);
+        let first_stage = (MIN_BATCHES * self.settings.batch()) as f64;
+        let reached = |(of, &floor): (&&Statistics, &f64)| {
+            let deviation = of.preconditioned().std_dev.unwrap_or(0.0);
+            let is_reached = deviation <= floor * first_stage.sqrt();
+            if is_reached { floor } else { 0.0 }
+        };
+        let floors: Vec<f64> = all.iter().zip(&answer.floors).map(reached).collect();
         let walked = Walked {
             setting,
             statistics: all,
             weights: &self.sample.weights,
+            floors: &floors,
             pointwise: answer.pointwise,
             unknowns,
             moments: Some(moments),
@@ -479,6 +487,7 @@ impl<'m> Search<'m> {
             setting: *setting,
             statistics: statistics.iter().collect(),
             weights: &[],
+            floors: &[],
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
             moments: None,
