@@ -392,7 +392,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let progress = Progress::new(0, signals);
+    let progress = Progress::new(u64::MAX, signals);
     progress.say("choosing".to_owned());
     let chosen = match choose(problem.model(), targets, settings, &progress) {
         Err(Error::Cancelled) => {

@@ -138,6 +138,18 @@ fn a_gap_is_told_by_its_ends() {
         }
         assert!(!ran.stderr.contains("-0.000"), "{ran:?}");
     }
+    // One segment has no gap between its ends. Drawn there and back it has two sides.
+    for (points, status) in [("[[1, 1], [2, 1]]", 2), ("[[1, 1], [2, 1], [1, 1]]", 0)] {
+        let plate =
+            room("[0, 0]").replace("[[target]]", &(grey("plate", points, "292") + "[[target]]"));
+        let ran = fredholm(&["check", &folder.file("plate.toml", plate)]);
+        assert_eq!(ran.status, Some(status), "{ran:?}");
+        let is_told = ran
+            .stderr
+            .contains("\"plate\" touches no other, and its back is met: let its points go on");
+        assert_eq!(is_told, status == 2, "{ran:?}");
+        assert!(!ran.stderr.contains("gap of"), "{ran:?}");
+    }
     let ran = folder.solve(&room("[1e200, 0]"), &[]);
     assert!(
         ran.stderr.contains("between 1e-100 and 1e100 wide"),

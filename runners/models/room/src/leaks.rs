@@ -53,7 +53,13 @@ impl Surfaces {
         format!("{:?}", self.names.get(surface).map_or("?", String::as_str))
     }
 
-    /// The narrowest gap between a loose end and another, or a surface that it all but meets.
+    /// Whether a surface is one segment: its two ends are no gap.
+    fn is_plate(&self, surface: usize) -> bool {
+        self.points.get(surface).is_some_and(|all| all.len() == 2)
+    }
+
+    /// The narrowest gap between a loose end and another, or a surface that it all but meets; or else a plate that touches nothing,
+    /// whose back light meets.
     pub(super) fn gap(&self) -> Option<String> {
         let size = self.size();
         let segments = || {
@@ -82,6 +88,7 @@ impl Surfaces {
         let loose: Vec<(usize, Point)> = ends.filter(loose).collect();
         let pairs = loose.iter().enumerate().flat_map(|(i, a)| {
             let others = loose.get(i + 1..).unwrap_or(&[]).iter();
+            let others = others.filter(|b| a.0 != b.0 || !self.is_plate(a.0));
             others.map(move |b| (*a, *b, distance(a.1, b.1)))
         });
         let slips = loose.iter().flat_map(|a| {
@@ -97,15 +104,24 @@ impl Surfaces {
             .map(|pair| (pair, 0.99))
             .chain(slips.map(|slip| (slip, 1.0)));
         let narrowest = preferred.min_by(|(a, s), (b, t)| (s * a.2).total_cmp(&(t * b.2)));
-        let narrowest = narrowest.map(|(narrowest, _)| narrowest);
-        narrowest.map(|((s, a), (t, b), apart)| {
-            format!(
+        if let Some((((s, a), (t, b), apart), _)) = narrowest {
+            return Some(format!(
                 "there is a gap of {apart:.3e} between {} of {} and {} of {}: close it",
                 point(a),
                 self.name(s),
                 point(b),
                 self.name(t)
-            )
-        })
+            ));
+        }
+        let mut ends = loose.windows(2);
+        let plate = ends.find(|two| two[0].0 == two[1].0 && self.is_plate(two[0].0))?;
+        let way_back = match self.is_deck {
+            true => "add a surface of the same vertices in the other order",
+            false => "let its points go on, back to the first",
+        };
+        Some(format!(
+            "surface {} touches no other, and its back is met: {way_back}",
+            self.name(plate[0].0)
+        ))
     }
 }
