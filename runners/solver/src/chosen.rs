@@ -33,6 +33,10 @@ pub struct ChoiceReport {
     /// Seconds that the whole function takes after its set-up, if a pilot looked at it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_whole_seconds: Option<f64>,
+    /// Whether the whole function was walked and given up for separate walks: it took longer than they are predicted to, or has a
+    /// bias beside its error bars.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub whole_given_up: bool,
     /// The number of pilots.
     pub pilots: usize,
     /// Walks of all pilots.
@@ -85,6 +89,11 @@ impl ChoiceReport {
             (Some(separate), _) => format!(
                 "one set of walks answers all targets (whole function): separate walks would take about {} s\n",
                 short(separate)
+            ),
+            (None, Some(whole)) if self.whole_given_up => format!(
+                "separate walks for every target: one set of walks for all (whole function), predicted to take about {} s, took longer than \
+                 these, or has a bias beside its error bars\n",
+                short(whole)
             ),
             (None, Some(whole)) => format!(
                 "separate walks for every target: one set of walks for all (whole function) would take about {} s\n",

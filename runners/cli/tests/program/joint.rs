@@ -154,6 +154,20 @@ fn random(number: u64) -> String {
     file
 }
 
+#[test]
+fn a_whole_function_that_is_given_up_is_told() {
+    let folder = Folder::new();
+    // Jumps of the kernel and of F are off the edges of cells, which rules of T_K do not see.
+    let file = "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[-1, 1]]\nkernel = 'abs(x - y) < 0.5 ? 0.4 : 0'\n\
+        source = 'x < 0.3 ? 1 : 0'\n[walk]\ntarget_error = 1e-3\n[[target]]\nname = 'u'\ngrid = 41\n";
+    let ran = folder.solve(file, &[]);
+    let told = "(whole function), predicted to take about ";
+    assert!(ran.stdout.contains(told), "{ran:?}");
+    let split = folder.solve(file, &["--json"]).json()["split"].clone();
+    assert_eq!(split["method"], "preconditioned");
+    assert_eq!(split["whole_given_up"], true);
+}
+
 /// Problems with an even number were looked at while the decision was made. Times are measured on one thread and printed: of the
 /// choice, with separate walks, and with neither a sequence nor a lift; the values of all agree.
 #[test]

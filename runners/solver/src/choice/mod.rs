@@ -185,6 +185,7 @@ pub(crate) fn solve_either<'m>(
                 if let Some(function) = looked.walk(&question, price)? {
                     return Ok(Some((joint, Found::Whole(function))));
                 }
+                chosen.report.whole_given_up = true;
             } else {
                 chosen = looked.chosen(chosen);
             }
@@ -393,6 +394,7 @@ fn accepted<'m>(
             predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
             predicted_separate_seconds: None,
             predicted_whole_seconds: None,
+            whole_given_up: false,
             pilots: search.pilots,
             pilot_walks: search.walks,
             predicted_pilot_seconds: search.lost(best) + search.walked,
