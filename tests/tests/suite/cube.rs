@@ -10,7 +10,7 @@ use fredholm_cube::{
     Cube, CubeError, Mean, Product, ProductTables, Rule, Weighted, absolute_radius, table,
     table_bytes,
 };
-use fredholm_tests::check::{means, seeds};
+use fredholm_tests::check::{long, means, seeds};
 use fredholm_tests::cube::{
     ABSORPTION, ALL, Gauss, OUTSIDE, POINTWISE, Ramp, with_pointwise, with_product, with_smooth,
 };
@@ -110,11 +110,12 @@ fn means_are_the_solutions_of_the_model_problems() {
     check_means::<f64, 1>(32, 20_000);
     check_means::<f64, 2>(8, 20_000);
     check_means::<f64, 3>(4, 20_000);
-    check_means::<f64, 5>(3, 10_000);
+    let [half, quarter] = if long() { [20_000; 2] } else { [10_000, 5_000] };
+    check_means::<f64, 5>(3, half);
     check_means::<f32, 1>(32, 20_000);
     check_means::<f32, 2>(8, 20_000);
-    check_means::<f32, 3>(4, 5_000);
-    check_means::<f32, 5>(3, 5_000);
+    check_means::<f32, 3>(4, quarter);
+    check_means::<f32, 5>(3, quarter);
 }
 
 #[test]

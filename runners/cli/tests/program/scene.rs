@@ -317,7 +317,11 @@ fn what_a_camera_sees() {
         "--angle",
         "0.5",
     ];
-    let more = [above.as_slice(), &["--walks", "60"]].concat();
+    let more = [
+        above.as_slice(),
+        &["--walks", if common::is_long() { "200" } else { "60" }],
+    ]
+    .concat();
     let args = [
         "render", &file, "-o", &numbers, "--width", "16", "--height", "16",
     ];
