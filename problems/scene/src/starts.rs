@@ -8,7 +8,7 @@ use crate::SceneError;
 use crate::light::Receiver;
 use crate::radiosity::{Point, Radiosity};
 use crate::ray::Backs;
-use crate::vector::{Vector, cross, norm};
+use crate::vector::{Vector, cross, unit};
 
 /// The irradiance H of the points of another functional,
 ///
@@ -87,7 +87,7 @@ impl crate::Scene {
         let geometry = self.geometry();
         let all = self.nodes.first()?;
         // No face is wider.
-        let slack = 1e-6 * norm(crate::vector::sub(all.high, all.low));
+        let slack = 1e-6 * crate::vector::norm(crate::vector::sub(all.high, all.low));
         let mut found: Option<u32> = None;
         geometry.visit(
             &mut |node| {
@@ -176,8 +176,31 @@ impl<F: Real> Air<'_, F> {
 /// H(x, n) = (1/π) ∫ u max(cos θ, 0) dω,   cos θ = n · ω,
 /// ```
 ///
-/// which is σT⁴ of the plane radiant temperature T, where u is heat. A walk starts where a ray of a cosine-distributed direction arrives;
-/// the light of lights, lamps and the sun is estimated in x itself.
+/// in the unit of u, with u = 0 where light leaves. Where u is heat it is σT⁴ of the plane radiant temperature T (ISO 7726). A walk starts
+/// where a ray of a cosine-distributed direction arrives; the light of lights, lamps and the sun is estimated in x itself.
+///
+/// ```
+/// use fredholm_core::{DefaultGenerator, RngUniforms, WalkSeeds};
+/// use fredholm_scene::{
+///     Cells, Enclosure, Facing, Material, Radiosity, Scene, Surface, Tables, form_factor_of_point, shapes,
+/// };
+///
+/// // A black room whose ceiling, the second surface, is a lamp: nothing is left to walks.
+/// let [black, lamp] = [0.0, 2.0].map(|emission| [Material { reflectance: 0.0, emission }]);
+/// let room = shapes::room([0.0; 3], [1.0; 3]).surfaces;
+/// let material = |number: usize| if number == 1 { &lamp } else { &black };
+/// let surfaces = room.iter().enumerate();
+/// let surfaces: Vec<_> = surfaces.map(|(i, polygons)| Surface { polygons, materials: material(i) }).collect();
+/// let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed)?;
+/// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 6)?);
+/// let radiosity = Radiosity::new(tables.geometry(), &cells, 0.3)?;
+/// let (desk, up) = ([0.3, 0.6, 0.7], [0.0, 0.0, 1.0]);
+/// let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
+/// let (start, phi) = Facing::new(&radiosity, desk, up)?.draw(&mut draws);
+/// let exact = 2.0 * form_factor_of_point(desk, up, scene.faces()[1].polygon());
+/// assert!((start.known - exact).abs() < 1e-12 && phi == 1.0);
+/// # Ok::<(), fredholm_scene::SceneError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Facing<'a, F> {
     radiosity: &'a Radiosity<'a, F>,
@@ -185,11 +208,6 @@ pub struct Facing<'a, F> {
     /// n.
     normal: Vector<F>,
     tangents: [Vector<F>; 2],
-}
-
-fn unit(a: Vector<f64>) -> Vector<f64> {
-    let length = norm(a);
-    a.map(|c| c / length)
 }
 
 impl<'a, F: Real> Facing<'a, F> {

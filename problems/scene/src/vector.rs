@@ -1,6 +1,7 @@
 //! Vectors in space.
 
 use fredholm_core::Real;
+use fredholm_core::array::Each as _;
 
 pub(crate) type Vector<F> = [F; 3];
 
@@ -34,12 +35,18 @@ pub(crate) fn norm<F: Real>(a: Vector<F>) -> F {
     dot(a, a).sqrt()
 }
 
+/// The vector of length 1 in this direction.
+pub(crate) fn unit(a: Vector<f64>) -> Vector<f64> {
+    let length = norm(a);
+    a.each(|x| x / length)
+}
+
 #[cfg(feature = "alloc")]
-pub(crate) use owned::{Box3, centroid, empty_box, hull, join, scale, turn, unit};
+pub(crate) use owned::{Box3, centroid, empty_box, hull, join, scale, turn};
 
 #[cfg(feature = "alloc")]
 mod owned {
-    use super::{Vector, cross, norm, sub};
+    use super::{Vector, cross, sub};
     use fredholm_core::Real;
     use fredholm_core::array::{Each, from_fn};
 
@@ -48,12 +55,6 @@ mod owned {
 
     pub(crate) fn scale(a: Vector<f64>, s: f64) -> Vector<f64> {
         a.each(|x| s * x)
-    }
-
-    /// The vector of length 1 in this direction.
-    pub(crate) fn unit(a: Vector<f64>) -> Vector<f64> {
-        let length = norm(a);
-        a.each(|x| x / length)
     }
 
     /// The box of nothing.

@@ -36,7 +36,7 @@ pub enum Region {
     On(usize, f64),
     /// u at a point of the part of this number, a surface of a scene, by its three coordinates.
     Spot(usize, [f64; 3]),
-    /// The irradiance, at a place between the surfaces of a scene, of what faces in a direction: a light meter, or the side of a cube.
+    /// The irradiance, in the unit of u, at a place between the surfaces of a scene of what faces in a direction: a light meter.
     Facing {
         /// The place, by its three coordinates.
         at: [f64; 3],

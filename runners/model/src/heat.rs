@@ -50,7 +50,7 @@ pub trait RadiativeExchange {
     /// Whether all light that leaves surfaces arrives at surfaces.
     fn is_closed(&self) -> bool;
 
-    /// Whether a region is a point between the surfaces.
+    /// Whether a region is a point between the surfaces, or what faces in a direction there.
     fn is_in_air(&self, region: &Region) -> bool;
 
     /// The one material of a region, if it has one.
