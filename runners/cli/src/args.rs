@@ -258,8 +258,8 @@ pub(crate) struct RenderArgs {
     /// Colours by the logarithm, at most four decades
     #[arg(long)]
     pub(crate) log: bool,
-    /// Colours from this number to that one, and beyond them the colours of the ends [default: from 0, and with --log
-    /// from the least, to what is brightest between the walls]
+    /// Colours from this number to that one, and beyond them the colours of the ends [default: from the least to the
+    /// largest between the walls but for a fiftieth of the pixels at either end; with --log to the largest]
     #[arg(long, value_name = "A:B", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
     /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]

@@ -267,6 +267,7 @@ fn picture(
         width: canvas.width(),
         height: canvas.height(),
         origin: None,
+        scale: None,
         whole: args.whole,
         is_view: false,
         inside: seen().filter(|value| !value.is_nan()).count(),
@@ -285,7 +286,11 @@ fn picture(
     let given = args
         .range
         .and_then(|[low, high]| Scale::between(low, high, args.log));
-    let scale = given.unwrap_or_else(|| Scale::new(seen(), of_walls, args.log));
+    // Ten errors, so that most of the colours are no noise.
+    let noise = 10.0 * summary.preconditioned.std_error.unwrap_or(0.0);
+    let own = || Scale::within(seen(), noise).filter(|_| !args.log);
+    let scale = given.or_else(own);
+    let scale = scale.unwrap_or_else(|| Scale::new(seen(), of_walls, args.log));
     let picture = RoomPicture {
         canvas: &canvas,
         pieces: &pieces,
@@ -311,6 +316,7 @@ fn picture(
     }
     panels.push(shown.panel(beside.as_ref().map(|_| heading("preconditioned", &field))));
     summary.origin = Some(picture.origin(args.side_by_side));
+    summary.scale = Some([scale.low(), scale.high()]);
     let text = summary.text(args.common.json)?;
     let errors = match picturing.errors {
         Some(format) => error_map(&picture, &field, args.whole, format)?,
@@ -483,17 +489,19 @@ fn captions(field: &Field, scale: &Scale, is_given: bool, heat: bool) -> Vec<Str
             ", in the unit of the emission"
         }
     )];
-    let largest = field.walls.iter().map(|spot| spot.value);
-    let largest = largest.fold(f64::NEG_INFINITY, f64::max);
+    let walls = || field.walls.iter().map(|spot| spot.value);
+    let least = walls().fold(f64::INFINITY, f64::min);
+    let largest = walls().fold(f64::NEG_INFINITY, f64::max);
     if is_given {
         captions.push(format!(
             "The scale is from {} to {}{unit}, as asked for; what is beyond has the colours of its ends.",
             short(scale.low()),
             short(scale.high())
         ));
-    } else if largest > scale.high() {
+    } else if least < scale.low() || largest > scale.high() {
         captions.push(format!(
-            "The scale ends at what is brightest between the walls; walls go up to {}{unit}.",
+            "The scale is that of most of what is seen between the walls; walls go from {} to {}{unit}.",
+            short(least),
             short(largest)
         ));
     }

@@ -46,6 +46,23 @@ impl Scale {
         }
     }
 
+    /// A scale from the least to the largest of the `seen` numbers but for a fiftieth of them at either end: dots of
+    /// noise, and what is right beside a lamp. NaN does not count. `None` if the ends differ by less than `noise`, or
+    /// by a thousandth of the largest: there is one colour to show, and no picture of rounding.
+    #[must_use]
+    pub fn within(seen: impl Iterator<Item = f64>, noise: f64) -> Option<Self> {
+        let mut all: Vec<f64> = seen.filter(|value| !value.is_nan()).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        let end = |fiftieths: usize| all.get(all.len() * fiftieths / 50).copied();
+        let (low, high) = (end(1)?, end(49)?);
+        let is_even = high - low < noise || high - low < 1e-3 * high.abs();
+        if is_even {
+            None
+        } else {
+            Self::between(low, high, false)
+        }
+    }
+
     /// A scale from one number to another, which must be finite and more, and for a logarithmic one both above 0.
     #[must_use]
     pub fn between(low: f64, high: f64, log: bool) -> Option<Self> {
@@ -193,6 +210,20 @@ mod tests {
             ticks(0.3, 0.6, true),
             [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6]
         );
+    }
+
+    #[test]
+    fn a_scale_is_of_what_is_seen_but_for_specks() {
+        // 280 to 299.4, a dot of noise, a pixel beside a lamp, and one behind a wall.
+        let mut seen: Vec<f64> = (0..98).map(|k| 280.0 + 0.2 * f64::from(k)).collect();
+        seen.extend([-40.0, 5000.0, f64::NAN]);
+        let scale = Scale::within(seen.iter().copied(), 1.0).unwrap();
+        assert_eq!((scale.low(), scale.high()), (280.2, 280.0 + 0.2 * 97.0));
+        // Less than noise tells apart, less than colours tell apart, nothing, and darkness.
+        assert_eq!(Scale::within(seen.iter().copied(), 20.0), None);
+        assert_eq!(Scale::within([1.0, 1.0005].into_iter(), 0.0), None);
+        assert_eq!(Scale::within([f64::NAN].into_iter(), 0.0), None);
+        assert_eq!(Scale::within([0.0, 0.0].into_iter(), 0.0), None);
     }
 
     #[test]

@@ -17,6 +17,9 @@ pub(super) struct Summary {
     /// In a picture, the place of the first of them: pixels from its left and its upper edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) origin: Option<[usize; 2]>,
+    /// In a picture of a room, the numbers at the ends of its colours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scale: Option<[f64; 2]>,
     /// Whether all pixels are from one set of walks, by the whole function.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub(super) whole: bool,

@@ -76,6 +76,7 @@ pub(super) fn content(
         width,
         height,
         origin: None,
+        scale: None,
         whole: false,
         is_view: true,
         inside: view
@@ -135,8 +136,7 @@ fn scale(args: &RenderArgs, seen: &[f64], heat: bool) -> Scale {
         let most = sorted.get(sorted.len() * 49 / 50).copied().unwrap_or(1.0);
         if heat && !args.log {
             // A room's temperatures are near each other, far from 0.
-            let least = sorted.get(sorted.len() / 50).copied().unwrap_or(0.0);
-            return Scale::between(least, most, false);
+            return Scale::within(seen.iter().copied(), 0.0);
         }
         let darker = || seen.iter().map(move |x| x.min(most));
         Some(Scale::new(darker(), darker(), args.log))

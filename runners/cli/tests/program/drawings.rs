@@ -345,7 +345,7 @@ fn a_picture_has_the_range_that_is_asked_for() {
     };
     render(&["--range", "400:420"]).quietly(0);
     let narrow = std::fs::read_to_string(&svg).unwrap();
-    // From 400 on, where the default begins at 0.
+    // From 400 to 420, where the default is of what is seen.
     assert!(
         narrow.contains(">405<") && !narrow.contains(">100<") && narrow.contains("asked for"),
         "{narrow}"
@@ -353,7 +353,7 @@ fn a_picture_has_the_range_that_is_asked_for() {
     render(&[]).quietly(0);
     let whole = std::fs::read_to_string(&svg).unwrap();
     assert!(
-        whole.contains(">100<") && !whole.contains("asked for"),
+        whole.contains("most of what is seen") && !whole.contains("asked for"),
         "{whole}"
     );
     for (more, words) in [

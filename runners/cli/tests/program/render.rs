@@ -177,6 +177,37 @@ fn a_furnace_has_one_colour() {
     }
 }
 
+/// A room of 290 K with one wall of 300 K: u is between 401 and 459 W/m², and the colours are of that. With one
+/// temperature there is one colour, and the scale begins at 0.
+#[test]
+fn colours_are_of_what_is_seen() {
+    let folder = Folder::new();
+    let of = |lamp: &str| {
+        let heat = BLACK
+            .replace(
+                "reflectance = 0\nemission = 1",
+                &format!("emissivity = 0.9\ntemperature = {lamp}"),
+            )
+            .replace("reflectance = 0\n", "emissivity = 0.9\ntemperature = 290\n");
+        let args = ["--width", "300", "--json"];
+        let json = render(&folder, &heat, "a.svg", &args).quietly(0).json();
+        let ends = [0, 1].map(|k| json["scale"][k].as_f64().unwrap());
+        (ends, number(&json, "least"), number(&json, "largest"))
+    };
+    let ([low, high], least, largest) = of("300");
+    assert!(400.0 < least && largest < 460.0, "{least} {largest}");
+    assert!(least <= low && low < least + 3.0, "{low} {least}");
+    assert!(largest - 10.0 < high && high <= largest, "{high} {largest}");
+    let svg = std::fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    // No wall is below 290 K; the warm one is above all that is seen.
+    assert!(
+        svg.contains("walls go from 40") && svg.contains(">410<"),
+        "{svg}"
+    );
+    let ([low, high], least, _) = of("290");
+    assert!(low == 0.0 && high > least, "{low} {high} {least}");
+}
+
 /// The lamp's angle from a point behind the baffle, which takes what is below the line over its top; what
 /// is black sends nothing back, so that no noise is left.
 #[test]
