@@ -137,6 +137,14 @@ table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was f
         #[arg(value_parser = kinds())]
         kind: String,
     },
+    /// Print the manual page of the program, or write those of all commands into a folder
+    #[command(after_help = "\
+  fredholm man | man -l -                 reads the page of the program
+  fredholm man ~/.local/share/man/man1    makes `man fredholm` and `man fredholm-solve` find theirs")]
+    Man {
+        /// The folder for fredholm.1, fredholm-solve.1 and so on; it must be there
+        folder: Option<PathBuf>,
+    },
     /// Print a completion script for a shell
     Completions {
         /// The shell

@@ -74,13 +74,29 @@ fn run(command: &Command, team: &dyn Team) -> Result<Ended, Failure> {
         Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
         Command::Export(args) => export::export(args),
         Command::Init { kind } => init::init(kind),
+        Command::Man {
+            folder: Some(folder),
+        } => {
+            clap_mangen::generate_to(Cli::command(), folder)
+                .map_err(|error| Failure::run(format_args!("{}: {error}", folder.display())))?;
+            Ok(Ended::Done)
+        }
+        Command::Man { folder: None } => {
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+            printed(&page)
+        }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "fredholm", &mut script);
-            std::io::Write::write_all(&mut std::io::stdout().lock(), &script)?;
-            Ok(Ended::Done)
+            printed(&script)
         }
     }
+}
+
+fn printed(text: &[u8]) -> Result<Ended, Failure> {
+    std::io::Write::write_all(&mut std::io::stdout().lock(), text)?;
+    Ok(Ended::Done)
 }
 
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.

@@ -71,6 +71,14 @@ fn left(began: Option<&Instant>, done: u64, all: Option<u64>) -> Option<Duration
     Duration::try_from_secs_f64(each * all.saturating_sub(done) as f64).ok()
 }
 
+/// A time for people. 0 seconds are never left of walks that are not done.
+fn in_words(left: Duration) -> String {
+    if left < Duration::from_secs(1) {
+        return "less than a second".to_owned();
+    }
+    HumanDuration(left).to_string()
+}
+
 impl<'a> Progress<'a> {
     /// A bar for so many walks; `u64::MAX` if that is not known yet.
     pub(crate) fn new(walks: u64, signals: &'a Signals) -> Self {
@@ -86,7 +94,7 @@ impl<'a> Progress<'a> {
             let left = move |state: &ProgressState, text: &mut dyn core::fmt::Write| {
                 let _ = match left(began.get(), state.pos(), state.len()) {
                     None => text.write_str("?"),
-                    Some(left) => write!(text, "{}", HumanDuration(left)),
+                    Some(left) => text.write_str(&in_words(left)),
                 };
             };
             // A choice predicts how many there are.
@@ -214,5 +222,18 @@ impl SolveObserver for Sites {
 
     fn finish_site(&self) {
         self.0.inc(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_is_left_is_not_nothing() {
+        for (seconds, words) in [(0.4, "less than a second"), (1.2, "1 second")] {
+            assert_eq!(
+                super::in_words(super::Duration::from_secs_f64(seconds)),
+                words
+            );
+        }
     }
 }

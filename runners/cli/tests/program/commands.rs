@@ -50,6 +50,7 @@ fn help_names_the_commands() {
         "solve",
         "check",
         "init",
+        "man",
         "completions",
         "Exit status",
     ] {
@@ -96,6 +97,24 @@ fn completions_are_scripts() {
         assert!(script.contains(part), "{shell}");
         assert!(script.contains("target-error"), "{shell}");
     }
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let page = fredholm(&["man"]).quietly(0).stdout;
+    for part in [".TH fredholm 1", "fredholm\\-solve(1)", "Exit status"] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+    let folder = Folder::new();
+    fredholm(&["man", &folder.at("")]).quietly(0);
+    for name in ["fredholm.1", "fredholm-solve.1", "fredholm-man.1"] {
+        assert!(folder.names().contains(&name.to_owned()), "{name}");
+    }
+    let page = fs::read_to_string(folder.at("fredholm-solve.1")).unwrap();
+    assert!(page.contains("\\-\\-target\\-error"), "{page}");
+    let ran = fredholm(&["man", &folder.at("none")]);
+    assert_eq!(ran.status, Some(1), "{ran:?}");
+    assert!(ran.stderr.contains("none: "), "{ran:?}");
 }
 
 #[test]
