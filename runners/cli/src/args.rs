@@ -413,7 +413,7 @@ pub(crate) struct SolveArgs {
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
     /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
-    /// `ParaView`), or .svg for a picture of a grid target
+    /// `ParaView`), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Keep every batch of walks in this file as it is done. The same command goes on with it, whatever ended it, to the
@@ -460,7 +460,7 @@ pub(crate) struct MergeArgs {
     #[arg(long)]
     pub(crate) json: bool,
     /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
-    /// `ParaView`), or .svg for a picture of a grid target
+    /// `ParaView`), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

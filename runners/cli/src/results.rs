@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fredholm::report::{Coordinates, Report, WholeReport};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
-use fredholm_plot::{Cell, GridPicture, Mesh, Quantity, stacked};
+use fredholm_plot::{Cell, GridPicture, Mesh, Quantity, lattice, stacked};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -18,12 +18,16 @@ pub(crate) enum Format {
     Json,
     Csv,
     Npz,
-    /// Of the grid target with this name.
-    Svg(String),
-    /// Of a grid of two axes: its first target, and the numbers of points.
-    Map(usize, [usize; 2]),
+    /// Of all grids, one below the other.
+    Svg(Vec<Shown>),
     /// With the places of all targets that are points, and the cells between those of grids.
     Vtu(Places),
+}
+
+/// A grid target in a picture: its name, and of two axes its first target and the numbers of points.
+pub(crate) struct Shown {
+    name: String,
+    map: Option<(usize, [usize; 2])>,
 }
 
 /// The numbers that a report has of every target; NaN where there is none.
@@ -55,23 +59,25 @@ impl Format {
                 let is_grid = |target: &&file::Target| {
                     matches!(target.what, What::Grid(..) | What::Lattice(..))
                 };
-                let mut grids = problem.file.targets.iter().filter(is_grid);
-                match (grids.next(), grids.next()) {
-                    (Some(grid), None) => match Lattice::new(&grid.what, 0, false).counts[..] {
+                let shown = |grid: &file::Target| {
+                    let name = grid.name.value.clone();
+                    let map = match counts(&grid.what, 0)[..] {
                         [rows, columns] => {
                             let mut goals = problem.goals.iter();
-                            let first =
-                                goals.position(|of| table::is_of(&of.name, &grid.name.value));
-                            Self::Map(first.unwrap_or(0), [rows, columns])
+                            let first = goals.position(|of| table::is_of(&of.name, &name));
+                            Some((first.unwrap_or(0), [rows, columns]))
                         }
-                        [_] => Self::Svg(grid.name.value.clone()),
-                        _ => return Err(refuse("a picture shows a grid of one or two axes")),
-                    },
-                    (None, _) => {
-                        return Err(refuse("a picture needs a target with `grid = points`"));
-                    }
-                    _ => return Err(refuse("a picture shows one grid; the file has several")),
+                        [_] => None,
+                        _ => return Err(refuse("a picture shows grids of one or two axes")),
+                    };
+                    Ok(Shown { name, map })
+                };
+                let grids = problem.file.targets.iter().filter(is_grid);
+                let all = grids.map(shown).collect::<Result<Vec<_>, _>>()?;
+                if all.is_empty() {
+                    return Err(refuse("a picture needs a target with `grid = points`"));
                 }
+                Self::Svg(all)
             }
             Some("vtu") => Self::Vtu(Places::new(problem).map_err(refuse)?),
             _ => {
@@ -102,8 +108,17 @@ impl Format {
             Self::Json => table::json(report)?.into_bytes(),
             Self::Csv => report.csv().map_err(Failure::run)?.into_bytes(),
             Self::Npz => npz(report)?,
-            Self::Svg(name) => report.svg(name)?.into_bytes(),
-            Self::Map(first, counts) => maps(report, *first, *counts)?.into_bytes(),
+            Self::Svg(all) => {
+                let picture = |grid: &Shown| match grid.map {
+                    Some(map) => maps(report, &grid.name, map),
+                    None => report.svg(&grid.name),
+                };
+                let pictures: Vec<String> = all.iter().map(picture).collect::<Result<_, _>>()?;
+                match &pictures[..] {
+                    [picture] => picture.clone().into_bytes(),
+                    _ => stacked(&pictures).into_bytes(),
+                }
+            }
             Self::Vtu(places) => places.vtu(&report.numbers())?.into_bytes(),
         })
     }
@@ -116,7 +131,11 @@ pub(crate) fn finish(all: Vec<(Format, Output)>, report: &impl Results) -> Resul
 }
 
 /// Pictures of the values on a grid of two axes and of their standard errors, one below the other.
-fn maps(report: &impl Results, first: usize, counts: [usize; 2]) -> Result<String, Failure> {
+fn maps(
+    report: &impl Results,
+    grid: &str,
+    (first, counts): (usize, [usize; 2]),
+) -> Result<String, Failure> {
     let all = first..first + counts[0] * counts[1];
     let (numbers, places) = (report.numbers(), report.coordinates());
     let end = |i: usize| {
@@ -138,7 +157,7 @@ fn maps(report: &impl Results, first: usize, counts: [usize; 2]) -> Result<Strin
             counts,
             numbers: column.get(all.clone()).unwrap_or_default(),
             legend,
-            caption: format!("{caption}, x1 to the right and x2 upwards"),
+            caption: format!("{grid}: {caption}, x1 to the right and x2 upwards"),
         }
         .svg()
         .map_err(Failure::run)
@@ -195,7 +214,11 @@ impl Places {
                 goal += 1;
             }
             let to = points.partition_point(|(i, _)| *i < goal);
-            cells.extend(Lattice::new(&target.what, to - from, is_closed).cells(from));
+            cells.extend(lattice(
+                &counts(&target.what, to - from),
+                from..to,
+                is_closed,
+            ));
             from = to;
         }
         Ok(Self { points, cells })
@@ -216,60 +239,12 @@ impl Places {
     }
 }
 
-/// The points of a target.
-struct Lattice {
-    /// The number of points along every axis, of which the last one is fastest; of others than grids there is one for each.
-    counts: Vec<usize>,
-    /// The number of all of them.
-    points: usize,
-    /// Whether the first point follows the last one.
-    is_closed: bool,
-}
-
-impl Lattice {
-    fn new(what: &What, points: usize, is_closed: bool) -> Self {
-        let counts = match what {
-            What::Grid(..) => vec![points],
-            What::Lattice(counts) => counts.value.iter().map(|count| count.value).collect(),
-            _ => Vec::new(),
-        };
-        Self {
-            counts,
-            points,
-            is_closed: is_closed && points > 2,
-        }
-    }
-
-    /// The cells between its points, of which the first has this number: of neighbours along all axes that have several.
-    fn cells(&self, first: usize) -> Vec<Cell> {
-        let mut axes = Vec::new();
-        let mut stride = 1;
-        for &count in self.counts.iter().rev() {
-            if count > 1 {
-                axes.push((stride, count));
-            }
-            stride *= count;
-        }
-        let is_inner = |i: &usize| {
-            axes.iter()
-                .all(|(stride, count)| i / stride % count + 1 < *count)
-        };
-        let corners = (0..self.points).filter(is_inner).map(|i| first + i);
-        let square = |b: usize, s: usize, t: usize| [b, b + s, b + s + t, b + t];
-        let cell = |b: usize| match *axes {
-            [(s, _)] => Cell::Line([b, b + s]),
-            [(s, _), (t, _)] => Cell::Quad(square(b, t, s)),
-            [(s, _), (t, _), (r, _)] => {
-                let [[a, b, c, d], [e, f, g, h]] = [b, b + r].map(|b| square(b, t, s));
-                Cell::Hexahedron([a, b, c, d, e, f, g, h])
-            }
-            _ => Cell::Vertex([b]),
-        };
-        let closing = Cell::Line([first + self.points.saturating_sub(1), first]);
-        corners
-            .map(cell)
-            .chain(self.is_closed.then_some(closing))
-            .collect()
+/// The numbers of points of a target along every axis; of others than grids there is none.
+fn counts(what: &What, points: usize) -> Vec<usize> {
+    match what {
+        What::Grid(..) => vec![points],
+        What::Lattice(counts) => counts.value.iter().map(|count| count.value).collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -214,16 +214,33 @@ impl BandPlot {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                 (low.min(x), high.max(x))
             });
-        let at = |sign: f64| points.iter().map(move |(_, u, e)| u + sign * 1.96 * e);
-        let profile = LinePlot::new()
-            .with_data(points.iter().map(|&(s, u, _)| (s, u)))
-            .with_band(at(-1.0), at(1.0))
-            .with_color(COLOURS[1])
-            .with_stroke_width(1.8)
-            .with_legend(format!("{}, 95 % band", self.name));
-        let mut plots = vec![Plot::Line(profile)];
+        let mut plots = Vec::new();
+        for piece in pieces(&points) {
+            let at = |sign: f64| piece.iter().map(move |(_, u, e)| u + sign * 1.96 * e);
+            let line = LinePlot::new()
+                .with_data(piece.iter().map(|&(s, u, _)| (s, u)))
+                .with_band(at(-1.0), at(1.0))
+                .with_color(COLOURS[1])
+                .with_stroke_width(1.8);
+            plots.push(Plot::Line(if plots.is_empty() {
+                line.with_legend(format!("{}, 95 % band", self.name))
+            } else {
+                line
+            }));
+        }
         for curve in &self.curves {
-            plots.extend(draw(curve, curve.points.clone()));
+            let exact: Vec<_> = curve.points.iter().map(|&(x, u)| (x, u, 0.0)).collect();
+            for (number, piece) in pieces(&exact).into_iter().enumerate() {
+                let own = Curve {
+                    name: if number == 0 {
+                        curve.name.clone()
+                    } else {
+                        String::new()
+                    },
+                    ..curve.clone()
+                };
+                plots.extend(draw(&own, piece.iter().map(|&(x, u, _)| (x, u)).collect()));
+            }
         }
         let (x_label, y_label) = match self.axis {
             Axis::Angle => ("angle s in radians", "u(s)"),
@@ -249,6 +266,35 @@ impl BandPlot {
     }
 }
 
+/// The points between jumps, which no line joins. From point to point a curve rises by about as much as just before and
+/// after, where it is neither noise nor rounding.
+fn pieces(points: &[(f64, f64, f64)]) -> Vec<&[(f64, f64, f64)]> {
+    /// A step so many times as large as those beside it is none of a curve that points follow.
+    const JUMP: f64 = 5.0;
+    /// The number of standard errors that a step may be by chance.
+    const NOISE: f64 = 6.0;
+    let (low, high) = points.iter().fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (_, u, _)| (low.min(*u), high.max(*u)),
+    );
+    let step = |i: usize| match (points.get(i), points.get(i + 1)) {
+        (Some(a), Some(b)) => (b.1 - a.1).abs(),
+        _ => 0.0,
+    };
+    // Of the first and the last step, which have one beside them, nothing is known.
+    let jumps = (1..points.len().saturating_sub(2)).filter(|&i| {
+        let beside = step(i - 1).max(step(i + 1));
+        let noise = NOISE * points[i].2.hypot(points[i + 1].2);
+        step(i) > JUMP * beside && step(i) > noise && step(i) > INVISIBLE * (high - low)
+    });
+    let mut ends: Vec<usize> = jumps.map(|i| i + 1).collect();
+    ends.push(points.len());
+    let mut from = 0;
+    ends.into_iter()
+        .map(|to| &points[core::mem::replace(&mut from, to)..to])
+        .collect()
+}
+
 /// A line through the points, and markers on them.
 fn draw(curve: &Curve, points: Vec<(f64, f64)>) -> Vec<Plot> {
     if points.is_empty() {
@@ -263,8 +309,12 @@ fn draw(curve: &Curve, points: Vec<(f64, f64)>) -> Vec<Plot> {
     let line = LinePlot::new()
         .with_data(points.clone())
         .with_color(colour)
-        .with_stroke_width(1.8)
-        .with_legend(curve.name.clone());
+        .with_stroke_width(1.8);
+    let line = if curve.name.is_empty() {
+        line
+    } else {
+        line.with_legend(curve.name.clone())
+    };
     let mut plots = vec![Plot::Line(if dashed { line.with_dashed() } else { line })];
     if let Some(marker) = marker {
         plots.push(Plot::Scatter(
@@ -323,7 +373,7 @@ fn quarter_turn(angle: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, BandPlot, Curve, LogLogPlot, Style, power_of_ten, stacked};
+    use super::{Axis, BandPlot, Curve, LogLogPlot, Style, pieces, power_of_ten, stacked};
     use crate::Error;
 
     fn figure(points: Vec<(f64, f64)>) -> LogLogPlot {
@@ -406,6 +456,27 @@ mod tests {
         assert!(band.svg().is_ok());
         band.points.clear();
         assert_eq!(band.svg(), Err(Error::NothingToDraw));
+    }
+
+    #[test]
+    fn no_line_joins_what_jumps() {
+        let of = |u: &dyn Fn(f64) -> f64, error: f64| {
+            let at = |i: u32| f64::from(i) / 40.0;
+            let points: Vec<_> = (0..=40).map(|i| (at(i), u(at(i)), error)).collect();
+            let all = pieces(&points);
+            assert_eq!(all.concat(), points);
+            all.iter().map(|piece| piece.len()).collect::<Vec<_>>()
+        };
+        let jump = |x: f64| if x < 0.51 { x } else { 2.0 - x };
+        assert_eq!(of(&jump, 0.0), [21, 20]);
+        // Hidden by noise, or a curve, however steep at an end; a peak is no jump.
+        assert_eq!(of(&jump, 1.0), [41]);
+        assert_eq!(of(&f64::sqrt, 0.0), [41]);
+        assert_eq!(of(&|x: f64| (8.0 * x).exp(), 0.0), [41]);
+        assert_eq!(of(&|x: f64| (20.0 * x).sin(), 0.0), [41]);
+        assert_eq!(of(&|x: f64| if x == 0.5 { 1.0 } else { 0.0 }, 0.0), [41]);
+        assert_eq!(of(&|_| 1.0, 0.0), [41]);
+        assert_eq!(pieces(&[]), [&[]]);
     }
 
     #[test]

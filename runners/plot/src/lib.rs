@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod along;
 mod base64;
 mod canvas;
 mod contours;
@@ -19,13 +20,14 @@ mod space;
 mod strips;
 mod view;
 
+pub use along::{GridCurve, GridPoint};
 pub use canvas::{Canvas, Piece, Wall};
 pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style, stacked};
 pub use drawing::Drawing;
 pub use error::Error;
 pub use frame::panel_width;
 pub use grid::GridPicture;
-pub use mesh::{Cell, Mesh, Quantity};
+pub use mesh::{Cell, Mesh, Quantity, lattice};
 pub use picture::{Panel, RoomPicture};
 pub use profile::ProfilePlot;
 pub use scale::Scale;

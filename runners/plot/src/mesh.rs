@@ -2,6 +2,8 @@
 //!
 //! Crates that write VTK's files bring in parsers and compression; what is written here are five arrays, and the values.
 
+use core::ops::Range;
+
 use crate::{Error, base64};
 
 /// A cell of a [`Mesh`]: the numbers of the points in its corners.
@@ -168,6 +170,51 @@ fn escaped(text: &str) -> String {
         c => c.to_string(),
     };
     text.chars().map(escape).collect()
+}
+
+/// The cells between these points of a mesh, which are a grid of so many along every axis, the last axis the fastest: lines,
+/// squares or cubes between neighbours along all axes that have several, and of points that are no grid (no axis) each
+/// one by itself. If a line of three points or more is closed, its last point is joined with its first.
+///
+/// ```
+/// use fredholm_plot::{Cell, lattice};
+///
+/// assert_eq!(lattice(&[2, 2], 5..9, false), [Cell::Quad([5, 6, 8, 7])]);
+/// assert_eq!(lattice(&[3], 0..3, true)[2], Cell::Line([2, 0]));
+/// ```
+#[must_use]
+pub fn lattice(counts: &[usize], points: Range<usize>, is_closed: bool) -> Vec<Cell> {
+    let mut axes = Vec::new();
+    let mut stride = 1;
+    for &count in counts.iter().rev() {
+        if count > 1 {
+            axes.push((stride, count));
+        }
+        stride *= count;
+    }
+    let is_inner = |i: &usize| {
+        axes.iter()
+            .all(|(stride, count)| (i - points.start) / stride % count + 1 < *count)
+    };
+    let square = |b: usize, s: usize, t: usize| [b, b + s, b + s + t, b + t];
+    let cell = |b: usize| match *axes {
+        [(s, _)] => Cell::Line([b, b + s]),
+        [(s, _), (t, _)] => Cell::Quad(square(b, t, s)),
+        [(s, _), (t, _), (r, _)] => {
+            let [[a, b, c, d], [e, f, g, h]] = [b, b + r].map(|b| square(b, t, s));
+            Cell::Hexahedron([a, b, c, d, e, f, g, h])
+        }
+        _ => Cell::Vertex([b]),
+    };
+    let ends = [points.end.saturating_sub(1), points.start];
+    let is_ring = is_closed && axes.len() == 1 && points.len() > 2;
+    let closing = is_ring.then_some(Cell::Line(ends));
+    points
+        .clone()
+        .filter(is_inner)
+        .map(cell)
+        .chain(closing)
+        .collect()
 }
 
 #[cfg(test)]

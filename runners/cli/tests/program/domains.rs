@@ -188,6 +188,46 @@ fn grids_in_several_dimensions_and_lists_of_points() {
     );
 }
 
+/// u = 1 + [x < 0.3] ∫ u jumps, and its line ends there; several grids are in one picture, one below the other.
+#[test]
+fn grids_of_a_file_share_a_picture() {
+    let folder = Folder::new();
+    let svg = folder.at("out.svg");
+    let drawn = |problem: &str, targets: &str| {
+        folder
+            .solve(&cube(problem, targets), &["--out", &svg])
+            .quietly(0);
+        std::fs::read_to_string(&svg).unwrap()
+    };
+    let line = "dimension = 1\nkernel = 'x < 0.3 ? 0.5 : 0'\nsource = '1'";
+    let grid = |name: &str| format!("[[target]]\nname = '{name}'\ngrid = 41\n");
+    let one = drawn(line, &grid("a"));
+    let two = drawn(line, &(grid("a") + &grid("b")));
+    assert_svg(svg.as_ref());
+    for name in ["a: the solution", "b: the solution"] {
+        assert!(two.contains(name), "{name}");
+    }
+    let panels = |text: &str| text.matches("<svg").count();
+    assert_eq!(panels(&two), 1 + 2 * panels(&one));
+    // Twice as many lines as of a curve.
+    let smooth = drawn(&line.replace("x < 0.3 ? 0.5 : 0", "0.5 * x"), &grid("a"));
+    let first = |text: &str| {
+        text.split("</svg>")
+            .next()
+            .map_or(0, |of| of.matches("<path").count())
+    };
+    assert_eq!(first(&one), 2 * first(&smooth), "{one}");
+    // Of two axes, too.
+    let plane = "dimension = 2\nkernel = '0.5'\nsource = 'x1'";
+    let maps = drawn(
+        plane,
+        "[[target]]\nname = 'm'\ngrid = [3, 4]\n[[target]]\nname = 'n'\ngrid = [2, 2]\n",
+    );
+    for name in ["m: the solution u(x1, x2)", "n: its standard error"] {
+        assert!(maps.contains(name), "{name}: {maps}");
+    }
+}
+
 #[test]
 fn a_solution_that_is_none_is_seen() {
     let folder = Folder::new();

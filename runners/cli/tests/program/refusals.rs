@@ -457,14 +457,15 @@ fn places_for_results() {
     }
     assert_eq!(fs::read_to_string(out.at("file")).unwrap(), "older");
 
-    // A picture shows one grid.
+    // A picture shows grids of one or two axes.
     let (picture, many) = (out.at("x.svg"), "9000000000000000");
     let none = circle_with("grid = 3", "at = 3");
     let ran = folder.solve(&none, &["--walks", many, "--out", &picture]);
     assert_refused(&ran, &["--out", "x.svg", "grid"]);
-    let two = format!("{CIRCLE}\n[[target]]\nname = \"b\"\ngrid = 2\n");
-    let ran = folder.solve(&two, &["--walks", many, "--out", &picture]);
-    assert_refused(&ran, &["--out", "x.svg", "one grid"]);
+    let three = "[problem]\nkind = 'cube'\ndimension = 3\nkernel = '0.1'\nsource = '1'\n\
+        [galerkin]\ncells = 2\n[[target]]\nname = 'a'\ngrid = [2, 2, 2]\n";
+    let ran = folder.solve(three, &["--walks", many, "--out", &picture]);
+    assert_refused(&ran, &["--out", "x.svg", "one or two axes"]);
 
     let place = out.at("file");
     let ran = fredholm(&["paper", "--out", &place, "--max-walks", "1000000000000"]);
