@@ -179,7 +179,7 @@ fn escaped(text: &str) -> String {
 /// ```
 /// use fredholm_plot::{Cell, lattice};
 ///
-/// assert_eq!(lattice(&[2, 2], 5..9, false), [Cell::Quad([5, 6, 8, 7])]);
+/// assert_eq!(lattice(&[2, 2], 5..9, false), [Cell::Quad([5, 7, 8, 6])]);
 /// assert_eq!(lattice(&[3], 0..3, true)[2], Cell::Line([2, 0]));
 /// ```
 #[must_use]
