@@ -9,7 +9,7 @@ use fredholm_file::Resolved;
 use crate::args::Common;
 use crate::failure::{Ended, Failure, say};
 use crate::progress::{Progress, Signals};
-use crate::results;
+use crate::results::{self, Format};
 use crate::solve::Begun;
 use crate::table;
 use crate::threads::with_threads;
@@ -74,7 +74,14 @@ fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<WholeReport>, F
     let whole = begun.solver(Vec::new()).observer(&progress).whole();
     progress.done();
     match whole {
-        Ok(whole) => Ok(Some(whole.report(&problem.goals).map_err(fail)?)),
+        Ok(whole) => {
+            let mut report = whole.report(&problem.goals).map_err(fail)?;
+            let is_json = |(format, _): &(Format, _)| matches!(format, Format::Json);
+            if begun.output.iter().any(is_json) {
+                report.coefficients = whole.coefficients();
+            }
+            Ok(Some(report))
+        }
         Err(SolveError::Cancelled(_)) => Ok(None),
         Err(SolveError::Failed(error)) => Err(fail(error)),
         Err(error) => Err(Failure::run(error)),

@@ -112,6 +112,12 @@ pub trait WholeField: Send + Sync {
     /// The number of piecewise polynomials.
     fn rows(&self) -> usize;
 
+    /// The coefficients of v, and behind them those of every piecewise polynomial, cell by cell, all of one degree. `None`:
+    /// the cells are not equal, or the functions on them are not products of Legendre polynomials.
+    fn coefficients(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// The images of all regions one after the other. That of a region is (F + T_K v, Φ); by how much a finer rule in x
     /// moved that, 0 at a point of the space; and then (T_K r, Φ) for every piecewise polynomial r. For other quantities than
     /// u it is what these have in their place.

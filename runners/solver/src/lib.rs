@@ -50,4 +50,4 @@ pub use room::RoomModel;
 pub use scene::SceneModel;
 pub use solver::{SolveError, Solver};
 pub use sphere::SphereModel;
-pub use whole::{WholeFunction, WholeSummary, WholeValue};
+pub use whole::{WholeCoefficients, WholeFunction, WholeSummary, WholeValue};

@@ -1,5 +1,6 @@
 //! The whole function u from one set of walks.
 
+mod coefficients;
 mod looks;
 mod summary;
 mod walks;
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 use crate::point::Point;
 use crate::{Error, Goal, Model, Region};
+pub use coefficients::WholeCoefficients;
 pub(crate) use looks::Looks;
 pub use summary::WholeSummary;
 pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole};

@@ -21,6 +21,7 @@ mod render;
 mod room;
 mod scene;
 mod scene_factors;
+mod schema;
 mod sequences;
 mod solve;
 mod sphere;

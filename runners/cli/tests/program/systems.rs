@@ -18,7 +18,7 @@ const POINTWISE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 
     [galerkin]\ncells = 12\n[walk]\nwalks = 20000\nbatch = 256\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
 /// A cube with a lamp for a floor.
-const SCENE: &str = "[problem]\nkind = 'scene'\n[[problem.surface]]\nname = 'room'\npolygons = [\
+pub(crate) const SCENE: &str = "[problem]\nkind = 'scene'\n[[problem.surface]]\nname = 'room'\npolygons = [\
     [[0,0,1],[0,1,1],[1,1,1],[1,0,1]], [[0,0,0],[0,0,1],[1,0,1],[1,0,0]], [[0,1,0],[1,1,0],[1,1,1],[0,1,1]], \
     [[0,0,0],[0,1,0],[0,1,1],[0,0,1]], [[1,0,0],[1,0,1],[1,1,1],[1,1,0]]]\nreflectance = 0.5\n\
     [[problem.surface]]\nname = 'lamp'\npolygon = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nemission = 1\n\

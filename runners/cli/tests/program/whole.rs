@@ -84,6 +84,101 @@ fn files_have_the_numbers_of_the_document() {
     }
 }
 
+/// u of a file by hand: F + Σ ∫_Xj K(x, y) (v + ê)(y) dy, with Simpson's rule on equal cells of the domain. The functions on a cell
+/// are products of √(2b + 1) P_b(t), of total degree p or less, the degree along the last axis running fastest.
+#[test]
+fn the_coefficients_are_the_function() {
+    const P: [fn(f64) -> f64; 3] = [
+        |_| 1.0,
+        |t| 3.0_f64.sqrt() * t,
+        |t| 5.0_f64.sqrt() * (1.5 * t * t - 0.5),
+    ];
+    /// Nodes from −1 to 1 and their weights, whose sum is 1.
+    fn simpson(parts: u32) -> Vec<(f64, f64)> {
+        let weight = |i: u32| match i {
+            0 => 1.0,
+            i if i == parts => 1.0,
+            i => 2.0 + 2.0 * f64::from(i % 2),
+        };
+        let of = |i: u32| {
+            let t = -1.0 + 2.0 * f64::from(i) / f64::from(parts);
+            (t, weight(i) / f64::from(3 * parts))
+        };
+        (0..=parts).map(of).collect()
+    }
+    let folder = Folder::new();
+    let out = folder.at("wf.json");
+    let solved = |file: &str| {
+        folder.solve(file, &["--whole", "--out", &out]).quietly(0);
+        let text = std::fs::read_to_string(&out).unwrap();
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let all = &document["coefficients"];
+        assert_eq!(
+            (all["basis"].as_str(), all["degree"].as_u64()),
+            (Some("legendre"), Some(2))
+        );
+        let numbers = |key: &str| list(all, key).iter().map(|x| x.as_f64().unwrap()).collect();
+        let [v, e]: [Vec<f64>; 2] = ["v", "e"].map(numbers);
+        assert!(v.len() == e.len() && e.iter().any(|e| *e != 0.0), "{all}");
+        let w: Vec<f64> = v.iter().zip(&e).map(|(v, e)| v + e).collect();
+        (document, w)
+    };
+    let is_that = |document: &serde_json::Value, u: &dyn Fn(&[f64]) -> f64| {
+        for target in list(document, "targets") {
+            let at: Vec<f64> = list(target, "at")
+                .iter()
+                .map(|x| x.as_f64().unwrap())
+                .collect();
+            let estimate = number(target, "estimate");
+            // The program's rule of T_K is as fine as error bars ask for: to a hundredth of them.
+            let allowed = 0.05 * number(target, "std_error") + 1e-12;
+            let off = (u(&at) - estimate).abs();
+            assert!(off < allowed, "{at:?} {off} {allowed}");
+        }
+    };
+    // Six cells of [-1, 2].
+    let file = "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [-1, 2]\nkernel = '0.2 * exp(-(x - y)^2 / 4)'\n\
+        source = '1 + x'\n[galerkin]\ncells = 6\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = 7\n";
+    let (document, w) = solved(file);
+    assert_eq!(w.len(), 6 * 3);
+    is_that(&document, &|x| {
+        let cell = |j: usize| {
+            let node = |(t, weight): (f64, f64)| {
+                let y = -1.0 + 0.5 * (j as f64 + 0.5 * (1.0 + t));
+                let w: f64 = (0..3).map(|b| w[3 * j + b] * P[b](t)).sum();
+                0.5 * weight * 0.2 * (-(x[0] - y).powi(2) / 4.0).exp() * w
+            };
+            simpson(100).into_iter().map(node).sum::<f64>()
+        };
+        1.0 + x[0] + (0..6).map(cell).sum::<f64>()
+    });
+    // Three by three cells of the square; nothing is the same along both axes.
+    let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.4 * exp(x1 * y1 - 2 * y2)'\nsource = '1 + x2'\n\
+        [galerkin]\ncells = 3\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = [2, 3]\n";
+    let (document, w) = solved(file);
+    assert_eq!(w.len(), 9 * 6);
+    let degrees = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [2, 0]];
+    is_that(&document, &|x| {
+        let rule = simpson(40);
+        let mut sum = 1.0 + x[1];
+        for (j, own) in w.chunks(6).enumerate() {
+            let [first, last] = [j / 3, j % 3].map(|place| place as f64);
+            for (s, a) in &rule {
+                for (t, b) in &rule {
+                    let y = [
+                        (first + 0.5 * (1.0 + s)) / 3.0,
+                        (last + 0.5 * (1.0 + t)) / 3.0,
+                    ];
+                    let all = own.iter().zip(degrees);
+                    let w: f64 = all.map(|(w, [c, d])| w * P[c](*s) * P[d](*t)).sum();
+                    sum += a * b / 9.0 * 0.4 * (x[0] * y[0] - 2.0 * y[1]).exp() * w;
+                }
+            }
+        }
+        sum
+    });
+}
+
 /// The numbers of an array of a `.vtu` file, eight bytes each, behind their number of bytes.
 fn array(vtu: &str, name: &str) -> Vec<[u8; 8]> {
     let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).expect(name);

@@ -278,6 +278,10 @@ impl WholeField for CircleField<'_> {
         (self.rows.len() / self.unknowns()).saturating_sub(1)
     }
 
+    fn coefficients(&self) -> Option<&[f64]> {
+        Some(&self.rows)
+    }
+
     fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         only_u(quantity)?;
         let width = IMAGE_HEAD + self.rows();

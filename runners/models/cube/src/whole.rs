@@ -417,6 +417,10 @@ impl<const D: usize> WholeField for CubeField<'_, D> {
         (self.rows.len() / self.unknowns).saturating_sub(1)
     }
 
+    fn coefficients(&self) -> Option<&[f64]> {
+        Some(&self.rows)
+    }
+
     fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         only_u(quantity)?;
         self.images_of(regions, &self.rows)

@@ -9,7 +9,10 @@ use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, tex
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
 use crate::chosen::draws;
-use crate::{Error, Goal, Model, Region, Settings, WholeFunction, WholeSummary, WholeValue};
+use crate::{
+    Error, Goal, Model, Region, Settings, WholeCoefficients, WholeFunction, WholeSummary,
+    WholeValue,
+};
 
 /// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
 /// stable; fields may be added.
@@ -39,6 +42,9 @@ pub struct WholeReport {
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
+    /// The coefficients of the function; `None` unless somebody puts them here ([`WholeFunction::coefficients`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficients: Option<WholeCoefficients>,
 }
 
 /// The value of a whole function at one region.
@@ -354,6 +360,7 @@ impl WholeFunction<'_> {
             targets,
             energy: self.energy()?,
             value_seconds: start.elapsed().as_secs_f64(),
+            coefficients: None,
         })
     }
 
