@@ -113,7 +113,7 @@ fn furnaces() {
                         let solver = asked(&model).cells(40).degree(degree).pairs(pairs);
                         let solver = solver.estimator(estimator).form(form).scalar(scalar);
                         let solver = solver.absorption(0.2);
-                        let report = solver.walks(2000).solve().unwrap();
+                        let report = solver.walks(500).solve().unwrap();
                         assert!(report.last_step);
                         let slack = match scalar {
                             Scalar::F64 => 1e-11,
