@@ -150,6 +150,17 @@ fn a_gap_is_told_by_its_ends() {
         assert_eq!(is_told, status == 2, "{ran:?}");
         assert!(!ran.stderr.contains("gap of"), "{ran:?}");
     }
+    // Nor have two of them between them, unless they all but meet.
+    let two = |from: &str| {
+        let [a, b] = ["[[1, 1], [2, 1]]", &format!("[[{from}, 1], [3, 2]]")]
+            .map(|points| grey(&format!("plate {}", &points[2..5]), points, "292"));
+        let text = room("[0, 0]").replace("[[target]]", &(a + &b + "[[target]]"));
+        fredholm(&["check", &folder.file("two.toml", text)]).stderr
+    };
+    let said = two("2.4");
+    let words = "\"plate 1, \", \"plate 2.4\" touch no others, and their backs are met: let the points of each";
+    assert!(said.contains(words) && !said.contains("gap of"), "{said}");
+    assert!(two("2.001").contains("gap of 1.000e-3"), "{}", two("2.001"));
     let ran = folder.solve(&room("[1e200, 0]"), &[]);
     assert!(
         ran.stderr.contains("between 1e-100 and 1e100 wide"),

@@ -86,10 +86,23 @@ impl Surfaces {
             near.count() < 2
         };
         let loose: Vec<(usize, Point)> = ends.filter(loose).collect();
+        // Plates that touch nothing, in a room of other surfaces: between them air is meant, and no wall.
+        let free = |surface: usize| {
+            let own = loose.iter().filter(|(of, _)| *of == surface);
+            self.is_plate(surface) && own.count() == 2
+        };
+        let mut plates: Vec<usize> = (0..self.points.len()).filter(|&s| free(s)).collect();
+        if plates.len() == self.points.len() {
+            plates.clear();
+        }
+        let plates = &plates;
         let pairs = loose.iter().enumerate().flat_map(|(i, a)| {
             let others = loose.get(i + 1..).unwrap_or(&[]).iter();
             let others = others.filter(|b| a.0 != b.0 || !self.is_plate(a.0));
-            others.map(move |b| (*a, *b, distance(a.1, b.1)))
+            let apart = others.map(move |b| (*a, *b, distance(a.1, b.1)));
+            apart.filter(move |(a, b, apart)| {
+                *apart < SLIP * size || [a, b].iter().any(|end| !plates.contains(&end.0))
+            })
         });
         let slips = loose.iter().flat_map(|a| {
             segments().filter_map(move |(surface, ends)| {
@@ -113,15 +126,23 @@ impl Surfaces {
                 self.name(t)
             ));
         }
-        let mut ends = loose.windows(2);
-        let plate = ends.find(|two| two[0].0 == two[1].0 && self.is_plate(two[0].0))?;
-        let way_back = match self.is_deck {
-            true => "add a surface of the same vertices in the other order",
-            false => "let its points go on, back to the first",
-        };
-        Some(format!(
-            "surface {} touches no other, and its back is met: {way_back}",
-            self.name(plate[0].0)
-        ))
+        let names: Vec<String> = plates.iter().map(|&plate| self.name(plate)).collect();
+        Some(match (&names[..], self.is_deck) {
+            ([], _) => return None,
+            ([name], true) => format!(
+                "surface {name} touches no other, and its back is met: add a surface of the same vertices in the other order"
+            ),
+            ([name], false) => format!(
+                "surface {name} touches no other, and its back is met: let its points go on, back to the first"
+            ),
+            (_, true) => format!(
+                "surfaces {} touch no others, and their backs are met: add a surface of the same vertices in the other order for each",
+                names.join(", ")
+            ),
+            (_, false) => format!(
+                "surfaces {} touch no others, and their backs are met: let the points of each go on, back to the first",
+                names.join(", ")
+            ),
+        })
     }
 }
