@@ -270,6 +270,13 @@ pub(crate) struct RenderArgs {
     /// largest between the walls but for a fiftieth of the pixels at either end; with --log to the largest]
     #[arg(long, value_name = "A:B", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
+    /// Rooms by temperature: the mean radiant temperature in kelvin between the walls, and of walls the temperature of a black
+    /// body with their radiosity
+    #[arg(long, conflicts_with = "profile")]
+    pub(crate) radiant_temperature: bool,
+    /// Rooms: a mark at every target that is a point, and its name
+    #[arg(long, conflicts_with = "profile")]
+    pub(crate) targets: bool,
     /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]
     #[arg(long, conflicts_with = "side_by_side")]
     pub(crate) whole: bool,

@@ -13,7 +13,7 @@ use fredholm::numbers::short;
 use fredholm::room::{Field, FieldRequest, RoomModel, Spot, Stretch};
 use fredholm::{Error, Pairs, Partitioned, WalkOptions};
 use fredholm_file::Resolution;
-use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall, panel_width};
+use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall, WallDensity, panel_width};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 
 use output::{Noise, Summary, csv};
@@ -238,7 +238,13 @@ fn picture(
     let args = picturing.args;
     let (surfaces, scene) = (picturing.model.surfaces(), picturing.model.scene());
     let settings = &picturing.problem.resolved.settings;
-    let canvas = canvas(args, scene, surfaces.heat, format)?;
+    if args.radiant_temperature && !surfaces.heat {
+        let message = "`--radiant-temperature` is for rooms by temperature";
+        return Err(Failure::input(message).into());
+    }
+    // Of heat the scale has temperatures beside radiosities.
+    let heat = surfaces.heat && !args.radiant_temperature;
+    let canvas = canvas(args, scene, heat, format)?;
     let pieces = canvas.pieces();
     let walks = picturing.walks(PIXEL_WALKS);
     let weights: u64 = pieces.iter().map(|piece| piece.pixels).sum();
@@ -261,7 +267,11 @@ fn picture(
     };
     let fields = picturing.field(&request, &progress);
     progress.done();
-    let (field, plain) = fields?;
+    let (mut field, mut plain) = fields?;
+    if args.radiant_temperature {
+        field = field.temperatures();
+        plain = plain.map(|plain| plain.temperatures());
+    }
     let seen = || field.air.iter().map(|spot| spot.value);
     let mut summary = Summary {
         width: canvas.width(),
@@ -279,7 +289,12 @@ fn picture(
     };
     if format == Format::Csv {
         let text = summary.text(args.common.json)?;
-        return Ok((csv(&canvas, &field.air)?, Vec::new(), text));
+        let name = if args.radiant_temperature {
+            "mean_radiant_temperature"
+        } else {
+            "seen"
+        };
+        return Ok((csv(&canvas, &field.air, name)?, Vec::new(), text));
     }
     let shown = Shown::of(&field);
     let of_walls = shown.walls.iter().copied();
@@ -295,12 +310,17 @@ fn picture(
         canvas: &canvas,
         pieces: &pieces,
         scale,
-        legend: if surfaces.heat { "W/m²" } else { "u" },
-        stefan_boltzmann: surfaces.heat.then_some(STEFAN_BOLTZMANN),
-        captions: captions(&field, &scale, args.range.is_some(), surfaces.heat),
+        legend: match args.radiant_temperature {
+            _ if heat => "W/m²",
+            true => "K",
+            false => "u",
+        },
+        stefan_boltzmann: heat.then_some(STEFAN_BOLTZMANN),
+        captions: captions(&field, &scale, args, heat),
         width: Some(usize::from(args.width)),
         unit: Some(if surfaces.heat { "m" } else { "" }),
         names: &names(picturing.model),
+        marks: &marks(picturing),
     };
     let heading = |name: &str, field: &Field| {
         let plural = if field.walks == 1 { "" } else { "s" };
@@ -398,6 +418,22 @@ fn names(room: &RoomModel) -> Vec<(String, Range<usize>)> {
     .collect()
 }
 
+/// The places of targets with their names; points of one target among others have none.
+fn marks(picturing: &Picturing<'_, RoomModel>) -> Vec<(String, [f64; 2])> {
+    let Problem { file, goals, .. } = picturing.problem;
+    let goals = goals.iter().filter(|_| picturing.args.targets);
+    let places =
+        goals.filter_map(|goal| Some((&goal.name, picturing.model.in_drawing(&goal.region)?)));
+    let is_alone = |name: &&String| file.targets.iter().any(|of| of.name.value == **name);
+    let mark = |(name, place)| {
+        (
+            Some(name).filter(is_alone).cloned().unwrap_or_default(),
+            place,
+        )
+    };
+    places.map(mark).collect()
+}
+
 /// What a picture shows of a field.
 struct Shown {
     air: Vec<f64>,
@@ -436,73 +472,49 @@ pub(crate) fn shares(
     room: &RoomModel,
     values: &[(usize, [f64; 2], f64)],
 ) -> Result<String, Failure> {
-    const ACROSS: usize = 700;
-    let thickness = ACROSS as f64 / 50.0;
-    let canvas = Canvas::new(&walls(room.scene()), ACROSS, 2, thickness).map_err(Failure::run)?;
-    let of = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
-        wall,
-        from,
-        to,
-        pixels: 1,
-    };
-    let pieces: Vec<Piece> = values.iter().map(of).collect();
-    // A few short cells in corners would leave all others in the dark.
-    let mut sorted: Vec<f64> = values.iter().map(|&(.., value)| value).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let most = sorted.get(sorted.len() * 199 / 200).copied().unwrap_or(1.0);
-    let density = || values.iter().map(|&(.., value)| value.min(most));
-    let scale = Scale::new(density(), density(), true);
-    let air = vec![f64::NAN; canvas.width() * canvas.height()];
-    let walls: Vec<f64> = density().collect();
-    let picture = RoomPicture {
-        canvas: &canvas,
-        pieces: &pieces,
-        scale,
-        legend: "density",
-        stefan_boltzmann: None,
-        captions: vec![
-            "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
-             start there and by the difference of the sources, over its share of all walls (1: the mean)."
-                .to_owned(),
-        ],
-        width: None,
-        unit: Some(""),
+    let density = WallDensity {
+        walls: &walls(room.scene()),
+        values,
         names: &names(room),
+        caption: "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
+            start there and by the difference of the sources, over its share of all walls (1: the mean).",
     };
-    let panel = Panel {
-        heading: None,
-        air: &air,
-        walls: &walls,
-    };
-    picture.svg(&[panel]).map_err(Failure::run)
+    density.svg().map_err(Failure::run)
 }
 
 /// What the colours mean.
-fn captions(field: &Field, scale: &Scale, is_given: bool, heat: bool) -> Vec<String> {
-    let unit = if heat { " W/m²" } else { "" };
-    let mut captions = vec![format!(
-        "Walls: radiosity u{}. Between them: mean radiosity in view, (1/2π) ∫ u dω over all \
-         directions; the fluence is π times that.",
-        if heat {
-            ", left scale and lines: temperature of a black body with this radiosity"
-        } else {
-            ", in the unit of the emission"
-        }
-    )];
+fn captions(field: &Field, scale: &Scale, args: &RenderArgs, heat: bool) -> Vec<String> {
+    let (of_walls, unit) = match (heat, args.radiant_temperature) {
+        (true, _) => (
+            ", left scale and lines: temperature of a black body with this radiosity",
+            " W/m²",
+        ),
+        (_, true) => ("", " K"),
+        _ => (", in the unit of the emission", ""),
+    };
+    let mut captions = vec![if args.radiant_temperature {
+        "Walls: temperature of a black body with their radiosity. Between them: mean radiant temperature.".to_owned()
+    } else {
+        format!(
+            "Walls: radiosity u{of_walls}. Between them: mean radiosity in view, (1/2π) ∫ u dω over all \
+             directions; the fluence is π times that."
+        )
+    }];
     let walls = || field.walls.iter().map(|spot| spot.value);
-    let least = walls().fold(f64::INFINITY, f64::min);
-    let largest = walls().fold(f64::NEG_INFINITY, f64::max);
-    if is_given {
+    let (least, largest) = (
+        short(walls().fold(f64::INFINITY, f64::min)),
+        short(walls().fold(f64::NEG_INFINITY, f64::max)),
+    );
+    let [low, high] = [scale.low(), scale.high()];
+    if args.range.is_some() {
         captions.push(format!(
             "The scale is from {} to {}{unit}, as asked for; what is beyond has the colours of its ends.",
-            short(scale.low()),
-            short(scale.high())
+            short(low),
+            short(high)
         ));
-    } else if least < scale.low() || largest > scale.high() {
+    } else if walls().any(|u| u < low || u > high) {
         captions.push(format!(
-            "The scale is that of most of what is seen between the walls; walls go from {} to {}{unit}.",
-            short(least),
-            short(largest)
+            "The scale is that of most of what is seen between the walls; walls go from {least} to {largest}{unit}."
         ));
     }
     captions

@@ -165,13 +165,14 @@ impl Frame<'_> {
         out.push(text(label.trim_end(), at, small, TextAnchor::Start));
     }
 
-    /// Names behind the longest walls of surfaces, those of long walls first; one that would lie on another is left out.
+    /// Names behind the longest walls of surfaces, those of long walls first; one that would lie on another is left out. Returns
+    /// the corners of their boxes.
     pub(crate) fn names(
         &self,
         names: &[(String, Range<usize>)],
         page: f64,
         out: &mut Vec<Primitive>,
-    ) {
+    ) -> Vec<[[f64; 2]; 2]> {
         let longest = |(name, walls): &(String, Range<usize>)| {
             let strips = self.canvas.strips().get(walls.clone())?.iter();
             let strip = *strips.max_by(|a, b| a.length().total_cmp(&b.length()))?;
@@ -243,6 +244,73 @@ impl Frame<'_> {
                 *rotate = (angle.abs() > 1e-6).then_some(angle.to_degrees());
             }
             out.push(label);
+        }
+        taken
+    }
+
+    /// Dots at places, and their names beside them, where no other mark's name is, and if there is such a place no `name` of a
+    /// surface.
+    pub(crate) fn marks(
+        &self,
+        marks: &[(String, [f64; 2])],
+        names: &[[[f64; 2]; 2]],
+        out: &mut Vec<Primitive>,
+    ) {
+        let small = 0.8 * self.layout.size;
+        let radius = 0.25 * small;
+        let dots: Vec<[f64; 2]> = marks.iter().map(|(_, at)| self.place(*at)).collect();
+        for [cx, cy] in &dots {
+            // Seen on light and on dark.
+            out.push(Primitive::Circle {
+                cx: *cx,
+                cy: *cy,
+                r: radius,
+                fill: Color::Rgb(255, 255, 255),
+                fill_opacity: None,
+                stroke: Some(Color::Rgb(34, 34, 34)),
+                stroke_width: Some(1.0),
+            });
+        }
+        let mut taken: Vec<[[f64; 2]; 2]> = Vec::new();
+        for ((name, _), [x, y]) in marks.iter().zip(dots) {
+            if name.is_empty() {
+                continue;
+            }
+            let wide = CHARACTER * small * name.chars().count() as f64;
+            let away = radius + 0.3 * small;
+            let [low, high] = [self.at[0], self.at[0] + self.canvas.width() as f64];
+            let boxes = [
+                [x + away, y - 0.6 * small],
+                [x - away - wide, y - 0.6 * small],
+                [x - 0.5 * wide, y - away - 1.2 * small],
+                [x - 0.5 * wide, y + away],
+            ]
+            .map(|[left, top]| [[left, top], [left + wide, top + 1.2 * small]]);
+            let is_free = |own: &[[f64; 2]; 2], others: &[[[f64; 2]; 2]]| {
+                let meets = |other: &[[f64; 2]; 2]| {
+                    (0..2).all(|k| own[0][k] < other[1][k] && other[0][k] < own[1][k])
+                };
+                own[0][0] >= low && own[1][0] <= high && !others.iter().any(meets)
+            };
+            let mut own = boxes.iter().filter(|own| is_free(own, &taken));
+            let first = own.clone().next();
+            let best = own.find(|own| is_free(own, names)).or(first);
+            let Some(&[[left, top], [right, bottom]]) = best else {
+                continue;
+            };
+            taken.push([[left, top], [right, bottom]]);
+            out.push(Primitive::Rect {
+                x: left,
+                y: top,
+                width: right - left,
+                height: bottom - top,
+                fill: Color::Rgb(255, 255, 255),
+                stroke: None,
+                stroke_width: None,
+                opacity: Some(0.75),
+            });
+            let at = [0.5 * (left + right), top + 0.95 * small];
+            out.push(text(name, at, small, TextAnchor::Middle));
         }
     }
 }

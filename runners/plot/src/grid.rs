@@ -82,6 +82,7 @@ impl GridPicture<'_> {
             width: None,
             unit: None,
             names: &[],
+            marks: &[],
         };
         picture.svg(&[Panel {
             heading: None,

@@ -46,6 +46,8 @@ pub struct RoomPicture<'a> {
     pub unit: Option<&'a str>,
     /// The names of surfaces, and their walls.
     pub names: &'a [(String, Range<usize>)],
+    /// Places that have a mark, with their names, which may be empty.
+    pub marks: &'a [(String, [f64; 2])],
 }
 
 /// The width of a character over the size of its font, on the safe side.
@@ -124,7 +126,8 @@ impl RoomPicture<'_> {
                 unit: self.unit,
             };
             frame.axes(number == 0, &mut elements);
-            frame.names(self.names, page, &mut elements);
+            let names = frame.names(self.names, page, &mut elements);
+            frame.marks(self.marks, &names, &mut elements);
             if let Some(heading) = &panel.heading {
                 let at = [(left + width / 2) as f64, 1.6 * size];
                 elements.push(text(heading, at, size, TextAnchor::Middle));
@@ -313,6 +316,11 @@ mod tests {
             width: None,
             unit: Some("m"),
             names: &[("the floor".to_owned(), 0..1)],
+            marks: &[
+                ("a".to_owned(), [1.0, 0.0]),
+                ("b".to_owned(), [1.0, 0.0]),
+                (String::new(), [2.0, 0.0]),
+            ],
         };
         let panel = |air, walls| {
             let heading = Some("above it".to_owned());
@@ -325,6 +333,8 @@ mod tests {
         let svg = picture.svg(&panel(&air, &walls)).unwrap();
         for word in [
             "above it",
+            ">a<",
+            ">b<",
             ">the floor<",
             ">1 m<",
             ">4<",
@@ -335,6 +345,7 @@ mod tests {
         ] {
             assert!(svg.contains(word), "{word} in {svg}");
         }
+        assert_eq!(svg.matches("<circle").count(), 3, "{svg}");
         let png = picture.png(&panel(&air, &walls)).unwrap();
         assert!(png.starts_with(b"\x89PNG"));
         let wrong = |slice, expected| {

@@ -61,10 +61,10 @@ impl Noise {
 }
 
 /// What every pixel of the room sees.
-pub(super) fn csv(canvas: &Canvas, air: &[Spot]) -> Result<Vec<u8>, Failure> {
+pub(super) fn csv(canvas: &Canvas, air: &[Spot], name: &str) -> Result<Vec<u8>, Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer
-        .write_record(["x", "y", "seen", "std_error"])
+        .write_record(["x", "y", name, "std_error"])
         .map_err(Failure::run)?;
     for (number, spot) in air.iter().enumerate() {
         if spot.value.is_nan() {

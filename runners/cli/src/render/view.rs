@@ -22,8 +22,10 @@ pub(super) fn refuse(args: &RenderArgs, model: &Resolution) -> Result<(), Failur
         Resolution::Room(_) if of_scenes || args.from.or(args.towards).is_some() => {
             "`--height`, `--from`, `--towards` and `--angle` are for cameras: a room in the plane is seen from above"
         }
-        Resolution::Scene(_) if args.whole || args.profile => {
-            "`--whole` and `--profile` are for rooms in the plane: `kind = \"room\"`"
+        Resolution::Scene(_)
+            if args.whole || args.profile || args.targets || args.radiant_temperature =>
+        {
+            "`--whole`, `--profile`, `--targets` and `--radiant-temperature` are for rooms in the plane: `kind = \"room\"`"
         }
         Resolution::Other(_) => {
             "pictures are of rooms and scenes; the profile of a circle or of a cube is a target with a `grid`, and \

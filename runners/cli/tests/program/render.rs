@@ -299,6 +299,67 @@ fn plain_walks_take_as_long_and_are_noisier() {
     }
 }
 
+/// The mean radiant temperature is (u/σ)^¼ of what the picture of radiosities shows, from the same walks, and targets have marks.
+#[test]
+fn temperatures_and_targets_can_be_shown() {
+    let folder = Folder::new();
+    let heat = furnace().replace(
+        "reflectance = 0.7\nemission = 0.3",
+        "emissivity = 0.3\ntemperature = 300",
+    );
+    let heat = [0.8, 0.5, 0.1, 0.6]
+        .iter()
+        .enumerate()
+        .fold(heat, |text, (i, emissivity)| {
+            let rho = 1.0 - emissivity;
+            let old = format!("reflectance = {rho:.1}\nemission = {emissivity:.1}");
+            assert_eq!(text.matches(&old).count(), 1, "{old}");
+            let own = format!("emissivity = {emissivity}\ntemperature = {}", 310 + 5 * i);
+            text.replace(&old, &own)
+        });
+    let small = ["--width", "30"];
+    let warm = [&small[..], &["--radiant-temperature"]].concat();
+    render(&folder, &heat, "u.csv", &small).quietly(0);
+    render(&folder, &heat, "t.csv", &warm).quietly(0);
+    let head = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    assert!(head.starts_with("x,y,mean_radiant_temperature,"), "{head}");
+    let (all, kelvin) = (rows(&folder, "u.csv"), rows(&folder, "t.csv"));
+    assert!(all.len() > 300 && all.len() == kelvin.len());
+    for (u, t) in all.iter().zip(&kelvin) {
+        let black = 5.670374419e-8 * t[2].powi(4);
+        assert!(
+            (black / u[2] - 1.0).abs() < 1e-12 && (290.0..330.0).contains(&t[2]),
+            "{u:?} {t:?}"
+        );
+        // Du/u = 4 DT/T.
+        assert!(
+            (4.0 * t[3] / t[2] - u[3] / u[2]).abs() <= 1e-12 * u[3].abs(),
+            "{u:?} {t:?}"
+        );
+    }
+    let marked = format!(
+        "{heat}[[target]]\nname = 'chair'\nat = [0.5, 0.4]\n[[target]]\nname = 'spot'\nat = {{ surface = 'lamp', t = 0.3 }}\n\
+         [[target]]\nname = 'row'\ngrid = 4\nsurface = 'walls'\n"
+    );
+    let drawn = |more: &[&str]| {
+        let args = [&["--width", "400", "--walks", "1"], more].concat();
+        render(&folder, &marked, "a.svg", &args).quietly(0);
+        std::fs::read_to_string(folder.path().join("a.svg")).unwrap()
+    };
+    let plain = drawn(&[]);
+    assert!(!plain.contains("<circle") && !plain.contains(">chair<"));
+    let svg = drawn(&["--targets", "--radiant-temperature"]);
+    assert_eq!(svg.matches("<circle").count(), 2 + 4, "{svg}");
+    for word in [">chair<", ">spot<", ">K<", "mean radiant temperature"] {
+        assert!(svg.contains(word), "{word}");
+    }
+    assert!(!svg.contains(">row") && !svg.contains("W/m²"), "{svg}");
+    refused(
+        &render(&folder, BLACK, "a.png", &["--radiant-temperature"]),
+        &["--radiant-temperature", "by temperature"],
+    );
+}
+
 #[test]
 fn refusals() {
     let folder = Folder::new();

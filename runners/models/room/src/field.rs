@@ -7,13 +7,13 @@ use fredholm_core::{
     Statistics, Task, WalkSeeds,
 };
 use fredholm_rayon::{Observer, fill_rows};
-use fredholm_room::{Enclosure, Point, Room, Seen};
+use fredholm_room::{Enclosure, Point, Room, STEFAN_BOLTZMANN, Seen};
 
 use super::RoomModel;
 use super::light::light_at;
 use super::system::RoomSystem;
 use fredholm_model::{BLANK, Request, Spot};
-use fredholm_model::{Discretisation, Error, Goal, WalkOptions, in_scalar};
+use fredholm_model::{Discretisation, Error, Goal, Model as _, Region, WalkOptions, in_scalar};
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,41 @@ pub struct Field {
     pub seconds: f64,
 }
 
+impl Field {
+    /// The same as temperatures in kelvin, (u/σ)^¼ of radiosities u in W/m²: in the air the mean radiant temperature, and of walls
+    /// that of a black body with their radiosity. What is below 0, by noise, has 0.
+    #[must_use]
+    pub fn temperatures(&self) -> Self {
+        let kelvin = |spot: &Spot| {
+            // NaN stays NaN.
+            let value = if spot.value < 0.0 {
+                0.0
+            } else {
+                Real::sqrt(Real::sqrt(spot.value / STEFAN_BOLTZMANN))
+            };
+            // dT/du = T/4u.
+            let error = spot.error * value / (4.0 * spot.value);
+            Spot { value, error }
+        };
+        Self {
+            air: self.air.iter().map(kelvin).collect(),
+            walls: self.walls.iter().map(kelvin).collect(),
+            ..*self
+        }
+    }
+}
+
 impl RoomModel {
+    /// The place of a point of a wall, or of the air, in the drawing. `None`: the region is none.
+    #[must_use]
+    pub fn in_drawing(&self, region: &Region) -> Option<[f64; 2]> {
+        let place = match region {
+            Region::Point(x) => x.clone(),
+            region => self.position(region)?,
+        };
+        place.try_into().ok()
+    }
+
     /// Estimates the numbers of a picture and, if they are wanted, by plain walks that take as long. `walking` is called
     /// when walks begin.
     ///
