@@ -161,15 +161,19 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
 
 /// The form factors of a deck.
 pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
-    let surfaces = deck.surfaces();
-    refuse_beyond_memory(surfaces.names.len())?;
-    let scene = surfaces.scene::<f64>().map_err(|error| match error {
+    let parts = deck.parts()?;
+    refuse_beyond_memory(parts.lines.len())?;
+    let scene = parts.surfaces.scene::<f64>().map_err(|error| match error {
         fredholm::Error::Scene {
             place: Some(at), ..
-        } => Failure::input(deck.error(at.surface, error)),
+        } => Failure::input(deck.error(parts.lines[at.surface], error)),
         error => Failure::input(error),
     })?;
-    Factors::new(surfaces.names, &scene)
+    let lengths = (0..parts.lines.len()).map(|part| scene.length(part));
+    let lengths: Vec<f64> = lengths.collect::<Result<_, _>>().map_err(Failure::run)?;
+    let factors = form_factors(&scene).map_err(Failure::run)?;
+    let combined = parts.combined(&factors, &lengths);
+    Ok(Factors::of_rows(parts.names, &combined))
 }
 
 /// The form factors of the problem file of this name, which must be a room, or the watts from surface to surface.

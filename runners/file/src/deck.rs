@@ -4,6 +4,10 @@
 //! `C encl …` control, `G 2` the dimension; `!` and `/` begin a comment; `End of data` ends it (Walton,
 //! NISTIR 6925, 2002).
 
+mod parts;
+
+pub use parts::DeckParts;
+
 use core::fmt::Display;
 use core::ops::Range;
 use std::collections::HashMap;
@@ -36,6 +40,10 @@ pub struct DeckSurface {
     pub ends: [[f64; 2]; 2],
     /// More than 0 and at most 1.
     pub emissivity: f64,
+    /// The number, among the surfaces of the deck, of the one on which it lies (`bas`).
+    pub base: Option<usize>,
+    /// The number of the one with which it is combined in results (`cmb`).
+    pub combined: Option<usize>,
     /// The line of the surface, as bytes of the deck.
     place: Range<usize>,
 }
@@ -48,7 +56,7 @@ impl PartialEq for Deck {
 
 impl PartialEq for DeckSurface {
     fn eq(&self, other: &Self) -> bool {
-        let parts = |of: &Self| (of.ends, of.emissivity);
+        let parts = |of: &Self| (of.ends, of.emissivity, of.base, of.combined);
         self.name == other.name && parts(self) == parts(other)
     }
 }
@@ -92,6 +100,9 @@ struct Wrong {
     place: Range<usize>,
     message: String,
 }
+
+/// The numbers of surfaces in a deck, with their lines and their places among its surfaces.
+type Numbers = HashMap<u64, (usize, usize)>;
 
 /// The words of a line, with what an error needs.
 struct Words<'t> {
@@ -139,11 +150,15 @@ impl<'t> Words<'t> {
         }
     }
 
-    fn zero(&mut self, what: &str, why: &str) -> Result<(), Wrong> {
+    /// The number of a surface above this line; 0 is none.
+    fn above(&mut self, what: &str, known: &Numbers) -> Result<Option<usize>, Wrong> {
         let start = self.rest.trim_start();
-        match self.parsed::<i64>(what)? {
-            0 => Ok(()),
-            _ => Err(self.wrong(start, why)),
+        match self.parsed::<u64>(what)? {
+            0 => Ok(None),
+            id => match known.get(&id) {
+                Some(&(_, index)) => Ok(Some(index)),
+                None => Err(self.wrong(start, format!("there is no surface {id} above this line"))),
+            },
         }
     }
 }
@@ -152,7 +167,7 @@ impl<'t> Words<'t> {
 fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
     let mut vertices: HashMap<u64, [f64; 2]> = HashMap::new();
     let mut names: HashMap<String, usize> = HashMap::new();
-    let mut numbers: HashMap<u64, usize> = HashMap::new();
+    let mut numbers = Numbers::new();
     let mut surfaces = Vec::new();
     let mut open = false;
     for (line, content) in (1..).zip(text.lines()) {
@@ -198,7 +213,7 @@ fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
                 }
                 let start = key.as_ptr() as usize - text.as_ptr() as usize;
                 let length = content.trim().len();
-                let mut surface = surface(&mut words, &vertices, &mut numbers)?;
+                let mut surface = surface(&mut words, &vertices, &mut numbers, surfaces.len())?;
                 surface.place = start..start + length;
                 if let Some(first) = names.insert(surface.name.clone(), line) {
                     let message = format!(
@@ -236,11 +251,12 @@ fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
 fn surface(
     words: &mut Words<'_>,
     vertices: &HashMap<u64, [f64; 2]>,
-    numbers: &mut HashMap<u64, usize>,
+    numbers: &mut Numbers,
+    index: usize,
 ) -> Result<DeckSurface, Wrong> {
     let start = words.rest.trim_start();
     let id: u64 = words.parsed("the number of a surface")?;
-    if let Some(first) = numbers.insert(id, words.line) {
+    if let Some((first, _)) = numbers.get(&id) {
         let message = format!("a second surface {id}; the first is on line {first}");
         return Err(words.wrong(start, message));
     }
@@ -253,11 +269,9 @@ fn surface(
     let ends = [end()?, end()?];
     // Whether a surface may hide others is found from the geometry.
     words.parsed::<i64>("the flag `obs`")?;
-    words.zero("the number `bas`", "subsurfaces (`bas`) are not supported")?;
-    words.zero(
-        "the number `cmb`",
-        "combined surfaces (`cmb`) are not supported",
-    )?;
+    let base = words.above("the number `bas`", numbers)?;
+    let combined = words.above("the number `cmb`", numbers)?;
+    numbers.insert(id, (words.line, index));
     let start = words.rest.trim_start();
     let emissivity = words.number("the emissivity")?;
     if !(emissivity > 0.0 && emissivity <= 1.0) {
@@ -273,6 +287,8 @@ fn surface(
         },
         ends,
         emissivity,
+        base,
+        combined,
         place: 0..0,
     })
 }
@@ -343,7 +359,9 @@ mod tests {
             1,
             "named \"floor\"; the first is on line 9",
         );
-        at("0 0 0 0.5", "0 0 4 0.5", 10, 13, "combined");
+        // Only what stands above can be a base, or combined with.
+        at("0 0 0 0.5", "0 0 4 0.5", 10, 13, "no surface 4 above");
+        at("0 0 0 0.5", "0 2 0 0.5", 10, 11, "no surface 2 above");
         at("G 2", "G 3", 3, 3, "two-dimensional");
         at("V 3 1 1", "W 3 1 1", 7, 1, "unknown key");
         at("End of data\nanything\n", "", 12, 1, "cut short");

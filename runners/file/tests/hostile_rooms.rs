@@ -73,8 +73,7 @@ fn read_file(text: &str) -> Result<(), Refusal> {
 fn read_deck(text: &str) -> Result<(), Refusal> {
     let other = |error: fredholm_room::RoomError| Refusal::Other(error.to_string());
     let deck = deck::parse_named("room.vs2", text.to_owned())?;
-    let surfaces = deck.surfaces();
-    let scene = surfaces.scene::<f64>();
+    let scene = deck.parts()?.surfaces.scene::<f64>();
     let scene = scene.map_err(|error| Refusal::Input(error.to_string()))?;
     let factors = fredholm_room::factors(&scene).map_err(other)?;
     // What is accepted has form factors: at most 1, and 1 in all where nothing leaves.

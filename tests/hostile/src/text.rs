@@ -73,6 +73,10 @@ pub fn deck(bytes: &[u8]) {
         Ok(deck) => {
             let same = read(written(&deck)).expect("what was read can be read again");
             assert_eq!(same, deck, "a deck written again is the same");
+            match deck.parts() {
+                Err(error) => assert_placed(&error.to_string(), NAME, &text),
+                Ok(parts) => assert_eq!(parts.surfaces.names.len(), parts.lines.len()),
+            }
         }
     }
 }
@@ -180,7 +184,13 @@ fn written(deck: &Deck) -> String {
         for (vertex, [x, y]) in [a, b].into_iter().zip(surface.ends) {
             text += &format!("V {vertex} {x:?} {y:?}\n");
         }
-        text += &format!("S {i} {a} {b} 0 0 0 {:?} {name}\n", surface.emissivity);
+        let number = |line: Option<usize>| line.map_or(0, |line| line + 1);
+        let (base, combined) = (number(surface.base), number(surface.combined));
+        let emissivity = surface.emissivity;
+        text += &format!(
+            "S {} {a} {b} 0 {base} {combined} {emissivity:?} {name}\n",
+            i + 1
+        );
     }
     text + "End of data\n"
 }

@@ -252,34 +252,6 @@ fn temperatures_have_units() {
 }
 
 #[test]
-fn decks_are_told_by_their_lines() {
-    let folder = Folder::new();
-    let deck = "C 1\nG 2\nV 1 0 0\nV 2 1 0\nV 3 1 1\nV 4 0 1\nV 5 0 0.9\nS 1 1 2 0 0 0 0.9 floor\n\
-                S 2 2 3 0 0 0 0.5 right\nS 3 3 4 0 0 0 0.9 top\nS 4 4 5 0 0 0 1.0 left\nEnd of data\n";
-    let path = folder.file("gap.vs2", deck);
-    let ran = fredholm(&["factors", &path]);
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    for word in [
-        "gap.vs2:8:1: ",
-        "set `encl` to 0",
-        "gap of 9.000e-1",
-        "8 | S 1 1 2",
-    ] {
-        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
-    }
-    let file = "[problem]\nkind = 'room'\ndeck = 'gap.vs2'\n[[target]]\nname = 'a'\nover = 'all'\n";
-    let ran = folder.solve(file, &[]);
-    for word in ["gap.vs2:8:1: ", "`open = true`"] {
-        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
-    }
-    for command in ["solve", "check"] {
-        let ran = fredholm(&[command, &path]);
-        assert_eq!(ran.status, Some(2), "{ran:?}");
-        assert!(ran.stderr.contains("is a View2D deck"), "{ran:?}");
-    }
-}
-
-#[test]
 fn a_refused_room_can_be_looked_at() {
     let folder = Folder::new();
     // Its other side is drawn.

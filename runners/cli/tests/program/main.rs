@@ -4,6 +4,7 @@ mod choice;
 mod commands;
 mod common;
 mod cube;
+mod decks;
 mod diagnose;
 mod domains;
 mod drawings;

@@ -10,7 +10,7 @@ use toml::de::DeValue;
 
 use super::material::{COLD, EMISSIVITY, is_emissivity, read_temperatures, set_material};
 use super::{Kind, KindEntry, compact, shared};
-use crate::deck::{self, Deck};
+use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
 use crate::points::number;
@@ -180,6 +180,15 @@ impl Room {
     ) -> Result<Surfaces, InputError> {
         let whole = file.beside(Path::new(&path.value));
         let deck = deck::read(&whole).map_err(|error| file.error(&path.place, error))?;
+        let parts = deck
+            .surfaces
+            .iter()
+            .position(|of| of.base.or(of.combined).is_some());
+        if let Some(number) = parts {
+            let message = "subsurfaces (`bas`) and combined surfaces (`cmb`) are for `fredholm factors`: in a room draw what \
+                           is beside a subsurface, and name several surfaces in `over`";
+            return Err(deck.error(number, message));
+        }
         let mut all = deck.surfaces();
         all.is_deck = false;
         for surface in &self.surfaces {
@@ -427,6 +436,16 @@ impl Kind for Room {
     }
 }
 
+impl DeckSurface {
+    /// Its material, which emits nothing.
+    pub(crate) fn material(&self) -> RoomMaterial {
+        RoomMaterial {
+            reflectance: 1.0 - self.emissivity,
+            emission: 0.0,
+        }
+    }
+}
+
 impl Deck {
     /// The surfaces of a deck, which says nothing of temperatures: nothing emits.
     #[must_use]
@@ -439,10 +458,7 @@ impl Deck {
         for surface in &self.surfaces {
             all.names.push(surface.name.clone());
             all.points.push(surface.ends.to_vec());
-            all.materials.push(vec![RoomMaterial {
-                reflectance: 1.0 - surface.emissivity,
-                emission: 0.0,
-            }]);
+            all.materials.push(vec![surface.material()]);
         }
         all
     }
