@@ -150,4 +150,12 @@ fn baffles_of_decks_may_cross() {
         "{factors:?}"
     );
     assert!((factors[4][2] - 0.5 * root).abs() < 1e-13, "{factors:?}");
+    // One that goes through a wall is refused.
+    let through = deck.replace("V 4 0 1\n", "V 4 0 1\nV 5 1.5 1.25\n");
+    let through = through
+        .replace("S 5 1 3", "S 5 1 5")
+        .replace("S 6 3 1", "S 6 5 1");
+    let ran = fredholm(&["factors", &folder.file("through.vs2", through)]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.stderr.contains("split them where they meet"), "{ran:?}");
 }

@@ -52,8 +52,8 @@ impl DeckParts {
 }
 
 impl Deck {
-    /// The segments of which form factors are those of the deck: its surfaces less the subsurfaces (`bas`) on them, cut where they
-    /// cross, and combined (`cmb`) with others.
+    /// The segments of which form factors are those of the deck: its surfaces less the subsurfaces (`bas`) on them, baffles cut
+    /// where they cross, and combined (`cmb`) with others.
     ///
     /// # Errors
     /// [`InputError`]: a subsurface does not lie on its base, or nothing of a base is left.
@@ -160,12 +160,22 @@ impl Deck {
     }
 }
 
-/// Segments cut where they cross others.
+/// Segments cut where they cross others, if both are baffles, drawn from both sides. A wall that is crossed lets something through to
+/// where there may be no room: the scene refuses that.
 fn cut(pieces: &[(usize, [[f64; 2]; 2])]) -> Vec<(usize, [[f64; 2]; 2])> {
+    let ends = |&(_, ends): &(usize, [[f64; 2]; 2])| ends;
+    let has_back = |piece: &(usize, [[f64; 2]; 2])| {
+        let [a, b] = ends(piece);
+        pieces.iter().any(|other| ends(other) == [b, a])
+    };
+    let is_baffle: Vec<bool> = pieces.iter().map(has_back).collect();
     let mut cuts: Vec<Vec<(f64, [f64; 2])>> = vec![Vec::new(); pieces.len()];
     for (i, (_, first)) in pieces.iter().enumerate() {
         for (j, (_, second)) in pieces.iter().enumerate().skip(i + 1) {
-            if let Some((s, t, point)) = crossing(*first, *second) {
+            if is_baffle[i]
+                && is_baffle[j]
+                && let Some((s, t, point)) = crossing(*first, *second)
+            {
                 cuts[i].push((s, point));
                 cuts[j].push((t, point));
             }
