@@ -108,37 +108,46 @@ impl<F: Real> FacePatch<F> {
     #[inline]
     pub(crate) fn polynomials<const B: usize>(&self, [s, t]: [F; 2]) -> [F; B] {
         let number = F::from_f64;
-        let mut all = [zero::<F>(); B];
-        let values = if self.triangle == 1 {
-            // Of Gram and Schmidt, on the triangle (0, 0), (1, 0), (0, 1).
-            let r = s + t + t - one();
-            [
-                one(),
-                number(core::f64::consts::SQRT_2) * (number(3.0) * s - one()),
-                number(2.449_489_742_783_178) * r,
-                number(1.732_050_807_568_877_2) * (s * (number(10.0) * s - number(8.0)) + one()),
-                number(3.0) * (number(5.0) * s - one()) * r,
-                number(3.872_983_346_207_417)
-                    * (s * (s + number(6.0) * t - number(2.0))
-                        + number(6.0) * t * (t - one())
-                        + one()),
-            ]
-        } else {
-            let (s, t) = (s + s - one(), t + t - one());
-            let linear = number(1.732_050_807_568_877_2);
-            let square = |x: F| number(2.236_067_977_499_79) * (number(1.5) * x * x - number(0.5));
-            [
-                one(),
-                linear * s,
-                linear * t,
-                square(s),
-                number(3.0) * s * t,
-                square(t),
-            ]
-        };
-        for (to, value) in all.iter_mut().zip(values) {
-            *to = value;
+        if self.triangle == 0 {
+            return square_polynomials([s, t]);
         }
-        all
+        // Of Gram and Schmidt, on the triangle (0, 0), (1, 0), (0, 1).
+        let r = s + t + t - one();
+        first([
+            one(),
+            number(core::f64::consts::SQRT_2) * (number(3.0) * s - one()),
+            number(2.449_489_742_783_178) * r,
+            number(1.732_050_807_568_877_2) * (s * (number(10.0) * s - number(8.0)) + one()),
+            number(3.0) * (number(5.0) * s - one()) * r,
+            number(3.872_983_346_207_417)
+                * (s * (s + number(6.0) * t - number(2.0)) + number(6.0) * t * (t - one()) + one()),
+        ])
     }
+}
+
+/// The first B of six values.
+#[inline(always)]
+fn first<F: Real, const B: usize>(values: [F; 6]) -> [F; B] {
+    let mut all = [zero::<F>(); B];
+    for (to, value) in all.iter_mut().zip(values) {
+        *to = value;
+    }
+    all
+}
+
+/// The first B orthonormal polynomials on the unit square.
+#[inline]
+pub(crate) fn square_polynomials<F: Real, const B: usize>([s, t]: [F; 2]) -> [F; B] {
+    let number = F::from_f64;
+    let (s, t) = (s + s - one(), t + t - one());
+    let linear = number(1.732_050_807_568_877_2);
+    let square = |x: F| number(2.236_067_977_499_79) * (number(1.5) * x * x - number(0.5));
+    first([
+        one(),
+        linear * s,
+        linear * t,
+        square(s),
+        number(3.0) * s * t,
+        square(t),
+    ])
 }

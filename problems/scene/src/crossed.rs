@@ -9,6 +9,7 @@ use crate::geometry::Face;
 use crate::lambert::from_origin;
 use crate::light::Seen;
 use crate::radiosity::{Point, Radiosity};
+use crate::skylight::SKY;
 use crate::vector::{Vector, dot, sub};
 
 /// The event of a face is that the ray crosses it from its active side, whatever is in between: its probability is the form
@@ -37,6 +38,7 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
             return 0;
         };
         let direction = match step.to {
+            Some(y) if y.face == SKY => y.position,
             Some(y) => sub(y.position, x.position),
             None => Self::direction(side.tangents, own.normal, *step.omega),
         };

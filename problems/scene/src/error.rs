@@ -143,6 +143,11 @@ pub enum SceneError {
     Sky,
     /// A closed scene sees no sky.
     NoSky,
+    /// What a patch of the sky gives is negative or not finite.
+    SkyLight {
+        /// The number of the patch.
+        patch: usize,
+    },
     /// A slice has the wrong length.
     Length {
         /// The length that is needed.
@@ -289,6 +294,10 @@ impl fmt::Display for SceneError {
             Self::Sky => f.write_str(
                 "the bands of a sky need ascending altitudes from 0 to 90 degrees, and a number of sectors for each band, \
                  100000 pieces in all at most",
+            ),
+            Self::SkyLight { patch } => write!(
+                f,
+                "what patch {patch} of the sky gives must be a finite number that is not negative"
             ),
             Self::NoSky => f.write_str("the scene is closed: no sky is seen from it"),
             Self::Tolerance => write!(

@@ -63,6 +63,7 @@ mod sights;
 mod silhouette;
 #[cfg(feature = "alloc")]
 mod sky;
+mod skylight;
 #[cfg(feature = "alloc")]
 mod sparse;
 mod starts;
@@ -92,6 +93,9 @@ pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};
 pub use sights::{Row, Sights};
 #[cfg(feature = "alloc")]
 pub use sky::{Patch, Sky, SkyFactors, SkyRow};
+pub use skylight::SkyBand;
+#[cfg(feature = "alloc")]
+pub use skylight::SkyLight;
 #[cfg(feature = "alloc")]
 pub use sparse::SparseFactors;
 pub use starts::{Air, Facing, Irradiance};

@@ -10,6 +10,7 @@ use crate::geometry::Face;
 use crate::lambert::from_origin;
 use crate::radiosity::{Point, Radiosity};
 use crate::ray::Backs;
+use crate::skylight::SKY;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// From this many widths on a triangle is far: points that are uniform on it are nearly uniform in the solid angle.
@@ -127,7 +128,7 @@ impl<F: Real> Radiosity<'_, F> {
     pub fn visible_shares(&self, rays: u32) -> alloc::vec::Vec<u8> {
         let seeds = fredholm_core::WalkSeeds::<fredholm_core::DefaultGenerator>::new(1, u64::MAX);
         let mut shares = alloc::vec::Vec::new();
-        for cell in 0..self.cells() {
+        for cell in 0..self.cells_of_faces() {
             let mut draws = fredholm_core::RngUniforms(seeds.generator(cell as u64));
             for place in 0..self.lights.len() {
                 let (mut seen, mut aimed) = (0.0, 0.0);
@@ -424,12 +425,18 @@ fn mixed<F: Real>(a: Vector<F>, cosine: F, b: Vector<F>) -> Vector<F> {
 impl<F: Real> SourceSampler for Radiosity<'_, F> {
     #[inline]
     fn sample_last_step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
+        if x.face == SKY {
+            return zero();
+        }
         let direct = self.receiver(x).map(|on| self.sample_direct(&on, uniforms));
         self.reflectance(x) * direct.unwrap_or(F::NAN)
     }
 
     #[inline]
     fn rest_of_source(&self, x: &Point<F>) -> F {
+        if x.face == SKY {
+            return self.sky_emission(x);
+        }
         let side = self.sides.get(x.face as usize);
         let own = side.map_or(F::NAN, |side| side.emission);
         if self.beams.is_empty() {

@@ -10,6 +10,7 @@ use crate::SceneError;
 use crate::beam::Beam;
 use crate::cells::{FacePatch, Side};
 use crate::geometry::Face;
+use crate::skylight::{SkyLight, SkyTables};
 use crate::vector::{Vector, cross, dot, norm, scale, sub, unit};
 
 /// The cells of all faces of a scene, and frames for directions, in the walk's scalar.
@@ -19,6 +20,7 @@ pub struct Cells<F> {
     pub(crate) sides: Vec<Side<F>>,
     pub(crate) lights: Vec<u32>,
     pub(crate) beams: Vec<Beam<F>>,
+    pub(crate) sky: SkyTables<F>,
     pub(crate) cells: u32,
 }
 
@@ -73,6 +75,7 @@ impl<F: Real> Cells<F> {
             sides: Vec::new(),
             lights: Vec::new(),
             beams: scene.beams().iter().filter_map(Beam::rounded).collect(),
+            sky: scene.sky().map(SkyLight::rounded).unwrap_or_default(),
             cells: 0,
         };
         let wanted: f64 = scene.faces().iter().map(|face| count(face, size)).sum();
@@ -106,10 +109,10 @@ impl<F: Real> Cells<F> {
         Ok(all)
     }
 
-    /// The number of cells.
+    /// The number of cells, of which every patch of the sky is one.
     #[must_use]
     pub const fn number(&self) -> usize {
-        self.cells as usize
+        self.cells as usize + self.sky.1.len()
     }
 }
 

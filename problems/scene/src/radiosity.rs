@@ -8,16 +8,18 @@ use num_traits::{one, zero};
 
 use crate::SceneError;
 use crate::beam::Beam;
-use crate::cells::{FacePatch, Side};
+use crate::cells::{FacePatch, Side, square_polynomials};
 use crate::geometry::{Face, Geometry};
+use crate::ray::Backs;
+use crate::skylight::{SKY, SkyBand};
 use crate::vector::{Vector, along, dot, norm, sub};
 
-/// A point of a face.
+/// A point of a face, or of the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<F> {
     /// The number of the face.
     pub face: u32,
-    /// The place.
+    /// The place; in the sky the direction.
     pub position: [F; 3],
 }
 
@@ -60,6 +62,8 @@ pub struct Radiosity<'a, F> {
     pub(crate) patches: &'a [FacePatch<F>],
     pub(crate) lights: &'a [u32],
     pub(crate) beams: &'a [Beam<F>],
+    pub(crate) sky_bands: &'a [SkyBand<F>],
+    pub(crate) sky_emissions: &'a [F],
     /// What of each light each cell sees: see `with_visible_shares`.
     pub(crate) shares: &'a [u8],
     cells: u32,
@@ -79,13 +83,26 @@ impl<'a, F: Real> Radiosity<'a, F> {
         absorption: f64,
     ) -> Result<Self, SceneError> {
         let tables = (&*cells.sides, &*cells.patches, &*cells.lights);
-        Ok(Self::of_tables(geometry, tables, absorption)?.with_beams(&cells.beams))
+        let radiosity = Self::of_tables(geometry, tables, absorption)?.with_beams(&cells.beams);
+        let (bands, emissions) = &cells.sky;
+        Ok(radiosity.with_sky(bands, emissions))
     }
 
     /// The equation with light that no surface emits: directions have the length 1.
     #[must_use]
     pub const fn with_beams(self, beams: &'a [Beam<F>]) -> Self {
         Self { beams, ..self }
+    }
+
+    /// The equation with the light of the sky: its bands, and L of every patch. Rays that leave upwards end in the sky, of which
+    /// every patch is one cell more, behind those of faces.
+    #[must_use]
+    pub const fn with_sky(self, bands: &'a [SkyBand<F>], emissions: &'a [F]) -> Self {
+        Self {
+            sky_bands: bands,
+            sky_emissions: emissions,
+            ..self
+        }
     }
 
     /// The equation on tables that were made elsewhere: sides of faces, patches, and the numbers of the faces that emit.
@@ -130,6 +147,8 @@ impl<'a, F: Real> Radiosity<'a, F> {
             patches,
             lights,
             beams: &[],
+            sky_bands: &[],
+            sky_emissions: &[],
             shares: &[],
             cells,
             absorption: q,
@@ -202,8 +221,16 @@ impl<'a, F: Real> Radiosity<'a, F> {
         Some((first, coordinates))
     }
 
-    /// The face and the patch of a cell, by bisection: for set-ups.
+    /// The number of cells of faces, without those of the sky.
+    pub(crate) const fn cells_of_faces(&self) -> usize {
+        self.cells as usize
+    }
+
+    /// The face and the patch of a cell, by bisection: for set-ups. `None`: it is no cell of a face.
     pub(crate) fn patch_of(&self, cell: usize) -> Option<(u32, &'a FacePatch<F>)> {
+        if cell >= self.cells_of_faces() {
+            return None;
+        }
         let after = self
             .patches
             .partition_point(|patch| patch.first as usize <= cell);
@@ -213,6 +240,28 @@ impl<'a, F: Real> Radiosity<'a, F> {
             .partition_point(|side| side.patch as usize <= number)
             .checked_sub(1)?;
         Some((face as u32, self.patches.get(number)?))
+    }
+
+    /// What a ray from a point of a face meets: a point of another, or of the sky.
+    #[inline]
+    fn meets(&self, x: &Point<F>, direction: Vector<F>) -> Option<Point<F>> {
+        let hit = if self.sky_bands.is_empty() {
+            self.geometry.cast(x.face, x.position, direction)?
+        } else {
+            let from = Some(self.face(x)?);
+            let hit = self
+                .geometry
+                .nearest(from, x.position, direction, Backs::Block);
+            let Some(hit) = hit else {
+                return self.sky_at(direction);
+            };
+            // A back is black.
+            Some(hit).filter(|hit| !hit.back)?
+        };
+        Some(Point {
+            face: hit.face,
+            position: hit.point,
+        })
     }
 
     /// The direction that two numbers in [0, 1) give above a plane of these tangents, cosine-distributed.
@@ -294,8 +343,13 @@ impl<F: Real> StateSpace for Radiosity<'_, F> {
 
 impl<F: Real> Sampler for Radiosity<'_, F> {
     #[inline]
-    fn absorption(&self, _: &Point<F>) -> F {
-        self.absorption
+    fn absorption(&self, x: &Point<F>) -> F {
+        // Nothing comes back from the sky.
+        if x.face == SKY {
+            one()
+        } else {
+            self.absorption
+        }
     }
 
     #[inline]
@@ -303,16 +357,22 @@ impl<F: Real> Sampler for Radiosity<'_, F> {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let side = self.sides.get(x.face as usize)?;
         let direction = Self::direction(side.tangents, self.face(x)?.normal, numbers);
-        let hit = self.geometry.cast(x.face, x.position, direction)?;
-        Some(Point {
-            face: hit.face,
-            position: hit.point,
-        })
+        self.meets(x, direction)
     }
 }
 
 impl<F: Real> TransitionDensity for Radiosity<'_, F> {
+    /// With respect to areas; in the sky to solid angles.
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
+        if let (Some(from), SKY) = (self.face(x), y.face) {
+            let rise = dot(from.normal, y.position);
+            let is_met = rise > zero() && self.meets(x, y.position).is_some_and(|y| y.face == SKY);
+            return if is_met {
+                (one::<F>() - self.absorption) * rise / F::PI
+            } else {
+                zero()
+            };
+        }
         let (Some(from), Some(to)) = (self.face(x), self.face(y)) else {
             return F::NAN;
         };
@@ -343,6 +403,9 @@ impl<F: Real> Kernel for Radiosity<'_, F> {
 impl<F: Real> Source for Radiosity<'_, F> {
     #[inline]
     fn source(&self, x: &Point<F>) -> F {
+        if x.face == SKY {
+            return self.sky_emission(x);
+        }
         let (Some(face), Some(on)) = (self.face(x), self.receiver(x)) else {
             return F::NAN;
         };
@@ -351,12 +414,19 @@ impl<F: Real> Source for Radiosity<'_, F> {
 }
 
 impl<F: Real> Partition for Radiosity<'_, F> {
+    /// Those of faces, and one for every patch of the sky.
     fn cells(&self) -> usize {
-        self.cells as usize
+        self.cells_of_faces() + self.sky_emissions.len()
     }
 
     #[inline]
     fn locate(&self, x: &Point<F>) -> usize {
+        if x.face == SKY {
+            let patch = self.sky_patch(x.position);
+            return patch.map_or(usize::MAX, |(patch, _)| {
+                self.cells_of_faces() + patch as usize
+            });
+        }
         self.patch(x).map_or(usize::MAX, |(patch, at)| {
             (patch.first + patch.cell(at).0) as usize
         })
@@ -376,6 +446,10 @@ impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
         if B == 1 {
             return [one(); B];
         }
+        if x.point.face == SKY {
+            let place = self.sky_patch(x.point.position);
+            return place.map_or([F::NAN; B], |(_, at)| square_polynomials(at));
+        }
         self.patch(&x.point).map_or([F::NAN; B], |(patch, at)| {
             patch.polynomials(patch.cell(at).1)
         })
@@ -385,7 +459,11 @@ impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
 impl<F: Real> CellMap for Radiosity<'_, F> {
     const DIMENSION: usize = 2;
 
+    /// The area; 0 in the sky.
     fn measure(&self, cell: usize) -> f64 {
+        if (self.cells_of_faces()..self.cells()).contains(&cell) {
+            return 0.0;
+        }
         self.patch_of(cell).map_or(f64::NAN, |(_, patch)| {
             let [p, q] = patch.spans.map(|span| span.map(Real::to_f64));
             let area = norm(crate::vector::cross(p, q));
@@ -403,8 +481,14 @@ impl<F: Real> CellMap for Radiosity<'_, F> {
             face: u32::MAX,
             position: [F::NAN; 3],
         };
-        let (Some((face, patch)), &[s, t, ..]) = (self.patch_of(cell), t) else {
-            return missing;
+        let &[s, t, ..] = t else { return missing };
+        let Some((face, patch)) = self.patch_of(cell) else {
+            let patch = cell.saturating_sub(self.cells_of_faces()) as u32;
+            let direction = self.sky_direction(patch, [s, t].map(F::from_f64));
+            return direction.map_or(missing, |position| Point {
+                face: SKY,
+                position,
+            });
         };
         // A triangle is half of a square, folded.
         let folded = patch.triangle == 1 && s + t > 1.0;

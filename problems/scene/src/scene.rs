@@ -11,6 +11,7 @@ use crate::error::Place;
 use crate::geometry::{Face, Geometry, Node, Triangle};
 use crate::hierarchy::{self, Item};
 use crate::join;
+use crate::skylight::SkyLight;
 use crate::vector::{Vector, cross, dot, empty_box, hull, norm, sub, turn, unit};
 
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
@@ -132,6 +133,7 @@ pub struct Scene {
     pub(crate) vertices: Vec<Vector<f64>>,
     enclosure: Enclosure,
     beams: Vec<Beam<f64>>,
+    sky: Option<SkyLight>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
 }
@@ -259,6 +261,7 @@ impl Scene {
             vertices: raw.points,
             enclosure,
             beams: Vec::new(),
+            sky: None,
             smallest,
         };
         scene.outlines = join::plain_outlines(&scene.faces);
@@ -370,6 +373,34 @@ impl Scene {
     #[must_use]
     pub fn beams(&self) -> &[Beam<f64>] {
         &self.beams
+    }
+
+    /// The scene with light of the sky.
+    ///
+    /// # Errors
+    /// [`SceneError::NoSky`]: the scene is closed.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, SceneError, SkyLight, shapes};
+    ///
+    /// let closed = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// assert_eq!(closed.with_sky(SkyLight::uniform(2.0)?).unwrap_err(), SceneError::NoSky);
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn with_sky(self, sky: SkyLight) -> Result<Self, SceneError> {
+        match self.enclosure {
+            Enclosure::Closed => Err(SceneError::NoSky),
+            Enclosure::Open => Ok(Self {
+                sky: Some(sky),
+                ..self
+            }),
+        }
+    }
+
+    /// Light of the sky.
+    #[must_use]
+    pub const fn sky(&self) -> Option<&SkyLight> {
+        self.sky.as_ref()
     }
 
     /// Whether light may leave.

@@ -300,7 +300,16 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
     ];
     if let Some(sky) = &file.sky {
         let patches: u64 = sky.sectors.iter().map(|&n| u64::from(n)).sum();
-        rows.push(vec!["sky".to_owned(), format!("{patches} patches")]);
+        let light = if sky.emissions.is_some() {
+            "gives light"
+        } else {
+            "gives no light"
+        };
+        let plural = if patches == 1 { "" } else { "es" };
+        rows.push(vec![
+            "sky".to_owned(),
+            format!("{patches} patch{plural}, {light}"),
+        ]);
     }
     for (k, surface) in file.surfaces.iter().enumerate() {
         let area = scene.area(k).map_err(Failure::run)?;

@@ -459,3 +459,77 @@ fn what_a_scene_is_not_asked() {
     let dark = ended(0, &["solve", &file, "--cells", "20", "--json"]).json();
     assert_eq!(dark["targets"][0]["plain"]["estimate"], 0.0);
 }
+
+/// Of a warm plate that sees nothing but a cold sky the net flux is that of two bodies; of a pit whose walls are black the irradiances are
+/// those of the form factors to the sky.
+#[test]
+fn light_of_the_sky() {
+    let folder = Folder::new();
+    let plate = "[[problem.surface]]\nname = \"plate\"\npolygon = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]\n";
+    let night = |sky: &str| {
+        format!(
+            "[problem]\nkind = \"scene\"\nsky = {sky}\n{plate}emissivity = 0.9\ntemperature = 300\n[[target]]\nname = \"all\"\nover = \"all\"\n"
+        )
+    };
+    let file = folder.file("night.toml", night("{ temperature = \"-23.15 C\" }"));
+    let json = ended(
+        0,
+        &["solve", &file, "--cells", "4", "--walks", "100", "--json"],
+    )
+    .json();
+    let flux = common::number(&common::list(&json, "targets")[0]["net_flux"], "estimate");
+    let expected = 0.9 * 5.670_374_419e-8 * (300.0_f64.powi(4) - 250.0_f64.powi(4));
+    assert!(
+        (flux / expected - 1.0).abs() < 1e-9,
+        "{flux} for {expected}"
+    );
+
+    let pit = "[problem]\nkind = \"scene\"\nsky = { emission = 100 }\n\
+               [[problem.surface]]\nname = \"floor\"\npolygon = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]\nreflectance = 0\n\
+               [[problem.surface]]\nname = \"walls\"\npolygons = [[[0, 0, 0], [0, 0, 1], [2, 0, 1], [2, 0, 0]], \
+               [[2, 0, 0], [2, 0, 1], [2, 2, 1], [2, 2, 0]], [[2, 2, 0], [2, 2, 1], [0, 2, 1], [0, 2, 0]], \
+               [[0, 2, 0], [0, 2, 1], [0, 0, 1], [0, 0, 0]]]\nreflectance = 0\n\
+               [[target]]\nname = \"floor\"\nover = \"floor\"\n[[target]]\nname = \"walls\"\nover = \"walls\"\n";
+    let file = folder.file("pit.toml", pit);
+    let factors = ended(0, &["factors", &file, "--json"]).json();
+    let of_sky = &common::list(&factors["sky"], "factors");
+    for threads in ["1", "2"] {
+        let args = [
+            "solve",
+            &file,
+            "--cells",
+            "50",
+            "--walks",
+            "20000",
+            "--threads",
+            threads,
+            "--json",
+        ];
+        let json = ended(0, &args).json();
+        for (target, row) in common::list(&json, "targets").iter().zip(of_sky.iter()) {
+            let share = row[0].as_f64().unwrap();
+            let [found, error] =
+                ["estimate", "std_error"].map(|n| common::number(&target["irradiance"], n));
+            assert!(
+                (found - 100.0 * share).abs() < 4.9 * error,
+                "{target} for {share}"
+            );
+            assert!(error < 1.0, "{target}");
+        }
+    }
+    for (sky, words) in [
+        ("\"uniform\"", "walks need its `emission` or `temperature`"),
+        (
+            "{ emission = [1, 2] }",
+            "one number for all or one for each",
+        ),
+        ("{ emission = 1, temperature = 2 }", "either the `emission`"),
+    ] {
+        let file = folder.file("wrong.toml", night(sky));
+        let ran = common::fredholm(&["solve", &file]);
+        assert!(
+            ran.status == Some(2) && ran.stderr.contains(words),
+            "{ran:?}"
+        );
+    }
+}

@@ -79,9 +79,14 @@ fn triple(file: &ProblemFile, at: &Placed<Vec<Placed<f64>>>) -> Result<[f64; 3],
 
 impl Kind for Scene {
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
-        if self.file.sky.is_some() {
-            let message =
-                "a `sky` is for form factors, `fredholm factors`: walks have no light from the sky";
+        if self
+            .file
+            .sky
+            .as_ref()
+            .is_some_and(|sky| sky.emissions.is_none())
+        {
+            let message = "this `sky` gives no light, which serves form factors, `fredholm factors`: walks need its \
+                           `emission` or `temperature`, `sky = { emission = 100 }`, or `open = true` in place of a sky";
             return Err(InputError::new(format_args!(
                 "{}: {message}",
                 file.source.name

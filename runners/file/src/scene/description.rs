@@ -78,6 +78,7 @@ pub(crate) fn of_problem(
         source,
         scene: SceneFile {
             open: sky.is_some() || open.is_some_and(|open| open.value),
+            heat: sky.as_ref().is_some_and(|sky| sky.is_heat),
             sky,
             lights,
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),

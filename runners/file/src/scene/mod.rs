@@ -108,6 +108,13 @@ impl SceneFile {
         };
         Scene::new::<F>(&surfaces, enclosure)
             .and_then(|scene| scene.with_beams(self.lights.clone()))
+            .and_then(|scene| {
+                let light = self.sky.as_ref().map(SkyBands::light).transpose()?;
+                match light.flatten() {
+                    Some(light) => scene.with_sky(light),
+                    None => Ok(scene),
+                }
+            })
             .map_err(|error| self.explain(&error))
     }
 

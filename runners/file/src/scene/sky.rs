@@ -1,18 +1,23 @@
-//! The sky of an open scene: `sky = "uniform"`, or bands of patches.
+//! The sky of an open scene: `sky = "uniform"`, or bands of patches, and its light.
 
-use fredholm_scene::{SceneError, Sky};
+use fredholm_scene::{STEFAN_BOLTZMANN, SceneError, Sky, SkyLight};
 use toml::de::DeValue;
 
+use crate::kinds::material::read_temperature;
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
-/// The patches of a sky in bands: what [`Sky::bands`] is made of.
+/// The patches of a sky in bands, what [`Sky::bands`] is made of, and their light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyBands {
     /// The altitudes in degrees between which the bands are, from 0 to 90.
     pub altitudes: Vec<f64>,
     /// The number of patches in each band.
     pub sectors: Vec<u32>,
+    /// What each patch gives, L in the unit of u, if it is said: see [`SkyLight`].
+    pub emissions: Option<Vec<f64>>,
+    /// Whether it follows from a temperature: u is in W/m² then.
+    pub is_heat: bool,
 }
 
 impl SkyBands {
@@ -22,6 +27,31 @@ impl SkyBands {
     /// As [`Sky::bands`], but not for what was read.
     pub fn sky(&self) -> Result<Sky, SceneError> {
         Sky::bands(&self.altitudes, &self.sectors)
+    }
+
+    /// Its light, if the file says what it gives.
+    ///
+    /// # Errors
+    /// As [`SkyLight::bands`], but not for what was read.
+    pub fn light(&self) -> Result<Option<SkyLight>, SceneError> {
+        let light = |emissions: &Vec<f64>| {
+            SkyLight::bands(&self.altitudes, &self.sectors, emissions.clone())
+        };
+        self.emissions.as_ref().map(light).transpose()
+    }
+
+    /// One patch.
+    fn uniform() -> Self {
+        Self {
+            altitudes: vec![0.0, 90.0],
+            sectors: vec![1],
+            emissions: None,
+            is_heat: false,
+        }
+    }
+
+    fn patches(&self) -> usize {
+        self.sectors.iter().map(|&n| n as usize).sum()
     }
 }
 
@@ -39,19 +69,63 @@ pub(super) fn read(
     let DeValue::Table(_) = &field.value else {
         if field.text()? != "uniform" {
             return Err(field.error(
-                "`sky` must be \"uniform\", or bands of patches: { altitudes = [0, 30, 60, 90], sectors = [12, 8, 4] }",
+                "`sky` must be \"uniform\", or bands of patches, { altitudes = [0, 30, 60, 90], sectors = [12, 8, 4] }, or \
+                 have light, { emission = 100 }",
             ));
         }
-        return Ok(Some(SkyBands {
-            altitudes: vec![0.0, 90.0],
-            sectors: vec![1],
-        }));
+        return Ok(Some(SkyBands::uniform()));
     };
     let mut own = field.section("in `sky`")?;
-    let altitudes = own.required("altitudes")?;
-    let sectors = own.required("sectors")?;
+    let [altitudes, sectors, emission, temperature] =
+        ["altitudes", "sectors", "emission", "temperature"].map(|key| own.optional(key));
     own.finish()?;
-    Ok(Some(bands(&altitudes, &sectors)?))
+    let mut sky = match (&altitudes, &sectors) {
+        (Some(altitudes), Some(sectors)) => bands(altitudes, sectors)?,
+        (None, None) if emission.is_some() || temperature.is_some() => SkyBands::uniform(),
+        _ => {
+            return Err(own.source.error(
+                own.span.clone(),
+                "a sky in bands has `altitudes` and `sectors`, and one that gives light an `emission` or a `temperature`",
+            ));
+        }
+    };
+    match (emission, temperature) {
+        (Some(_), Some(temperature)) => {
+            return Err(
+                temperature.error("give either the `emission` of a sky or its `temperature`")
+            );
+        }
+        (Some(emission), None) => sky.emissions = Some(emissions(&emission, sky.patches())?),
+        (None, Some(temperature)) => {
+            let kelvin = read_temperature(&temperature)?.value;
+            if !(0.0..=1e6).contains(&kelvin) {
+                return Err(temperature.error("a temperature must be from 0 to a million kelvin"));
+            }
+            sky.emissions = Some(vec![STEFAN_BOLTZMANN * kelvin.powi(4); sky.patches()]);
+            sky.is_heat = true;
+        }
+        (None, None) => {}
+    }
+    Ok(Some(sky))
+}
+
+/// What each patch gives: a number for all, or one for each.
+fn emissions(field: &Field<'_, '_>, patches: usize) -> Result<Vec<f64>, InputError> {
+    let all = match &field.value {
+        DeValue::Array(_) => field.numbers()?.value.iter().map(|l| l.value).collect(),
+        _ => vec![field.number()?.value; patches],
+    };
+    if all.len() != patches {
+        let message = format!(
+            "the sky has {patches} patches, and needs one number for all or one for each, not {}",
+            all.len()
+        );
+        return Err(field.error(message));
+    }
+    match all.iter().all(|l| *l >= 0.0 && l.is_finite()) {
+        true => Ok(all),
+        false => Err(field.error("what a sky gives must be 0 or more")),
+    }
 }
 
 fn bands(altitudes: &Field<'_, '_>, sectors: &Field<'_, '_>) -> Result<SkyBands, InputError> {
@@ -70,6 +144,7 @@ fn bands(altitudes: &Field<'_, '_>, sectors: &Field<'_, '_>) -> Result<SkyBands,
     let own = SkyBands {
         altitudes: heights.iter().map(|height| height.value).collect(),
         sectors: counts.iter().map(number).collect(),
+        ..SkyBands::uniform()
     };
     let heights = &own.altitudes;
     let is_whole = heights.first() == Some(&0.0) && heights.last() == Some(&90.0);

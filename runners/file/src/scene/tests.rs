@@ -415,6 +415,20 @@ fn skies() {
     wrong("sky = 1", "a string");
     wrong("open = false\nsky = \"uniform\"", "closed scene has no sky");
     wrong("sky = { altitudes = [0, 90] }", "sectors");
+    wrong("sky = {}", "an `emission` or a `temperature`");
+    wrong("sky = { emission = -1 }", "0 or more");
+    wrong("sky = { emission = [1, 2] }", "1 patches");
+    wrong("sky = { emission = 1, temperature = 250 }", "either");
+    wrong("sky = { temperature = -1 }", "a million kelvin");
+    let light = |sky: &str| with(sky).unwrap().sky.unwrap().light().unwrap();
+    assert!(light("sky = \"uniform\"").is_none());
+    let three = "sky = { altitudes = [0, 30, 90], sectors = [2, 1], emission = [1, 2, 3] }";
+    assert_eq!(light(three).unwrap().emissions(), [1.0, 2.0, 3.0]);
+    let night = with("sky = { temperature = \"-23.15 C\" }").unwrap();
+    assert!(night.heat);
+    let black = 5.670_374_419e-8 * 250.0_f64.powi(4);
+    let found = night.sky.unwrap().emissions.unwrap();
+    assert!(found.len() == 1 && (found[0] / black - 1.0).abs() < 1e-12);
     wrong(&bands.replace("[6, 4]", "[6]"), "2 bands between them");
     wrong(
         &bands.replace("[6, 4]", "[6, 0]"),

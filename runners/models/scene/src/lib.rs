@@ -17,7 +17,7 @@ use fredholm_model::{
 };
 use fredholm_scene::Surface;
 
-pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, shapes};
+pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
 use partition::ScenePartition;
 pub use view::{Camera, View, ViewRequest};
 
@@ -171,6 +171,15 @@ impl SceneModel {
     /// [`Error::Space`].
     pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, Error> {
         let scene = self.scene.with_beams(beams)?;
+        Ok(Self { scene, ..self })
+    }
+
+    /// The scene with light of the sky.
+    ///
+    /// # Errors
+    /// [`Error::Space`]: it is closed.
+    pub fn with_sky(self, sky: SkyLight) -> Result<Self, Error> {
+        let scene = self.scene.with_sky(sky)?;
         Ok(Self { scene, ..self })
     }
 

@@ -42,7 +42,8 @@ fn largest_reflectance(scene: &Scene) -> f64 {
 /// The spectral radius of (1 − q0) p times a function of k.
 fn estimated(scene: &Scene, absorption: f64, of_k: fn(f64) -> f64) -> Result<f64, Error> {
     let (tables, cells) = (Tables::<f64>::new(scene), Cells::new(scene, COARSE)?);
-    let radiosity = Radiosity::new(tables.geometry(), &cells, absorption)?;
+    // Nothing comes back from a sky.
+    let radiosity = Radiosity::new(tables.geometry(), &cells, absorption)?.with_sky(&[], &[]);
     let rays: Vec<Vec<(usize, f64)>> = (0..radiosity.cells())
         .map(|cell| rays(&radiosity, cell, of_k))
         .collect();

@@ -16,7 +16,9 @@ use fredholm_scene::{
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
+#[path = "../common/mod.rs"]
 mod common;
+mod skylight;
 use common::{Surfaces, closed_scenes};
 
 /// Most standard errors that any of the few hundred estimates of this file may be off.
