@@ -437,7 +437,7 @@ impl Kind for Room {
 }
 
 impl DeckSurface {
-    /// Its material, which emits nothing.
+    /// The material of the surface, which emits nothing.
     pub(crate) fn material(&self) -> RoomMaterial {
         RoomMaterial {
             reflectance: 1.0 - self.emissivity,

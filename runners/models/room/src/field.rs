@@ -55,7 +55,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// The same as temperatures in kelvin, (u/σ)^¼ of radiosities u in W/m²: in the air the mean radiant temperature, and of walls
+    /// The temperatures (u/σ)^¼ in kelvin of radiosities u in W/m²: in the air the mean radiant temperature, and of walls
     /// that of a black body with their radiosity. What is below 0, by noise, has 0.
     #[must_use]
     pub fn temperatures(&self) -> Self {
