@@ -95,7 +95,7 @@ impl Summary {
             return Ok(text);
         }
         let [within, seen] = match self.is_view {
-            true => ["that see a surface", "seen"],
+            true => ["that see something", "seen"],
             false => ["within the room", "seen between the walls"],
         };
         let mut text = format!(

@@ -292,7 +292,7 @@ fn what_a_camera_sees() {
         let more = [inside.as_slice(), &["--threads", threads]].concat();
         let said = render(0, &file, &numbers, &more).stdout;
         assert!(
-            said.contains("24 x 16 pixels, 384 that see a surface"),
+            said.contains("24 x 16 pixels, 384 that see something"),
             "{said}"
         );
         let after = std::fs::read(&numbers).unwrap();
