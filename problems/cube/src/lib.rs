@@ -16,6 +16,8 @@ mod error;
 mod exact_source;
 mod factors;
 mod functions;
+#[cfg(feature = "alloc")]
+mod halving;
 mod mean;
 mod mesh;
 pub mod model;

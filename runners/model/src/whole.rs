@@ -85,7 +85,8 @@ pub trait WholeSystem<'m>: Send + Sync {
     }
 
     /// The function of these coefficients: rows of one number for every function of every cell, of which each is a
-    /// piecewise polynomial.
+    /// piecewise polynomial. They estimate u − v, but for the last, which is their part of the highest degree; there are none
+    /// if nothing is projected.
     ///
     /// # Errors
     /// [`Error`].

@@ -94,6 +94,8 @@ pub struct CubeModel {
     squared_radius: OnceLock<f64>,
     /// The exponent of a singularity at x = y, once it is computed; 0 without one.
     exponent: OnceLock<f64>,
+    /// Whether a kernel of one dimension has jumps or kinks but at x = y, once it is looked at.
+    is_rough: OnceLock<bool>,
     /// The largest |F| in some points, once it is computed.
     source_size: OnceLock<f64>,
 }
@@ -119,6 +121,7 @@ impl CubeModel {
             compiled: None,
             squared_radius: OnceLock::new(),
             exponent: OnceLock::new(),
+            is_rough: OnceLock::new(),
             source_size: OnceLock::new(),
         }
     }

@@ -1,9 +1,12 @@
 //! Kernels of one axis that are singular at x = y.
 
 use fredholm_core::galerkin::Dense;
-use fredholm_cube::{KernelFactors, KernelFn, KernelIntegral, absolute_radius, empty_table};
+use fredholm_cube::{
+    KernelFactors, KernelFn, KernelIntegral, KernelMoments, absolute_radius, empty_table,
+};
 
 use super::functions::{WatchedKernel, with_values};
+use super::setup::ANY;
 use super::{CubeModel, CubePartition};
 use fredholm_model::pairs::Band;
 use fredholm_model::{Error, Pairs};
@@ -29,6 +32,8 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
+/// Cells in which jumps and kinks are looked for: what is narrower is as rough.
+const ROUGH_CELLS: usize = 16;
 /// The least order of √Var that is told: on a hundred times as many cells it is a half.
 pub(super) const LEAST_ORDER: f64 = 0.05;
 /// Points of the outer integral of a coefficient, in a cell [0, 1]: a Gauss rule of equal weights.
@@ -134,6 +139,24 @@ impl CubeModel {
                 Ok((0..self.dimension).map(of).fold(0.0, f64::max))
             });
             found.unwrap_or(0.0)
+        })
+    }
+}
+
+impl CubeModel {
+    /// Whether a kernel of one dimension has jumps or kinks but at x = y, seen from some x.
+    pub(super) fn is_rough(&self) -> bool {
+        *self.is_rough.get_or_init(|| {
+            if self.dimension > 1 || self.exponent() > 0.0 {
+                return false;
+            }
+            let found = with_values::<f64, _>(&*self.functions, |values| {
+                let cube = values.cube::<1>(ROUGH_CELLS, ANY)?;
+                let moments = KernelMoments::new(&cube, 0, GAUSS.len() + 2)?;
+                let kernel = values.kernel();
+                Ok(PLACES.iter().any(|&x| moments.is_rough(&kernel, &[x])))
+            });
+            found.unwrap_or(false)
         })
     }
 }

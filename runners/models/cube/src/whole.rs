@@ -31,8 +31,11 @@ const NODE_SECONDS: f64 = 30e-9;
 /// Values of the kernel that a mean over x may take, once it has been compared.
 const MOST_WORK: f64 = 1e9;
 
-/// Intervals that grow from a singularity, on both sides of it.
+/// Intervals that grow from a singularity, on both sides of it, or shrink to a jump.
 const GRADED: usize = 80;
+
+/// F, and the part of its image that comes from rough cells.
+const HEAD: usize = 2;
 
 /// Parts in which the cells of a mean are gone through, by as many threads.
 const PARTS: usize = 64;
@@ -141,12 +144,13 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
 /// Values of the kernel, or of its factors, that T_K takes at one point with so many Gauss points of a cell and axis.
 pub(super) fn nodes(cut: &CubePartition<'_>, points: usize) -> f64 {
     // Cells, and the intervals into which a kink or a singularity cuts them.
-    let cuts = if cut.model.exponent() > 0.0 {
-        GRADED
-    } else {
-        1
+    let cells = match (cut.model.exponent() > 0.0, cut.model.is_rough()) {
+        (true, _) => cut.per_axis + GRADED,
+        // Every cell and its halves, and those of the cell with a jump.
+        (_, true) => 3 * (cut.per_axis + GRADED),
+        _ => cut.per_axis + 1,
     };
-    let axis = ((cut.per_axis + cuts) * points) as f64;
+    let axis = (cells * points) as f64;
     let dimension = cut.model.dimension as i32;
     if cut.functions().is_product() {
         axis * f64::from(dimension)
@@ -212,7 +216,7 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
     fn field(
         &self,
         request: &WholeRequest<'_>,
-        rows: Vec<f64>,
+        mut rows: Vec<f64>,
     ) -> Result<Box<dyn WholeField + 'm>, Error> {
         let v = match &self.system.lifted {
             Some(lifted) => lifted.v.clone(),
@@ -226,25 +230,55 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
             scores.embed(self.degree(), &v, &mut all);
             Ok(())
         })?;
+        // Exact where K is of degree p' + 1 on a cell, too.
+        let points = request.degree + 1;
+        let mut rough = Vec::new();
+        if D == 1 && !rows.is_empty() && self.system.cut.model.exponent() == 0.0 {
+            with_values::<f64, _>(self.system.cut.functions(), |values| {
+                let cube = values.cube::<D>(self.system.cut.per_axis, ANY)?;
+                let moments = KernelMoments::new(&cube, request.degree, points)?;
+                let functions = fredholm_cube::functions(D, request.degree);
+                for (cell, projection) in moments.rough_cells(&|y| cube.source(y)) {
+                    let mut rows = rows.chunks_exact_mut(unknowns);
+                    let highest = rows.next_back();
+                    let own = cell * functions..(cell + 1) * functions;
+                    for row in rows {
+                        let own = row.iter_mut().take(own.end).skip(own.start);
+                        own.zip(&projection).for_each(|(of, part)| *of -= part);
+                    }
+                    let last = highest.and_then(|row| row.get_mut(own.end - 1));
+                    last.into_iter()
+                        .zip(projection.last())
+                        .for_each(|(of, part)| *of -= part);
+                    rough.push(cell);
+                }
+                Ok(())
+            })?;
+        }
         all.extend(rows);
         Ok(Box::new(CubeField {
             system: Arc::clone(&self.system),
             degree: request.degree,
             unknowns,
             rows: all,
-            // Exact where K is of degree p' + 1 on a cell, too.
-            points: request.degree + 1,
+            rough: rough.into(),
+            points,
         }))
     }
 }
 
 /// v and other piecewise polynomials of one degree, and the quadrature of T_K.
+///
+/// Where F has a jump or a kink in a cell, F − PF is what the projection of e loses most, and where K(x, ·) jumps in that cell, too, T_K
+/// lets it through. It is known: in one dimension ê + F − PF takes the place of ê on these cells.
 struct CubeField<'m, const D: usize> {
     system: Arc<CubeSystem<'m, D>>,
     degree: usize,
     unknowns: usize,
-    /// v first.
+    /// v first; all others without PF on rough cells.
     rows: Vec<f64>,
+    /// The cells in which F has a jump or a kink.
+    rough: Arc<[usize]>,
     /// Gauss points of a cell and axis.
     points: usize,
 }
@@ -255,10 +289,12 @@ struct Integrals<'a, const D: usize> {
     cube: &'a ModelCube<'a, f64, D>,
     moments: &'a KernelMoments<D>,
     product: bool,
+    rough: &'a [usize],
 }
 
 impl<const D: usize> Integrals<'_, D> {
-    /// Adds `weight` times F(x), and times ∫_Xj K(x,y) ψ_jb(y) dy for all j and b; `scratch` is as long as `out`.
+    /// Adds `weight` times F(x) and ∫ K(x,y) F(y) dy over rough cells, and times ∫_Xj K(x,y) ψ_jb(y) dy for all j and b; `scratch` is
+    /// as long as `out`.
     fn add(
         &self,
         x: &[f64; D],
@@ -266,7 +302,7 @@ impl<const D: usize> Integrals<'_, D> {
         [source, out, scratch]: [&mut [f64]; 3],
     ) -> Result<(), Error> {
         let kernel = self.values.kernel();
-        if self.product {
+        if self.product && !self.moments.halves() {
             self.moments.fill_product(&kernel, x, scratch)?;
         } else {
             self.moments.fill(&kernel, x, scratch)?;
@@ -274,8 +310,11 @@ impl<const D: usize> Integrals<'_, D> {
         for (out, moment) in out.iter_mut().zip(&*scratch) {
             *out += weight * moment;
         }
-        if let Some(source) = source.first_mut() {
-            *source += weight * self.cube.source(x);
+        if let [source, rough] = source {
+            let at = |y: &[f64; D]| self.cube.source(y);
+            let of = |&cell: &usize| self.moments.rough_integral(&kernel, x, cell, &at);
+            *source += weight * at(x);
+            *rough += weight * self.rough.iter().map(of).sum::<f64>();
         }
         Ok(())
     }
@@ -290,7 +329,7 @@ impl<const D: usize> Integrals<'_, D> {
     ) -> Result<(), Error> {
         let rule = gauss(points)?;
         let cells = fredholm_core::galerkin::Partition::cells(self.cube);
-        let (source, out) = out.split_at_mut(1);
+        let (source, out) = out.split_at_mut(HEAD);
         let mut scratch = vec![0.0; out.len()];
         for cell in (part..cells).step_by(PARTS) {
             let (low, high) = self.cube.cell_box(cell);
@@ -322,9 +361,9 @@ impl<const D: usize> CubeField<'_, D> {
         let weight = match region {
             Region::Point(x) => {
                 let x = of.values.domain().unit(x);
-                let mut all = vec![0.0; 1 + self.unknowns];
+                let mut all = vec![0.0; HEAD + self.unknowns];
                 let mut scratch = vec![0.0; self.unknowns];
-                let (source, integrals) = all.split_at_mut(1);
+                let (source, integrals) = all.split_at_mut(HEAD);
                 of.add(&x, 1.0, [source, integrals, &mut scratch])?;
                 self.contract(&all, rows, out);
                 (out[0], out[1]) = (out[0] + out[1], 0.0);
@@ -356,7 +395,7 @@ impl<const D: usize> CubeField<'_, D> {
         weight: &(dyn Fn(&[f64; D]) -> f64 + Sync),
         points: usize,
     ) -> Result<Vec<f64>, Error> {
-        let width = 1 + self.unknowns;
+        let width = HEAD + self.unknowns;
         let mut parts = vec![0.0; PARTS * width];
         fill_rows(&mut parts, width, |part, out| {
             of.add_cells(part, weight, points, out)
@@ -372,14 +411,19 @@ impl<const D: usize> CubeField<'_, D> {
 
     /// F, and the integrals times every row.
     fn contract(&self, all: &[f64], rows: &[f64], out: &mut [f64]) {
-        let (source, integrals) = all.split_at(1);
+        let (head, integrals) = all.split_at(HEAD);
         let images = rows
             .chunks_exact(self.unknowns)
             .map(|row| dot(integrals, row));
-        let values = source.iter().copied().chain(images);
+        let values = head.iter().copied().take(1).chain(images);
         for (out, value) in out.iter_mut().zip(values) {
             *out = value;
         }
+        // All but F, v and the part of the highest degree are ê.
+        let rough = head.last().copied().unwrap_or(0.0);
+        let ends = 2..out.len().saturating_sub(1);
+        let replicates = out.get_mut(ends).unwrap_or_default();
+        replicates.iter_mut().for_each(|of| *of += rough);
     }
 
     fn images_of(&self, regions: &[Region], rows: &[f64]) -> Result<Vec<f64>, Error> {
@@ -389,12 +433,15 @@ impl<const D: usize> CubeField<'_, D> {
             let mut moments = KernelMoments::new(&cube, self.degree, self.points)?;
             if system.cut.model.exponent() > 0.0 {
                 moments = moments.with_singularity(system.cut.model.exponent());
+            } else if system.cut.model.is_rough() {
+                moments = moments.with_halving();
             }
             let of = Integrals {
                 values,
                 cube: &cube,
                 moments: &moments,
                 product: system.cut.functions().is_product(),
+                rough: &self.rough,
             };
             let width = 1 + rows.len() / self.unknowns;
             let mut images = vec![0.0; regions.len() * width];
@@ -440,6 +487,7 @@ impl<const D: usize> WholeField for CubeField<'_, D> {
         let finer = Self {
             system: Arc::clone(&self.system),
             rows: Vec::new(),
+            rough: Arc::clone(&self.rough),
             points,
             ..*self
         };

@@ -1,0 +1,144 @@
+//! Rules that halve intervals until they know what they integrate: for jumps and kinks that nobody has named.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::galerkin::legendre;
+
+use crate::scores::{Axis, PER_AXIS};
+
+/// The part of a cell's integral of |f| up to which the rule of an interval and those of its halves agree: sums are rounded to a
+/// thousandth of it, and values of a kernel to less.
+const AGREE: f64 = 1e-12;
+/// Halvings of a cell, at most: what is left holds a jump of the size of f to [`AGREE`].
+const MOST: u32 = 40;
+/// The halvings from which on a cell has a jump or a kink: smooth functions are resolved before.
+const ROUGH: u32 = 10;
+/// Intervals of a cell, at most: eight jumps have as many. What is as rough everywhere has no end.
+const INTERVALS: usize = 16 * MOST as usize;
+/// The part of their range by which f at the end of an interval may be off the last point within. It is 0.05 of a line and five points, and
+/// 0.37 of two.
+const OFF: f64 = 0.5;
+/// How far beyond the last point the end is, in intervals, about: a jump there is seen by no point.
+const BEYOND: f64 = 0.05;
+
+/// An interval in the coordinate t of its cell, and what its rule says.
+#[derive(Clone, Copy)]
+struct Part {
+    ends: [f64; 2],
+    halved: u32,
+    /// The means over the cell of f times the polynomials where t is in the interval.
+    sums: Axis,
+    /// That of |f|.
+    size: f64,
+    /// What a jump beyond the last points may be worth.
+    off: f64,
+}
+
+/// The integrals over parts of a cell, with t from −1 to 1, of f times each of so many polynomials of t, with respect to dt/2, and whether
+/// f has a jump or a kink there. The rule's points are in [−1, 1], and its weights sum to 2.
+pub(crate) fn integrals(
+    f: &dyn Fn(f64) -> f64,
+    parts: &[[f64; 2]],
+    functions: usize,
+    rule: &[(f64, f64)],
+) -> (Axis, bool) {
+    let part = |&ends: &[f64; 2], halved| Part::new(f, ends, halved, functions, rule);
+    let mut open: Vec<Part> = parts.iter().map(|ends| part(ends, 0)).collect();
+    let size: f64 = open.iter().map(|part| part.size).sum();
+    let (mut all, mut is_rough, mut count) = ([0.0; PER_AXIS], false, open.len());
+    while let Some(whole) = open.pop() {
+        let [from, to] = whole.ends;
+        let (middle, halved) = (0.5 * (from + to), whole.halved + 1);
+        let [left, right] = [[from, middle], [middle, to]].map(|ends| part(&ends, halved));
+        let sums = left.sums.iter().zip(&right.sums);
+        let off = whole.sums.iter().zip(sums);
+        let off = off.map(|(whole, (left, right))| Real::abs(whole - (left + right)));
+        let off = off.fold(whole.off, f64::max);
+        // f may be 0 at all points but for the last ones.
+        let size = size.max(left.size + right.size);
+        if off <= AGREE * size || halved > MOST || count > INTERVALS {
+            for half in [left, right] {
+                let sums = all.iter_mut().zip(half.sums);
+                sums.for_each(|(all, sum)| *all += sum);
+            }
+        } else {
+            is_rough |= halved > ROUGH;
+            count += 2;
+            open.extend([left, right]);
+        }
+    }
+    (all, is_rough)
+}
+
+impl Part {
+    fn new(
+        f: &dyn Fn(f64) -> f64,
+        ends: [f64; 2],
+        halved: u32,
+        functions: usize,
+        rule: &[(f64, f64)],
+    ) -> Self {
+        let [from, to] = ends;
+        let half = 0.5 * (to - from);
+        let (mut sums, mut size): (Axis, _) = ([0.0; PER_AXIS], 0.0);
+        let mut last: Option<[f64; 2]> = None;
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
+        for (node, weight) in rule {
+            let t = from + half * (1.0 + node);
+            let value = f(t);
+            let share = 0.5 * half * weight * value;
+            let psi: Axis = legendre(t);
+            let own = sums.iter_mut().zip(psi).take(functions);
+            own.for_each(|(sum, psi)| *sum += share * psi);
+            size += Real::abs(share);
+            (least, most) = (least.min(value), most.max(value));
+            last = Some(last.map_or([value; 2], |[first, _]| [first, value]));
+        }
+        // f at an end itself may be that of either side.
+        let at_ends = [from, to].map(|end| f(end + AGREE * (0.5 * (from + to) - end)));
+        let off = at_ends.iter().zip(last.unwrap_or(at_ends));
+        let off = off.map(|(end, point)| Real::abs(end - point) - OFF * (most - least));
+        Self {
+            ends,
+            halved,
+            sums,
+            size,
+            off: BEYOND * half * off.fold(0.0, f64::max),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Real, integrals};
+    use fredholm_variance::gauss;
+
+    /// ∫ f dt/2 from −1 to 1 where f is 2 up to t, and 0 beyond it: t + 1. One end is so near that no point is beyond.
+    #[test]
+    fn jumps_are_found_wherever_they_are() {
+        let rule = gauss(5).unwrap();
+        for jump in [-1.0, -0.3, 0.0, 0.123_456, 0.999_9, 1.0] {
+            let step = |t: f64| if t < jump { 2.0 } else { 0.0 };
+            let ([mean, ..], is_rough) = integrals(&step, &[[-1.0, 1.0]], 1, &rule);
+            assert!((mean - (jump + 1.0)).abs() < 1e-11, "{jump}: {mean}");
+            assert_eq!(is_rough, jump.abs() < 1.0 && jump != 0.0, "{jump}");
+        }
+    }
+
+    #[test]
+    fn kinks_are_rough_and_smooth_functions_are_not() {
+        let rule = gauss(5).unwrap();
+        let all = [[-1.0, 1.0]];
+        let ([mean, first, ..], is_rough) = integrals(&|t| (t - 0.3).abs(), &all, 2, &rule);
+        // (1.3² + 0.7²)/4 and √3 ∫ t |t − 0.3| dt/2.
+        assert!((mean - 0.545).abs() < 1e-11 && is_rough, "{mean}");
+        let moment = (0.3_f64.powi(3) / 3.0 - 0.3) * 0.5 * 3.0_f64.sqrt();
+        assert!((first - moment).abs() < 1e-11, "{first} {moment}");
+        for width in [0.1, 1.0] {
+            let bell = |t: f64| Real::exp(-(t / width) * (t / width));
+            let (_, is_rough) = integrals(&bell, &all, 5, &rule);
+            assert!(!is_rough, "{width}");
+        }
+    }
+}
