@@ -25,8 +25,8 @@ use super::system::{Boxed, CubeSystem};
 pub(super) const MOST_POINTS: usize = 12;
 const MOST_NODES: f64 = 4e6;
 
-/// Seconds of a value of the kernel and of its sums, as a formula takes them.
-const NODE_SECONDS: f64 = 30e-9;
+/// Seconds of the sums of a value of the kernel.
+const NODE_SECONDS: f64 = 10e-9;
 
 /// Values of the kernel that a mean over x may take, once it has been compared.
 const MOST_WORK: f64 = 1e9;
@@ -179,9 +179,10 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
         self.cells
     }
 
-    /// Values of a formula and their sums.
+    /// Values of the kernel and their sums.
     fn point_seconds(&self, degree: usize) -> f64 {
-        NODE_SECONDS * nodes(&self.system.cut, degree + 3)
+        let [kernel, ..] = self.system.cut.functions().seconds();
+        (kernel + NODE_SECONDS) * nodes(&self.system.cut, degree + 3)
     }
 
     fn mean_points(&self, degree: usize) -> f64 {

@@ -116,6 +116,17 @@ impl<'m> Joint<'m> {
 }
 
 impl<'m> Looked<'m> {
+    /// What was looked at without a whole function.
+    pub(super) fn lost(self) -> Self {
+        let setup = self.joint.as_ref().map_or(0.0, |joint| joint.setup);
+        Self {
+            joint: None,
+            seconds: None,
+            lost: self.lost + setup,
+            ..self
+        }
+    }
+
     /// The settings and the report of the whole function in place of those of separate walks, or of these with what was
     /// looked at besides.
     pub(super) fn chosen(&self, mut chosen: Chosen<'m>) -> Chosen<'m> {
@@ -169,7 +180,7 @@ pub(super) struct Question<'a, 'm> {
 
 impl<'m> Question<'_, 'm> {
     /// Whether the whole function answers it, and nobody refuses that.
-    fn is_open(&self) -> bool {
+    pub(super) fn is_open(&self) -> bool {
         let settings = self.settings;
         let starts = self.goals.len() + self.model.besides(self.goals);
         starts > 1
@@ -180,9 +191,15 @@ impl<'m> Question<'_, 'm> {
             && settings.last_step != Some(true)
     }
 
-    /// Looks for a whole function that takes less than separate walks, which would take so many seconds.
-    pub(super) fn look(&self, chosen: &Chosen<'m>, price: f64) -> Result<Looked<'m>, Error> {
-        let mut looked = Looked::default();
+    /// Looks for a whole function that takes less than separate walks, which would take so many seconds, after what an earlier look has
+    /// lost.
+    pub(super) fn look(
+        &self,
+        chosen: &Chosen<'m>,
+        price: f64,
+        before: Looked<'m>,
+    ) -> Result<Looked<'m>, Error> {
+        let mut looked = before.lost();
         let (true, Some(tolerance)) = (self.is_open(), self.settings.tolerance) else {
             return Ok(looked);
         };
@@ -197,7 +214,8 @@ impl<'m> Question<'_, 'm> {
             let pilot = setup + self.pilot_seconds(&*level, &settings);
             let lost = looked.lost + pilot;
             let pays = lost + best < price && pilot < FINER * best;
-            if setup > best.min(price) || lost > SHARE * price && !pays {
+            let is_long = pilot > FINER * best || setup > price;
+            if is_long || lost > SHARE * price && !pays {
                 break;
             }
             if self.watch.cancelled() {
@@ -410,7 +428,7 @@ impl<'m> Question<'_, 'm> {
             return Err(Error::Cancelled);
         }
         let counts = walked.counts();
-        let look = ready.look(walked, &looks, tolerance)?;
+        let look = ready.look(walked, &looks, (self.model, tolerance))?;
         // Of the lower noise of a sequence a bias is seen by its walks that no pilot sees.
         let is_biased = match walk.sequence {
             Sequence::Random => look.is_biased,

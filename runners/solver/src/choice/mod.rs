@@ -42,7 +42,7 @@ use fredholm_model::{Target, goals};
 
 use course::{Course, End};
 use family::Prediction;
-use joint::Question;
+use joint::{Looked, Question};
 use search::{Lifted, Search};
 
 /// The most walks of a goal if only its error ends them.
@@ -96,7 +96,6 @@ pub fn choose<'m>(
     let Some(mut search) = begin(model, targets, settings, watch)? else {
         return Ok(None);
     };
-    let Next { chosen, best, .. } = next(&mut search, settings, watch)?;
     let goals = goals(model, targets)?;
     let question = Question {
         model,
@@ -104,7 +103,12 @@ pub fn choose<'m>(
         settings,
         watch,
     };
-    let looked = question.look(&chosen, search.price(&best))?;
+    let lost = match look_early(&mut search, &question)? {
+        Early::Joint(looked, chosen) => return Ok(Some(looked.chosen(chosen))),
+        Early::Lost(lost) => lost,
+    };
+    let Next { chosen, best, .. } = next(&mut search, settings, watch)?;
+    let looked = question.look(&chosen, search.price(&best), lost)?;
     Ok(Some(looked.chosen(chosen)))
 }
 
@@ -158,6 +162,29 @@ pub(crate) fn solve_either<'m>(
         settings,
         watch,
     };
+    // Seconds that a whole function was predicted to take which was given up.
+    let mut given_up: Option<f64> = None;
+    let mut lost = Looked::default();
+    if !may_be_joint {
+        search.run();
+    } else {
+        match look_early(&mut search, &question)? {
+            Early::Joint(looked, chosen) => {
+                let joint = looked.chosen(chosen);
+                watch.chosen(&joint.settings, &joint.report);
+                let price = joint.report.predicted_separate_seconds;
+                given_up = looked.seconds;
+                if let Some(function) = looked.walk(&question, price.unwrap_or(f64::INFINITY))? {
+                    return Ok(Some((joint, Found::Whole(function))));
+                }
+                may_be_joint = false;
+                // What it was better than may be best now.
+                search.rival = f64::INFINITY;
+                search.run();
+            }
+            Early::Lost(looked) => lost = looked,
+        }
+    }
     // The walks that were given up last, if there are some: they are the result if nothing follows.
     let mut last: Option<(Chosen<'m>, Answer)> = None;
     loop {
@@ -177,18 +204,21 @@ pub(crate) fn solve_either<'m>(
         };
         if core::mem::take(&mut may_be_joint) {
             let price = search.price(&best);
-            let looked = question.look(&chosen, price)?;
+            let looked = question.look(&chosen, price, core::mem::take(&mut lost))?;
             if looked.joint.is_some() {
                 let joint = looked.chosen(chosen.clone());
-                chosen.report.predicted_whole_seconds = looked.seconds;
+                given_up = looked.seconds;
                 watch.chosen(&joint.settings, &joint.report);
                 if let Some(function) = looked.walk(&question, price)? {
                     return Ok(Some((joint, Found::Whole(function))));
                 }
-                chosen.report.whole_given_up = true;
             } else {
                 chosen = looked.chosen(chosen);
             }
+        }
+        if given_up.is_some() {
+            chosen.report.predicted_whole_seconds = given_up;
+            chosen.report.whole_given_up = true;
         }
         watch.chosen(&chosen.settings, &chosen.report);
         let walk = chosen.settings.walk_options();
@@ -275,9 +305,51 @@ fn begin<'m>(
         // Predictions know nothing of it.
         return Ok(None);
     }
-    let mut search = Search::new(model, targets, settings, tolerance, watch)?;
-    search.run();
+    let search = Search::new(model, targets, settings, tolerance, watch)?;
     Ok(Some(search))
+}
+
+/// What pilots of a short time tell of one set of walks for all targets.
+enum Early<'m> {
+    /// It takes less than any separate walks may that pilots can find; and what pilots tell of these.
+    Joint(Looked<'m>, Chosen<'m>),
+    /// What was lost with it. All pilots of separate walks are made.
+    Lost(Looked<'m>),
+}
+
+/// Looks for one set of walks for all targets before pilots of separate walks take long: they are told what these have to be
+/// better than.
+fn look_early<'m>(
+    search: &mut Search<'m>,
+    question: &Question<'_, 'm>,
+) -> Result<Early<'m>, Error> {
+    let mut lost = Looked::default();
+    if question.is_open()
+        && let Some(best) = search.begin()
+        && let Ok(chosen) = accepted(search, question.settings, &best)
+    {
+        let price = search.price(&best).min(LONG_SECONDS);
+        let looked = question.look(&chosen, price, lost)?;
+        let Some(seconds) = looked.seconds.filter(|_| looked.joint.is_some()) else {
+            search.run();
+            return Ok(Early::Lost(looked));
+        };
+        search.rival = seconds;
+        search.run();
+        if search
+            .best()
+            .is_none_or(|best| seconds < search.price(&best))
+        {
+            let mut chosen = chosen;
+            // What no pilot had may take less, but perhaps does not.
+            chosen.report = report(search, &search.best_tried().unwrap_or(best), 0.0);
+            return Ok(Early::Joint(looked, chosen));
+        }
+        search.rival = f64::INFINITY;
+        lost = looked.lost();
+    }
+    search.run();
+    Ok(Early::Lost(lost))
 }
 
 /// What is walked next.
@@ -377,7 +449,6 @@ fn accepted<'m>(
     if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
         solved.system.check_variance(&chosen.walk_options())?;
     }
-    let plain = search.best_plain().as_ref().map(Prediction::seconds);
     let kept = solved.as_ref().map_or(0.0, |solved| solved.seconds);
     let cells = search.model().partition(&chosen.discretisation())?;
     Ok(Chosen {
@@ -385,20 +456,26 @@ fn accepted<'m>(
         settings: chosen,
         plain: setting.plain,
         solved,
-        report: ChoiceReport {
-            method: setting.method(),
-            predicted_setup_seconds: best.setup,
-            predicted_walk_seconds: best.walking,
-            predicted_walks: best.walks,
-            predicted_states: best.states,
-            predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
-            predicted_separate_seconds: None,
-            predicted_whole_seconds: None,
-            whole_given_up: false,
-            pilots: search.pilots,
-            pilot_walks: search.walks,
-            predicted_pilot_seconds: search.lost(best) + search.walked,
-            pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
-        },
+        report: report(search, best, kept),
     })
+}
+
+/// What is told of the best setting, whose set-up has taken so many seconds that are no pilot's.
+fn report(search: &Search<'_>, best: &Prediction, kept: f64) -> ChoiceReport {
+    let plain = search.best_plain().as_ref().map(Prediction::seconds);
+    ChoiceReport {
+        method: best.setting.method(),
+        predicted_setup_seconds: best.setup,
+        predicted_walk_seconds: best.walking,
+        predicted_walks: best.walks,
+        predicted_states: best.states,
+        predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
+        predicted_separate_seconds: None,
+        predicted_whole_seconds: None,
+        whole_given_up: false,
+        pilots: search.pilots,
+        pilot_walks: search.walks,
+        predicted_pilot_seconds: search.lost(best) + search.walked,
+        pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
+    }
 }

@@ -44,6 +44,8 @@ pub(super) const PAYS: f64 = 2.0;
 const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
 const LEVELS: usize = 4;
+/// Seconds of pilots after which something other than separate walks is looked at, and a person does not notice.
+const PAUSE_SECONDS: f64 = 0.5;
 /// Seconds of a pilot that needs none before it.
 const LEAST_SECONDS: f64 = 1e-3;
 /// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
@@ -77,6 +79,8 @@ pub(super) struct Search<'m> {
     granted: f64,
     /// Seconds that walks of the answer have left: what takes longer is no better. Infinite while nothing is walked.
     left: f64,
+    /// Seconds of what answers in place of separate walks: those that take longer are no better. Infinite if nothing does.
+    pub(super) rival: f64,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
     /// Whether another setting took over although the error is a part of what may be 0.
@@ -119,6 +123,7 @@ impl<'m> Search<'m> {
             work: 0.0,
             granted: 0.0,
             left: f64::INFINITY,
+            rival: f64::INFINITY,
             walked: 0.0,
             hoped: false,
             warned: false,
@@ -135,7 +140,19 @@ impl<'m> Search<'m> {
 
     /// Makes pilots until none may pay any more.
     pub(super) fn run(&mut self) {
-        while !self.watch.cancelled()
+        self.run_up_to(f64::INFINITY);
+    }
+
+    /// Makes pilots for a short time; the best setting of those that had some, if others may follow.
+    pub(super) fn begin(&mut self) -> Option<Prediction> {
+        self.run_up_to(PAUSE_SECONDS);
+        self.best_tried().filter(|_| self.work >= PAUSE_SECONDS)
+    }
+
+    /// Makes pilots until none may pay any more, or they have taken so many seconds.
+    fn run_up_to(&mut self, seconds: f64) {
+        while self.work < seconds
+            && !self.watch.cancelled()
             && let Some((next, walks)) = self.most_promising().or_else(|| self.unconfirmed())
         {
             let seconds = self.seconds_of(&next, walks);
@@ -197,7 +214,7 @@ impl<'m> Search<'m> {
     fn most_promising(&self) -> Option<(Prediction, u64)> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
-        let price = price.min(self.left);
+        let price = price.min(self.left).min(self.rival);
         let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = if found.pilot_walks == 0 {
@@ -247,7 +264,8 @@ impl<'m> Search<'m> {
     /// The best setting, if few walks told of it, or the next one on the way to it.
     fn unconfirmed(&self) -> Option<(Prediction, u64)> {
         let best = self.best()?;
-        if self.least_price(&best).min(self.left) < self.price(&best) {
+        let least = self.least_price(&best).min(self.left).min(self.rival);
+        if least < self.price(&best) {
             // It is not what is walked.
             return None;
         }
@@ -296,6 +314,7 @@ impl<'m> Search<'m> {
             * self
                 .least_price(best)
                 .min(LONG_SECONDS)
+                .min(self.rival)
                 .min(self.time_limit());
         (all - self.lost(best)).max(self.granted - self.work)
     }

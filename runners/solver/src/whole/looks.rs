@@ -11,8 +11,8 @@ use crate::{Error, Goal, Model, Region, Tolerance};
 const UNSEEN: f64 = 0.5;
 /// The part of a standard error that is noise of that, before walks tell more.
 const NOISE: f64 = 0.25;
-/// The part of a tolerance by which quadrature in x may be off.
-const MOVED: f64 = 0.1;
+/// The part of a tolerance by which quadrature may be off.
+pub(super) const MOVED: f64 = 0.1;
 
 /// Regions, at which u is looked at.
 #[derive(Debug)]
@@ -45,6 +45,13 @@ impl Looks {
         let all = self.0.iter();
         let points = all.filter(|region| model.is_in_space(region)).count();
         [points, self.0.len() - points]
+    }
+
+    /// A few of the points of the space.
+    pub(crate) fn some_points(&self, model: &dyn Model, few: usize) -> Vec<Region> {
+        let all = || self.0.iter().filter(|region| model.is_in_space(region));
+        let step = all().count().div_ceil(few).max(1);
+        all().step_by(step).cloned().collect()
     }
 
     /// What a field says of them.

@@ -8,7 +8,7 @@ use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
 use fredholm_rayon::Replicates;
 
-use super::looks::{Look, Looks};
+use super::looks::{Look, Looks, MOVED};
 use super::{
     BAND_LEVEL, PROBES, QUADRATURE_SHARE, REPLICATES, WholeFunction, WholeSummary, WholeValue,
     split,
@@ -445,14 +445,26 @@ impl<'m> Ready<'m> {
         self.system.field(&request, rows)
     }
 
-    /// What walks say of some quantities.
+    /// What walks say of some quantities, and whether quadrature of T_K leaves a bias that error bars do not see.
     pub(crate) fn look(
         &self,
         walked: Walked,
         looks: &Looks,
-        tolerance: Tolerance,
+        (model, tolerance): (&dyn Model, Tolerance),
     ) -> Result<Look, Error> {
-        looks.look(&*self.field(walked.coefficients)?, tolerance)
+        let mut field = self.field(walked.coefficients)?;
+        let mut look = looks.look(&*field, tolerance)?;
+        let some = looks.some_points(model, QUADRATURE_PROBES);
+        if let (Tolerance::Absolute(bound), false) = (tolerance, some.is_empty()) {
+            let may = MOVED * bound;
+            let moved = field.refine(&some, may)?;
+            // NaN if a finer rule takes too long: then nobody knows.
+            if !(moved <= may) {
+                look.is_biased = true;
+                look.is_nearly_biased = true;
+            }
+        }
+        Ok(look)
     }
 }
 

@@ -18,7 +18,7 @@ impl Search<'_> {
     }
 
     /// The best prediction of a setting that had a pilot.
-    pub(super) fn best_tried(&self) -> Option<Prediction> {
+    pub(in super::super) fn best_tried(&self) -> Option<Prediction> {
         self.best_of(self.found().filter(|found| found.pilot_walks > 0))
     }
 
