@@ -7,6 +7,7 @@ use fredholm_cube::{
 
 use super::functions::{WatchedKernel, with_values};
 use super::setup::ANY;
+use super::whole::LOOK_POINTS;
 use super::{CubeModel, CubePartition};
 use fredholm_model::pairs::Band;
 use fredholm_model::{Error, Pairs};
@@ -152,7 +153,7 @@ impl CubeModel {
             }
             let found = with_values::<f64, _>(&*self.functions, |values| {
                 let cube = values.cube::<1>(ROUGH_CELLS, ANY)?;
-                let moments = KernelMoments::new(&cube, 0, GAUSS.len() + 2)?;
+                let moments = KernelMoments::new(&cube, 0, LOOK_POINTS)?;
                 let kernel = values.kernel();
                 Ok(PLACES.iter().any(|&x| moments.is_rough(&kernel, &[x])))
             });

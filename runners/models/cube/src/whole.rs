@@ -34,6 +34,9 @@ const MOST_WORK: f64 = 1e9;
 /// Intervals that grow from a singularity, on both sides of it, or shrink to a jump.
 const GRADED: usize = 80;
 
+/// Gauss points of a cell by which jumps are told from what is smooth: rules of few points take long to agree on anything.
+pub(super) const LOOK_POINTS: usize = 6;
+
 /// F, and the part of its image that comes from rough cells.
 const HEAD: usize = 2;
 
@@ -237,7 +240,7 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
         if D == 1 && !rows.is_empty() && self.system.cut.model.exponent() == 0.0 {
             with_values::<f64, _>(self.system.cut.functions(), |values| {
                 let cube = values.cube::<D>(self.system.cut.per_axis, ANY)?;
-                let moments = KernelMoments::new(&cube, request.degree, points)?;
+                let moments = KernelMoments::new(&cube, request.degree, points.max(LOOK_POINTS))?;
                 let functions = fredholm_cube::functions(D, request.degree);
                 for (cell, projection) in moments.rough_cells(&|y| cube.source(y)) {
                     let mut rows = rows.chunks_exact_mut(unknowns);
