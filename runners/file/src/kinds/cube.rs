@@ -402,8 +402,7 @@ impl Kind for Cube {
         let slow = texts.iter().filter_map(|text| {
             let micros = 1e6 * formula::seconds(&text.value);
             let message = format!(
-                "a value of this formula takes about {micros:.0} microseconds, and setting up asks for hundreds of \
-                 thousands of them"
+                "a value of this formula takes about {micros:.0} microseconds, and setting up asks for thousands of them"
             );
             (micros > SLOW).then(|| file.remark(&text.place, message))
         });

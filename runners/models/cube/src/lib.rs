@@ -100,6 +100,9 @@ pub struct CubeModel {
     source_size: OnceLock<f64>,
 }
 
+/// Seconds that are spent in looking at K², about.
+const LOOK_SECONDS: f64 = 1.0;
+
 impl core::fmt::Debug for CubeModel {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("CubeModel")
@@ -380,7 +383,21 @@ impl<'m> CubePartition<'m> {
                 let tables = ProductTables::new(&cube, Rule::new(2)?)?;
                 return Ok(tables.absolute_radius()?);
             }
-            let (per_axis, points) = [(200, 2), (14, 2), (6, 2), (4, 1), (3, 1), (2, 1)][D - 1];
+            // Cells of an axis, points in them, and the fewest cells, which tell the radius of smooth kernels to some digits.
+            let (per_axis, points, fewest): (usize, usize, usize) = [
+                (200, 2, 20),
+                (14, 2, 6),
+                (6, 2, 3),
+                (4, 1, 3),
+                (3, 1, 2),
+                (2, 1, 2),
+            ][D - 1];
+            let [seconds, ..] = self.functions().seconds();
+            let all = (per_axis * points).pow(2 * D as u32) as f64;
+            // Where a value takes so long that looking would take seconds, fewer are looked at.
+            let part = (LOOK_SECONDS / (all * seconds)).min(1.0);
+            let fewer = (per_axis as f64 * part.powf(0.5 / D as f64)) as usize;
+            let per_axis = fewer.max(fewest);
             let square = |x: &[f64; D], y: &[f64; D]| {
                 let k = kernel.kernel(x, y);
                 k * k
@@ -391,7 +408,7 @@ impl<'m> CubePartition<'m> {
             fill(&mut entries, n, &|i, row| cube.fill_row(rule, i, row))?;
             let dense = Dense::new(&entries, n, 1);
             let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
-            Ok(absolute_radius(&dense)?.max(spikes::squared_radius(square)))
+            Ok(absolute_radius(&dense)?.max(spikes::squared_radius(square, part)))
         })
     }
 

@@ -18,13 +18,21 @@ fn point<const D: usize>(number: u32) -> [f64; D] {
 }
 
 /// The spectral radius of w ↦ ∫ K²(x, y) w(y) dy from below, by small cubes around the point x = y in which K² is the
-/// largest: that of a part is at most that of all, and at least the least integral over it.
-pub(crate) fn squared_radius<const D: usize>(square: impl Fn(&[f64; D], &[f64; D]) -> f64) -> f64 {
+/// largest: that of a part is at most that of all, and at least the least integral over it. `part`: of all points and halvings, where
+/// a value takes long.
+pub(crate) fn squared_radius<const D: usize>(
+    square: impl Fn(&[f64; D], &[f64; D]) -> f64,
+    part: f64,
+) -> f64 {
+    let [points, halvings] =
+        [f64::from(POINTS), f64::from(HALVINGS)].map(|all| (part * all).ceil());
     let at = |number| {
         let x = point(number);
         (square(&x, &x), x)
     };
-    let all = (0..POINTS).map(at).filter(|(square, _)| square.is_finite());
+    let all = (0..points as u32)
+        .map(at)
+        .filter(|(square, _)| square.is_finite());
     let Some((largest, top)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return 0.0;
     };
@@ -60,7 +68,7 @@ pub(crate) fn squared_radius<const D: usize>(square: impl Fn(&[f64; D], &[f64; D
         let least = if least.is_finite() { least } else { 0.0 };
         least * side.powi(D as i32) / f64::from(FEW)
     };
-    (1..=HALVINGS).map(&mut within).fold(0.0, f64::max)
+    (1..=halvings as i32).map(&mut within).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -78,14 +86,14 @@ mod tests {
             }
         };
         // 10⁶ over a length of 2 · 10⁻⁴ is 200; halvings of the side tell half of it at least.
-        let radius = squared_radius(spike);
+        let radius = squared_radius(spike, 1.0);
         assert!((100.0..=200.0).contains(&radius), "{radius}");
         let root = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs().max(1e-12).powf(-0.6);
-        let radius = squared_radius(root);
+        let radius = squared_radius(root, 1.0);
         assert!(radius < 2.0, "{radius}");
         let hole = |_: &[f64; 1], y: &[f64; 1]| if y[0] > 0.999 { f64::NAN } else { y[0] };
-        assert!(squared_radius(hole) < 1.0);
-        let constant = squared_radius(|_: &[f64; 3], _: &[f64; 3]| 0.9);
+        assert!(squared_radius(hole, 1.0) < 1.0);
+        let constant = squared_radius(|_: &[f64; 3], _: &[f64; 3]| 0.9, 1.0);
         assert!((0.05..0.9).contains(&constant), "{constant}");
     }
 }

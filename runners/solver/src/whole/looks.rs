@@ -23,6 +23,8 @@ pub(crate) struct Looks(Vec<Region>);
 pub(crate) struct Look {
     /// The largest of them.
     pub(crate) error: f64,
+    /// The largest tolerance.
+    pub(crate) bound: f64,
     /// Whether there is a bias beside them.
     pub(crate) is_biased: bool,
     /// Whether one of half that size would be.
@@ -76,6 +78,7 @@ impl Look {
             Tolerance::Absolute(bound) => bound,
             Tolerance::Relative(bound) => bound * (iterate + correction.mean).abs(),
         };
+        self.bound = self.bound.max(bound);
         // Where all replicates say the same there is nothing to divide, whatever the bound.
         if error != 0.0 {
             self.error = self.error.max(error / bound);

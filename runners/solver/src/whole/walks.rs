@@ -455,8 +455,8 @@ impl<'m> Ready<'m> {
         let mut field = self.field(walked.coefficients)?;
         let mut look = looks.look(&*field, tolerance)?;
         let some = looks.some_points(model, QUADRATURE_PROBES);
-        if let (Tolerance::Absolute(bound), false) = (tolerance, some.is_empty()) {
-            let may = MOVED * bound;
+        if !some.is_empty() {
+            let may = MOVED * look.bound;
             let moved = field.refine(&some, may)?;
             // NaN if a finer rule takes too long: then nobody knows.
             if !(moved <= may) {
