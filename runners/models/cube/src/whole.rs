@@ -243,18 +243,13 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
                 let moments = KernelMoments::new(&cube, request.degree, points.max(LOOK_POINTS))?;
                 let functions = fredholm_cube::functions(D, request.degree);
                 for (cell, projection) in moments.rough_cells(&|y| cube.source(y)) {
-                    let mut rows = rows.chunks_exact_mut(unknowns);
-                    let highest = rows.next_back();
-                    let own = cell * functions..(cell + 1) * functions;
-                    for row in rows {
-                        let own = row.iter_mut().take(own.end).skip(own.start);
-                        own.zip(&projection).for_each(|(of, part)| *of -= part);
+                    // What the highest degree tells of F is no sign of what is lost.
+                    let highest = rows.chunks_exact_mut(unknowns).next_back();
+                    let last = highest.and_then(|row| row.get_mut((cell + 1) * functions - 1));
+                    if let (Some(last), Some(part)) = (last, projection.last()) {
+                        *last -= part;
                     }
-                    let last = highest.and_then(|row| row.get_mut(own.end - 1));
-                    last.into_iter()
-                        .zip(projection.last())
-                        .for_each(|(of, part)| *of -= part);
-                    rough.push(cell);
+                    rough.push(Rough { cell, projection });
                 }
                 Ok(())
             })?;
@@ -271,6 +266,12 @@ impl<'m, const D: usize> WholeSystem<'m> for CubeWhole<'m, D> {
     }
 }
 
+/// A cell in which F has a jump or a kink, and the coefficients of PF there.
+struct Rough {
+    cell: usize,
+    projection: Vec<f64>,
+}
+
 /// v and other piecewise polynomials of one degree, and the quadrature of T_K.
 ///
 /// Where F has a jump or a kink in a cell, F − PF is what the projection of e loses most, and where K(x, ·) jumps in that cell, too, T_K
@@ -279,10 +280,9 @@ struct CubeField<'m, const D: usize> {
     system: Arc<CubeSystem<'m, D>>,
     degree: usize,
     unknowns: usize,
-    /// v first; all others without PF on rough cells.
+    /// v first.
     rows: Vec<f64>,
-    /// The cells in which F has a jump or a kink.
-    rough: Arc<[usize]>,
+    rough: Arc<[Rough]>,
     /// Gauss points of a cell and axis.
     points: usize,
 }
@@ -293,7 +293,7 @@ struct Integrals<'a, const D: usize> {
     cube: &'a ModelCube<'a, f64, D>,
     moments: &'a KernelMoments<D>,
     product: bool,
-    rough: &'a [usize],
+    rough: &'a [Rough],
 }
 
 impl<const D: usize> Integrals<'_, D> {
@@ -316,7 +316,7 @@ impl<const D: usize> Integrals<'_, D> {
         }
         if let [source, rough] = source {
             let at = |y: &[f64; D]| self.cube.source(y);
-            let of = |&cell: &usize| self.moments.rough_integral(&kernel, x, cell, &at);
+            let of = |of: &Rough| self.moments.rough_integral(&kernel, x, of.cell, &at);
             *source += weight * at(x);
             *rough += weight * self.rough.iter().map(of).sum::<f64>();
         }
@@ -423,8 +423,14 @@ impl<const D: usize> CubeField<'_, D> {
         for (out, value) in out.iter_mut().zip(values) {
             *out = value;
         }
-        // All but F, v and the part of the highest degree are ê.
-        let rough = head.last().copied().unwrap_or(0.0);
+        // ê, all but F, v and the part of the highest degree, has F − PF besides.
+        let functions = fredholm_cube::functions(D, self.degree);
+        let projected = self.rough.iter().map(|rough| {
+            let own = integrals.iter().skip(rough.cell * functions);
+            let own = own.zip(&rough.projection);
+            own.map(|(integral, of)| integral * of).sum::<f64>()
+        });
+        let rough = head.last().copied().unwrap_or(0.0) - projected.sum::<f64>();
         let ends = 2..out.len().saturating_sub(1);
         let replicates = out.get_mut(ends).unwrap_or_default();
         replicates.iter_mut().for_each(|of| *of += rough);
