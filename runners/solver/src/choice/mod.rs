@@ -103,10 +103,10 @@ pub fn choose<'m>(
         settings,
         watch,
     };
-    let lost = match look_early(&mut search, &question)? {
-        Early::Joint(looked, chosen) => return Ok(Some(looked.chosen(chosen))),
-        Early::Lost(lost) => lost,
-    };
+    let (lost, joint) = look_early(&mut search, &question)?;
+    if let Some(chosen) = joint {
+        return Ok(Some(lost.chosen(chosen)));
+    }
     let Next { chosen, best, .. } = next(&mut search, settings, watch)?;
     let looked = question.look(&chosen, search.price(&best), lost)?;
     Ok(Some(looked.chosen(chosen)))
@@ -169,7 +169,7 @@ pub(crate) fn solve_either<'m>(
         search.run();
     } else {
         match look_early(&mut search, &question)? {
-            Early::Joint(looked, chosen) => {
+            (looked, Some(chosen)) => {
                 let joint = looked.chosen(chosen);
                 watch.chosen(&joint.settings, &joint.report);
                 let price = joint.report.predicted_separate_seconds;
@@ -182,7 +182,7 @@ pub(crate) fn solve_either<'m>(
                 search.rival = f64::INFINITY;
                 search.run();
             }
-            Early::Lost(looked) => lost = looked,
+            (looked, None) => lost = looked,
         }
     }
     // The walks that were given up last, if there are some: they are the result if nothing follows.
@@ -309,20 +309,13 @@ fn begin<'m>(
     Ok(Some(search))
 }
 
-/// What pilots of a short time tell of one set of walks for all targets.
-enum Early<'m> {
-    /// It takes less than any separate walks may that pilots can find; and what pilots tell of these.
-    Joint(Looked<'m>, Chosen<'m>),
-    /// What was lost with it. All pilots of separate walks are made.
-    Lost(Looked<'m>),
-}
-
 /// Looks for one set of walks for all targets before pilots of separate walks take long: they are told what these have to be
-/// better than.
+/// better than. What was looked at, and what pilots tell of separate walks if it takes less than any of them may that pilots can
+/// find; otherwise all pilots of separate walks are made.
 fn look_early<'m>(
     search: &mut Search<'m>,
     question: &Question<'_, 'm>,
-) -> Result<Early<'m>, Error> {
+) -> Result<(Looked<'m>, Option<Chosen<'m>>), Error> {
     let mut lost = Looked::default();
     if question.is_open()
         && let Some(best) = search.begin()
@@ -332,7 +325,7 @@ fn look_early<'m>(
         let looked = question.look(&chosen, price, lost)?;
         let Some(seconds) = looked.seconds.filter(|_| looked.joint.is_some()) else {
             search.run();
-            return Ok(Early::Lost(looked));
+            return Ok((looked, None));
         };
         search.rival = seconds;
         search.run();
@@ -343,13 +336,13 @@ fn look_early<'m>(
             let mut chosen = chosen;
             // What no pilot had may take less, but perhaps does not.
             chosen.report = report(search, &search.best_tried().unwrap_or(best), 0.0);
-            return Ok(Early::Joint(looked, chosen));
+            return Ok((looked, Some(chosen)));
         }
         search.rival = f64::INFINITY;
         lost = looked.lost();
     }
     search.run();
-    Ok(Early::Lost(lost))
+    Ok((lost, None))
 }
 
 /// What is walked next.
