@@ -29,7 +29,7 @@ struct Part {
     halved: u32,
     /// The means over the cell of f times the polynomials where t is in the interval.
     sums: Axis,
-    /// That of |f|.
+    /// The integral of |f| over it.
     size: f64,
     /// What a jump beyond the last points may be worth.
     off: f64,
