@@ -92,3 +92,25 @@ fn moments_of_f_are_predicted_for_u() {
     let [before, after] = piloted(&mut search, &[FIRST], is_such);
     assert!(after.moments > 10.0 * before.moments, "{after:?}");
 }
+
+/// Walks are made in whole stages, so that many settings take as many: the one that leaves the least variance has the smallest error then.
+#[test]
+fn of_settings_with_as_many_walks_the_one_that_leaves_least_is_taken() {
+    let model = CubeModel::from_fn::<1>(|x, y| 0.5 * f64::cos(x[0] - y[0]), |x| x[0]);
+    let (targets, settings) = (at(&[0.37]), Settings::default());
+    let tolerance = Tolerance::Absolute(1e-4);
+    let search = Search::new(&model, &targets, &settings, tolerance, &()).unwrap();
+    let [first, other, ..] = search.candidates(None)[..] else {
+        panic!("no two candidates");
+    };
+    let of = |found: Prediction, setup, needed| Prediction {
+        setup,
+        careful: 1.0,
+        needed,
+        ..found
+    };
+    let best = |all: &[Prediction]| search.best_of(all.iter()).unwrap().needed;
+    assert_eq!(best(&[of(first, 0.5, 400.0), of(other, 0.5, 300.0)]), 300.0);
+    // Not if it takes longer.
+    assert_eq!(best(&[of(first, 0.5, 400.0), of(other, 0.6, 300.0)]), 400.0);
+}
