@@ -1,6 +1,7 @@
 //! The segments of a deck as a scene has them: bases without their subsurfaces, and segments cut where they cross.
 
 use core::ops::Range;
+use std::collections::HashMap;
 
 use fredholm::room::Surfaces;
 
@@ -59,8 +60,18 @@ impl Deck {
     /// [`InputError`]: a subsurface does not lie on its base, or nothing of a base is left.
     pub fn parts(&self) -> Result<DeckParts, InputError> {
         let mut pieces: Vec<(usize, [[f64; 2]; 2])> = Vec::new();
+        // A deck has up to a million surfaces: each is looked at once.
+        let mut on_bases: HashMap<usize, Vec<usize>> = HashMap::new();
+        for (number, surface) in self.surfaces.iter().enumerate() {
+            if let Some(base) = surface.base {
+                on_bases.entry(base).or_default().push(number);
+            }
+        }
         for (line, surface) in self.surfaces.iter().enumerate() {
-            let left = self.without_subsurfaces(line, surface)?;
+            let left = match on_bases.get(&line) {
+                None => vec![surface.ends],
+                Some(all) => self.without_subsurfaces(line, surface, all)?,
+            };
             pieces.extend(left.into_iter().map(|ends| (line, ends)));
         }
         if pieces.len() <= MOST_COMPARED {
@@ -102,6 +113,7 @@ impl Deck {
         &self,
         line: usize,
         base: &DeckSurface,
+        all: &[usize],
     ) -> Result<Vec<[[f64; 2]; 2]>, InputError> {
         let [a, b] = base.ends;
         let along = [b[0] - a[0], b[1] - a[1]];
@@ -115,11 +127,8 @@ impl Deck {
             ]
         };
         let mut on_it: Vec<(Range<f64>, usize)> = Vec::new();
-        for (number, own) in self.surfaces.iter().enumerate() {
-            if own.base != Some(line) {
-                continue;
-            }
-            let [[from, off], [to, off_too]] = own.ends.map(place);
+        for &number in all {
+            let [[from, off], [to, off_too]] = self.surfaces[number].ends.map(place);
             let lies = off.abs().max(off_too.abs()) < BESIDE && from > -BESIDE && to < 1.0 + BESIDE;
             if !(lies && from < to) {
                 return Err(self.error(
