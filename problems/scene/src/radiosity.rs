@@ -362,7 +362,7 @@ impl<F: Real> Sampler for Radiosity<'_, F> {
 }
 
 impl<F: Real> TransitionDensity for Radiosity<'_, F> {
-    /// With respect to areas; in the sky to solid angles.
+    /// The transition density, with respect to areas on faces and to solid angles in the sky.
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         if let (Some(from), SKY) = (self.face(x), y.face) {
             let rise = dot(from.normal, y.position);
@@ -414,7 +414,7 @@ impl<F: Real> Source for Radiosity<'_, F> {
 }
 
 impl<F: Real> Partition for Radiosity<'_, F> {
-    /// Those of faces, and one for every patch of the sky.
+    /// The number of cells: those of faces, and one for every patch of the sky.
     fn cells(&self) -> usize {
         self.cells_of_faces() + self.sky_emissions.len()
     }
@@ -459,7 +459,7 @@ impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
 impl<F: Real> CellMap for Radiosity<'_, F> {
     const DIMENSION: usize = 2;
 
-    /// The area; 0 in the sky.
+    /// The area of a cell; 0 in the sky.
     fn measure(&self, cell: usize) -> f64 {
         if (self.cells_of_faces()..self.cells()).contains(&cell) {
             return 0.0;

@@ -21,7 +21,7 @@ pub struct SkyBands {
 }
 
 impl SkyBands {
-    /// The sky.
+    /// The sky in patches.
     ///
     /// # Errors
     /// As [`Sky::bands`], but not for what was read.
@@ -29,7 +29,7 @@ impl SkyBands {
         Sky::bands(&self.altitudes, &self.sectors)
     }
 
-    /// Its light, if the file says what it gives.
+    /// The light of the sky, if the file says what it gives.
     ///
     /// # Errors
     /// As [`SkyLight::bands`], but not for what was read.
