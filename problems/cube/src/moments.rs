@@ -108,8 +108,8 @@ impl<const D: usize> KernelMoments<D> {
         self
     }
 
-    /// These moments of a kernel that jumps or has kinks at places that nobody has named, in one dimension: intervals are halved until
-    /// the rules of both halves agree with that of the whole to 10⁻¹² of the cell.
+    /// These moments of a kernel that jumps or has kinks at places that nobody has named, in one dimension: intervals are cut in two until
+    /// the rules of both parts agree with that of the whole to 10⁻¹² of the cell.
     ///
     /// ```
     /// use fredholm_cube::{Cube, KernelMoments};
