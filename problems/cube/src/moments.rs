@@ -19,7 +19,7 @@ use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn, functions};
 /// sides of it loses no order. A rule of g points is exact for polynomials of degree 2g − 1 an axis.
 ///
 /// A kernel that is singular there, like |x_a − y_a|^−a or its logarithm, is integrated in intervals that halve towards x_a:
-/// see [`with_singularity`](Self::with_singularity). In one dimension jumps and kinks anywhere are found by halving:
+/// see [`with_singularity`](Self::with_singularity). In one dimension jumps and kinks anywhere are found by cutting in two:
 /// [`with_halving`](Self::with_halving).
 ///
 /// ```
@@ -43,7 +43,7 @@ pub struct KernelMoments<const D: usize> {
     rule: Vec<(f64, f64)>,
     /// The exponent a of a kernel like |x_a − y_a|^−a, if it is singular.
     exponent: Option<f64>,
-    /// Whether cells are halved until the rules of both halves agree with that of the whole.
+    /// Whether cells are cut in two until the rules of both parts agree with that of the whole.
     halving: bool,
 }
 
