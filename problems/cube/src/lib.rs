@@ -9,6 +9,8 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+#[cfg(feature = "alloc")]
+mod adaptive;
 mod cube;
 mod equation;
 mod error;
@@ -16,8 +18,6 @@ mod error;
 mod exact_source;
 mod factors;
 mod functions;
-#[cfg(feature = "alloc")]
-mod halving;
 mod mean;
 mod mesh;
 pub mod model;

@@ -7,7 +7,7 @@ use fredholm_core::array::from_fn;
 use fredholm_core::galerkin::{GalerkinError, legendre, reserve};
 use fredholm_variance::gauss;
 
-use crate::halving::integrals;
+use crate::adaptive::integrals;
 use crate::mesh::Mesh;
 use crate::scores::{Axis, PER_AXIS, add_products};
 use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn, functions};
@@ -20,7 +20,7 @@ use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn, functions};
 ///
 /// A kernel that is singular there, like |x_a − y_a|^−a or its logarithm, is integrated in intervals that halve towards x_a:
 /// see [`with_singularity`](Self::with_singularity). In one dimension jumps and kinks anywhere are found by cutting in two:
-/// [`with_halving`](Self::with_halving).
+/// [`with_adaptive_rules`](Self::with_adaptive_rules).
 ///
 /// ```
 /// use fredholm_cube::{Cube, KernelMoments};
@@ -44,7 +44,7 @@ pub struct KernelMoments<const D: usize> {
     /// The exponent a of a kernel like |x_a − y_a|^−a, if it is singular.
     exponent: Option<f64>,
     /// Whether cells are cut in two until the rules of both parts agree with that of the whole.
-    halving: bool,
+    adaptive: bool,
 }
 
 /// The distance from a singularity up to which the kernel is a power. Rounding of y moves a distance by a ten-thousandth
@@ -82,7 +82,7 @@ impl<const D: usize> KernelMoments<D> {
             functions: functions(D, degree),
             rule: gauss(points)?,
             exponent: None,
-            halving: false,
+            adaptive: false,
         })
     }
 
@@ -116,28 +116,29 @@ impl<const D: usize> KernelMoments<D> {
     ///
     /// let kernel = |x: &[f64; 1], y: &[f64; 1]| if (x[0] - y[0]).abs() < 0.1 { 3.0 } else { 0.0 };
     /// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 1, 0.2)?;
-    /// let moments = KernelMoments::new(&cube, 0, 4)?.with_halving();
+    /// let moments = KernelMoments::new(&cube, 0, 4)?.with_adaptive_rules();
     /// let mut out = [0.0];
     /// moments.fill(&kernel, &[0.73], &mut out)?;
     /// assert!((out[0] - 0.6).abs() < 1e-11 && moments.is_rough(&kernel, &[0.73]));
     /// # Ok::<(), fredholm_cube::CubeError>(())
     /// ```
     #[must_use]
-    pub const fn with_halving(mut self) -> Self {
-        self.halving = D == 1;
+    pub const fn with_adaptive_rules(mut self) -> Self {
+        self.adaptive = D == 1;
         self
     }
 
-    /// Whether cells are halved.
+    /// Whether rules are adaptive.
     #[must_use]
-    pub const fn halves(&self) -> bool {
-        self.halving
+    pub const fn is_adaptive(&self) -> bool {
+        self.adaptive
     }
 
     /// Whether the kernel has a jump or a kink but for y = x, seen from `x`; in one dimension.
     #[must_use]
     pub fn is_rough(&self, kernel: &dyn KernelFn<f64, D>, x: &[f64; D]) -> bool {
-        D == 1 && (0..self.mesh.per_axis()).any(|place| self.halved(kernel, x, place, &|_| 1.0).1)
+        D == 1
+            && (0..self.mesh.per_axis()).any(|place| self.over_cell(kernel, x, place, &|_| 1.0).1)
     }
 
     /// The cells in which a function has a jump or a kink, in one dimension, each with the coefficients of its projection.
@@ -164,12 +165,12 @@ impl<const D: usize> KernelMoments<D> {
         f: &dyn Fn(&[f64; D]) -> f64,
     ) -> f64 {
         let place = u32::try_from(cell).unwrap_or(u32::MAX);
-        let ([integral, ..], _) = self.halved(kernel, x, place, f);
+        let ([integral, ..], _) = self.over_cell(kernel, x, place, f);
         integral
     }
 
-    /// ∫ K(x,y) f(y) ψ_b(y) dy over a cell in one dimension by halving, and whether K(x, ·) f has a jump or a kink there but for y = x.
-    fn halved(
+    /// ∫ K(x,y) f(y) ψ_b(y) dy over a cell in one dimension by adaptive rules, and whether K(x, ·) f has a jump or a kink there but for y = x.
+    fn over_cell(
         &self,
         kernel: &dyn KernelFn<f64, D>,
         x: &[f64; D],
@@ -217,10 +218,10 @@ impl<const D: usize> KernelMoments<D> {
     ) -> Result<(), CubeError> {
         self.check(out.len())?;
         out.fill(0.0);
-        if self.halving {
+        if self.adaptive {
             let cells = out.chunks_exact_mut(self.functions);
             for (place, out) in (0..).zip(cells) {
-                let (sums, _) = self.halved(kernel, x, place, &|_| 1.0);
+                let (sums, _) = self.over_cell(kernel, x, place, &|_| 1.0);
                 out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum);
             }
             return Ok(());

@@ -20,7 +20,7 @@ pub struct Cells<F> {
     pub(crate) sides: Vec<Side<F>>,
     pub(crate) lights: Vec<u32>,
     pub(crate) beams: Vec<Beam<F>>,
-    pub(crate) sky: SkyTables<F>,
+    pub(crate) sky: Option<SkyTables<F>>,
     pub(crate) cells: u32,
 }
 
@@ -75,7 +75,7 @@ impl<F: Real> Cells<F> {
             sides: Vec::new(),
             lights: Vec::new(),
             beams: scene.beams().iter().filter_map(Beam::rounded).collect(),
-            sky: scene.sky().map(SkyLight::rounded).unwrap_or_default(),
+            sky: scene.sky().map(SkyLight::rounded),
             cells: 0,
         };
         let wanted: f64 = scene.faces().iter().map(|face| count(face, size)).sum();
@@ -112,7 +112,11 @@ impl<F: Real> Cells<F> {
     /// The number of cells, of which every patch of the sky is one.
     #[must_use]
     pub const fn number(&self) -> usize {
-        self.cells as usize + self.sky.1.len()
+        let patches = match &self.sky {
+            Some(sky) => sky.emissions.len(),
+            None => 0,
+        };
+        self.cells as usize + patches
     }
 }
 

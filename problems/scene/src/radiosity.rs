@@ -84,8 +84,10 @@ impl<'a, F: Real> Radiosity<'a, F> {
     ) -> Result<Self, SceneError> {
         let tables = (&*cells.sides, &*cells.patches, &*cells.lights);
         let radiosity = Self::of_tables(geometry, tables, absorption)?.with_beams(&cells.beams);
-        let (bands, emissions) = &cells.sky;
-        Ok(radiosity.with_sky(bands, emissions))
+        Ok(match &cells.sky {
+            Some(sky) => radiosity.with_sky(&sky.bands, &sky.emissions),
+            None => radiosity,
+        })
     }
 
     /// The equation with light that no surface emits: directions have the length 1.

@@ -108,16 +108,20 @@ impl SkyLight {
             sectors: band.sectors,
             first: band.first,
         };
-        (
-            self.bands.iter().map(band).collect(),
-            self.emissions.iter().map(|&l| F::from_f64(l)).collect(),
-        )
+        SkyTables {
+            bands: self.bands.iter().map(band).collect(),
+            emissions: self.emissions.iter().map(|&l| F::from_f64(l)).collect(),
+        }
     }
 }
 
 /// Bands of a sky and L of every patch, in the walk's scalar.
 #[cfg(feature = "alloc")]
-pub(crate) type SkyTables<F> = (alloc::vec::Vec<SkyBand<F>>, alloc::vec::Vec<F>);
+#[derive(Clone, Debug)]
+pub(crate) struct SkyTables<F> {
+    pub(crate) bands: alloc::vec::Vec<SkyBand<F>>,
+    pub(crate) emissions: alloc::vec::Vec<F>,
+}
 
 impl<F: Real> Radiosity<'_, F> {
     /// The point of the sky to which a ray leads that meets no surface. `None`: there is no sky, or the ray goes down.

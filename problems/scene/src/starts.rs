@@ -142,8 +142,7 @@ impl crate::Scene {
 const OPEN_RAYS: u32 = 1024;
 
 /// The mean of u over all directions in which a point between the surfaces sees them, (1/4π) ∫ u dω: σT⁴ of the mean
-/// radiant temperature T, where u is heat. Directions in which light leaves count with
-/// u = 0, or with the light of the sky.
+/// radiant temperature T, where u is heat. Directions in which light leaves count with u = 0, or with the light of the sky.
 #[derive(Clone, Copy, Debug)]
 pub struct Air<'a, F> {
     /// The equation.
@@ -177,8 +176,9 @@ impl<F: Real> Air<'_, F> {
 /// H(x, n) = (1/π) ∫ u max(cos θ, 0) dω,   cos θ = n · ω,
 /// ```
 ///
-/// in the unit of u, with u = 0 where light leaves, or the light of the sky. Where u is heat it is σT⁴ of the plane radiant temperature T (ISO 7726). A walk starts
-/// where a ray of a cosine-distributed direction arrives; the light of lights, lamps and the sun is estimated in x itself.
+/// in the unit of u, with u = 0 where light leaves, or the light of the sky. Where u is heat it is σT⁴ of the plane radiant
+/// temperature T (ISO 7726). A walk starts where a ray of a cosine-distributed direction arrives; the light of lights, lamps and
+/// the sun is estimated in x itself.
 ///
 /// ```
 /// use fredholm_core::{DefaultGenerator, RngUniforms, WalkSeeds};
@@ -280,8 +280,8 @@ where
 
 impl<F: Real> Radiosity<'_, F> {
     /// The walk for u of what a ray meets that starts between the surfaces, with the emission that is known there, and φ = 1.
-    /// `None`: it meets nothing, no sky either, or, where light may leave, a face from behind. In a closed scene, faces are not met from
-    /// behind.
+    /// `None`: it meets nothing, no sky either, or, where light may leave, a face from behind. In a closed scene, faces are not
+    /// met from behind.
     #[must_use]
     pub fn seen(&self, from: [F; 3], direction: [F; 3]) -> Option<(Started<Point<F>, F>, F)> {
         self.met(from, direction, self.backs())

@@ -28,6 +28,15 @@ const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision]
 
 /// A scene, with a material for every surface.
 fn scene<F: Real>(surfaces: &Surfaces, material: impl Fn(usize) -> Material) -> Scene {
+    enclosed::<F>(surfaces, material, Enclosure::Closed)
+}
+
+/// A scene that is closed or open.
+fn enclosed<F: Real>(
+    surfaces: &Surfaces,
+    material: impl Fn(usize) -> Material,
+    enclosure: Enclosure,
+) -> Scene {
     let materials: Vec<[Material; 1]> = (0..surfaces.len()).map(|s| [material(s)]).collect();
     let all: Vec<Surface<'_>> = surfaces
         .iter()
@@ -37,7 +46,7 @@ fn scene<F: Real>(surfaces: &Surfaces, material: impl Fn(usize) -> Material) -> 
             materials,
         })
         .collect();
-    Scene::new::<F>(&all, Enclosure::Closed).unwrap()
+    Scene::new::<F>(&all, enclosure).unwrap()
 }
 
 /// Walks of one functional. (v, Φ) is computed walk by walk.

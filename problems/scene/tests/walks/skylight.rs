@@ -11,15 +11,7 @@ fn open<F: Real>(
     material: impl Fn(usize) -> Material,
     sky: SkyLight,
 ) -> Scene {
-    let materials: Vec<[Material; 1]> = (0..surfaces.len()).map(|s| [material(s)]).collect();
-    let all = surfaces.iter().zip(&materials);
-    let all: Vec<Surface<'_>> = all
-        .map(|(polygons, materials)| Surface {
-            polygons,
-            materials,
-        })
-        .collect();
-    let scene = Scene::new::<F>(&all, Enclosure::Open).unwrap();
+    let scene = enclosed::<F>(surfaces, material, Enclosure::Open);
     scene.with_sky(sky).unwrap()
 }
 

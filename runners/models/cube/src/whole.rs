@@ -306,7 +306,7 @@ impl<const D: usize> Integrals<'_, D> {
         [source, out, scratch]: [&mut [f64]; 3],
     ) -> Result<(), Error> {
         let kernel = self.values.kernel();
-        if self.product && !self.moments.halves() {
+        if self.product && !self.moments.is_adaptive() {
             self.moments.fill_product(&kernel, x, scratch)?;
         } else {
             self.moments.fill(&kernel, x, scratch)?;
@@ -444,7 +444,7 @@ impl<const D: usize> CubeField<'_, D> {
             if system.cut.model.exponent() > 0.0 {
                 moments = moments.with_singularity(system.cut.model.exponent());
             } else if system.cut.model.is_rough() {
-                moments = moments.with_halving();
+                moments = moments.with_adaptive_rules();
             }
             let of = Integrals {
                 values,

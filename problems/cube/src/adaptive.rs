@@ -1,4 +1,4 @@
-//! Rules that halve intervals until they know what they integrate: for jumps and kinks that nobody has named.
+//! Adaptive quadrature: intervals are cut in two until rules know what they integrate, for jumps and kinks that nobody has named.
 
 use alloc::vec::Vec;
 
@@ -7,11 +7,11 @@ use fredholm_core::galerkin::legendre;
 
 use crate::scores::{Axis, PER_AXIS};
 
-/// The part of a cell's integral of |f| up to which the rule of an interval and those of its halves agree: sums are rounded to a
+/// The part of a cell's integral of |f| up to which the rule of an interval and those of its two parts agree: sums are rounded to a
 /// thousandth of it, and values of a kernel to less.
 const AGREE: f64 = 1e-12;
 /// Where an interval is cut, as a share of its length. In the middle rules of an even number of points would agree by chance: half of the
-/// weights lie on either side of a jump there, and so does one of both halves. Of rules of 4 to 20 points a jump leaves at least 4·10⁻⁴ of
+/// weights lie on either side of a jump there, and so does one of both parts. Of rules of 2 to 20 points a jump leaves at least 4·10⁻⁴ of
 /// itself between the whole and its parts, wherever it is between their first and last points.
 const CUT: f64 = 0.44;
 /// Cuts of a cell, at most: what is left, 0.56⁴⁸ of it, holds a jump of the size of f to [`AGREE`].
@@ -30,7 +30,8 @@ const BEYOND: f64 = 0.05;
 #[derive(Clone, Copy)]
 struct Part {
     ends: [f64; 2],
-    halved: u32,
+    /// How many cuts made it.
+    cuts: u32,
     /// The means over the cell of f times the polynomials where t is in the interval.
     sums: Axis,
     /// The integral of |f| over it.
@@ -47,27 +48,27 @@ pub(crate) fn integrals(
     functions: usize,
     rule: &[(f64, f64)],
 ) -> (Axis, bool) {
-    let part = |&ends: &[f64; 2], halved| Part::new(f, ends, halved, functions, rule);
+    let part = |&ends: &[f64; 2], cuts| Part::new(f, ends, cuts, functions, rule);
     let mut open: Vec<Part> = parts.iter().map(|ends| part(ends, 0)).collect();
     let size: f64 = open.iter().map(|part| part.size).sum();
     let (mut all, mut is_rough, mut count) = ([0.0; PER_AXIS], false, open.len());
     while let Some(whole) = open.pop() {
         let [from, to] = whole.ends;
-        let (cut, halved) = (from + CUT * (to - from), whole.halved + 1);
-        let [left, right] = [[from, cut], [cut, to]].map(|ends| part(&ends, halved));
+        let (cut, cuts) = (from + CUT * (to - from), whole.cuts + 1);
+        let [left, right] = [[from, cut], [cut, to]].map(|ends| part(&ends, cuts));
         let sums = left.sums.iter().zip(&right.sums);
         let off = whole.sums.iter().zip(sums);
         let off = off.map(|(whole, (left, right))| Real::abs(whole - (left + right)));
         let off = off.fold(whole.off, f64::max);
         // f may be 0 at all points but for the last ones.
         let size = size.max(left.size + right.size);
-        if off <= AGREE * size || halved > MOST || count > INTERVALS {
-            for half in [left, right] {
-                let sums = all.iter_mut().zip(half.sums);
+        if off <= AGREE * size || cuts > MOST || count > INTERVALS {
+            for part in [left, right] {
+                let sums = all.iter_mut().zip(part.sums);
                 sums.for_each(|(all, sum)| *all += sum);
             }
         } else {
-            is_rough |= halved > ROUGH;
+            is_rough |= cuts > ROUGH;
             count += 2;
             open.extend([left, right]);
         }
@@ -79,7 +80,7 @@ impl Part {
     fn new(
         f: &dyn Fn(f64) -> f64,
         ends: [f64; 2],
-        halved: u32,
+        cuts: u32,
         functions: usize,
         rule: &[(f64, f64)],
     ) -> Self {
@@ -105,7 +106,7 @@ impl Part {
         let off = off.map(|(end, point)| Real::abs(end - point) - OFF * (most - least));
         Self {
             ends,
-            halved,
+            cuts,
             sums,
             size,
             off: BEYOND * half * off.fold(0.0, f64::max),
