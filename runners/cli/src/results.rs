@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fredholm::report::{Coordinates, Report, WholeReport};
+use fredholm::report::{Column, Columns, Report, WholeReport};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
 use fredholm_plot::{Cell, GridPicture, Mesh, Quantity, lattice, stacked};
@@ -30,21 +30,11 @@ pub(crate) struct Shown {
     map: Option<(usize, [usize; 2])>,
 }
 
-/// The numbers that a report has of every target; NaN where there is none.
-pub(crate) struct Numbers {
-    pub(crate) names: Vec<String>,
-    /// A name and as many numbers.
-    pub(crate) columns: Vec<(&'static str, Vec<f64>)>,
-}
-
 /// What files are made of.
 pub(crate) trait Results: Serialize {
     fn csv(&self) -> Result<String, fredholm::Error>;
     fn svg(&self, grid: &str) -> Result<String, Failure>;
-    /// The first column is what is shown.
-    fn numbers(&self) -> Numbers;
-    /// The coordinates of targets, as many of each.
-    fn coordinates(&self) -> Vec<Vec<f64>>;
+    fn columns(&self) -> Columns;
 }
 
 impl Format {
@@ -119,7 +109,7 @@ impl Format {
                     _ => stacked(&pictures).into_bytes(),
                 }
             }
-            Self::Vtu(places) => places.vtu(&report.numbers())?.into_bytes(),
+            Self::Vtu(places) => places.vtu(report.columns())?.into_bytes(),
         })
     }
 }
@@ -137,15 +127,16 @@ fn maps(
     (first, counts): (usize, [usize; 2]),
 ) -> Result<String, Failure> {
     let all = first..first + counts[0] * counts[1];
-    let (numbers, places) = (report.numbers(), report.coordinates());
+    let columns = report.columns();
     let end = |i: usize| {
-        places
+        columns
+            .coordinates
             .get(i)
             .and_then(|x| <[f64; 2]>::try_from(&x[..]).ok())
     };
     let ends = [end(all.start), end(all.end - 1)].map(|end| end.unwrap_or([f64::NAN; 2]));
-    let columns = numbers.columns.iter();
-    let shown = columns.filter(|(name, _)| ["estimate", "std_error"].contains(name));
+    let all_columns = columns.of_targets.iter();
+    let shown = all_columns.filter(|(name, _)| ["estimate", "std_error"].contains(name));
     let picture = |(name, column): &(&'static str, Vec<f64>)| {
         let words = [
             ("u", "the solution u(x1, x2)"),
@@ -168,17 +159,21 @@ fn maps(
 
 /// An array for every column, and the names and coordinates of targets.
 fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
-    let Numbers { names, columns } = report.numbers();
+    let Columns {
+        names,
+        coordinates: at,
+        of_targets,
+        ..
+    } = report.columns();
     let mut archive = Archive::default();
     archive.texts("name", &names)?;
-    let at = report.coordinates();
     let axes = at.iter().map(Vec::len).max().unwrap_or(0);
     let none = [f64::NAN].iter().cycle();
     let padded = at
         .iter()
         .flat_map(|x| x.iter().chain(none.clone()).take(axes));
     archive.numbers("at", &[names.len(), axes], padded)?;
-    for (name, numbers) in columns {
+    for (name, numbers) in of_targets {
         archive.numbers(name, &[names.len()], numbers.iter())?;
     }
     Ok(archive.finish()?)
@@ -224,19 +219,38 @@ impl Places {
         Ok(Self { points, cells })
     }
 
-    fn vtu(&self, numbers: &Numbers) -> Result<String, Failure> {
-        let quantity = |(name, all): &(&'static str, Vec<f64>)| Quantity {
-            name: (*name).to_owned(),
-            numbers: self.points.iter().map(|(i, _)| all[*i]).collect(),
+    fn vtu(&self, columns: Columns) -> Result<String, Failure> {
+        let quantity = |(name, numbers): Column| Quantity {
+            name: name.to_owned(),
+            numbers,
         };
+        let at = |all: Vec<f64>| self.points.iter().map(|(i, _)| all[*i]).collect();
+        let of_points = columns.of_targets.into_iter();
+        let of_points = of_points.map(|(name, all)| quantity((name, at(all))));
         let mesh = Mesh {
             points: self.points.iter().map(|(_, place)| *place).collect(),
             cells: self.cells.clone(),
-            on_points: numbers.columns.iter().map(quantity).collect(),
-            on_cells: Vec::new(),
+            on_points: of_points.collect(),
+            on_cells: columns.of_cells.into_iter().map(quantity).collect(),
         };
         mesh.vtu().map_err(Failure::run)
     }
+
+    /// The targets in a corner of every cell and beside it along every axis.
+    fn axes(&self) -> Vec<Vec<usize>> {
+        let target = |point: usize| self.points[point].0;
+        let of = |cell: &Cell| cell.axes().into_iter().map(target).collect();
+        self.cells.iter().map(of).collect()
+    }
+}
+
+/// The cells of which a file shows means.
+pub(crate) fn means_between(all: &[(Format, Output)]) -> Vec<Vec<usize>> {
+    let places = all.iter().find_map(|(format, _)| match format {
+        Format::Vtu(places) => Some(places.axes()),
+        _ => None,
+    });
+    places.unwrap_or_default()
 }
 
 /// The numbers of points of a target along every axis; of others than grids there is none.
@@ -246,17 +260,6 @@ fn counts(what: &What, points: usize) -> Vec<usize> {
         What::Lattice(counts) => counts.value.iter().map(|count| count.value).collect(),
         _ => Vec::new(),
     }
-}
-
-/// The numbers of estimates; NaN where there is none.
-fn column<'a, T: 'a>(all: &'a [T], of: impl Fn(&'a T) -> Option<f64>) -> Vec<f64> {
-    all.iter().map(|x| of(x).unwrap_or(f64::NAN)).collect()
-}
-
-/// Columns without those in which there is no number.
-fn some(columns: Vec<(&'static str, Vec<f64>)>) -> Vec<(&'static str, Vec<f64>)> {
-    let is_some = |(_, numbers): &(_, Vec<f64>)| numbers.iter().any(|x| !x.is_nan());
-    columns.into_iter().filter(is_some).collect()
 }
 
 impl Results for Report {
@@ -271,39 +274,8 @@ impl Results for Report {
         }
     }
 
-    fn numbers(&self) -> Numbers {
-        let all = &self.goals;
-        Numbers {
-            names: all.iter().map(|target| target.name.clone()).collect(),
-            columns: some(vec![
-                ("estimate", column(all, |t| t.preconditioned.estimate)),
-                ("std_error", column(all, |t| t.preconditioned.std_error)),
-                ("band", column(all, |t| t.band)),
-                ("iterate", column(all, |t| t.iterate)),
-                ("plain", column(all, |t| t.plain.estimate)),
-                ("plain_std_error", column(all, |t| t.plain.std_error)),
-                ("galerkin", column(all, |t| Some(t.galerkin))),
-                ("exact", column(all, |t| t.exact)),
-                ("irradiance", column(all, |t| t.irradiance?.estimate)),
-                (
-                    "irradiance_std_error",
-                    column(all, |t| t.irradiance?.std_error),
-                ),
-                ("net_flux", column(all, |t| t.net_flux?.estimate)),
-                ("net_flux_std_error", column(all, |t| t.net_flux?.std_error)),
-                ("temperature", column(all, |t| t.temperature?.estimate)),
-                (
-                    "temperature_std_error",
-                    column(all, |t| t.temperature?.std_error),
-                ),
-            ]),
-        }
-    }
-
-    fn coordinates(&self) -> Vec<Vec<f64>> {
-        let of = self.goals.iter();
-        of.map(|t| numbers_of(t.at.as_ref(), t.position.as_deref()))
-            .collect()
+    fn columns(&self) -> Columns {
+        Self::columns(self)
     }
 }
 
@@ -316,45 +288,7 @@ impl Results for WholeReport {
         table::whole_svg(self, grid)
     }
 
-    fn numbers(&self) -> Numbers {
-        let all = &self.targets;
-        Numbers {
-            names: all.iter().map(|target| target.name.clone()).collect(),
-            columns: some(vec![
-                ("estimate", column(all, |t| Some(t.value.estimate))),
-                ("std_error", column(all, |t| t.value.std_error)),
-                ("band", column(all, |t| t.value.band)),
-                ("iterate", column(all, |t| Some(t.value.iterate))),
-                ("exact", column(all, |t| t.exact)),
-                ("irradiance", column(all, |t| t.irradiance?.estimate)),
-                (
-                    "irradiance_std_error",
-                    column(all, |t| t.irradiance?.std_error),
-                ),
-                ("net_flux", column(all, |t| t.net_flux?.estimate)),
-                ("net_flux_std_error", column(all, |t| t.net_flux?.std_error)),
-                ("temperature", column(all, |t| t.temperature?.estimate)),
-                (
-                    "temperature_std_error",
-                    column(all, |t| t.temperature?.std_error),
-                ),
-            ]),
-        }
-    }
-
-    fn coordinates(&self) -> Vec<Vec<f64>> {
-        let of = self.targets.iter();
-        of.map(|t| numbers_of(t.at.as_ref(), t.position.as_deref()))
-            .collect()
-    }
-}
-
-/// The coordinates of a point: of one on a surface those of its place.
-fn numbers_of(at: Option<&Coordinates>, position: Option<&[f64]>) -> Vec<f64> {
-    match (at, position) {
-        (_, Some(position)) => position.to_vec(),
-        (Some(Coordinates::One(s)), None) => vec![*s],
-        (Some(Coordinates::Many(x)), None) => x.clone(),
-        _ => Vec::new(),
+    fn columns(&self) -> Columns {
+        Self::columns(self)
     }
 }

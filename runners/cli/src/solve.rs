@@ -347,6 +347,7 @@ fn answer(
     let doing = if is_chosen { "choosing" } else { "setting up" };
     progress.say(doing.to_owned());
     let solver = begun.solver(targets.clone());
+    let solver = solver.means_between(results::means_between(&begun.output));
     let solved = solver.observer(&progress).execute(work).solve();
     progress.done();
     Ok(match solved {

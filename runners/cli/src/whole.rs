@@ -75,7 +75,11 @@ fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<WholeReport>, F
     progress.done();
     match whole {
         Ok(whole) => {
-            let mut report = whole.report(&problem.goals).map_err(fail)?;
+            let mut report = whole.report(&problem.goals).map_err(&fail)?;
+            let cells = results::means_between(&begun.output);
+            report
+                .add_means(&whole, &problem.goals, &cells)
+                .map_err(fail)?;
             let is_json = |(format, _): &(Format, _)| matches!(format, Format::Json);
             if begun.output.iter().any(is_json) {
                 report.coefficients = whole.coefficients();

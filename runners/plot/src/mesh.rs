@@ -34,6 +34,24 @@ impl Cell {
         }
     }
 
+    /// The numbers of the points in a corner and beside it along every axis, of a cell of [`lattice`]: one, two, three or four.
+    ///
+    /// ```
+    /// use fredholm_plot::Cell;
+    ///
+    /// assert_eq!(Cell::Quad([5, 7, 8, 6]).axes(), [5, 7, 6]);
+    /// ```
+    #[must_use]
+    pub fn axes(&self) -> Vec<usize> {
+        let corners = self.corners();
+        let beside: &[usize] = match self {
+            Self::Quad(_) => &[0, 1, 3],
+            Self::Hexahedron(_) => &[0, 1, 3, 4],
+            Self::Vertex(_) | Self::Line(_) | Self::Triangle(_) => return corners.to_vec(),
+        };
+        beside.iter().map(|&i| corners[i]).collect()
+    }
+
     /// The number that VTK has for cells of this shape.
     const fn kind(&self) -> u8 {
         match self {

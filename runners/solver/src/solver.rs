@@ -57,6 +57,7 @@ pub struct Solver<'m> {
     pub(crate) watch: &'m dyn SolveObserver,
     execute: &'m dyn Execute,
     pub(crate) systems: Systems<'m>,
+    means: Vec<Vec<usize>>,
 }
 
 /// What is asked for, before names of parts are numbers.
@@ -90,6 +91,7 @@ impl<'m> Solver<'m> {
             watch: &(),
             execute: &OnThreads,
             systems: Systems(None),
+            means: Vec::new(),
         }
     }
 
@@ -102,6 +104,7 @@ impl<'m> Solver<'m> {
             watch: &(),
             execute: &OnThreads,
             systems: Systems(None),
+            means: Vec::new(),
         }
     }
 
@@ -314,7 +317,7 @@ impl<'m> Solver<'m> {
                 &self.whole()?,
                 &goals,
                 &self.settings,
-                None,
+                (None, &self.means),
             )?);
         }
         let may_be_whole = self.execute.takes_whole();
@@ -336,7 +339,7 @@ impl<'m> Solver<'m> {
                     &function,
                     &goals,
                     &self.settings,
-                    Some(&chosen),
+                    (Some(&chosen), &self.means),
                 )?);
             }
             None => self

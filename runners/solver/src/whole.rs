@@ -2,6 +2,7 @@
 
 mod coefficients;
 mod looks;
+mod means;
 mod summary;
 mod walks;
 

@@ -207,6 +207,31 @@ fn array(vtu: &str, name: &str) -> Vec<[u8; 8]> {
         .collect()
 }
 
+/// The means over the four squares of the grid are exact up to their error bars, and together the mean over all.
+fn means_are_those_of_squares(mesh: &str, all: f64) {
+    let [means, errors, iterates, off] = [
+        "mean",
+        "mean_std_error",
+        "mean_iterate",
+        "mean_quadrature_error",
+    ]
+    .map(|name| {
+        array(mesh, name)
+            .into_iter()
+            .map(f64::from_le_bytes)
+            .collect::<Vec<_>>()
+    });
+    assert_eq!(means.len(), 4);
+    for (i, exact) in [1.5, 2.0, 2.0, 2.5].into_iter().enumerate() {
+        let z = (means[i] - exact) / errors[i];
+        assert!(z.abs() < 5.0 && errors[i] < 2e-3, "{z}");
+        assert!((iterates[i] - exact).abs() < 0.05);
+        assert!(off[i] < 1e-12);
+    }
+    let mean = means.iter().sum::<f64>() / 4.0;
+    assert!((mean - all).abs() < 1e-12, "{mean} {all}");
+}
+
 /// The same numbers as in the document, in both forms of walks, and squares between the points of a grid.
 #[test]
 fn arrays_and_meshes_have_the_numbers_of_the_document() {
@@ -239,6 +264,10 @@ fn arrays_and_meshes_have_the_numbers_of_the_document() {
         solve(&vtu);
         let mesh = std::fs::read_to_string(&vtu).unwrap();
         assert_eq!(array(&mesh, "estimate"), estimates[..9]);
+        assert_eq!(mesh.contains("Name=\"mean\""), method == "--whole");
+        if method == "--whole" {
+            means_are_those_of_squares(&mesh, number(&list(&json, "targets")[9], "estimate"));
+        }
         // Four squares that turn left, and are a quarter each.
         let places: Vec<f64> = array(&mesh, "position")
             .into_iter()

@@ -42,6 +42,9 @@ pub struct WholeReport {
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
+    /// Means over the cells that were asked for: in columns, and in no document.
+    #[serde(skip)]
+    pub means: Vec<WholeValue>,
     /// The coefficients of the function; `None` unless somebody puts them here ([`WholeFunction::coefficients`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<WholeCoefficients>,
@@ -186,6 +189,28 @@ const COLUMNS: [&str; 20] = [
 ];
 
 impl WholeReport {
+    /// Adds the means of u between goals of these numbers: of each cell a corner, and its neighbours.
+    ///
+    /// # Errors
+    /// As [`WholeFunction::means_between`].
+    pub fn add_means(
+        &mut self,
+        function: &WholeFunction<'_>,
+        goals: &[Goal],
+        cells: &[Vec<usize>],
+    ) -> Result<(), Error> {
+        let start = std::time::Instant::now();
+        let corner = |&i: &usize| goals.get(i).map(|goal| goal.region.clone());
+        let cell = |cell: &Vec<usize>| cell.iter().map(corner).collect::<Option<Vec<_>>>();
+        let cells = cells.iter().map(cell).collect::<Option<Vec<_>>>();
+        let cells = cells.ok_or_else(|| Error::Region {
+            message: "a cell lies between targets that are asked for".to_owned(),
+        })?;
+        self.means = function.means_between(&cells)?;
+        self.value_seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
     /// The report as CSV, a row for every target, with columns of the problem's own coordinates.
     ///
     /// # Errors
@@ -360,6 +385,7 @@ impl WholeFunction<'_> {
             targets,
             energy: self.energy()?,
             value_seconds: start.elapsed().as_secs_f64(),
+            means: Vec::new(),
             coefficients: None,
         })
     }
@@ -428,9 +454,10 @@ impl Report {
         function: &WholeFunction<'_>,
         goals: &[Goal],
         settings: &Settings,
-        chosen: Option<&Chosen<'_>>,
+        (chosen, means): (Option<&Chosen<'_>>, &[Vec<usize>]),
     ) -> Result<Self, Error> {
-        let whole = function.report(goals)?;
+        let mut whole = function.report(goals)?;
+        whole.add_means(function, goals, means)?;
         let summary = &whole.summary;
         let goals = whole.targets.iter();
         Ok(Self {

@@ -13,6 +13,26 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets the cells of which the report of a whole function has the mean of u, if the goals are answered by one: of each the
+    /// number of the goal in its corner, and those of its neighbours along the axes
+    /// ([`WholeFunction::means_between`]).
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Solver};
+    ///
+    /// // u = 6x/5.
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    /// let solver = Solver::new(&u).grid(3).cells(10).walks(20_000).together(true);
+    /// let report = solver.means_between(vec![vec![0, 1], vec![1, 2]]).solve()?;
+    /// let (name, means) = &report.columns().of_cells[0];
+    /// assert!(*name == "mean" && (means[0] - 0.3).abs() < 1e-3 && (means[1] - 0.9).abs() < 1e-3);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn means_between(mut self, cells: Vec<Vec<usize>>) -> Self {
+        self.means = cells;
+        self
+    }
+
     /// The whole function u with its error band, from one set of walks, for circles, spheres, cubes and rooms. What is asked for otherwise
     /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
     /// equally many of each of 64 replicates; a tolerance is for every point.
