@@ -2,7 +2,7 @@
 
 use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::{Flux, Heat, MeshCell, WholeQuantity};
+use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
@@ -133,7 +133,7 @@ impl WholeGoalReport {
     }
 
     /// Adds what follows from u and from the irradiance.
-    fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
+    pub(super) fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
         // An estimate is there however few walks there were.
         let estimate = |estimate, unit| EstimateReport::new(estimate, 1, unit);
         self.irradiance = heat.irradiance.map(|h| estimate(h, unit));
@@ -163,7 +163,7 @@ impl WholeGoalReport {
 }
 
 /// The value as an estimate of so many walks.
-fn estimate(value: &WholeValue) -> Estimate {
+pub(super) fn estimate(value: &WholeValue) -> Estimate {
     Estimate {
         estimate: value.estimate,
         std_error: value.std_error,
@@ -411,34 +411,6 @@ impl WholeFunction<'_> {
             means: Vec::new(),
             coefficients: None,
         })
-    }
-
-    /// What is told of every cell, by the name of its surface and its number there.
-    fn mesh_report(&self) -> Vec<WholeGoalReport> {
-        let model = self.model();
-        let mut numbers: Vec<usize> = Vec::new();
-        let mut told = |(cell, value): (&MeshCell, WholeValue)| {
-            if numbers.len() <= cell.part {
-                numbers.resize(cell.part + 1, 0);
-            }
-            let number = numbers[cell.part];
-            numbers[cell.part] += 1;
-            let name = model.part(cell.part).unwrap_or_default();
-            let goal = Goal {
-                name: format!("{name}[{number}]"),
-                region: Region::Part(cell.part),
-            };
-            let heat = model.heat(&goal.region, estimate(&value), None);
-            let mut report = WholeGoalReport::new(model, &goal, None, value);
-            report.add(&heat, model.unit());
-            WholeGoalReport {
-                position: Some(cell.middle().to_vec()),
-                corners: cell.corners.clone(),
-                ..report
-            }
-        };
-        let (cells, values) = (self.mesh(), self.mesh_values());
-        cells.iter().zip(values).map(&mut told).collect()
     }
 
     /// Adds irradiances, and what follows from them.
