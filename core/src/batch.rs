@@ -264,10 +264,20 @@ impl Batch {
         let known = task.functional.known();
         let mut block = Block::new(task);
         while self.next < end && outcome.is_ok() {
-            block.run(task, lanes, self.next, end - self.next, |walk, value| {
+            let (first, walks) = (self.next, end - self.next);
+            let push = |walk: &Walk<E::Scalar>, value| {
                 outcome = self.push(walk, value, known);
                 outcome.is_ok()
-            });
+            };
+            // The estimator is a constant within each arm.
+            match task.estimator {
+                Estimator::Absorption => {
+                    block.run::<_, _, _, _, L, false>(task, lanes, first, walks, push);
+                }
+                Estimator::Collision => {
+                    block.run::<_, _, _, _, L, true>(task, lanes, first, walks, push);
+                }
+            }
         }
         outcome
     }

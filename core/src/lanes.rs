@@ -5,7 +5,7 @@ use rand_core::{Rng, SeedableRng};
 
 use crate::array::from_fn;
 use crate::{
-    Equation, Estimator, Functional, Located, NeighbourOf, NoDraws, RngUniforms, StateSpace, Task,
+    Equation, Functional, Located, NeighbourOf, NoDraws, Real, RngUniforms, StateSpace, Task,
     Termination, Uniforms, Walk,
 };
 
@@ -26,12 +26,14 @@ const LENGTHS: usize = 64;
 /// everywhere, that each of its steps draws one number and none leaves the space, and that neither F nor G draws.
 pub trait Lanes<E: Equation, const L: usize> {
     /// Follows L walks: `steps` says how many steps each makes, and `draw(s)` gives what they draw in step s: anything where a
-    /// walk has ended.
+    /// walk has ended. With the collision estimator `sources` gives F and G in L states, and every walk scores both in each of its
+    /// own, the last included; there is none with the absorption estimator.
     fn follow(
         &self,
         starts: &[Start<E>; L],
         steps: &[u32; L],
         draw: impl Fn(usize) -> [E::Scalar; L],
+        sources: Option<impl Fn(&[Located<E::Point>; L]) -> [[E::Scalar; L]; 2]>,
     ) -> [Arrival<E>; L];
 }
 
@@ -53,6 +55,8 @@ pub struct Arrival<E: StateSpace> {
     pub weight_k: E::Scalar,
     /// What a score of G is multiplied by.
     pub weight_h: E::Scalar,
+    /// What the equation has scored before.
+    pub plain: E::Scalar,
     /// What the neighbour equation has scored before.
     pub control: E::Scalar,
 }
@@ -124,10 +128,10 @@ impl<E: Equation> Block<E> {
         }
     }
 
-    /// Runs at most `walks` walks from number `first` on, by the absorption estimator, and calls `push` with the scores and
+    /// Runs at most `walks` walks from number `first` on, by the collision or the absorption estimator, and calls `push` with the scores and
     /// (v, Φ) of each in their order, until it says no. At least one is run.
     #[inline(always)]
-    pub(crate) fn run<N, T, G, W, const L: usize>(
+    pub(crate) fn run<N, T, G, W, const L: usize, const IS_COLLISION: bool>(
         &mut self,
         task: &Task<'_, E, N, T, G>,
         lanes: &W,
@@ -168,12 +172,21 @@ impl<E: Equation> Block<E> {
             let starts = from_fn(|l| drawn[places[l]].start);
             let steps = from_fn(|l| drawn[places[l]].steps);
             let at: [usize; L] = from_fn(|l| drawn[places[l]].first as usize);
-            let arrivals = lanes.follow(&starts, &steps, |s| {
-                // Never behind the end: a walk that goes on has drawn as many.
-                from_fn(|l| numbers[(at[l] + s) % NUMBERS])
-            });
+            // Never behind the end: a walk that goes on has drawn as many.
+            let draw = |s| from_fn(|l| numbers[(at[l] + s) % NUMBERS]);
+            let sources = |x: &[Located<E::Point>; L]| {
+                [
+                    from_fn(|l| task.equation.sample_source(&x[l].point, &mut NoDraws)),
+                    from_fn(|l| task.neighbour.source(&x[l], &mut NoDraws)),
+                ]
+            };
+            let arrivals = lanes.follow(&starts, &steps, draw, IS_COLLISION.then_some(sources));
             for l in 0..L {
-                scores[places[l]] = absorbed(task, &arrivals[l], steps[l]);
+                scores[places[l]] = if IS_COLLISION {
+                    scored(arrivals[l].plain, arrivals[l].control, steps[l])
+                } else {
+                    absorbed(task, &arrivals[l], steps[l])
+                };
             }
         }
         for (walk, drawn) in scores.iter().zip(&*drawn).take(count) {
@@ -265,14 +278,21 @@ where
         x,
         weight_k,
         weight_h,
+        plain,
         control,
     } = *arrival;
     let per_absorption = one::<E::Scalar>() / task.equation.absorption(&x.point);
     let f = task.equation.sample_source(&x.point, &mut NoDraws);
     let g = task.neighbour.source(&x, &mut NoDraws);
-    let plain = zero::<E::Scalar>() + weight_k * f * per_absorption;
+    let plain = plain + weight_k * f * per_absorption;
     let control = control + weight_h * g * per_absorption;
-    let is_finite = crate::Real::is_finite(plain - control);
+    scored(plain, control, steps)
+}
+
+/// A walk of so many steps that was absorbed with these scores.
+#[inline(always)]
+fn scored<F: Real>(plain: F, control: F, steps: u32) -> Walk<F> {
+    let is_finite = (plain - control).is_finite();
     Walk {
         plain,
         control,
@@ -292,6 +312,6 @@ where
 {
     /// Whether its walks are such as lanes follow.
     pub(crate) fn fits_lanes(&self) -> bool {
-        self.estimator == Estimator::Absorption && self.length.survivals == 0
+        self.length.survivals == 0
     }
 }

@@ -122,7 +122,7 @@ fn rooms(c: &mut Criterion) {
         let mut group = c.benchmark_group("furnished room");
         group.sample_size(10);
         let degree = format!("degree {}", B - 1);
-        let grading = Grading::of_degree(B - 1);
+        let grading = Grading::of_pairs(B - 1);
         let setup = Setup::<B>::of_degree::<f64>(&furnished(), 400, grading).unwrap();
         setup.with_polynomials::<f64, _>(Choice::Paper, |polynomials, neighbour, v, lengths| {
             let room = polynomials.room();

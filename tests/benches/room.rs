@@ -112,7 +112,7 @@ fn benches(c: &mut Criterion) {
 /// alone.
 fn degrees(c: &mut Criterion) {
     fn at<const B: usize>(c: &mut Criterion) {
-        let grading = Grading::of_degree(B - 1);
+        let grading = Grading::of_pairs(B - 1);
         let setup = Setup::<B>::of_degree::<f64>(&furnished(), 1000 / B, grading).unwrap();
         let mut group = c.benchmark_group("furnished room, a state by degree");
         group.sample_size(10);

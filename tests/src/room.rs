@@ -11,7 +11,7 @@ pub use degrees::examined_of_degree;
 pub use described::{Described, described, examined};
 pub use drawings::{
     Drawing, Published, SQUARE_VALUE, block, crowd, doorway, facet, furnace, furnished, glowing,
-    l_room, polygon, published, rectangle, scenes, square, yard,
+    l_room, polygon, published, random, rectangle, scenes, square, yard,
 };
 pub use setup::{CHOICES, OfDegree, RoomNeighbour, Setup};
 pub use walks::{assert_ok, task};

@@ -244,6 +244,7 @@ struct Walkers<S: Simd> {
     at: Places<S>,
     weight_k: f64x8<S>,
     weight_h: f64x8<S>,
+    plain: f64x8<S>,
     control: f64x8<S>,
 }
 
@@ -371,6 +372,7 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
             at: y,
             weight_k: from.weight_k * k,
             weight_h: from.weight_h * k,
+            plain: from.plain,
             control: from.control,
         };
         if let LanePairs::Different {
@@ -428,8 +430,21 @@ impl<S: Simd> Walkers<S> {
             },
             weight_k: is_new.select(self.weight_k, old.weight_k),
             weight_h: is_new.select(self.weight_h, old.weight_h),
+            plain: is_new.select(self.plain, old.plain),
             control: is_new.select(self.control, old.control),
         }
+    }
+
+    /// The points.
+    #[inline(always)]
+    fn located(&self) -> [Located<Point<f64>>; LANES] {
+        from_fn(|l| {
+            let point = Point::new(self.at.cos[l], self.at.sin[l], self.at.cell[l]);
+            Located {
+                point,
+                cell: point.cell(),
+            }
+        })
     }
 }
 
@@ -440,6 +455,7 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
         starts: &[Start<Circle<'c, f64, E>>; LANES],
         steps: &[u32; LANES],
         draw: impl Fn(usize) -> [f64; LANES],
+        sources: Option<impl Fn(&[Located<Point<f64>>; LANES]) -> [[f64; LANES]; 2]>,
     ) -> [Arrival<Circle<'c, f64, E>>; LANES] {
         let cells = from_fn(|l| starts[l].x.cell as u32);
         let cos = self.vector(|l| starts[l].x.point.half_angle().0);
@@ -449,7 +465,20 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
             at: self.places(cos, sin, cells),
             weight_k: phi,
             weight_h: phi,
+            plain: self.all(0.0),
             control: self.all(0.0),
+        };
+        let score = |walkers: Walkers<S>| match &sources {
+            None => walkers,
+            Some(sources) => {
+                let [f, g] = sources(&walkers.located());
+                let [f, g]: [f64x8<S>; 2] = [f.simd_into(self.simd), g.simd_into(self.simd)];
+                Walkers {
+                    plain: walkers.plain + walkers.weight_k * f,
+                    control: walkers.control + walkers.weight_h * g,
+                    ..walkers
+                }
+            }
         };
         let least = steps
             .iter()
@@ -457,7 +486,7 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
         let most = steps.iter().fold(0, |most, &steps| most.max(steps));
         let ends = self.vector(|l| f64::from(steps[l]));
         for s in 0..most {
-            let next = self.advance(&walkers, draw(s as usize).simd_into(self.simd));
+            let next = self.advance(&score(walkers), draw(s as usize).simd_into(self.simd));
             walkers = if s < least {
                 next
             } else {
@@ -465,23 +494,14 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
                 next.or(is_new, steps.each(|steps| s < steps), &walkers)
             };
         }
-        let Walkers {
-            at,
-            weight_k,
-            weight_h,
-            control,
-        } = walkers;
-        from_fn(|l| {
-            let point = Point::new(at.cos[l], at.sin[l], at.cell[l]);
-            Arrival {
-                x: Located {
-                    point,
-                    cell: point.cell(),
-                },
-                weight_k: weight_k[l],
-                weight_h: weight_h[l],
-                control: control[l],
-            }
+        let walkers = score(walkers);
+        let located = walkers.located();
+        from_fn(|l| Arrival {
+            x: located[l],
+            weight_k: walkers.weight_k[l],
+            weight_h: walkers.weight_h[l],
+            plain: walkers.plain[l],
+            control: walkers.control[l],
         })
     }
 }

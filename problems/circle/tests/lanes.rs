@@ -7,7 +7,8 @@ use fredholm_circle::{
 };
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, Form, Functional, Goal, Goals, Job, Neighbour, NoNeighbour, Statistics, WalkOptions,
+    At, Batch, Estimator, Form, Functional, Goal, Goals, Job, Neighbour, NoNeighbour, Statistics,
+    WalkOptions,
 };
 
 const WALKS: u64 = 1200;
@@ -58,11 +59,18 @@ fn compare<E: Emission<f64> + Copy + Sync>(tables: &Tables<f64>, emission: E, ab
     let circle = Circle::new(tables.cells(), emission, absorption).unwrap();
     let solution = circle.solve(1e-12, 1000).unwrap();
     let v = &solution.v;
-    for form in [Form::Product, Form::Residual] {
+    let settings = [Form::Product, Form::Residual]
+        .into_iter()
+        .flat_map(|form| {
+            let estimators = [Estimator::Absorption, Estimator::Collision];
+            estimators.map(|estimator| (form, estimator))
+        });
+    for (form, estimator) in settings {
         for step_limit in [3, 1_000_000] {
             let options = WalkOptions {
                 seed: 7,
                 form,
+                estimator,
                 step_limit,
                 ..WalkOptions::default()
             };

@@ -65,7 +65,7 @@ impl CoarseSolution {
     /// Those of [`Mesh::new`] and [`Matrix::with_functions`], and [`RoomError::Galerkin`].
     pub fn new(scene: &Scene, unknowns: usize) -> Result<Self, RoomError> {
         let cells = unknowns.div_ceil(FUNCTIONS).max(1);
-        let mesh = Mesh::new::<f64>(scene, cells, Grading::of_degree(FUNCTIONS - 1))?;
+        let mesh = Mesh::new::<f64>(scene, cells, Grading::of_pairs(FUNCTIONS - 1))?;
         let ratio = min_mass_ratio(FUNCTIONS - 1);
         let matrix = Matrix::with_functions(scene, &mesh, ratio, FUNCTIONS)?;
         let solution = matrix.solve(scene, &mesh, TOLERANCE, SWEEPS)?;

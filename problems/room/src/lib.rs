@@ -85,7 +85,7 @@ pub use quadrature::RoomQuadrature;
 pub use ray_setup::{CellRays, RaySetup};
 #[cfg(feature = "alloc")]
 pub use ray_tables::RayTables;
-pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Stretch};
+pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Share, Stretch};
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Enclosure, Scene, Surface};

@@ -8,7 +8,9 @@ use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Partition, legendre};
 
 use crate::panels::gauss;
-use crate::rays::{GAUSS, Interval, PRODUCTS, RayBox, Stretch, TERMS, each_interval, products};
+use crate::rays::{
+    GAUSS, Interval, PLACES, PRODUCTS, RayBox, Share, Stretch, TERMS, between, product, products,
+};
 use crate::shadows::Shadows;
 use crate::views::{Edge, ShadowEnd, edges, parts};
 use crate::{Point, PolynomialRoom, Room, RoomError};
@@ -30,6 +32,11 @@ const PROBES: usize = 128;
 /// How often an interval of directions, in which v is looked at from there, is halved towards its ends: from near a corner
 /// the next wall is seen from there to its far end within a small part of the angle.
 const GRADES: i32 = 12;
+
+/// The standard deviation that polynomials for integrals of c may add, as a part of that of a ray: a hundredth of the variance.
+const FAR: f64 = 0.1;
+/// The places of a stretch in which these polynomials are looked at.
+const LOOKS: u32 = 16;
 
 /// How far within a box its ends are looked at, as a part of it: far beyond rounding in ω, and so little that products of
 /// polynomials stay orthogonal to ten digits.
@@ -98,13 +105,15 @@ pub struct CellRays {
     pub(crate) stretches: Vec<Stretch<f64>>,
     pub(crate) intervals: Vec<Interval<f64>>,
     pub(crate) boxes: Vec<RayBox<f64>>,
-    pub(crate) cumulative: Vec<f64>,
+    pub(crate) shares: Vec<Share>,
 }
 
 /// A box, and what was learned of it.
 #[derive(Clone, Copy, Debug)]
 struct Fitted {
     ray_box: RayBox<f64>,
+    /// The number of its interval within the stretch.
+    interval: u32,
     /// The box's mean width as seen from the stretch, in ω.
     width: f64,
     /// The width times the root mean square of v − c.
@@ -250,7 +259,8 @@ impl Builder<'_> {
         };
         let intervals = intervals(&edges(self.room, cell, t, &[]));
         let mut sum = 0.0;
-        each_interval(&intervals, x.position(), wall.tangent, |_, from, width| {
+        for k in 0..intervals.len() {
+            let [from, width] = between(&intervals, k, x.position(), wall.tangent);
             // ω = (1 − cos θ)/2: in θ there is no root at the horizon.
             let angle = |omega: f64| {
                 let square = Real::max(omega * (1.0 - omega), 0.0);
@@ -265,7 +275,7 @@ impl Builder<'_> {
                     sum += share * y.map_or(0.0, |y| room.reflected_light(&y));
                 }
             }
-        });
+        }
         sum
     }
 
@@ -276,12 +286,11 @@ impl Builder<'_> {
         let mut boxes: Vec<Fitted> = Vec::new();
         for number in 0..intervals.len() as u32 {
             let whole = RayBox {
-                interval: number,
                 from: 0.0,
                 width: 1.0,
                 control: [0.0; PRODUCTS],
             };
-            boxes.push(self.fitted(whole, &nodes));
+            boxes.push(self.fitted((whole, number), &nodes));
         }
         loop {
             let noise: f64 = boxes.iter().map(|fitted| fitted.share).sum();
@@ -298,22 +307,96 @@ impl Builder<'_> {
             let Some(worst) = worst.filter(|_| boxes.len() < BOXES) else {
                 break;
             };
-            let halves = boxes[worst].ray_box.halves();
-            boxes.splice(worst..=worst, halves.map(|half| self.fitted(half, &nodes)));
+            let Fitted {
+                ray_box, interval, ..
+            } = boxes[worst];
+            let halves = ray_box.halves();
+            let halves = halves.map(|half| self.fitted((half, interval), &nodes));
+            boxes.splice(worst..=worst, halves);
         }
-        for Fitted { ray_box, .. } in &boxes {
-            if let Some(interval) = intervals.get_mut(ray_box.interval as usize) {
+        for Fitted {
+            ray_box, interval, ..
+        } in &boxes
+        {
+            if let Some(interval) = intervals.get_mut(*interval as usize) {
                 interval.add(ray_box);
             }
         }
-        rays.stretches.push(Stretch {
+        let shares = shares(&boxes);
+        let mut stretch = Stretch {
             from,
             interval: rays.intervals.len() as u32,
             ray_box: rays.boxes.len() as u32,
-        });
-        rays.cumulative.extend(cumulative(&boxes));
+            near: 0,
+            integral: [0.0; PLACES],
+        };
+        self.integrate((cell, to), &mut stretch, &mut intervals, (&boxes, &shares));
+        rays.stretches.push(stretch);
+        rays.shares.extend(shares);
         rays.intervals.extend(intervals);
         rays.boxes.extend(boxes.iter().map(|fitted| fitted.ray_box));
+    }
+
+    /// Finds the polynomials that integrals of c over intervals are near to, and the intervals that have none.
+    fn integrate(
+        &self,
+        (cell, to): (usize, f64),
+        stretch: &mut Stretch<f64>,
+        intervals: &mut [Interval<f64>],
+        (boxes, shares): (&[Fitted], &[Share]),
+    ) {
+        let at = |(t, weight): (f64, f64)| {
+            let x = self
+                .room
+                .inside(cell, stretch.from + t * (to - stretch.from))?;
+            let tangent = self.room.geometry().wall(x.wall() as u32)?.tangent;
+            let psi: [f64; PLACES] = legendre(t + t - 1.0);
+            Some((x.position(), tangent, psi, weight))
+        };
+        // Those with a weight make the polynomials, the others look at them.
+        let nodes = gauss::<f64>(3).map(|(t, weight)| (0.5 + 0.5 * t, 0.5 * weight));
+        let looks = (0..LOOKS).map(|look| ((f64::from(look) + 0.5) / f64::from(LOOKS), 0.0));
+        let places: Vec<_> = nodes.chain(looks).filter_map(at).collect();
+        let noise: f64 = boxes.iter().map(|fitted| fitted.share).sum();
+        let noise = FAR * Real::max(noise, self.noise);
+        for k in 0..intervals.len() {
+            let mean = intervals[k].mean;
+            let exact = |&(position, tangent, psi, weight): &(_, _, [f64; PLACES], f64)| {
+                let [_, width] = between(intervals, k, position, tangent);
+                let terms = mean.iter().zip(psi).map(|(mean, psi)| mean * psi);
+                (width * terms.sum::<f64>(), psi, weight)
+            };
+            let values: Vec<_> = places.iter().map(exact).collect();
+            let mut integral = [0.0; PLACES];
+            for (value, psi, weight) in &values {
+                for (integral, psi) in integral.iter_mut().zip(psi) {
+                    *integral += weight * value * psi;
+                }
+            }
+            let (mut worst, mut largest) = (0.0, 0.0);
+            for (value, psi, _) in &values {
+                worst = Real::max(worst, (value - product(&integral, psi)).abs());
+                largest = Real::max(largest, value.abs());
+            }
+            let (mut before, mut probability, mut variance) = (0.0, 0.0, 0.0);
+            for (fitted, share) in boxes.iter().zip(shares) {
+                let sum = f64::from(share.sum);
+                if share.interval as usize == k {
+                    probability += sum - before;
+                    let added = worst * fitted.ray_box.width;
+                    variance += added * added / (sum - before);
+                }
+                before = sum;
+            }
+            if variance <= noise * noise * probability || worst <= 16.0 * f64::EPSILON * largest {
+                intervals[k].integral = integral;
+                for (sum, own) in stretch.integral.iter_mut().zip(integral) {
+                    *sum += own;
+                }
+            } else {
+                stretch.near |= 1 << k;
+            }
+        }
     }
 
     /// The nodes of a part of a cell.
@@ -327,29 +410,26 @@ impl Builder<'_> {
         let at = |(t, weight): (f64, f64)| {
             let x = room.inside(cell, from + t * (to - from))?;
             let wall = room.geometry().wall(x.wall() as u32)?;
-            let mut own = Vec::with_capacity(intervals.len());
-            each_interval(intervals, x.position(), wall.tangent, |_, from, width| {
-                own.push([from, width]);
-            });
+            let own = |k| between(intervals, k, x.position(), wall.tangent);
             Some(Viewpoint {
                 x,
                 psi: legendre(t + t - 1.0),
                 weight,
-                intervals: own,
+                intervals: (0..intervals.len()).map(own).collect(),
             })
         };
         fit().filter_map(at).collect()
     }
 
     /// A box with its c: the projection of v(y(x, ω)) by Gauss points in x and Gauss–Lobatto points in ω.
-    fn fitted(&self, mut ray_box: RayBox<f64>, nodes: &[Viewpoint]) -> Fitted {
+    fn fitted(&self, (mut ray_box, interval): (RayBox<f64>, u32), nodes: &[Viewpoint]) -> Fitted {
         let mut samples: Vec<(f64, [f64; PRODUCTS], f64)> = Vec::with_capacity(42);
         let (mut mean_width, mut squares) = (0.0, 0.0);
         ray_box.control = [0.0; PRODUCTS];
         for node in nodes {
-            let own = node.intervals.get(ray_box.interval as usize);
+            let own = node.intervals.get(interval as usize);
             let &[from, width] = own.unwrap_or(&[0.0; 2]);
-            mean_width += node.weight * width * ray_box.width;
+            mean_width += node.weight * width.abs() * ray_box.width;
             for (place, weight) in to_the_ends() {
                 let omega = from + width * (ray_box.from + ray_box.width * place);
                 let (value, terms) = ((self.seen)(&node.x, omega), products(&node.psi, place));
@@ -366,6 +446,7 @@ impl Builder<'_> {
         }
         Fitted {
             ray_box,
+            interval,
             width: mean_width,
             share: mean_width * Real::sqrt(squares),
         }
@@ -413,6 +494,7 @@ fn intervals(edges: &[Edge]) -> Vec<Interval<f64>> {
     let interval = |end| Interval {
         end,
         mean: [0.0; TERMS],
+        integral: [0.0; PLACES],
     };
     ends.map(interval).collect()
 }
@@ -443,23 +525,27 @@ impl<F: Real> Interval<F> {
 }
 
 /// Probabilities of boxes, as growing sums: by what v − c is in them, and a part by their widths.
-fn cumulative(boxes: &[Fitted]) -> Vec<f64> {
+fn shares(boxes: &[Fitted]) -> Vec<Share> {
     let least = LEAST / boxes.len() as f64;
     let width = |fitted: &Fitted| fitted.width.max(least);
     let widths: f64 = boxes.iter().map(width).sum();
-    let shares: f64 = boxes.iter().map(|fitted| fitted.share).sum();
-    let even = if shares > 0.0 { EVEN } else { 1.0 };
+    let noise: f64 = boxes.iter().map(|fitted| fitted.share).sum();
+    let even = if noise > 0.0 { EVEN } else { 1.0 };
     let mut sum = 0.0;
-    let mut sums: Vec<f64> = Vec::with_capacity(boxes.len());
+    let mut sums: Vec<Share> = Vec::with_capacity(boxes.len());
     for fitted in boxes {
         sum += even * width(fitted) / widths;
-        if shares > 0.0 {
-            sum += (1.0 - even) * fitted.share / shares;
+        if noise > 0.0 {
+            sum += (1.0 - even) * fitted.share / noise;
         }
-        sums.push(sum);
+        // The least probability is far above what rounding takes from it.
+        sums.push(Share {
+            sum: sum as f32,
+            interval: fitted.interval,
+        });
     }
     if let Some(last) = sums.last_mut() {
-        *last = 1.0;
+        last.sum = 1.0;
     }
     sums
 }

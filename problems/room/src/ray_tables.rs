@@ -7,7 +7,7 @@ use fredholm_core::array::Each;
 use fredholm_core::galerkin::reserve;
 
 use crate::ray_setup::CellRays;
-use crate::rays::{Interval, RayBox, RayControl, RayNeighbour, Stretch, TERMS};
+use crate::rays::{Interval, PLACES, RayBox, RayControl, RayNeighbour, Share, Stretch, TERMS};
 use crate::{PolynomialRoom, RoomError};
 
 /// The tables of a [`RayNeighbour`].
@@ -17,7 +17,7 @@ pub struct RayTables<F> {
     stretches: Vec<Stretch<F>>,
     intervals: Vec<Interval<F>>,
     boxes: Vec<RayBox<F>>,
-    cumulative: Vec<F>,
+    shares: Vec<Share>,
 }
 
 impl RayTables<f64> {
@@ -36,7 +36,7 @@ impl RayTables<f64> {
             stretches: reserve(count(|cell| cell.stretches.len()) + 1)?,
             intervals: reserve(count(|cell| cell.intervals.len()))?,
             boxes: reserve(boxes)?,
-            cumulative: reserve(boxes)?,
+            shares: reserve(boxes)?,
         };
         for cell in cells {
             let (interval, ray_box) = (all.intervals.len() as u32, all.boxes.len() as u32);
@@ -49,13 +49,15 @@ impl RayTables<f64> {
             all.stretches.extend(own);
             all.intervals.extend(cell.intervals);
             all.boxes.extend(cell.boxes);
-            all.cumulative.extend(cell.cumulative);
+            all.shares.extend(cell.shares);
         }
         all.first.push(all.stretches.len() as u32);
         all.stretches.push(Stretch {
             from: 0.0,
             interval: all.intervals.len() as u32,
             ray_box: all.boxes.len() as u32,
+            near: 0,
+            integral: [0.0; PLACES],
         });
         Ok(all)
     }
@@ -71,32 +73,34 @@ impl RayTables<f64> {
             stretches: reserve(self.stretches.len())?,
             intervals: reserve(self.intervals.len())?,
             boxes: reserve(self.boxes.len())?,
-            cumulative: reserve(self.cumulative.len())?,
+            shares: self.shares.clone(),
         };
         all.stretches
             .extend(self.stretches.iter().map(|stretch| Stretch {
                 from: to(stretch.from),
                 interval: stretch.interval,
                 ray_box: stretch.ray_box,
+                near: stretch.near,
+                integral: stretch.integral.each(to),
             }));
         all.intervals
             .extend(self.intervals.iter().map(|interval| Interval {
                 end: interval.end.each(to),
                 mean: [F::zero(); TERMS],
+                integral: interval.integral.each(to),
             }));
         all.boxes.extend(self.boxes.iter().map(|ray_box| RayBox {
-            interval: ray_box.interval,
             from: to(ray_box.from),
             width: to(ray_box.width),
             control: ray_box.control.each(to),
         }));
-        all.cumulative
-            .extend(self.cumulative.iter().map(|&sum| to(sum)));
         let stretches = all.stretches.iter().zip(all.stretches.iter().skip(1));
         for (own, next) in stretches {
-            let boxes = all.boxes.get(own.ray_box as usize..next.ray_box as usize);
-            for ray_box in boxes.unwrap_or(&[]) {
-                let interval = own.interval as usize + ray_box.interval as usize;
+            let range = own.ray_box as usize..next.ray_box as usize;
+            let boxes = all.boxes.get(range.clone()).unwrap_or(&[]);
+            let shares = all.shares.get(range).unwrap_or(&[]);
+            for (ray_box, share) in boxes.iter().zip(shares) {
+                let interval = own.interval as usize + share.interval as usize;
                 if let Some(interval) = all.intervals.get_mut(interval) {
                     interval.add(ray_box);
                 }
@@ -115,7 +119,7 @@ impl<F: Real> RayTables<F> {
             stretches: &self.stretches,
             intervals: &self.intervals,
             boxes: &self.boxes,
-            cumulative: &self.cumulative,
+            shares: &self.shares,
         }
     }
 

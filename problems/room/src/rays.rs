@@ -12,6 +12,8 @@ use crate::{Point, PolynomialRoom, RoomError};
 pub(crate) const TERMS: usize = 5;
 /// Their products of a total degree of four at most: 1, s, s², …, then x, x s, …, then x², and so on.
 pub(crate) const PRODUCTS: usize = TERMS * (TERMS + 1) / 2;
+/// Functions of the place in a stretch of which integrals of c are combinations.
+pub(crate) const PLACES: usize = 7;
 
 /// A part of a cell from which the same walls are seen in the same order, or nearly so.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +24,10 @@ pub struct Stretch<F> {
     pub interval: u32,
     /// The number of its first box.
     pub ray_box: u32,
+    /// A bit for every interval whose integral of c no polynomial is near to.
+    pub near: u64,
+    /// The sum of [`Interval::integral`] over the other intervals. Where it is something else, there is a bias.
+    pub integral: [F; PLACES],
 }
 
 /// Directions between two vertices, in which one wall is seen. The next interval begins where it ends.
@@ -31,13 +37,13 @@ pub struct Interval<F> {
     pub end: [F; 2],
     /// The mean of c over the interval: the coefficients of the functions of the place in the stretch.
     pub mean: [F; TERMS],
+    /// About the integral of c over the interval in ω, the mean times the width: coefficients of more of these functions.
+    pub integral: [F; PLACES],
 }
 
 /// A box: a fraction of an interval of directions, where c is a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayBox<F> {
-    /// The number of its interval within the stretch.
-    pub interval: u32,
     /// Where it begins, as a fraction of the interval.
     pub from: F,
     /// The width of the box, as a fraction of the interval.
@@ -45,6 +51,15 @@ pub struct RayBox<F> {
     /// c: the coefficients of 1, s, s², …, x, x s, … up to a total degree of four, each product of normalised Legendre polynomials
     /// of the place x in the stretch and s in the box.
     pub control: [F; PRODUCTS],
+}
+
+/// What a box is drawn by. It stands apart from boxes, so that a box and its interval, which are seldom in a cache, come at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// The probability of the box and of those before it in its stretch: growing, and 1 at the last.
+    pub sum: f32,
+    /// The number of its interval within the stretch.
+    pub interval: u32,
 }
 
 /// The tables of the control variate of a [`RayNeighbour`], borrowed.
@@ -58,20 +73,21 @@ pub struct RayControl<'a, F> {
     pub intervals: &'a [Interval<F>],
     /// The boxes of all stretches, each with those of an interval one after the other.
     pub boxes: &'a [RayBox<F>],
-    /// For every box the probability of it and of those before it in its stretch: growing, and 1 at the last.
-    pub cumulative: &'a [F],
+    /// What every box is drawn by.
+    pub shares: &'a [Share],
 }
 
 /// Intervals, boxes and growing sums of probabilities of a stretch.
-type Parts<'a, F> = (&'a [Interval<F>], &'a [RayBox<F>], &'a [F]);
+type Parts<'a, F> = (&'a [Interval<F>], &'a [RayBox<F>], &'a [Share]);
 
 /// What is seen from a point.
 struct View<'a, F> {
     /// ψ of the place in the stretch.
-    psi: [F; TERMS],
+    psi: [F; PLACES],
+    stretch: &'a Stretch<F>,
     intervals: &'a [Interval<F>],
     boxes: &'a [RayBox<F>],
-    cumulative: &'a [F],
+    shares: &'a [Share],
 }
 
 /// The neighbour equation v = T_k v + G of any v in a room, with an unbiased estimate of G from **one** ray.
@@ -83,15 +99,16 @@ struct View<'a, F> {
 /// ```
 ///
 /// v(y(x, ω)) jumps in the directions of vertices alone, and these are known: ω_e(x) of every vertex is a formula. Between
-/// two of them c(x, ω) is a polynomial of x and of the place between the two, in boxes, so that its integral over ω is a
-/// table times ω_(e+1)(x) − ω_e(x). A box is drawn by the part that v − c has in it, and a ray into the box gives what c
-/// lacks:
+/// two of them c(x, ω) is a polynomial of x and of the place between the two, in boxes, so that its integral I_e(x) over ω is a
+/// table times w_e(x) = ω_(e+1)(x) − ω_e(x). Nearly it is a polynomial P_e(x), too. A box is drawn by the part that v − c has in
+/// it, and a ray into the box gives what c lacks:
 ///
 /// ```text
-/// G(x) ≈ v(x) − ρ (∫ c(x, ω) dω + (v(y(x, ω)) − c(x, ω)) × (the box's width at x)/(its probability)).
+/// G(x) ≈ v(x) − ρ (Σ_e P_e(x) + ((v(y(x, ω)) − c(x, ω)) w_e + I_e(x) − P_e(x)) × (the box's share of w_e)/(its probability)).
 /// ```
 ///
-/// The mean is G(x) for any v and any c. There are no pairs of cells: no form factors, no moments, and a score takes as long
+/// The mean is G(x) for any v, c and P, and of all vertices two are looked at. Those that are as near as the cell is long have no
+/// such polynomial, and I_e in place of P_e. There are no pairs of cells: no form factors, no moments, and a score takes as long
 /// for 10,000 cells as for 100. It is the control variate of [`fredholm_core::sampled`] with boxes that move with x.
 ///
 /// In a room [with lights](crate::Room::with_lights) the equation is that of w = u − F_s, and the v of all this is T_K F_s, which is
@@ -145,19 +162,16 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
                 .last()
                 .is_some_and(|&last| last as usize + 1 == stretches.len());
         let is_right = |number: usize| {
-            let Some((intervals, boxes, cumulative)) = self.stretch(number) else {
+            let Some((intervals, _, shares)) = self.stretch(number) else {
                 return false;
             };
-            let of_intervals = boxes
-                .iter()
-                .all(|b| (b.interval as usize) < intervals.len());
-            let mut before = zero::<F>();
-            let grows = cumulative.iter().all(|&now| {
-                let grows = now > before;
-                before = now;
-                grows
+            let mut before = 0.0;
+            let is_right = shares.iter().all(|share| {
+                let grows = share.sum > before;
+                before = share.sum;
+                grows && (share.interval as usize) < intervals.len()
             });
-            !intervals.is_empty() && of_intervals && grows && before == one()
+            !intervals.is_empty() && is_right && before == 1.0
         };
         first.len() == cells + 1
             && grow
@@ -177,7 +191,7 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
         Some((
             control.intervals.get(intervals)?,
             control.boxes.get(boxes.clone())?,
-            control.cumulative.get(boxes)?,
+            control.shares.get(boxes)?,
         ))
     }
 
@@ -196,12 +210,13 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
         let start = own.get(number)?.from;
         let end = own.get(number + 1).map_or(one(), |next| next.from);
         let place = (t - start) / (end - start);
-        let (intervals, boxes, cumulative) = self.stretch(from as usize + number)?;
+        let (intervals, boxes, shares) = self.stretch(from as usize + number)?;
         Some(View {
             psi: legendre(place + place - one()),
+            stretch: own.get(number)?,
             intervals,
             boxes,
-            cumulative,
+            shares,
         })
     }
 
@@ -216,40 +231,35 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
     #[inline]
     fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<F> {
         let view = self.view(x)?;
-        let last = view.cumulative.len().checked_sub(1)?;
-        let number = view.cumulative.partition_point(|&sum| sum <= chosen);
+        let last = view.shares.len().checked_sub(1)?;
+        let number = view
+            .shares
+            .partition_point(|share| share.to::<F>() <= chosen);
         let number = if number < last { number } else { last };
         let before = number.checked_sub(1);
-        let before = before.and_then(|before| view.cumulative.get(before));
-        let probability = *view.cumulative.get(number)? - before.copied().unwrap_or(zero());
+        let before = before.and_then(|before| view.shares.get(before));
+        let share = view.shares.get(number)?;
+        let probability = share.to::<F>() - before.map_or_else(zero, Share::to);
         let ray_box = view.boxes.get(number)?;
-        let (mut sum, mut own) = (zero::<F>(), [zero(); 2]);
-        let tangent = self
-            .polynomials
-            .room()
-            .geometry()
-            .wall(x.point.wall() as u32)?
-            .tangent;
-        each_interval(
-            view.intervals,
-            x.point.position(),
-            tangent,
-            |k, from, width| {
-                if let Some(interval) = view.intervals.get(k) {
-                    sum += width * product(&interval.mean, &view.psi);
-                }
-                if k == ray_box.interval as usize {
-                    own = [from, width];
-                }
-            },
-        );
-        let [from, width] = own;
-        if width > zero() {
-            let omega = from + width * (ray_box.from + ray_box.width * place);
-            let lacks = self.seen(&x.point, omega) - control(&ray_box.control, &view.psi, place);
-            sum += lacks * width * ray_box.width / probability;
+        let room = self.polynomials.room();
+        let tangent = room.geometry().wall(x.point.wall() as u32)?.tangent;
+        let position = x.point.position();
+        let psi: &[F; TERMS] = view.psi.first_chunk()?;
+        let mut sum = product(&view.stretch.integral, &view.psi);
+        let mut near = view.stretch.near;
+        while near != 0 {
+            let k = near.trailing_zeros() as usize;
+            near &= near - 1;
+            let [_, width] = between(view.intervals, k, position, tangent);
+            sum += width * product(&view.intervals.get(k)?.mean, psi);
         }
-        Some(self.value(x) - self.polynomials.room().reflectance(&x.point) * sum)
+        let k = share.interval as usize;
+        let [from, width] = between(view.intervals, k, position, tangent);
+        let omega = from + width * (ray_box.from + ray_box.width * place);
+        let lacks = self.seen(&x.point, omega) - control(&ray_box.control, psi, place);
+        let own = lacks * width + view.left_out(k, width)?;
+        sum += own * ray_box.width / probability;
+        Some(self.value(x) - room.reflectance(&x.point) * sum)
     }
 
     /// The integral of v over all directions, and the variance of the estimate of G, by Gauss points in quarters of all boxes:
@@ -261,36 +271,32 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
             .room()
             .geometry()
             .wall(x.point.wall() as u32)?;
-        let (mut squares, mut mean, mut known) = (zero::<F>(), zero::<F>(), zero::<F>());
-        let mut boxes = view.boxes.iter().zip(view.cumulative).peekable();
+        let psi: &[F; TERMS] = view.psi.first_chunk()?;
+        let [mut squares, mut drawn, mut mean, mut known] = [zero::<F>(); 4];
+        let mut boxes = view.boxes.iter().zip(view.shares).peekable();
         let mut before = zero::<F>();
-        each_interval(
-            view.intervals,
-            x.point.position(),
-            wall.tangent,
-            |k, from, width| {
-                if let Some(interval) = view.intervals.get(k) {
-                    known += width * product(&interval.mean, &view.psi);
+        for (k, interval) in view.intervals.iter().enumerate() {
+            let [from, width] = between(view.intervals, k, x.point.position(), wall.tangent);
+            known += width * product(&interval.mean, psi);
+            let left_out = view.left_out(k, width)?;
+            while let Some((ray_box, share)) =
+                boxes.next_if(|(_, share)| share.interval as usize == k)
+            {
+                let probability = share.to::<F>() - before;
+                before = share.to();
+                for (place, weight) in PARTS.into_iter().flat_map(in_part) {
+                    let [place, weight] = [place, weight].map(F::from_f64);
+                    let omega = from + width * (ray_box.from + ray_box.width * place);
+                    let lacks = self.seen(&x.point, omega) - control(&ray_box.control, psi, place);
+                    mean += weight * width * ray_box.width * lacks;
+                    let own = (lacks * width + left_out) * ray_box.width;
+                    squares += weight * own * own / probability;
+                    drawn += weight * own;
                 }
-                while let Some((ray_box, &sum)) =
-                    boxes.next_if(|(ray_box, _)| ray_box.interval as usize == k)
-                {
-                    let probability = sum - before;
-                    before = sum;
-                    let area = width * ray_box.width;
-                    for (place, weight) in PARTS.into_iter().flat_map(in_part) {
-                        let [place, weight] = [place, weight].map(F::from_f64);
-                        let omega = from + width * (ray_box.from + ray_box.width * place);
-                        let lacks = self.seen(&x.point, omega)
-                            - control(&ray_box.control, &view.psi, place);
-                        mean += weight * area * lacks;
-                        squares += weight * area * area * lacks * lacks / probability;
-                    }
-                }
-            },
-        );
+            }
+        }
         let reflectance = wall.reflectance;
-        let variance = reflectance * reflectance * (squares - mean * mean).max(zero());
+        let variance = reflectance * reflectance * (squares - drawn * drawn).max(zero());
         Some([known + mean, variance])
     }
 }
@@ -311,28 +317,46 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// Calls `each` with the number of every interval, the ω at which it begins and its width there, as seen from a point of a
-/// wall. Together they are [0, 1], whatever the vertices are: an interval whose end is not behind its beginning is empty.
+impl Share {
+    /// The sum of probabilities.
+    #[inline]
+    fn to<F: Real>(&self) -> F {
+        F::from_f64(f64::from(self.sum))
+    }
+}
+
+impl<F: Real> View<'_, F> {
+    /// What the polynomial lacks of the integral of c over an interval of this width; 0 where there is none.
+    #[inline]
+    fn left_out(&self, k: usize, width: F) -> Option<F> {
+        if self.stretch.near >> k & 1 == 1 {
+            return Some(zero());
+        }
+        let interval = self.intervals.get(k)?;
+        let mean = product(&interval.mean, self.psi.first_chunk()?);
+        Some(width * mean - product(&interval.integral, &self.psi))
+    }
+}
+
+/// The ω at which interval k begins, as seen from a point of a wall, and its width there. Together intervals are [0, 1], whatever the
+/// vertices are: where two change places, the interval between them counts less than nothing.
 #[inline]
-pub(crate) fn each_interval<F: Real>(
+pub(crate) fn between<F: Real>(
     intervals: &[Interval<F>],
+    k: usize,
     position: Vector<F>,
     tangent: Vector<F>,
-    mut each: impl FnMut(usize, F, F),
-) {
-    let mut from = zero::<F>();
-    let last = intervals.len().saturating_sub(1);
-    for (k, interval) in intervals.iter().enumerate() {
-        let to = if k == last {
-            one()
-        } else {
-            // NaN, in the vertex itself, is the beginning.
-            let to = omega_of(position, tangent, interval.end).max(from);
-            if to < one() { to } else { one() }
-        };
-        each(k, from, to - from);
-        from = to;
-    }
+) -> [F; 2] {
+    let end = |k: usize| match intervals.get(k) {
+        Some(interval) if k + 1 < intervals.len() => {
+            // NaN, in the vertex itself, is 0.
+            let omega = omega_of(position, tangent, interval.end).max(zero());
+            if omega < one() { omega } else { one() }
+        }
+        _ => one(),
+    };
+    let from = k.checked_sub(1).map_or_else(zero, end);
+    [from, end(k) - from]
 }
 
 /// The ω of the ray from a point of a wall to a vertex: (1 + sin φ)/2.
@@ -344,7 +368,7 @@ pub(crate) fn omega_of<F: Real>(position: Vector<F>, tangent: Vector<F>, vertex:
 }
 
 #[inline]
-fn product<F: Real>(a: &[F; TERMS], b: &[F; TERMS]) -> F {
+pub(crate) fn product<F: Real, const N: usize>(a: &[F; N], b: &[F; N]) -> F {
     a.iter().zip(b).fold(zero(), |sum, (&a, &b)| sum + a * b)
 }
 

@@ -26,10 +26,10 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     }
     let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
-    let settings = &problem.resolved.settings;
-    let (model, mut walk) = (problem.model(), settings.walk_options());
+    let mut settings = problem.resolved.settings.clone();
     // Where nothing is said of pairs, and others walk by rays.
-    walk.pairs = settings.pairs.unwrap_or(Pairs::Default);
+    settings.pairs.get_or_insert(Pairs::Default);
+    let (model, walk, settings) = (problem.model(), settings.walk_options(), &settings);
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
     cells.check_variance(&walk).map_err(&fail)?;
     let source = match args.out.extension().and_then(|e| e.to_str()) {

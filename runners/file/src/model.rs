@@ -114,6 +114,7 @@ impl ProblemFile {
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
             default_pairs: Pairs::Default,
+            grading_of_pairs: None,
             lift: value(&galerkin.lift),
             score_degree: None,
             whole: walk.whole.as_ref().map(|whole| whole.value),

@@ -124,12 +124,6 @@ pub trait Model: Send + Sync {
         false
     }
 
-    /// Whether that has values at points of the space. If not, it has means over the cells and over what consists of them, and is used
-    /// only if it is asked for.
-    fn whole_has_points(&self) -> bool {
-        true
-    }
-
     /// The largest degree of a [lift](System::lift); 0: it has none.
     fn most_lift(&self) -> usize {
         0
@@ -143,6 +137,11 @@ pub trait Model: Send + Sync {
     /// How pairs are treated where nothing is said of them, unless they are chosen.
     fn default_pairs(&self) -> Pairs {
         Pairs::Default
+    }
+
+    /// How its cells shrink towards corners if pairs in S are asked for and nothing is said of it, where there are corners.
+    fn grading_of_pairs(&self) -> Option<f64> {
+        None
     }
 
     /// Whether the last step of its walks may lead to the light.

@@ -25,6 +25,14 @@ pub enum Pairs {
     Rays,
 }
 
+impl Pairs {
+    /// Whether some pairs may be in S, where h is made from coefficients; elsewhere h = k.
+    #[must_use]
+    pub const fn are_in_s(self) -> bool {
+        !matches!(self, Self::Pointwise | Self::Rays)
+    }
+}
+
 /// The floating-point type of walks.
 ///
 /// ```

@@ -36,6 +36,10 @@ pub struct Settings {
     /// How they are treated where nothing is said and nothing is chosen: [`Model::default_pairs`].
     #[serde(default = "usual_pairs", with = "choice")]
     pub default_pairs: Pairs,
+    /// How cells shrink towards the corners of a room if pairs in S are asked for and nothing is said of it:
+    /// [`Model::grading_of_pairs`].
+    #[serde(default)]
+    pub grading_of_pairs: Option<f64>,
     /// Degree of the polynomials on which F + T_K v is projected, for walks with h = k: higher than that of v.
     /// 0: there is no lift.
     #[serde(default)]
@@ -104,6 +108,7 @@ impl Default for Settings {
             degree: None,
             pairs: None,
             default_pairs: usual_pairs(),
+            grading_of_pairs: None,
             lift: None,
             score_degree: None,
             whole: None,
@@ -212,6 +217,7 @@ impl Settings {
         Self {
             estimator: self.estimator.or(own),
             default_pairs: model.default_pairs(),
+            grading_of_pairs: model.grading_of_pairs(),
             ..self
         }
     }
@@ -220,11 +226,12 @@ impl Settings {
     #[must_use]
     pub fn discretisation(&self) -> Discretisation {
         let walk = self.walk_options();
+        let of_pairs = self.pairs.filter(|pairs| pairs.are_in_s());
         Discretisation {
             cells: self.cells,
             degree: self.degree.unwrap_or(0),
             points: self.points,
-            grading: self.grading,
+            grading: self.grading.or(of_pairs.and(self.grading_of_pairs)),
             shadow_cuts: self.shadow_cuts,
             exact_source: walk.exact_source.then(|| walk.moments_tolerance()),
             scalar: self.scalar,
@@ -270,7 +277,7 @@ pub struct Discretisation {
     pub degree: usize,
     /// Quadrature points of a cell and axis.
     pub points: Option<usize>,
-    /// How cells shrink towards the corners of a room.
+    /// How cells shrink towards the corners of a room; without a number as serves the degree where h = k.
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,

@@ -2,7 +2,7 @@
 
 /// The version of all bits of results. It grows with every change that CHANGELOG.md calls value-breaking: walks of different
 /// versions are not merged.
-pub const VALUE_VERSION: u32 = 10;
+pub const VALUE_VERSION: u32 = 11;
 
 pub mod answer;
 pub mod choice;
@@ -40,9 +40,8 @@ pub use custom::{CustomEquation, CustomModel};
 pub use execute::Execute;
 pub use fredholm_core::{Estimator, Form, Tolerance};
 pub use fredholm_model::{
-    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Model, Pairs,
-    Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
-    WeightFn, goals,
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,
+    Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;

@@ -3,7 +3,6 @@
 mod columns;
 mod csv;
 mod energy;
-mod mesh;
 mod text;
 mod whole;
 

@@ -1,6 +1,6 @@
 //! The scenes of the tests, and published numbers of them.
 
-use fredholm_core::Real;
+use fredholm_core::{Real, RngUniforms, Uniforms, WalkSeeds};
 use fredholm_room::{Enclosure, Material, RoomError, Scene, Surface};
 
 /// A scene that owns its surfaces.
@@ -279,6 +279,41 @@ pub struct Published {
     pub factors: &'static [f64],
     /// What the numbers are good for.
     pub accuracy: f64,
+}
+
+/// A random room: a lamp in the ceiling, which may be a gable, and up to three boxes and screens. Of obstacles that lie on each
+/// other no room is made: other numbers of the same seed are drawn then.
+#[must_use]
+pub fn random(seed: u64) -> Drawing {
+    let mut draws = RngUniforms(<WalkSeeds>::new(seed, 25).generator(0));
+    loop {
+        let mut between = |a: f64, b: f64| {
+            let uniform: f64 = draws.uniform();
+            a + (b - a) * uniform
+        };
+        let [w, h] = [between(2.0, 6.0), between(2.0, 4.0)];
+        let [a, gable] = [between(0.2, 0.6), between(-0.5, 0.5).max(0.0)];
+        let top = |x: f64| [x * w, h + gable * (1.0 - (2.0 * x - 1.0).abs())];
+        let b = a + between(0.05, 0.3);
+        let mut drawing = Drawing::new("random")
+            .line(&[[0.0, 0.0], [w, 0.0], [w, h]], between(0.1, 0.8), 0.0)
+            .line(&[[w, h], top(b)], between(0.1, 0.8), 0.0)
+            .line(&[top(b), top(a)], 0.1, 1.0)
+            .line(&[top(a), [0.0, h], [0.0, 0.0]], between(0.1, 0.8), 0.0);
+        for _ in 0..between(0.0, 4.0) as usize {
+            let [x, y] = [between(0.15, w - 0.8), between(0.15, h - 0.8)];
+            let [dx, dy] = [between(0.1, 0.6), between(0.05, 0.6)];
+            drawing = if between(0.0, 1.0) < 0.4 {
+                drawing.baffle([x, y], [x + dx, y + dy], 0.5)
+            } else {
+                let corners = [[x, y], [x, y + dy], [x + dx, y + dy], [x + dx, y]];
+                drawing.closed(&corners, 0.4, 0.0)
+            };
+        }
+        if drawing.scene::<f64>().is_ok() {
+            return drawing;
+        }
+    }
 }
 
 /// Published form factors, twelve digits of each: closed forms of crossed strings, of the block by

@@ -155,7 +155,7 @@ fn room<const B: usize>() -> [u64; 2] {
         surface(&[[0.5, 0.8], [0.6, 0.2]], &grey),
     ];
     let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
-    let mesh = Mesh::new::<f64>(&scene, 60, Grading::of_degree(B - 1)).unwrap();
+    let mesh = Mesh::new::<f64>(&scene, 60, Grading::of_pairs(B - 1)).unwrap();
     let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B).unwrap();
     let solution = matrix.solve(&scene, &mesh, 1e-13, 1000).unwrap();
     let views = matrix.views().table().iter().map(|&view| f64::from(view));

@@ -127,7 +127,7 @@ mod tests {
 
     fn check<const B: usize>() {
         let scene = scene();
-        let grading = Grading::of_degree(B - 1);
+        let grading = Grading::of_pairs(B - 1);
         for cells in [30, 75, 100] {
             let mesh = Mesh::new::<f64>(&scene, cells, grading).unwrap();
             let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B).unwrap();

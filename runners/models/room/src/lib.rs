@@ -342,6 +342,10 @@ impl Model for RoomModel {
         Self::DEFAULT_PAIRS
     }
 
+    fn grading_of_pairs(&self) -> Option<f64> {
+        Some(Grading::of_pairs(0).exponent)
+    }
+
     fn last_steps(&self) -> LastSteps {
         self.lights.last_steps()
     }

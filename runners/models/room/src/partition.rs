@@ -60,10 +60,8 @@ const HIDDEN_PAIR: f64 = 60e-9;
 /// Seconds that cells close by take besides in a score if all pairs are pointwise.
 const NEAR: f64 = 460e-9;
 const NEAR_DEGREE: f64 = 180e-9;
-/// Seconds of a score by a ray besides the ray, and of the directions of vertices for every level of the hierarchy; and of
-/// a cell's boxes in the set-up, as many rays.
-const RAYS_SCORE: f64 = 60e-9;
-const RAYS_DIRECTIONS: f64 = 25e-9;
+/// Seconds of a score by a ray besides the ray; and of a cell's boxes in the set-up, as many rays.
+const RAYS_SCORE: f64 = 130e-9;
 const RAYS_OF_CELL: f64 = 3000.0;
 /// Seconds of the form factor of a light, for every level of the hierarchy.
 const LIGHT: f64 = 25e-9;
@@ -301,7 +299,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             ..plain
         };
         let rays = WalkCost {
-            score: SCORE + ray + RAYS_SCORE + RAYS_DIRECTIONS * depth,
+            score: SCORE + ray + RAYS_SCORE,
             ..plain
         };
         let walk = match (choice(pairs), self.cut.degree) {

@@ -1,0 +1,111 @@
+//! √Var of walks with rays in random rooms for some gradings of their cells: a line for every room, number of unknowns and degree,
+//! and what each grading leaves in the geometric mean over all rooms, relative to the first, and in the worst of them, relative to the
+//! least that any of the gradings leaves there.
+//!
+//! `cargo run --release -p fredholm-tests --example gradings -- FROM TO UNKNOWNS DEGREES GRADINGS`: seeds of rooms from FROM to
+//! TO − 1, the rest one or more numbers with commas, as in `200 224 100,1000 0,1,2,4 3,2,1`.
+
+use fredholm_core::{Batch, Estimator, Form, Length, Task, WalkSeeds};
+use fredholm_room::{
+    CoarseSolution, Grading, MeanOver, Mesh, RaySetup, RayTables, Room, RoomError, Scene, Shadows,
+    Tables, VisibilityTable,
+};
+use fredholm_tests::room::{ABSORPTION, random};
+
+/// Walks of which √Var is taken.
+const WALKS: u64 = 30_000;
+/// The most unknowns of the solution from which v follows.
+const COARSE: usize = 1000;
+
+/// √Var of the mean over all walls.
+fn deviation<const B: usize>(
+    scene: &Scene,
+    coarse: &CoarseSolution,
+    unknowns: usize,
+    exponent: f64,
+) -> Result<f64, RoomError> {
+    let grading = Grading {
+        exponent,
+        ..Grading::of_degree(B - 1)
+    };
+    let mesh = Mesh::new::<f64>(scene, unknowns / B, grading)?;
+    let tables = Tables::<f64>::new(scene, &mesh);
+    let (geometry, cells) = (tables.geometry(), tables.cells());
+    let room = Room::new(geometry, cells, VisibilityTable::none(), ABSORPTION)?;
+    let polynomials = room.with_functions::<B>();
+    let on_few = coarse.room()?;
+    let step = coarse.step(&on_few);
+    let v = (0..mesh.len()).flat_map(|cell| step.on(&polynomials, cell));
+    let v: Vec<f64> = v.collect();
+    let shadows = Shadows::new(scene);
+    let setup = RaySetup::new(&polynomials, &v)?.with_shadows(&shadows);
+    let cells = (0..mesh.len()).map(|cell| setup.cell(cell));
+    let rays = RayTables::new(cells.collect::<Result<_, _>>()?)?;
+    let neighbour = rays.neighbour(&polynomials, &v)?;
+    let lengths = tables.lengths();
+    let mean = MeanOver::new(&room, lengths, 0..lengths.len() - 1)?;
+    let task = Task {
+        equation: &room,
+        neighbour: &neighbour,
+        functional: &mean,
+        control_mean: Some(mean.of(&v)),
+        estimator: Estimator::Absorption,
+        form: Form::Product,
+        seeds: <WalkSeeds>::new(1, 0),
+        length: Length::default(),
+    };
+    let mut batch = Batch::new(0, WALKS, WALKS);
+    let walked = batch.run(&task, u64::MAX);
+    let std_dev = batch.statistics().preconditioned().std_dev;
+    Ok(walked.ok().and(std_dev).unwrap_or(f64::NAN))
+}
+
+fn numbers<T: core::str::FromStr>(text: &str) -> Vec<T> {
+    let number = |text: &str| text.parse().ok().expect("numbers with commas");
+    text.split(',').map(number).collect()
+}
+
+fn main() -> Result<(), RoomError> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [from, to, unknowns, degrees, gradings] = arguments.as_slice() else {
+        panic!("give seeds from and to, numbers of unknowns, degrees and gradings");
+    };
+    let gradings: Vec<f64> = numbers(gradings);
+    let seeds = numbers::<u64>(from)[0]..numbers::<u64>(to)[0];
+    for degree in numbers::<usize>(degrees) {
+        for unknowns in numbers::<usize>(unknowns) {
+            let mut sums = vec![0.0; gradings.len()];
+            let mut worst = vec![0.0_f64; gradings.len()];
+            for seed in seeds.clone() {
+                let scene = random(seed).scene::<f64>()?;
+                let coarse = CoarseSolution::new(&scene, unknowns.min(COARSE))?;
+                let of = |&exponent: &f64| match degree {
+                    0 => deviation::<1>(&scene, &coarse, unknowns, exponent),
+                    1 => deviation::<2>(&scene, &coarse, unknowns, exponent),
+                    2 => deviation::<3>(&scene, &coarse, unknowns, exponent),
+                    3 => deviation::<4>(&scene, &coarse, unknowns, exponent),
+                    _ => deviation::<5>(&scene, &coarse, unknowns, exponent),
+                };
+                let left: Vec<f64> = gradings.iter().map(of).collect::<Result<_, _>>()?;
+                print!("room {seed}, degree {degree}, {unknowns} unknowns:");
+                for (&left, sum) in left.iter().zip(&mut sums) {
+                    print!(" {left:.2e}");
+                    *sum += left.ln();
+                }
+                println!();
+                let least = left.iter().copied().fold(f64::INFINITY, f64::min);
+                for (&left, worst) in left.iter().zip(&mut worst) {
+                    *worst = worst.max(left / least);
+                }
+            }
+            let rooms = seeds.clone().count() as f64;
+            print!("degree {degree}, {unknowns} unknowns, mean and worst:");
+            for ((g, sum), worst) in gradings.iter().zip(&sums).zip(worst) {
+                let mean = ((sum - sums[0]) / rooms).exp();
+                print!(" g = {g}: {mean:.2}, {worst:.1};");
+            }
+            println!();
+        }
+    }
+    Ok(())
+}
