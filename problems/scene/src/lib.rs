@@ -82,7 +82,7 @@ pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::form_factor_of_point;
 pub use means::Mean;
 #[cfg(feature = "alloc")]
-pub use means::areas;
+pub use means::{FaceStarts, areas};
 #[cfg(feature = "alloc")]
 pub use mesh::Cells;
 pub use radiosity::{Point, Radiosity};

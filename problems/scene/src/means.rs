@@ -1,11 +1,12 @@
 //! Means over faces.
 
-use fredholm_core::{Functional, Real, StateSpace, Uniforms};
+use fredholm_core::whole::Starts;
+use fredholm_core::{Functional, LastStep, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
 
 use crate::SceneError;
 use crate::geometry::{Face, Geometry};
-use crate::radiosity::Point;
+use crate::radiosity::{Point, Radiosity};
 use crate::vector::{Vector, along, cross, norm, sub};
 
 /// The mean of u over some faces by area: walks start on them uniformly.
@@ -139,5 +140,76 @@ impl<F: Real> Mean<'_, F> {
             position,
         };
         (start, one())
+    }
+}
+
+/// Starts of the walks of a whole function that are uniform on all faces, p0 = 1/A.
+///
+/// p is symmetric, as light goes both ways, and q0 constant: a chain that no ray leaves preserves p0, with s = 1 − q0. Of others, which
+/// walks leave more often in some places than in others, starts alone have it.
+///
+/// ```
+/// use fredholm_core::{LastStep, whole::Starts};
+/// use fredholm_scene::{Cells, Enclosure, FaceStarts, Radiosity, Scene, Tables, areas, shapes};
+///
+/// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
+/// let (tables, cells) = (Tables::new(&scene), Cells::new(&scene, 6)?);
+/// let room = Radiosity::new(tables.geometry(), &cells, 0.25)?;
+/// let all = [0, 1, 2, 3, 4, 5];
+/// let ends = areas(room.geometry(), &all)?;
+/// let starts = FaceStarts::new(&room, &all, &ends, scene.enclosure())?;
+/// let survival = Starts::<LastStep<'_, Radiosity<'_, f64>>>::survival(&starts);
+/// assert_eq!(survival, Some(0.75));
+/// # Ok::<(), fredholm_scene::SceneError>(())
+/// ```
+#[cfg(feature = "alloc")]
+#[derive(Clone, Copy, Debug)]
+pub struct FaceStarts<'a, F> {
+    everywhere: Mean<'a, F>,
+    density: f64,
+    survival: Option<f64>,
+}
+
+#[cfg(feature = "alloc")]
+impl<'a, F: Real> FaceStarts<'a, F> {
+    /// The starts of a scene: `faces` are all of them, and `ends` their [`areas`].
+    ///
+    /// # Errors
+    /// As [`Mean::new`]; [`SceneError::Length`]: these are not as many as there are faces.
+    pub fn new(
+        radiosity: &Radiosity<'a, F>,
+        faces: &'a [u32],
+        ends: &'a [F],
+        enclosure: crate::Enclosure,
+    ) -> Result<Self, SceneError> {
+        let geometry = radiosity.geometry();
+        let (expected, found) = (geometry.faces().len(), faces.len());
+        if expected != found {
+            return Err(SceneError::Length { expected, found });
+        }
+        let everywhere = Mean::new(geometry, faces, ends)?;
+        let stays = one::<F>() - radiosity.absorption_probability();
+        Ok(Self {
+            everywhere,
+            density: 1.0 / everywhere.area().to_f64(),
+            survival: (enclosure == crate::Enclosure::Closed).then_some(stays.to_f64()),
+        })
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<'a, F: Real> Starts<LastStep<'a, Radiosity<'a, F>>> for FaceStarts<'_, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        self.everywhere.draw(uniforms).0
+    }
+
+    #[inline]
+    fn start_density(&self, _: &Point<F>) -> f64 {
+        self.density
+    }
+
+    fn survival(&self) -> Option<f64> {
+        self.survival
     }
 }

@@ -244,6 +244,38 @@ impl<'a, F: Real> Radiosity<'a, F> {
         Some((face as u32, self.patches.get(number)?))
     }
 
+    /// The face of a cell, and the cell's corners in the order of the face's. `None`: it is a cell of the sky, or none.
+    ///
+    /// ```
+    /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24)?);
+    /// let room = Radiosity::new(tables.geometry(), &cells, 0.25)?;
+    /// // The floor, which is face 0, has four cells.
+    /// let (face, corners) = room.corners(0).unwrap();
+    /// assert_eq!((face, corners.len()), (0, 4));
+    /// assert!(corners.iter().all(|c| c[0] <= 0.5 && c[1] <= 0.5 && c[2] == 0.0));
+    /// assert_eq!(room.corners(24), None);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[cfg(feature = "alloc")]
+    #[must_use]
+    pub fn corners(&self, cell: usize) -> Option<(u32, alloc::vec::Vec<[F; 3]>)> {
+        let (face, patch) = self.patch_of(cell)?;
+        let [o, i] = [zero::<F>(), one::<F>()];
+        let corner = |&at: &[F; 2]| patch.point(patch.within(cell as u32 - patch.first, at));
+        let corners = if patch.triangle == 1 {
+            [[o, o], [i, o], [o, i]].iter().map(corner).collect()
+        } else {
+            [[o, o], [i, o], [i, i], [o, i]]
+                .iter()
+                .map(corner)
+                .collect()
+        };
+        Some((face, corners))
+    }
+
     /// What a ray from a point of a face meets: a point of another, or of the sky.
     #[inline]
     fn meets(&self, x: &Point<F>, direction: Vector<F>) -> Option<Point<F>> {

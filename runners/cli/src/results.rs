@@ -179,7 +179,8 @@ fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
     Ok(archive.finish()?)
 }
 
-/// Where targets are in space.
+/// Where targets are in space: nowhere in a scene whose whole function is asked for, which shows its cells.
+#[derive(Default)]
 pub(crate) struct Places {
     /// The numbers of the targets that are points, and their places.
     points: Vec<(usize, [f64; 3])>,
@@ -189,6 +190,9 @@ pub(crate) struct Places {
 impl Places {
     fn new(problem: &Problem) -> Result<Self, &'static str> {
         let model = problem.model();
+        if !model.whole_has_points() && problem.resolved.settings.whole == Some(true) {
+            return Ok(Self::default());
+        }
         let about = model.about();
         let is_closed = about.kind == "circle";
         let all = problem.goals.iter().enumerate();
@@ -196,6 +200,7 @@ impl Places {
         let points: Vec<_> = places.collect();
         if points.is_empty() {
             return Err(match about.dimension {
+                _ if !model.whole_has_points() => "no target is a point: `--whole` has all cells",
                 None | Some(..=3) => "no target is a point",
                 _ => "a mesh has three dimensions at most: write .csv or .npz",
             });
@@ -220,10 +225,9 @@ impl Places {
     }
 
     fn vtu(&self, columns: Columns) -> Result<String, Failure> {
-        let quantity = |(name, numbers): Column| Quantity {
-            name: name.to_owned(),
-            numbers,
-        };
+        if !columns.mesh.is_empty() {
+            return of_cells(columns);
+        }
         let at = |all: Vec<f64>| self.points.iter().map(|(i, _)| all[*i]).collect();
         let of_points = columns.of_targets.into_iter();
         let of_points = of_points.map(|(name, all)| quantity((name, at(all))));
@@ -242,6 +246,36 @@ impl Places {
         let of = |cell: &Cell| cell.axes().into_iter().map(target).collect();
         self.cells.iter().map(of).collect()
     }
+}
+
+fn quantity((name, numbers): Column) -> Quantity {
+    let name = name.to_owned();
+    Quantity { name, numbers }
+}
+
+/// The cells of a scene.
+fn of_cells(columns: Columns) -> Result<String, Failure> {
+    let mut points = Vec::new();
+    let mut cell = |corners: &Vec<[f64; 3]>| {
+        let at = points.len();
+        points.extend(corners);
+        match corners[..] {
+            [_, _, _] => Cell::Triangle([at, at + 1, at + 2]),
+            _ => Cell::Quad([at, at + 1, at + 2, at + 3]),
+        }
+    };
+    let cells: Vec<Cell> = columns.mesh.iter().map(&mut cell).collect();
+    // Behind the targets.
+    let own = |(name, mut all): Column| quantity((name, all.split_off(all.len() - cells.len())));
+    let on_cells = columns.of_targets.into_iter().map(own).collect();
+    let on_points = Vec::new();
+    let mesh = Mesh {
+        points,
+        cells: cells.clone(),
+        on_points,
+        on_cells,
+    };
+    mesh.vtu().map_err(Failure::run)
 }
 
 /// The cells of which a file shows means.

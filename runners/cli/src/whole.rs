@@ -71,7 +71,8 @@ fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<WholeReport>, F
     let Resolved { settings, .. } = &problem.resolved;
     let progress = Progress::new(settings.walk_options().walks, signals);
     progress.say("setting up".to_owned());
-    let whole = begun.solver(Vec::new()).observer(&progress).whole();
+    let solver = begun.solver(problem.resolved.targets.clone());
+    let whole = solver.observer(&progress).whole();
     progress.done();
     match whole {
         Ok(whole) => {

@@ -32,6 +32,6 @@ pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};
 pub use whole::{
-    IMAGE_HEAD, MeanRule, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
-    only_points, only_u, refined_mean, v_of_walks,
+    IMAGE_HEAD, MeanRule, MeshCell, WholeField, WholeQuantity, WholeRequest, WholeSystem,
+    WithWholeJob, only_points, only_u, refined_mean, v_of_walks,
 };

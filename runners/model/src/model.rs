@@ -124,6 +124,12 @@ pub trait Model: Send + Sync {
         false
     }
 
+    /// Whether that has values at points of the space. If not, it has means over the cells and over what consists of them, and is used
+    /// only if it is asked for.
+    fn whole_has_points(&self) -> bool {
+        true
+    }
+
     /// The largest degree of a [lift](System::lift); 0: it has none.
     fn most_lift(&self) -> usize {
         0

@@ -97,14 +97,41 @@ pub trait WholeSystem<'m>: Send + Sync {
     ) -> Result<Box<dyn WholeField + 'm>, Error>;
 }
 
+/// A cell over which a whole function tells the mean of u, of a space whose function has no values at points.
+///
+/// ```
+/// use fredholm_model::MeshCell;
+///
+/// let triangle = MeshCell { part: 0, corners: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+/// assert_eq!(triangle.middle(), [1.0 / 3.0, 1.0 / 3.0, 0.0]);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshCell {
+    /// The number of the part, of a scene of the surface, to which it belongs.
+    pub part: usize,
+    /// Three or four corners, in their order around the cell.
+    pub corners: Vec<[f64; 3]>,
+}
+
+impl MeshCell {
+    /// The mean of the corners.
+    #[must_use]
+    pub fn middle(&self) -> [f64; 3] {
+        let count = self.corners.len() as f64;
+        [0, 1, 2].map(|k| self.corners.iter().map(|corner| corner[k]).sum::<f64>() / count)
+    }
+}
+
 /// A quantity that a whole function tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WholeQuantity {
     /// u.
     U,
-    /// The irradiance of walls, in rooms: the part of u that comes from elsewhere, without the reflectance.
+    /// The irradiance of walls, in rooms and scenes: the part of u that comes from elsewhere, without the reflectance. NaN where u does
+    /// not tell it.
     Irradiance,
-    /// The net flux out of walls, in rooms: at a point in the unit of u, over a part in all.
+    /// The net flux out of walls, in rooms and scenes: at a point in the unit of u, over a part in all. NaN where u does not tell
+    /// it.
     NetFlux,
 }
 
@@ -126,6 +153,16 @@ pub trait WholeField: Send + Sync {
     /// # Errors
     /// [`Error`]; [`Error::Internal`], where there is no such quantity.
     fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error>;
+
+    /// The cells over which it tells means, where it has [no values at points](crate::Model::whole_has_points).
+    fn mesh(&self) -> &[MeshCell] {
+        &[]
+    }
+
+    /// The images of all cells of the [`mesh`](Self::mesh), as [`images`](Self::images) has those of regions.
+    fn mesh_images(&self) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// Raises the order of quadrature until F + T_K v in these points moves by no more than `error`, or no more points are
     /// taken. Returns by how much it moved last: 0 where T_K has a closed form.

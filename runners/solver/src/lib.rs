@@ -40,8 +40,9 @@ pub use custom::{CustomEquation, CustomModel};
 pub use execute::Execute;
 pub use fredholm_core::{Estimator, Form, Tolerance};
 pub use fredholm_model::{
-    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, Model, Pairs, Partitioned,
-    Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions, WeightFn, goals,
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Model, Pairs,
+    Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
+    WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;

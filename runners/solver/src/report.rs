@@ -3,6 +3,7 @@
 mod columns;
 mod csv;
 mod energy;
+mod mesh;
 mod text;
 mod whole;
 

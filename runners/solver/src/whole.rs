@@ -9,7 +9,7 @@ mod walks;
 use core::fmt::{self, Debug};
 
 use fredholm_core::whole::over_replicates;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity};
+use fredholm_model::{IMAGE_HEAD, MeshCell, WholeField, WholeQuantity};
 use serde::Serialize;
 
 use crate::point::Point;
@@ -251,6 +251,39 @@ impl WholeFunction<'_> {
             }
         }
         Ok(value)
+    }
+
+    /// The cells over which it tells means, of a scene, whose function has no values at points; otherwise there are none.
+    #[must_use]
+    pub fn mesh(&self) -> &[MeshCell] {
+        self.field.mesh()
+    }
+
+    /// The mean of u over every cell of the [`mesh`](Self::mesh). Bands hold on all of them together.
+    ///
+    /// ```
+    /// use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
+    /// use fredholm::{Scalar, SceneModel, Solver};
+    ///
+    /// // u = 1 in a furnace.
+    /// let walls = NamedSurface {
+    ///     name: "walls".to_owned(),
+    ///     polygons: shapes::room([0.0; 3], [1.0; 3]).surfaces.concat(),
+    ///     material: Material { reflectance: 0.5, emission: 0.5 },
+    /// };
+    /// let furnace = SceneModel::new(vec![walls], Enclosure::Closed, Scalar::F64)?;
+    /// let whole = Solver::new(&furnace).cells(24).walks(5000).whole()?;
+    /// for (cell, mean) in whole.mesh().iter().zip(whole.mesh_values()) {
+    ///     assert_eq!(cell.corners.len(), 4);
+    ///     assert!((mean.estimate - 1.0).abs() < 1e-5);
+    /// }
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    #[must_use]
+    pub fn mesh_values(&self) -> Vec<WholeValue> {
+        let images = self.field.mesh_images();
+        let all = images.chunks_exact(IMAGE_HEAD + self.field.rows());
+        all.map(|image| self.value(image, true)).collect()
     }
 
     /// u at so many equally spaced points of the space, of a cube per axis, and where they are.

@@ -19,6 +19,7 @@ use rand::{RngExt, SeedableRng};
 #[path = "../common/mod.rs"]
 mod common;
 mod skylight;
+mod starts;
 use common::{Surfaces, closed_scenes};
 
 /// Most standard errors that any of the few hundred estimates of this file may be off.

@@ -164,6 +164,8 @@ fn reports_are_what_their_schema_says() {
         [galerkin]\ncells = 50\n[walk]\nwalks = 1000\nseed = 3\n[[target]]\nname = 'a'\nat = 0.3\n";
     let stop = ["--walks", "9000000000000", "--time-limit", "0.2"];
     let lifted = circle_with("pairs = \"default\"", "lift = 4");
+    let point = "[[target]]\nname = 'a'\nat = [0.5, 0.5, 1]\n";
+    let means = SCENE.replace(point, "");
     let mut documents = vec![
         run(CIRCLE, &[]),
         run(&lifted, &["--sequence", "sobol", "--survivals", "2"]),
@@ -197,6 +199,7 @@ fn reports_are_what_their_schema_says() {
         run(SPHERE, &[]),
         run(SPHERE, &["--whole"]),
         run(SCENE, &[]),
+        run(&means, &["--whole"]),
     ];
     let first = folder.solve(
         CUBE,

@@ -130,7 +130,7 @@ fn a_full_disk_leaves_no_system_behind() {
     assert_eq!(folder.names(), ["problem.toml"]);
 }
 
-fn refused(ran: &Ran, words: &[&str]) {
+pub(crate) fn refused(ran: &Ran, words: &[&str]) {
     assert_eq!((ran.status, ran.stdout.as_str()), (Some(2), ""), "{ran:?}");
     for word in words {
         assert!(ran.stderr.contains(word), "{word}: {ran:?}");

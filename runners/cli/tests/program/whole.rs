@@ -2,7 +2,9 @@
 
 use crate::common;
 
-use common::{CIRCLE, Folder, fredholm, keys, list, number};
+use common::{CIRCLE, Folder, csv_rows, fredholm, keys, list, number};
+
+use crate::systems::{SCENE, refused};
 
 /// A cube in two dimensions whose solution is known: ∫ ½xy u = x (1/8 + 1/6), of u = 1 + x₁ + x₂ times ½x₁y₂.
 const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * x1 * y2'\n\
@@ -180,7 +182,7 @@ fn the_coefficients_are_the_function() {
 }
 
 /// The numbers of an array of a `.vtu` file, eight bytes each, behind their number of bytes.
-fn array(vtu: &str, name: &str) -> Vec<[u8; 8]> {
+pub(crate) fn array(vtu: &str, name: &str) -> Vec<[u8; 8]> {
     let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).expect(name);
     let (_, rest) = rest.split_once('>').unwrap();
     let (text, _) = rest.split_once('<').unwrap();
@@ -464,4 +466,56 @@ fn rooms_have_fluxes_from_the_same_walks() {
     let widths: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
     assert!(widths.iter().all(|width| *width == widths[0]), "{table}");
     assert!(table.contains("net flux out of all,"), "{table}");
+}
+
+/// The means over the cells of a scene: in all formats the same, area by area those over the surfaces, and where light is
+/// known, what it is. Points have none.
+#[test]
+fn a_scene_has_means_over_cells() {
+    let folder = Folder::new();
+    let of_points = "[[target]]\nname = 'a'\nat = [0.5, 0.5, 1]\n";
+    let file = folder.file("scene.toml", SCENE.replace(of_points, ""));
+    let out = |name: &str| folder.at(name);
+    let solve = |args: &[&str]| fredholm(&[&["solve", &file, "--whole"], args].concat());
+    for name in ["u.vtu", "u.csv", "u.npz"] {
+        solve(&["--walks", "2048", "--out", &out(name)]).quietly(0);
+    }
+    let json = solve(&["--walks", "2048", "--json"]).quietly(0).json();
+    let mesh = list(&json, "mesh");
+    assert_eq!(mesh.len(), 24);
+    let vtu = std::fs::read_to_string(out("u.vtu")).unwrap();
+    let csv = csv_rows(out("u.csv").as_ref());
+    assert_eq!(csv.len(), 1 + 1 + 24);
+    for (column, key) in [(7, "estimate"), (8, "std_error"), (9, "band")] {
+        assert_eq!(csv[0][column], key);
+        let numbers = array(&vtu, key).into_iter().map(f64::from_le_bytes);
+        assert_eq!(numbers.len(), 24);
+        for ((cell, number), row) in mesh.iter().zip(numbers).zip(&csv[2..]) {
+            assert_eq!(self::number(cell, key), number);
+            assert_eq!(row[column].parse::<f64>().unwrap(), number);
+        }
+    }
+    // Four squares of the same size on each of six faces; the lamp is the last, reflects nothing, and has u = 1.
+    assert_eq!(mesh[20]["name"], "lamp[0]");
+    assert!(mesh[20]["irradiance"].is_null());
+    let [room, lamp] = [&mesh[..20], &mesh[20..]].map(|cells| {
+        cells
+            .iter()
+            .map(|cell| number(cell, "estimate"))
+            .sum::<f64>()
+    });
+    let over_room = number(&list(&json, "targets")[0], "estimate");
+    assert!((room / 20.0 - over_room).abs() < 1e-12);
+    assert!((lamp - 4.0).abs() < 1e-12);
+    let corners = list(&mesh[0], "corners");
+    let [u, h] = [
+        number(&mesh[0], "estimate"),
+        number(&mesh[0]["irradiance"], "estimate"),
+    ];
+    assert!(corners.len() == 4 && (u - 0.5 * h).abs() < 1e-14);
+
+    let words = ["\"a\" is a point"];
+    refused(&folder.solve(SCENE, &["--whole"]), &words);
+    let words = ["no target is a point: `--whole` has all cells"];
+    refused(&fredholm(&["solve", &file, "--out", &out("u.vtu")]), &words);
 }

@@ -6,6 +6,7 @@ mod radius;
 mod regions;
 mod system;
 mod view;
+mod whole;
 
 use core::fmt;
 
@@ -238,6 +239,14 @@ impl Model for SceneModel {
     /// There is no line through a scene that anybody would mean.
     fn grid(&self, _: usize, _: Option<usize>) -> Vec<Region> {
         Vec::new()
+    }
+
+    fn has_whole(&self) -> bool {
+        true
+    }
+
+    fn whole_has_points(&self) -> bool {
+        false
     }
 
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use fredholm_core::galerkin::{CellMap, Partition, Solution};
-use fredholm_core::sampled::{SampledSolution, SampledTables, ScoreVariance};
+use fredholm_core::sampled::{Sampled, SampledSolution, SampledTables, ScoreVariance};
 use fredholm_core::{
     DefaultGenerator, Goals, Job, LastStep, Neighbour, Real, RngUniforms, Started, WalkSeeds,
     WithKnown,
@@ -14,7 +14,7 @@ use fredholm_embedded::TableBuilder;
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{
     Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
-    in_scalar,
+    WholeSystem, in_scalar,
 };
 use fredholm_scene::{Air, Facing, Point, Radiosity};
 
@@ -23,6 +23,7 @@ use crate::of_degree;
 use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
 use crate::radius::second_moment_radius;
 use crate::regions::{Place, Start};
+use crate::whole::SceneWhole;
 
 /// Rays of a score by which the best number of rays is found.
 const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
@@ -32,25 +33,42 @@ const REST: f64 = 3.0;
 /// A neighbour equation of any degree: one type of walk for all.
 pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync + 'a;
 
-/// Hands out the neighbour equation from rays, with faces that they cross as events, and as many rays a score as have the least
-/// product of variance and time.
+/// The neighbour equation on points of the scene alone, of any degree.
+pub(crate) type OnPoints<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>> + Sync + 'a;
+
+/// The neighbour equation from rays, with faces that they cross as events, and as many rays a score as have the least product of variance
+/// and time.
+fn sampled<'a, F: Real, const B: usize>(
+    tables: &'a SampledTables<F>,
+    last: &LastStep<'a, Radiosity<'a, F>>,
+) -> Result<Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>, Error> {
+    let radiosity = last.0;
+    let made = |rays| {
+        let sampled = tables.neighbour_with_events::<_, _, 2, B>((radiosity, radiosity), rays);
+        sampled.map_err(|_| Error::Internal("tables of other cells"))
+    };
+    let trial = made(TRIAL)?;
+    made(ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST))
+}
+
+/// Hands out the neighbour equation of walks that know what is known of their score.
 pub(crate) fn with_neighbour<F: Real>(
     degree: usize,
     tables: &SampledTables<F>,
     last: &LastStep<'_, Radiosity<'_, F>>,
     then: &mut dyn FnMut(&Boxed<'_, F>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let radiosity = last.0;
-    let of = (radiosity, radiosity);
-    of_degree!(degree, B => {
-        let made = |rays| {
-            let sampled = tables.neighbour_with_events::<_, _, 2, B>(of, rays);
-            sampled.map_err(|_| Error::Internal("tables of other cells"))
-        };
-        let trial = made(TRIAL)?;
-        let rays = ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST);
-        then(&WithKnown(&made(rays)?))
-    })
+    of_degree!(degree, B => then(&WithKnown(&sampled::<F, B>(tables, last)?)))
+}
+
+/// Hands out the neighbour equation on points of the scene alone.
+pub(crate) fn with_sampled<F: Real>(
+    degree: usize,
+    tables: &SampledTables<F>,
+    last: &LastStep<'_, Radiosity<'_, F>>,
+    then: &mut dyn FnMut(&OnPoints<'_, F>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    of_degree!(degree, B => then(&sampled::<F, B>(tables, last)?))
 }
 
 /// v and c of a scene.
@@ -224,6 +242,13 @@ impl System for SceneSystem<'_> {
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         in_scalar!(self.cut.scalar, F => self.job_in::<F>(request, then))
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        Ok(Box::new(SceneWhole::new(*self)?))
     }
 
     fn examine(

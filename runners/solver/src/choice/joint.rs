@@ -185,6 +185,7 @@ impl<'m> Question<'_, 'm> {
         let starts = self.goals.len() + self.model.besides(self.goals);
         starts > 1
             && self.model.has_whole()
+            && self.model.whole_has_points()
             && settings.whole != Some(false)
             && settings.walks.is_none()
             && settings.exact_source != Some(true)

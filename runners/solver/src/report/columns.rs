@@ -28,6 +28,8 @@ pub struct Columns {
     pub of_targets: Vec<Column>,
     /// A number for every cell of which means were asked for ([`Solver::means_between`](crate::Solver::means_between)).
     pub of_cells: Vec<Column>,
+    /// The corners of every cell of a scene, whose numbers come last in the columns of targets.
+    pub mesh: Vec<Vec<[f64; 3]>>,
 }
 
 /// The numbers of estimates; NaN where there is none.
@@ -88,6 +90,7 @@ impl Report {
                 .whole
                 .as_ref()
                 .map_or(Vec::new(), |whole| whole.of_cells()),
+            mesh: Vec::new(),
         }
     }
 }
@@ -100,7 +103,7 @@ impl WholeReport {
     /// The report as columns of numbers.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        let all = &self.targets;
+        let all: &Vec<_> = &self.rows().collect();
         let of_rooms =
             |name: [&'static str; 2],
              of: fn(&super::WholeGoalReport) -> Option<super::EstimateReport>| {
@@ -127,6 +130,7 @@ impl WholeReport {
                 .collect(),
             of_targets: some(of_targets),
             of_cells: self.of_cells(),
+            mesh: self.mesh.iter().map(|cell| cell.corners.clone()).collect(),
         }
     }
 

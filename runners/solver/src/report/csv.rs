@@ -119,6 +119,7 @@ pub(super) fn of_columns(problem: &str, dimension: Option<usize>) -> Vec<String>
         ("circle", _) => &["s"],
         ("sphere", _) => &["theta", "phi"],
         ("room", _) => &["surface", "t", "x", "y"],
+        ("scene", _) => &["x", "y", "z"],
         (_, Some(d)) if d > 1 => return (1..=d).map(|a| format!("x{a}")).collect(),
         _ => &["x"],
     };

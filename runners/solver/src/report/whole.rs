@@ -42,6 +42,9 @@ pub struct WholeReport {
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
+    /// The means over all cells of a scene: its whole function has no values at points.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mesh: Vec<WholeGoalReport>,
     /// Means over the cells that were asked for: in columns, and in no document.
     #[serde(skip)]
     pub means: Vec<WholeValue>,
@@ -61,6 +64,9 @@ pub struct WholeGoalReport {
     /// The place of the point in the drawing, of a room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,
+    /// The corners of a cell of a scene, in their order around it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub corners: Vec<[f64; 3]>,
     /// The region, if the goal is a mean over one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over: Option<Over>,
@@ -108,6 +114,7 @@ impl WholeGoalReport {
             name: goal.name.clone(),
             at: Coordinates::new(model, &goal.region),
             position: model.position(&goal.region),
+            corners: Vec::new(),
             over: Over::new(model, &goal.region),
             weight: match goal.region {
                 Region::Weight(number) => model.weight(number).map(str::to_owned),
@@ -126,7 +133,7 @@ impl WholeGoalReport {
     }
 
     /// Adds what follows from u and from the irradiance.
-    fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
+    pub(super) fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
         // An estimate is there however few walks there were.
         let estimate = |estimate, unit| EstimateReport::new(estimate, 1, unit);
         self.irradiance = heat.irradiance.map(|h| estimate(h, unit));
@@ -156,7 +163,7 @@ impl WholeGoalReport {
 }
 
 /// The value as an estimate of so many walks.
-fn estimate(value: &WholeValue) -> Estimate {
+pub(super) fn estimate(value: &WholeValue) -> Estimate {
     Estimate {
         estimate: value.estimate,
         std_error: value.std_error,
@@ -211,7 +218,12 @@ impl WholeReport {
         Ok(())
     }
 
-    /// The report as CSV, a row for every target, with columns of the problem's own coordinates.
+    /// The targets, and then the cells of a mesh.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &WholeGoalReport> {
+        self.targets.iter().chain(&self.mesh)
+    }
+
+    /// The report as CSV, a row for every target and every cell of a mesh, with columns of the problem's own coordinates.
     ///
     /// # Errors
     /// [`Error::Internal`].
@@ -225,7 +237,7 @@ impl WholeReport {
         let width = head.len();
         head.extend(more.iter().map(|&name| name.to_owned()));
         let mut rows = vec![head];
-        for target in &self.targets {
+        for target in self.rows() {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
             let over = match target.over {
                 Some(Over::Interval([from, to])) => [Some(from), Some(to)],
@@ -277,7 +289,12 @@ impl WholeReport {
             None => name.to_owned(),
         };
         let mut head: Vec<String> = ["target", "at"].map(str::to_owned).to_vec();
-        head.extend(["exact", "F + T_K v", "whole function", "band ±"].map(own));
+        let iterate = if self.mesh.is_empty() {
+            "F + T_K v"
+        } else {
+            "v"
+        };
+        head.extend(["exact", iterate, "whole function", "band ±"].map(own));
         if has_errors {
             head.extend([own("error"), "z".to_owned()]);
         }
@@ -297,8 +314,12 @@ impl WholeReport {
         let summary = &self.summary;
         let mut about = vec![summary.to_string()];
         if let (Some(factor), Some(error)) = (summary.band_factor, summary.largest_std_error) {
+            let [place, among] = match self.mesh.len() {
+                0 => ["at all points", "among some 256 points"],
+                _ => ["on all cells", "of a cell"],
+            };
             about.push(format!(
-                "band: {} % at all points together, {} standard errors; the largest among some 256 points is {}",
+                "band: {} % {place} together, {} standard errors; the largest {among} is {}",
                 short(100.0 * summary.band_level),
                 short(factor),
                 short(error)
@@ -379,12 +400,14 @@ impl WholeFunction<'_> {
         });
         let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;
         self.add_heat(goals, &mut targets)?;
+        let mesh = self.mesh_report();
         Ok(WholeReport {
             summary: self.summary().clone(),
             unit: model.unit(),
             targets,
             energy: self.energy()?,
             value_seconds: start.elapsed().as_secs_f64(),
+            mesh,
             means: Vec::new(),
             coefficients: None,
         })
@@ -399,7 +422,7 @@ impl WholeFunction<'_> {
         let mut irradiances = irradiances.iter().map(estimate);
         for (goal, target) in goals.iter().zip(targets) {
             let own = match lit(&goal) {
-                true => irradiances.next(),
+                true => irradiances.next().filter(|h| !h.estimate.is_nan()),
                 false => None,
             };
             let heat = model.heat(&goal.region, estimate(&target.value), own);
@@ -425,10 +448,11 @@ impl WholeFunction<'_> {
             .map(|(&(part, is_given), value)| Flux {
                 name: self.model().part(part).unwrap_or_default().to_owned(),
                 walks: if is_given { 0 } else { walks },
-                net_flux: Some(estimate(value)),
+                net_flux: Some(estimate(value)).filter(|flux| !flux.estimate.is_nan()),
                 is_given,
             });
         let all = values.last().map(estimate);
+        let all = all.filter(|all| !all.estimate.is_nan());
         let unit = self.model().flux_unit();
         Ok(
             EnergyReport::new(fluxes.collect(), unit).map(|energy| EnergyReport {

@@ -3,7 +3,7 @@
 use super::{SolveError, Solver};
 use crate::point::Point;
 use crate::whole::{Looks, Until, Whole, WholeFunction, WholeValue};
-use crate::{Goal, Region};
+use crate::{Error, Goal, Region};
 
 impl<'m> Solver<'m> {
     /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
@@ -33,8 +33,8 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// The whole function u with its error band, from one set of walks, for circles, spheres, cubes and rooms. What is asked for otherwise
-    /// plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
+    /// The whole function u with its error band, from one set of walks, for circles, spheres, cubes, rooms and
+    /// scenes, of which it has means over cells and surfaces. What is asked for otherwise plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
     /// equally many of each of 64 replicates; a tolerance is for every point.
     ///
     /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
@@ -59,6 +59,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
         self.check()?;
+        self.check_whole()?;
         let whole = Whole {
             model: self.model,
             settings: &self.settings,
@@ -73,6 +74,24 @@ impl<'m> Solver<'m> {
         };
         let walked = whole.walk(&ready, &until)?;
         whole.finished(ready, walked)
+    }
+
+    /// Refuses points that are asked for, where the whole function has none.
+    fn check_whole(&self) -> Result<(), Error> {
+        if self.model.whole_has_points() || self.asked.is_empty() {
+            return Ok(());
+        }
+        let goals = fredholm_model::goals(self.model, &self.targets()?)?;
+        let is_point = |goal: &&Goal| self.model.place(&goal.region).is_some();
+        match goals.iter().find(is_point) {
+            None => Ok(()),
+            Some(Goal { name, .. }) => Err(Error::Region {
+                message: format!(
+                    "{name:?} is a point, and the whole function here has means over cells and parts alone: ask for it \
+                     without the whole function"
+                ),
+            }),
+        }
     }
 
     /// u at some points from one set of walks without any projection, of circles and cubes: walks score K(x, ·) of every point x in

@@ -14,7 +14,7 @@ const NOISE: f64 = 0.25;
 /// The part of a tolerance by which quadrature may be off.
 pub(super) const MOVED: f64 = 0.1;
 
-/// Regions, at which u is looked at.
+/// Regions, at which u is looked at; if there is none, all cells of the field's mesh.
 #[derive(Debug)]
 pub(crate) struct Looks(Vec<Region>);
 
@@ -32,7 +32,7 @@ pub(crate) struct Look {
 }
 
 impl Looks {
-    /// u at some points, spread over the space.
+    /// u at some points, spread over the space, or on all cells where it has no values at points.
     pub(crate) fn of_points(model: &dyn Model) -> Self {
         Self(model.spread(PROBES))
     }
@@ -60,7 +60,10 @@ impl Looks {
     pub(crate) fn look(&self, field: &dyn WholeField, tolerance: Tolerance) -> Result<Look, Error> {
         let width = IMAGE_HEAD + field.rows();
         let mut all = Look::default();
-        let images = field.images(WholeQuantity::U, &self.0)?;
+        let images = match self.0.is_empty() {
+            true => field.mesh_images(),
+            false => field.images(WholeQuantity::U, &self.0)?,
+        };
         for image in images.chunks_exact(width) {
             all.add(image, tolerance);
         }

@@ -26,6 +26,8 @@ const LEAST_WALKS: u64 = 16;
 const RESAMPLES: usize = 1000;
 /// Points at which the quadrature of T_K is compared with a finer one.
 const QUADRATURE_PROBES: usize = 8;
+/// The most cells of a mesh at which error bars are looked at for a band: resamples of so many take a second.
+const CELLS: usize = 4096;
 /// The share of a replicate's walks that one round adds: as long a cancellation may wait.
 const ROUND: u64 = 8;
 /// The rate r of a variance of N^−r in the next stage of a sequence, between that of pseudo-random walks and that of smooth functions.
@@ -88,7 +90,7 @@ impl<'m> Whole<'_, 'm> {
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, spheres, rooms, cubes whose \
+                message: "the whole function from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
                           kernel has an integral, and equations of a crate of its own whose `CellMap` has \
                           `parameters`: ask for targets without it"
                     .to_owned(),
@@ -151,6 +153,13 @@ impl<'m> Whole<'_, 'm> {
     fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
         let (own, most) = (system.degree(), system.most_degree());
         match self.settings.score_degree {
+            None | Some(0) if !self.model.whole_has_points() => Ok(0),
+            Some(degree) if !self.model.whole_has_points() => Err(Error::Option {
+                subject: Subject::Degree,
+                message: format!(
+                    "scores of degree {degree}: here walks score on means over cells, of degree 0"
+                ),
+            }),
             None if own < most => Ok(system.default_degree()),
             None => Err(Error::Option {
                 subject: Subject::Degree,
@@ -403,11 +412,16 @@ impl<'m> Whole<'_, 'm> {
     /// The error bars at the probes, the band, and what no band sees.
     fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
         let probes = self.model.spread(PROBES);
-        let images = whole.field.images(WholeQuantity::U, &probes)?;
+        let images = if self.model.whole_has_points() {
+            whole.field.images(WholeQuantity::U, &probes)?
+        } else {
+            whole.field.mesh_images()
+        };
         let width = IMAGE_HEAD + whole.field.rows();
-        let mut values = Vec::with_capacity(probes.len() * REPLICATES);
-        let mut errors = Vec::with_capacity(probes.len());
-        for image in images.chunks_exact(width) {
+        let mut values = Vec::with_capacity(images.len());
+        let mut errors = Vec::with_capacity(images.len() / width);
+        let step = (images.len() / width).div_ceil(CELLS).max(1);
+        for image in images.chunks_exact(width).step_by(step) {
             let (_, replicates) = split(image, REPLICATES);
             errors.push(over_replicates(replicates).std_error);
             values.extend(replicates);
@@ -468,11 +482,14 @@ impl<'m> Ready<'m> {
     }
 }
 
-/// The part of the highest degree of the mean of all replicates.
+/// The part of the highest degree of the mean of all replicates; 0 where that is the mean over a cell, which is told as it is.
 fn highest(coefficients: &[f64], degrees: &[usize], cells: usize) -> Vec<f64> {
     let top = degrees.iter().copied().max().unwrap_or(0);
     let unknowns = cells * degrees.len();
     let mut mean = vec![0.0; unknowns];
+    if top == 0 {
+        return mean;
+    }
     for row in coefficients.chunks_exact(unknowns.max(1)) {
         for ((mean, value), degree) in mean.iter_mut().zip(row).zip(degrees.iter().cycle()) {
             if *degree == top {
