@@ -419,7 +419,7 @@ pub(crate) struct SolveArgs {
     /// Run even if the variance is infinite; error bars are then meaningless
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
-    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (grids, or a scene's cells, for
     /// `ParaView`), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
@@ -466,7 +466,7 @@ pub(crate) struct MergeArgs {
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (points and cells of grids, for
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (grids, or a scene's cells, for
     /// `ParaView`), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
