@@ -1,0 +1,37 @@
+//! The means over the cells of a scene, in the report of its whole function.
+
+use fredholm_model::MeshCell;
+
+use super::WholeGoalReport;
+use super::whole::estimate;
+use crate::{Goal, Region, WholeFunction, WholeValue};
+
+impl WholeFunction<'_> {
+    /// What is told of every cell, by the name of its surface and its number there.
+    pub(super) fn mesh_report(&self) -> Vec<WholeGoalReport> {
+        let model = self.model();
+        let mut numbers: Vec<usize> = Vec::new();
+        let mut told = |(cell, value): (&MeshCell, WholeValue)| {
+            if numbers.len() <= cell.part {
+                numbers.resize(cell.part + 1, 0);
+            }
+            let number = numbers[cell.part];
+            numbers[cell.part] += 1;
+            let name = model.part(cell.part).unwrap_or_default();
+            let goal = Goal {
+                name: format!("{name}[{number}]"),
+                region: Region::Part(cell.part),
+            };
+            let heat = model.heat(&goal.region, estimate(&value), None);
+            let mut report = WholeGoalReport::new(model, &goal, None, value);
+            report.add(&heat, model.unit());
+            WholeGoalReport {
+                position: Some(cell.middle().to_vec()),
+                corners: cell.corners.clone(),
+                ..report
+            }
+        };
+        let (cells, values) = (self.mesh(), self.mesh_values());
+        cells.iter().zip(values).map(&mut told).collect()
+    }
+}
