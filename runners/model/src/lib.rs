@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod cost;
+mod derived;
 pub mod device;
 mod error;
 mod examined;
@@ -19,13 +20,14 @@ mod spot;
 mod whole;
 mod written;
 
+pub use derived::{Derived, Flux, Heat};
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
-    About, Derived, Deterministic, Flux, Heat, Model, NO_ITERATION, Partitioned, Prepared, Request,
-    System, Then, WithJob, WithStarts,
+    About, Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then,
+    WithJob, WithStarts,
 };
 pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
