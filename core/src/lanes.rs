@@ -10,10 +10,10 @@ use crate::{
 };
 
 /// The walks that are drawn before the first of them steps: enough of each length that lanes end together.
-const BLOCK: usize = 512;
+pub(crate) const BLOCK: usize = 512;
 
 /// How many numbers they draw for their steps, at most.
-const NUMBERS: usize = 8 * BLOCK;
+pub(crate) const NUMBERS: usize = 8 * BLOCK;
 
 /// Walks of so many steps and of more are sorted as if they were of one length.
 const LENGTHS: usize = 64;
@@ -75,27 +75,22 @@ impl<E: StateSpace> Clone for Arrival<E> {
 }
 impl<E: StateSpace> Copy for Arrival<E> {}
 
-/// A walk before its steps.
-struct Drawn<E: StateSpace> {
-    start: Start<E>,
-    value: f64,
-    /// Where its numbers begin.
-    first: u32,
-    steps: u32,
+/// The numbers of a walk before its steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Drawn {
+    /// Where they begin.
+    pub(crate) first: u32,
+    pub(crate) steps: u32,
 }
-
-impl<E: StateSpace> Clone for Drawn<E> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<E: StateSpace> Copy for Drawn<E> {}
 
 /// What the walks of a block keep from their draws to their scores.
 pub(crate) struct Block<E: StateSpace> {
     /// What the steps draw, walk after walk.
     numbers: [E::Scalar; NUMBERS],
-    drawn: [Drawn<E>; BLOCK],
+    drawn: [Drawn; BLOCK],
+    starts: [Start<E>; BLOCK],
+    /// (v, Φ).
+    values: [f64; BLOCK],
     scores: [Walk<E::Scalar>; BLOCK],
 }
 
@@ -109,12 +104,6 @@ impl<E: Equation> Block<E> {
     {
         // Any start, where there are no walks yet.
         let (x, phi, value) = task.start(&mut RngUniforms(task.seeds.generator(0)));
-        let drawn = Drawn {
-            start: Start { x, phi },
-            value,
-            first: 0,
-            steps: 0,
-        };
         let nothing = Walk {
             plain: zero(),
             control: zero(),
@@ -123,7 +112,9 @@ impl<E: Equation> Block<E> {
         };
         Self {
             numbers: [zero(); NUMBERS],
-            drawn: [drawn; BLOCK],
+            drawn: [Drawn::default(); BLOCK],
+            starts: [Start { x, phi }; BLOCK],
+            values: [value; BLOCK],
             scores: [nothing; BLOCK],
         }
     }
@@ -147,11 +138,19 @@ impl<E: Equation> Block<E> {
         let Self {
             numbers,
             drawn,
+            starts,
+            values,
             scores,
         } = self;
         let (mut used, mut count) = (0, 0);
-        for (number, slot) in (first..first.saturating_add(walks)).zip(&mut *drawn) {
-            let Some(walk) = draw(task, number, numbers, &mut used) else {
+        let places = starts.iter_mut().zip(values.iter_mut()).zip(&mut *drawn);
+        for (number, ((start, own), slot)) in (first..first.saturating_add(walks)).zip(places) {
+            let mut uniforms = RngUniforms(task.seeds.generator(number));
+            let (x, phi, value) = task.start(&mut uniforms);
+            (*start, *own) = (Start { x, phi }, value);
+            let q = task.equation.absorption(&x.point);
+            let most = task.length.step_limit;
+            let Some(walk) = draw(q, most, (&mut *numbers, &mut used), uniforms) else {
                 break;
             };
             *slot = walk;
@@ -169,7 +168,7 @@ impl<E: Equation> Block<E> {
             let last = group.last().copied().unwrap_or(0);
             let places: [usize; L] =
                 from_fn(|l| usize::from(group.get(l).copied().unwrap_or(last)) % BLOCK);
-            let starts = from_fn(|l| drawn[places[l]].start);
+            let starts = from_fn(|l| starts[places[l]]);
             let steps = from_fn(|l| drawn[places[l]].steps);
             let at: [usize; L] = from_fn(|l| drawn[places[l]].first as usize);
             // Never behind the end: a walk that goes on has drawn as many.
@@ -189,44 +188,34 @@ impl<E: Equation> Block<E> {
                 };
             }
         }
-        for (walk, drawn) in scores.iter().zip(&*drawn).take(count) {
-            if !push(walk, drawn.value) {
+        for (walk, value) in scores.iter().zip(&*values).take(count) {
+            if !push(walk, *value) {
                 break;
             }
         }
     }
 }
 
-/// Draws a walk up to its absorption. `None`: it is longer than there is room, or than it may be.
+/// Draws the steps of a walk of `most` states at most up to its absorption, of the probability q everywhere. `None`: it is longer than
+/// there is room, or than it may be.
 #[inline(always)]
-fn draw<E, N, T, G>(
-    task: &Task<'_, E, N, T, G>,
-    number: u64,
-    numbers: &mut [E::Scalar; NUMBERS],
-    used: &mut usize,
-) -> Option<Drawn<E>>
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    let mut uniforms = RngUniforms(task.seeds.generator(number));
-    let (x, phi, value) = task.start(&mut uniforms);
-    let q = task.equation.absorption(&x.point);
+pub(crate) fn draw<F: Real>(
+    q: F,
+    most: u32,
+    (numbers, used): (&mut [F; NUMBERS], &mut usize),
+    mut uniforms: impl Uniforms<F>,
+) -> Option<Drawn> {
     let first = *used;
     let mut at = first;
     loop {
         let steps = (at - first) as u32;
-        if steps >= task.length.step_limit {
+        if steps >= most {
             return None;
         }
-        let absorption: E::Scalar = uniforms.uniform();
+        let absorption: F = uniforms.uniform();
         if absorption < q {
             *used = at;
             return Some(Drawn {
-                start: Start { x, phi },
-                value,
                 first: first as u32,
                 steps,
             });
@@ -238,8 +227,8 @@ where
 
 /// The places of the first `count` walks, the longest first.
 #[inline(always)]
-fn by_length<E: StateSpace>(drawn: &[Drawn<E>; BLOCK], count: usize) -> [u16; BLOCK] {
-    let length = |walk: &Drawn<E>| LENGTHS - 1 - (walk.steps as usize).min(LENGTHS - 1);
+pub(crate) fn by_length(drawn: &[Drawn; BLOCK], count: usize) -> [u16; BLOCK] {
+    let length = |walk: &Drawn| LENGTHS - 1 - (walk.steps as usize).min(LENGTHS - 1);
     let mut begin = [0_u16; LENGTHS];
     for walk in drawn.iter().take(count) {
         if let Some(begin) = begin.get_mut(length(walk) + 1) {

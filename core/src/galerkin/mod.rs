@@ -44,7 +44,7 @@ mod vectors;
 
 pub use cells::CellMap;
 pub use coefficients::{Coefficients, Dense, GalerkinMatrix, Rounded};
-pub use legendre::{Legendre, legendre};
+pub use legendre::{Legendre, legendre, legendre_factors};
 /// Helpers of the crates of this workspace, outside of the public interface.
 #[doc(hidden)]
 pub use pairs::marked;

@@ -61,6 +61,7 @@
 
 mod band;
 mod chain;
+mod lanes;
 mod replicate;
 mod scores;
 mod suffixes;
@@ -70,6 +71,7 @@ mod tests;
 
 pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Starts;
+pub use lanes::{Followed, StateScores, SuffixLanes};
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
 pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores};
 pub use task::{KEPT_STATES, WHOLE, WholeJob, WholeTask};

@@ -58,8 +58,13 @@ impl<'s> Replicate<'s> {
     /// The number of its next walk.
     #[must_use]
     pub const fn next_walk(&self) -> u64 {
-        let before = self.of.saturating_mul(self.counts.walks);
-        before.saturating_add(self.number)
+        self.walk(0)
+    }
+
+    /// The number of the walk after so many further ones.
+    pub(super) const fn walk(&self, further: u64) -> u64 {
+        let walks = self.counts.walks.saturating_add(further);
+        self.of.saturating_mul(walks).saturating_add(self.number)
     }
 
     /// The walks so far.

@@ -186,7 +186,7 @@ where
     }
 
     /// s, where all kept states have the density of the starts.
-    fn preserved(&self) -> Option<f64> {
+    pub(super) fn preserved(&self) -> Option<f64> {
         // Where absorption begins late, the chain keeps the density of a constant q alone, and states do not become fewer.
         let is_absorbed = self.length.survivals == 0;
         self.starts.survival().filter(|_| is_absorbed)
@@ -218,7 +218,7 @@ where
 {
     /// Runs at most `at_most` further walks, with the estimator as a constant.
     #[inline(always)]
-    fn run_walks(
+    pub(super) fn run_walks(
         &self,
         estimator: Estimator,
         replicate: &mut Replicate<'_>,

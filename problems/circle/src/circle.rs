@@ -413,11 +413,12 @@ impl<F: Real, E: Emission<F>> TransitionDensity for Circle<'_, F, E> {
 impl<F: Real, E: Emission<F>> Starts for Circle<'_, F, E> {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
         let xi: F = uniforms.uniform();
-        // Half of the angle is k quarter turns and at most an eighth of a turn, where sine and cosine are fastest.
+        // Half of the angle is k quarter turns and at most an eighth of a turn, where power series are short.
         let half = xi.to_f64();
         let quarters = (2.0 * half + 0.5) as u32;
-        let rest = core::f64::consts::PI * (half - 0.5 * f64::from(quarters));
-        let (cos, sin) = (F::from_f64(Real::cos(rest)), F::from_f64(Real::sin(rest)));
+        let (cos, sin) =
+            crate::series::eighth_turn(core::f64::consts::PI * (half - 0.5 * f64::from(quarters)));
+        let (cos, sin) = (F::from_f64(cos), F::from_f64(sin));
         match quarters {
             0 => self.point_at(cos, sin),
             1 => self.point_at(-sin, cos),

@@ -18,7 +18,7 @@ use fredholm_core::{
 use crate::{Circle, ClosedForm, Emission, Point, Residual};
 
 /// Walks at once: two vectors of AVX2, so that one fills the other's waits, or one of AVX-512.
-const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
 
@@ -231,11 +231,11 @@ where
 }
 
 /// Eight walks on a circle.
-struct CircleLanes<'a, 'c, S, E> {
-    simd: S,
-    circle: &'a Circle<'c, f64, E>,
-    pairs: LanePairs<'a, f64>,
-    is_residual: bool,
+pub(crate) struct CircleLanes<'a, 'c, S, E> {
+    pub(crate) simd: S,
+    pub(crate) circle: &'a Circle<'c, f64, E>,
+    pub(crate) pairs: LanePairs<'a, f64>,
+    pub(crate) is_residual: bool,
 }
 
 /// Where eight walks are, and what their scores are multiplied by.
@@ -250,30 +250,30 @@ struct Walkers<S: Simd> {
 
 /// Eight points with what their cells look up.
 #[derive(Clone, Copy)]
-struct Places<S: Simd> {
-    cos: f64x8<S>,
-    sin: f64x8<S>,
-    cell: [u32; LANES],
-    middle_cos: f64x8<S>,
-    middle_sin: f64x8<S>,
-    reflectance: f64x8<S>,
+pub(crate) struct Places<S: Simd> {
+    pub(crate) cos: f64x8<S>,
+    pub(crate) sin: f64x8<S>,
+    pub(crate) cell: [u32; LANES],
+    pub(crate) middle_cos: f64x8<S>,
+    pub(crate) middle_sin: f64x8<S>,
+    pub(crate) reflectance: f64x8<S>,
 }
 
 impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
     #[inline(always)]
-    fn all(&self, x: f64) -> f64x8<S> {
+    pub(crate) fn all(&self, x: f64) -> f64x8<S> {
         f64x8::splat(self.simd, x)
     }
 
     #[inline(always)]
-    fn vector(&self, each: impl FnMut(usize) -> f64) -> f64x8<S> {
+    pub(crate) fn vector(&self, each: impl FnMut(usize) -> f64) -> f64x8<S> {
         let array: [f64; LANES] = from_fn(each);
         array.simd_into(self.simd)
     }
 
     /// The points with these half angles and cells.
     #[inline(always)]
-    fn places(&self, cos: f64x8<S>, sin: f64x8<S>, cell: [u32; LANES]) -> Places<S> {
+    pub(crate) fn places(&self, cos: f64x8<S>, sin: f64x8<S>, cell: [u32; LANES]) -> Places<S> {
         let looked_up: [[f64; 3]; LANES] = cell.each(|cell| {
             let cell = self.circle.table().get(cell as usize);
             cell.map_or([f64::NAN; 3], |cell| {
@@ -290,15 +290,23 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
         }
     }
 
-    /// The points that a step leads to, computed as [`Circle::step`](fredholm_core::Sampler::step) and [`Circle::point_at`] do.
+    /// The points that a step leads to, computed as [`Circle::step`](fredholm_core::Sampler::step) does.
     #[inline(always)]
-    fn step(&self, x: &Places<S>, xi: f64x8<S>) -> Places<S> {
-        let (half, one) = (self.all(0.5), self.all(1.0));
+    pub(crate) fn step(&self, x: &Places<S>, xi: f64x8<S>) -> Places<S> {
+        let one = self.all(1.0);
         let turn_cos = one - (xi + xi);
         let root = (xi * (one - xi)).sqrt();
         let turn_sin = root + root;
-        let cos = x.cos * turn_cos - x.sin * turn_sin;
-        let sin = x.sin * turn_cos + x.cos * turn_sin;
+        self.places_at(
+            x.cos * turn_cos - x.sin * turn_sin,
+            x.sin * turn_cos + x.cos * turn_sin,
+        )
+    }
+
+    /// The points with half angles of this cosine and this sine, computed as [`Circle::point_at`] does.
+    #[inline(always)]
+    pub(crate) fn places_at(&self, cos: f64x8<S>, sin: f64x8<S>) -> Places<S> {
+        let half = self.all(0.5);
         let length = self.all(1.5) - half * (cos * cos + sin * sin);
         let scale = length.copysign(sin);
         let (cos, sin) = (cos * scale, sin * scale);

@@ -29,6 +29,8 @@ mod series;
 mod sites;
 #[cfg(feature = "alloc")]
 mod solution;
+#[cfg(feature = "lanes")]
+mod whole_lanes;
 
 pub use cells::{Cell, Cells, Direction, Slot, slots};
 pub use circle::{Circle, Constants, Point};
@@ -46,3 +48,5 @@ pub use sites::CircleQuadrature;
 pub use solution::{
     Tables, neighbour_second_moment_radius, residual_moments, second_moment_radius,
 };
+#[cfg(feature = "lanes")]
+pub use whole_lanes::{WholeLaneReal, WholeSideBySide};

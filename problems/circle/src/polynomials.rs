@@ -175,6 +175,12 @@ impl<'c, 'a, F: Real, E: Emission<F>, const B: usize> PolynomialCircle<'c, 'a, F
         Ok(())
     }
 
+    /// What a sine from the middle of a cell is the argument of, in its odd powers, to be t. `None`: the cells are too large for it.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn arcsine(&self) -> Option<&[F]> {
+        self.coordinate.as_ref()?.get(..self.coordinate_terms)
+    }
+
     /// t of a point in cell `i`.
     #[inline]
     fn coordinate(&self, x: &Point<F>, i: usize) -> F {

@@ -109,15 +109,15 @@ fn row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
     );
 }
 
-/// Both by the collision estimator.
-fn collision_row(name: &str, model: &dyn Model, cells: usize, degree: usize) {
+/// A circle, by an estimator.
+fn circle_row(name: &str, model: &CircleModel, cells: usize, degree: usize, by: Estimator) {
     let solver = Solver::new(model).cells(cells).degree(degree);
-    let solver = solver.estimator(Estimator::Collision);
-    print_row(name, model, solver, &[Pairs::Default], &known(model));
+    let pairs = [Pairs::Default, Pairs::Pointwise];
+    print_row(name, model, solver.estimator(by), &pairs, &known(model));
 }
 
 /// A room, whose errors are those from F + T_K v on 600 cells of degree 3. Separate walks have the pairs that serve them
-/// best.
+/// best, as on circles.
 fn room_row(name: &str, model: &RoomModel, cells: usize, degree: usize) {
     let fine = Solver::new(model).cells(600).degree(3).walks(1);
     let fine = fine.whole().expect("a whole function");
@@ -291,11 +291,12 @@ fn main() {
         frequency: 5,
     };
     let circle = CircleModel::new(vec![0.3, 0.7, 0.0, 0.55, 0.74], Emission::Harmonic(light));
-    row("circle, 100 cells, p = 0", &circle, 100, 0);
-    row("circle, 1000 cells, p = 0", &circle, 1000, 0);
-    row("circle, 50 cells, p = 3", &circle, 50, 3);
-    collision_row("circle, 100, p = 0, collision", &circle, 100, 0);
-    collision_row("circle, 50, p = 3, collision", &circle, 50, 3);
+    let (once, always) = (Estimator::Absorption, Estimator::Collision);
+    circle_row("circle, 100 cells, p = 0", &circle, 100, 0, once);
+    circle_row("circle, 1000 cells, p = 0", &circle, 1000, 0, once);
+    circle_row("circle, 50 cells, p = 3", &circle, 50, 3, once);
+    circle_row("circle, 100, p = 0, collision", &circle, 100, 0, always);
+    circle_row("circle, 50, p = 3, collision", &circle, 50, 3, always);
     let (one, two, three) = (gauss::<1>(), gauss::<2>(), gauss::<3>());
     row("cube d = 1, 100, p = 0", &one, 100, 0);
     row("cube d = 1, 16, p = 3", &one, 16, 3);

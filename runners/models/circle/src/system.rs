@@ -293,6 +293,11 @@ impl<F: Real> Setup<'_, F> {
         sum.to_f64()
     }
 
+    /// Whether h = k for all pairs.
+    pub(super) const fn has_same_kernel(&self) -> bool {
+        matches!(self.source, NeighbourSource::ClosedForm(_))
+    }
+
     /// Calls `then` with the neighbour equation as one type for all degrees and pairs.
     pub(super) fn boxed(
         &self,

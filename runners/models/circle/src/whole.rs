@@ -3,7 +3,10 @@
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-use fredholm_circle::{Circle, CircleScores, ClosedForm, Moment, Point, Residual, moments};
+use fredholm_circle::{
+    Circle, CircleScores, ClosedForm, Moment, Point, Residual, WholeLaneReal, WholeSideBySide,
+    moments,
+};
 use fredholm_core::whole::{AdjointImage, AdjointScores, Scores, WholeTask};
 use fredholm_core::{Kernel, Located, Real, Sobol, Source, TransitionDensity};
 use fredholm_model::numbers::largest;
@@ -51,7 +54,7 @@ impl<'m> CircleWhole<'m> {
         }
     }
 
-    fn walks_in<F: Real>(
+    fn walks_in<F: WholeLaneReal>(
         &self,
         request: &WholeRequest<'_>,
         then: &mut WithWholeJob<'_>,
@@ -71,6 +74,9 @@ impl<'m> CircleWhole<'m> {
                 let options = walk.for_core();
                 let job = WholeTask::new(&circle, &circle, neighbour, scores, options);
                 match walk.sequence {
+                    Sequence::Random if setup.has_same_kernel() => {
+                        then(&WholeSideBySide::with_same_kernel(&job, &polynomials))
+                    }
                     Sequence::Random => then(&job),
                     Sequence::Sobol => then(&job.with_generator::<Sobol>()),
                 }
