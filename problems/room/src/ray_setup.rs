@@ -327,7 +327,7 @@ impl Builder<'_> {
             from,
             interval: rays.intervals.len() as u32,
             ray_box: rays.boxes.len() as u32,
-            near: 0,
+            near: [0; 2],
             integral: [0.0; PLACES],
         };
         self.integrate((cell, to), &mut stretch, &mut intervals, (&boxes, &shares));
@@ -394,7 +394,7 @@ impl Builder<'_> {
                     *sum += own;
                 }
             } else {
-                stretch.near |= 1 << k;
+                stretch.near[k / 32 % 2] |= 1 << (k % 32);
             }
         }
     }

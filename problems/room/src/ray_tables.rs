@@ -56,7 +56,7 @@ impl RayTables<f64> {
             from: 0.0,
             interval: all.intervals.len() as u32,
             ray_box: all.boxes.len() as u32,
-            near: 0,
+            near: [0; 2],
             integral: [0.0; PLACES],
         });
         Ok(all)

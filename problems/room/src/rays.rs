@@ -17,6 +17,8 @@ pub(crate) const PLACES: usize = 7;
 
 /// A part of a cell from which the same walls are seen in the same order, or nearly so.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Stretch<F> {
     /// Where it begins, as a fraction of the cell. It ends where the next one of the cell begins, or the cell ends.
     pub from: F,
@@ -24,14 +26,16 @@ pub struct Stretch<F> {
     pub interval: u32,
     /// The number of its first box.
     pub ray_box: u32,
-    /// A bit for every interval whose integral of c no polynomial is near to.
-    pub near: u64,
+    /// A bit for every interval whose integral of c no polynomial is near to, from the lowest of the first word on.
+    pub near: [u32; 2],
     /// The sum of [`Interval::integral`] over the other intervals. Where it is something else, there is a bias.
     pub integral: [F; PLACES],
 }
 
 /// Directions between two vertices, in which one wall is seen. The next interval begins where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Interval<F> {
     /// The vertex towards which it ends; the last interval of a stretch ends along the wall.
     pub end: [F; 2],
@@ -43,6 +47,8 @@ pub struct Interval<F> {
 
 /// A box: a fraction of an interval of directions, where c is a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct RayBox<F> {
     /// Where it begins, as a fraction of the interval.
     pub from: F,
@@ -55,6 +61,8 @@ pub struct RayBox<F> {
 
 /// What a box is drawn by. It stands apart from boxes, so that a box and its interval, which are seldom in a cache, come at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
+#[repr(C)]
 pub struct Share {
     /// The probability of the box and of those before it in its stretch: growing, and 1 at the last.
     pub sum: f32,
@@ -246,7 +254,7 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
         let position = x.point.position();
         let psi: &[F; TERMS] = view.psi.first_chunk()?;
         let mut sum = product(&view.stretch.integral, &view.psi);
-        let mut near = view.stretch.near;
+        let mut near = view.near();
         while near != 0 {
             let k = near.trailing_zeros() as usize;
             near &= near - 1;
@@ -326,10 +334,17 @@ impl Share {
 }
 
 impl<F: Real> View<'_, F> {
+    /// A bit for every interval whose integral is exact.
+    #[inline]
+    fn near(&self) -> u64 {
+        let [low, high] = self.stretch.near.each(u64::from);
+        low | high << 32
+    }
+
     /// What the polynomial lacks of the integral of c over an interval of this width; 0 where there is none.
     #[inline]
     fn left_out(&self, k: usize, width: F) -> Option<F> {
-        if self.stretch.near >> k & 1 == 1 {
+        if self.near() >> k & 1 == 1 {
             return Some(zero());
         }
         let interval = self.intervals.get(k)?;

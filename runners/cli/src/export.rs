@@ -14,9 +14,9 @@ use fredholm_parts::output::Output;
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |_| ())?;
     let pairs = &file.galerkin.pairs;
-    if matches!(pairs.value, Pairs::Theory | Pairs::Rays) {
-        let message = "a device knows pairs by a rule, not one by one, and no rays: export with \"default\", \"pointwise\" \
-                       or \"paper\"";
+    if pairs.value == Pairs::Theory {
+        let message = "a device knows pairs by a rule, not one by one: export with \"default\", \"pointwise\", \"paper\" or, \
+                       of a room, \"rays\"";
         return Err(file.refuse(pairs, message).into());
     }
     if let Some(last) = file.walk.last_step.as_ref().filter(|last| last.value) {

@@ -15,6 +15,8 @@ pub enum PairRule {
     RestOut = 2,
     /// All pointwise.
     Pointwise = 3,
+    /// h = k, and G from rays.
+    Rays = 4,
 }
 
 impl PairRule {

@@ -19,6 +19,7 @@ use fredholm_core::{
 use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Table};
+use fredholm_room::RayNeighbour;
 use room_table::RoomTable;
 
 const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded/firmware/tables");
@@ -44,6 +45,7 @@ fn the_firmwares_tables_are_up_to_date() {
         "room_f32.rs",
         "room_f64.bin",
         "room_quadratic_f32.rs",
+        "room_rays_f32.bin",
         "room_cubic_f64.bin",
     ] {
         let file = tables.join(name).with_extension("toml");
@@ -200,6 +202,21 @@ fn room_of_degree<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8])
     walk(&room, &neighbour, start)
 }
 
+/// A room without pairs, of degree B − 1.
+fn room_of_rays<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statistics {
+    let table = Table::read(bytes, "room").unwrap();
+    let control = room_table::rays(&table).unwrap();
+    let table = RoomTable::<F>::read(&table).unwrap();
+    assert_eq!(
+        (table.degree, table.pairs().is_none()),
+        (B as u32 - 1, true)
+    );
+    let room = table.room().unwrap();
+    let polynomials = room.with_functions::<B>();
+    let neighbour = RayNeighbour::new(&polynomials, table.v, control).unwrap();
+    walk(&room, &neighbour, table.point(&room, 0, 0.5).unwrap())
+}
+
 /// The neighbour equation by its address: the compiler makes one walk of an equation, whatever its degree.
 fn walk<E: Equation>(
     equation: &E,
@@ -350,6 +367,28 @@ fn a_device_with_an_exported_room_of_any_degree_has_the_programs_bits() {
     check::<3>(file);
     check::<4>(file);
     check::<5>(file);
+}
+
+#[test]
+fn a_device_with_rays_has_the_programs_bits() {
+    let file = Path::new(TABLES).join("room_cubic_f64.toml");
+    let problem = fs::read_to_string(file).unwrap().replace(
+        "[[target]]\nname = \"mean\"\nover = \"all\"\n",
+        "batch = 512\nwalks = 20000\n[[target]]\nname = \"point\"\n\
+         at = { surface = \"floor\", t = 0.5 }\n",
+    );
+    let problem = |degree| problem.replace("degree = 3", &format!("degree = {degree}"));
+    let rays = &["rays"];
+    compare(
+        &problem(0),
+        rays,
+        [room_of_rays::<f32, 1>, room_of_rays::<f64, 1>],
+    );
+    compare(
+        &problem(2),
+        rays,
+        [room_of_rays::<f32, 3>, room_of_rays::<f64, 3>],
+    );
 }
 
 #[test]

@@ -18,7 +18,7 @@ use fredholm_cube::{
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_embedded::{Aligned, Driver, Table};
-use fredholm_room::Room;
+use fredholm_room::{RayNeighbour, Room};
 use room_table::RoomTable;
 
 /// Constants that `fredholm export -o FILE.rs` wrote.
@@ -57,6 +57,7 @@ static PRODUCT_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/product
 static PRODUCT_CUBIC_F64: &Aligned<[u8]> =
     &Aligned(*include_bytes!("../tables/product_cubic_f64.bin"));
 static ROOM_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_f64.bin"));
+static ROOM_RAYS_F32: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_rays_f32.bin"));
 static ROOM_CUBIC_F64: &Aligned<[u8]> = &Aligned(*include_bytes!("../tables/room_cubic_f64.bin"));
 
 /// The seed of all cases.
@@ -133,7 +134,8 @@ pub fn all(runner: &mut impl Runner) -> Option<()> {
     cubes(runner)?;
     cubes_of_degree(runner)?;
     rooms(runner)?;
-    rooms_of_degree(runner)
+    rooms_of_degree(runner)?;
+    room_of_rays(runner)
 }
 
 fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
@@ -515,6 +517,16 @@ fn rooms_of_degree(runner: &mut impl Runner) -> Option<()> {
     polynomial_room::<f32, 3>("room/quadratic", &constants, runner)?;
     let table = Table::read(&ROOM_CUBIC_F64.0, "room").ok()?;
     polynomial_room::<f64, 4>("room/cubic", &RoomTable::read(&table)?, runner)
+}
+
+/// The room without pairs.
+fn room_of_rays(runner: &mut impl Runner) -> Option<()> {
+    let bytes = Table::read(&ROOM_RAYS_F32.0, "room").ok()?;
+    let table = RoomTable::<f32>::read(&bytes)?;
+    let (room, control) = (table.room()?, room_table::rays(&bytes)?);
+    let polynomials = room.with_functions::<2>();
+    let neighbour = RayNeighbour::new(&polynomials, table.v, control).ok()?;
+    room_starts("room/rays", &table, (&room, &neighbour), runner)
 }
 
 fn constant_room<F: Real>(table: &RoomTable<'_, F>, runner: &mut impl Runner) -> Option<()> {

@@ -5,9 +5,25 @@ use fredholm_core::galerkin::Dense;
 use fredholm_embedded::Table;
 use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 use fredholm_room::{
-    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, Room, RoomPairs, Strip, VisibilityTable,
-    Wall,
+    Cells, Choice, Edge, Geometry, MeanOver, Node, Point, RayControl, Room, RoomPairs, Strip,
+    VisibilityTable, Wall,
 };
+
+/// What [`RoomTable::pairs`] is where walks take from rays.
+const RAYS: u32 = 4;
+
+/// What rays take from, of a table that has it.
+pub(crate) fn rays<'a, F: Real + FromBytes + Immutable>(
+    table: &Table<'a>,
+) -> Option<RayControl<'a, F>> {
+    Some(RayControl {
+        first: table.slice("rayfirst").ok()?,
+        stretches: table.slice("stretch").ok()?,
+        intervals: table.slice("interval").ok()?,
+        boxes: table.slice("boxes").ok()?,
+        shares: table.slice("shares").ok()?,
+    })
+}
 
 /// The arrays of a room: constants, or slices of a table. The coefficients are in the scalar `C`,
 /// that of the walks at degree 0 and f64 above.
@@ -54,6 +70,8 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
         F: FromBytes + Immutable,
         C: FromBytes + Immutable,
     {
+        // Tables of rays have no pairs.
+        let is_of_rays = table.one::<u32>("pairs").ok()? == RAYS;
         Some(Self {
             absorb: table.one("absorb").ok()?,
             open: table.one("open").ok()?,
@@ -65,11 +83,20 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
             first: table.slice("first").ok()?,
             lengths: table.slice("lengths").ok()?,
             surfaces: table.slice("surfaces").ok()?,
-            views: table.slice("views").ok()?,
+            views: match is_of_rays {
+                true => &[],
+                false => table.slice("views").ok()?,
+            },
             degree: table.one("degree").ok()?,
-            coeffs: table.slice("coeffs").ok()?,
+            coeffs: match is_of_rays {
+                true => &[],
+                false => table.slice("coeffs").ok()?,
+            },
             v: table.slice("v").ok()?,
-            source: table.slice("source").ok()?,
+            source: match is_of_rays {
+                true => &[],
+                false => table.slice("source").ok()?,
+            },
             pairs: table.one("pairs").ok()?,
         })
     }
@@ -83,7 +110,10 @@ impl<'a, F: Real, C> RoomTable<'a, F, C> {
         };
         let geometry = Geometry::new(self.walls, self.strips, self.nodes, open).ok()?;
         let cells = Cells::new(&geometry, self.edges, self.cells, self.first).ok()?;
-        let views = VisibilityTable::new(self.views, self.cells.len()).ok()?;
+        let views = match self.pairs {
+            RAYS => VisibilityTable::none(),
+            _ => VisibilityTable::new(self.views, self.cells.len()).ok()?,
+        };
         Room::new(geometry, cells, views, self.absorb).ok()
     }
 

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use fredholm_core::Real;
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_room::{Choice, Scene};
+use fredholm_room::{Choice, RayControl, Scene, Share};
 
 use super::system::Setup;
 use fredholm_model::Error;
@@ -59,6 +59,13 @@ pub(super) fn room<F: Real + Number>(
         surfaces.push(walls.end as u32);
     }
     tables.numbers("surfaces", &surfaces);
+    if let Some(rays) = &setup.rays {
+        tables.numbers("degree", &[setup.system.cut.cut.degree as u32]);
+        tables.numbers("v", &setup.v);
+        add_rays(&mut tables, &rays.control());
+        PairRule::Rays.add_to(&mut tables);
+        return Ok(tables);
+    }
     let matrix = setup.system.matrix()?;
     tables.numbers("views", matrix.views().table());
     tables.numbers("degree", &[matrix.functions() as u32 - 1]);
@@ -72,6 +79,45 @@ pub(super) fn room<F: Real + Number>(
     };
     rule.add_to(&mut tables);
     Ok(tables)
+}
+
+/// What walks without pairs take from.
+fn add_rays<F: Real + Number>(tables: &mut TableBuilder, rays: &RayControl<'_, F>) {
+    tables.numbers("rayfirst", rays.first);
+    add::<F, _>(tables, ["stretch", "Stretch"], rays.stretches, |stretch| {
+        [
+            bytes(&[stretch.from]),
+            bytes(&[stretch.interval, stretch.ray_box]),
+            bytes(&stretch.near),
+            bytes(&stretch.integral),
+        ]
+        .concat()
+    });
+    add::<F, _>(
+        tables,
+        ["interval", "Interval"],
+        rays.intervals,
+        |interval| {
+            [
+                bytes(&interval.end),
+                bytes(&interval.mean),
+                bytes(&interval.integral),
+            ]
+            .concat()
+        },
+    );
+    add::<F, _>(tables, ["boxes", "RayBox"], rays.boxes, |ray_box| {
+        [
+            bytes(&[ray_box.from, ray_box.width]),
+            bytes(&ray_box.control),
+        ]
+        .concat()
+    });
+    let shares = rays.shares.iter().map(|share| {
+        let own = [bytes(&[share.sum]), bytes(&[share.interval])].concat();
+        (own, format!("fredholm_room::{share:?}"))
+    });
+    tables.records("shares", "fredholm_room::Share", size_of::<Share>(), shares);
 }
 
 /// Records of a room, whose fields are public: what `Debug` writes is Rust.

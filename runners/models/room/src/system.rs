@@ -17,7 +17,7 @@ use super::starts::{PANEL, Solutions, in_view, seen, with_job};
 use super::{export, of_degree};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::pairs::{self, AnyPairs, PairCounts};
-use fredholm_model::{Error, Pairs, Region, Subject};
+use fredholm_model::{Error, Pairs, Region};
 use fredholm_model::{Prepared, Request, Then, WithStarts};
 
 /// The coefficients of a room, and the Galerkin solution.
@@ -349,12 +349,6 @@ impl RoomSystem<'_> {
         pairs: Pairs,
         absorption: f64,
     ) -> Result<TableBuilder, Error> {
-        if pairs == Pairs::Rays {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "a device has pairs of cells and no rays: use \"default\"".to_owned(),
-            });
-        }
         let setup = self.set_up::<F>(pairs, None, (absorption, false))?;
         export::room(&setup, &self.cut.model.scene)
     }
