@@ -369,6 +369,25 @@ impl<S: Simd, E: Emission<f64>> CircleLanes<'_, '_, S, E> {
         (((a_high * b_high - a * b) + a_high * b_low) + a_low * b_high) + a_low * b_low
     }
 
+    /// These, with what they score where they are if they score in every state.
+    #[inline(always)]
+    fn scored(
+        &self,
+        walkers: &Walkers<S>,
+        sources: Option<&impl Fn(&[Located<Point<f64>>; LANES]) -> [[f64; LANES]; 2]>,
+    ) -> Walkers<S> {
+        let Some(sources) = sources else {
+            return *walkers;
+        };
+        let [f, g] = sources(&walkers.located());
+        let [f, g]: [f64x8<S>; 2] = [f.simd_into(self.simd), g.simd_into(self.simd)];
+        Walkers {
+            plain: walkers.plain + walkers.weight_k * f,
+            control: walkers.control + walkers.weight_h * g,
+            ..*walkers
+        }
+    }
+
     /// The next state of all walks.
     #[inline(always)]
     fn advance(&self, from: &Walkers<S>, xi: f64x8<S>) -> Walkers<S> {
@@ -476,25 +495,16 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
             plain: self.all(0.0),
             control: self.all(0.0),
         };
-        let score = |walkers: Walkers<S>| match &sources {
-            None => walkers,
-            Some(sources) => {
-                let [f, g] = sources(&walkers.located());
-                let [f, g]: [f64x8<S>; 2] = [f.simd_into(self.simd), g.simd_into(self.simd)];
-                Walkers {
-                    plain: walkers.plain + walkers.weight_k * f,
-                    control: walkers.control + walkers.weight_h * g,
-                    ..walkers
-                }
-            }
-        };
         let least = steps
             .iter()
             .fold(u32::MAX, |least, &steps| least.min(steps));
         let most = steps.iter().fold(0, |most, &steps| most.max(steps));
         let ends = self.vector(|l| f64::from(steps[l]));
         for s in 0..most {
-            let next = self.advance(&score(walkers), draw(s as usize).simd_into(self.simd));
+            let next = self.advance(
+                &self.scored(&walkers, sources.as_ref()),
+                draw(s as usize).simd_into(self.simd),
+            );
             walkers = if s < least {
                 next
             } else {
@@ -502,7 +512,7 @@ impl<'c, S: Simd, E: Emission<f64>> Lanes<Circle<'c, f64, E>, LANES> for CircleL
                 next.or(is_new, steps.each(|steps| s < steps), &walkers)
             };
         }
-        let walkers = score(walkers);
+        let walkers = self.scored(&walkers, sources.as_ref());
         let located = walkers.located();
         from_fn(|l| Arrival {
             x: located[l],
