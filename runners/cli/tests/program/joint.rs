@@ -72,6 +72,33 @@ fn many_targets_share_walks_where_that_is_faster() {
 }
 
 /// A polynomial solution: all walks of the whole function agree to rounding, and v is exact.
+/// Where little error is left a whole function of few cells is lifted, and agrees with separate walks.
+#[test]
+fn whole_functions_are_lifted_where_that_is_faster() {
+    let folder = Folder::new();
+    let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
+                source = '1 + x1'\n[walk]\ntarget_error = 1e-8\n[[target]]\nname = 'u'\ngrid = [6, 6]\n";
+    let lifted = folder.solve(file, &["--json"]).quietly(0).json();
+    assert_eq!(lifted["split"]["method"], "whole function", "{lifted}");
+    assert_eq!(lifted["lift"], 6);
+    let alone = folder
+        .solve(file, &["--json", "--no-whole", "--lift", "0"])
+        .quietly(0)
+        .json();
+    for (a, b) in list(&lifted, "targets").iter().zip(list(&alone, "targets")) {
+        let [a, b] = [a, b].map(|target| &target["preconditioned"]);
+        let error = number(a, "std_error");
+        assert!(error <= 1e-8);
+        let off = (number(a, "estimate") - number(b, "estimate")).abs();
+        assert!(off < 5.0 * error.hypot(number(b, "std_error")), "{a} {b}");
+    }
+    let without = folder
+        .solve(file, &["--json", "--lift", "0"])
+        .quietly(0)
+        .json();
+    assert!(without["lift"].is_null(), "{without}");
+}
+
 #[test]
 fn a_difference_that_is_none_is_no_error() {
     let folder = Folder::new();

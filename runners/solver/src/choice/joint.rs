@@ -6,7 +6,7 @@
 //! polynomials leave a bias.
 
 use fredholm_core::{Estimator, Real, Tolerance};
-use fredholm_model::cost::PointwisePairs;
+use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::Chosen;
 use super::search::Quiet;
@@ -23,6 +23,10 @@ const SHARE: f64 = 0.05;
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
+/// Walks of a pilot of a lift, as many as where every target has walks of its own: rare scores make most of the variance.
+const LIFTED_PILOT: u64 = 16_384;
+/// How many times as long as a lift others must take for it to be taken, as there.
+const LIFT_PAYS: f64 = 2.0;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
@@ -56,7 +60,8 @@ pub(super) struct Joint<'m> {
     ready: Ready<'m>,
     looks: Looks,
     cells: CellCount,
-    pairs: Pairs,
+    /// `None`: it is lifted, and there are no pairs to choose.
+    pairs: Option<Pairs>,
     /// Seconds of the set-up, of a walk, and of what follows walks.
     setup: f64,
     each: f64,
@@ -149,7 +154,7 @@ impl<'m> Looked<'m> {
             ..chosen.report
         };
         chosen.settings = joint.settings.clone();
-        chosen.settings.pairs = Some(joint.pairs);
+        chosen.settings.pairs = joint.pairs;
         chosen.plain = false;
         chosen.cells = joint.cells.clone();
         chosen
@@ -229,7 +234,12 @@ impl<'m> Question<'_, 'm> {
             } else {
                 SHARE * price - lost
             };
-            match self.pilot(&*level, settings, (tolerance, may), &mut looked.lost) {
+            match self.pilot(
+                &*level,
+                (settings, None),
+                (tolerance, may),
+                &mut looked.lost,
+            ) {
                 Ok(Some(mut joint)) => {
                     looked.pilots += 1;
                     looked.walks += PILOT;
@@ -250,12 +260,69 @@ impl<'m> Question<'_, 'm> {
                 Err(_) => break,
             }
         }
+        self.try_lift(chosen, (tolerance, price), &mut looked)?;
         looked.seconds = looked.joint.as_ref().map(Joint::seconds);
         looked.joint = looked.joint.filter(|joint| joint.seconds() < price);
         if let Some(joint) = &looked.joint {
             looked.lost -= joint.setup;
         }
         Ok(looked)
+    }
+
+    /// Lifts whole functions of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
+    /// separate walks.
+    fn try_lift(
+        &self,
+        chosen: &Chosen<'m>,
+        (tolerance, price): (Tolerance, f64),
+        looked: &mut Looked<'m>,
+    ) -> Result<(), Error> {
+        let degree = self.model.most_lift();
+        let own = self.settings;
+        let is_open = own.lift.is_none() && own.pairs.is_none();
+        if !is_open || degree == 0 || own.sequence == Some(Sequence::Sobol) {
+            return Ok(());
+        }
+        for cells in self.levels(chosen) {
+            let best = looked.joint.as_ref().map_or(f64::INFINITY, Joint::seconds);
+            let least = best.min(price);
+            let settings = Settings {
+                lift: Some(degree),
+                ..self.on(cells, chosen)
+            };
+            let level = match self.model.partition(&settings.discretisation()) {
+                Ok(level) if level.unknowns() <= UNKNOWNS => level,
+                _ => break,
+            };
+            let Some(cost) = level.lift_cost(degree) else {
+                break;
+            };
+            let states = 1.0 / settings.walk_options().absorption;
+            let pilot = cost.setup + LIFTED_PILOT as f64 * lifted_seconds(&cost, &settings, states);
+            if pilot > FINER * least {
+                break;
+            }
+            looked.lost += pilot;
+            let may = FINER * least;
+            match self.pilot(
+                &*level,
+                (settings, Some(&cost)),
+                (tolerance, may),
+                &mut looked.lost,
+            ) {
+                Ok(found) => {
+                    looked.pilots += 1;
+                    looked.walks += LIFTED_PILOT;
+                    let pays = |joint: &Joint<'_>| LIFT_PAYS * joint.seconds() < least;
+                    if let Some(joint) = found.filter(pays) {
+                        looked.joint = Some(joint);
+                    }
+                }
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(_) => break,
+            }
+        }
+        Ok(())
     }
 
     fn pairs(&self) -> Pairs {
@@ -303,11 +370,11 @@ impl<'m> Question<'_, 'm> {
             + cost.seconds(estimator, states, pointwise)
     }
 
-    /// What a few walks on these cells tell. `None`: a bias that error bars do not see, or no walk scored.
+    /// What a few walks on these cells tell, of a lift with its cost. `None`: a bias that error bars do not see, or no walk scored.
     fn pilot(
         &self,
         level: &dyn Partitioned<'m>,
-        settings: Settings,
+        (settings, lift): (Settings, Option<&Cost>),
         (tolerance, may): (Tolerance, f64),
         lost: &mut f64,
     ) -> Result<Option<Joint<'m>>, Error> {
@@ -332,7 +399,7 @@ impl<'m> Question<'_, 'm> {
         let seed = settings.seed ^ SEED;
         let random = WalkOptions {
             seed,
-            walks: PILOT,
+            walks: lift.map_or(PILOT, |_| LIFTED_PILOT),
             sequence: Sequence::Random,
             ..ready.walk
         };
@@ -340,11 +407,18 @@ impl<'m> Question<'_, 'm> {
         let Some([states, needed]) = found else {
             return Ok(None);
         };
-        let each = self.walk_seconds(level, &settings, states);
+        let (pairs, setup, each) = match lift {
+            Some(cost) => (None, cost.setup, lifted_seconds(cost, &settings, states)),
+            None => {
+                let each = self.walk_seconds(level, &settings, states);
+                let pairs = self.pairs();
+                (Some(pairs), level.cost(pairs).setup, each)
+            }
+        };
         Ok(Some(Joint {
             cells: CellCount::of(level),
-            pairs: self.pairs(),
-            setup: level.cost(self.pairs()).setup,
+            pairs,
+            setup,
             each,
             // Error bars are looked at two or three times, and values taken once.
             values: 3.0 * values + BAND_SECONDS,
@@ -448,4 +522,12 @@ impl<'m> Question<'_, 'm> {
         let needed = (walks * times).max(walk.batch as f64);
         Ok((Some([states, needed]), looks))
     }
+}
+
+/// Seconds of a walk of a lift that scores in every state.
+fn lifted_seconds(cost: &Cost, settings: &Settings, states: f64) -> f64 {
+    let estimator = settings.walk_options().estimator;
+    WALK * cost
+        .walk
+        .seconds(estimator, states, PointwisePairs::default())
 }
