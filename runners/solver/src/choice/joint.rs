@@ -270,7 +270,8 @@ impl<'m> Question<'_, 'm> {
     }
 
     /// Lifts whole functions of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
-    /// separate walks.
+    /// separate walks. All these pilots together take a quarter of the best whole function at most, or, where separate walks are ahead of
+    /// it, a twentieth of theirs.
     fn try_lift(
         &self,
         chosen: &Chosen<'m>,
@@ -283,9 +284,15 @@ impl<'m> Question<'_, 'm> {
         if !is_open || degree == 0 || own.sequence == Some(Sequence::Sobol) {
             return Ok(());
         }
+        let mut spent = 0.0;
         for cells in self.levels(chosen) {
             let best = looked.joint.as_ref().map_or(f64::INFINITY, Joint::seconds);
             let least = best.min(price);
+            let may = if best < price {
+                FINER * best
+            } else {
+                SHARE * price
+            };
             let settings = Settings {
                 lift: Some(degree),
                 ..self.on(cells, chosen)
@@ -299,11 +306,11 @@ impl<'m> Question<'_, 'm> {
             };
             let states = 1.0 / settings.walk_options().absorption;
             let pilot = cost.setup + LIFTED_PILOT as f64 * lifted_seconds(&cost, &settings, states);
-            if pilot > FINER * least {
+            spent += pilot;
+            if spent > may {
                 break;
             }
             looked.lost += pilot;
-            let may = FINER * least;
             match self.pilot(
                 &*level,
                 (settings, Some(&cost)),
