@@ -1,6 +1,6 @@
 //! Reports as columns of numbers, for arrays and meshes.
 
-use super::{Coordinates, Report, WholeReport};
+use super::{Coordinates, EstimateReport, Report, WholeReport};
 
 /// A column of numbers with its name; NaN where there is no number.
 pub type Column = (&'static str, Vec<f64>);
@@ -37,6 +37,22 @@ fn column<'a, T: 'a>(all: &'a [T], of: impl Fn(&'a T) -> Option<f64>) -> Vec<f64
     all.iter().map(|x| of(x).unwrap_or(f64::NAN)).collect()
 }
 
+const IRRADIANCE: [&str; 2] = ["irradiance", "irradiance_std_error"];
+const NET_FLUX: [&str; 2] = ["net_flux", "net_flux_std_error"];
+const TEMPERATURE: [&str; 2] = ["temperature", "temperature_std_error"];
+
+/// The numbers of estimates that only some kinds have, and their standard errors.
+fn estimates<T>(
+    all: &[T],
+    [name, error]: [&'static str; 2],
+    of: impl Fn(&T) -> Option<EstimateReport>,
+) -> [Column; 2] {
+    [
+        (name, column(all, |t| of(t)?.estimate)),
+        (error, column(all, |t| of(t)?.std_error)),
+    ]
+}
+
 /// Columns without those in which there is no number.
 fn some(columns: Vec<Column>) -> Vec<Column> {
     let is_some = |(_, numbers): &Column| numbers.iter().any(|x| !x.is_nan());
@@ -58,14 +74,6 @@ impl Report {
     #[must_use]
     pub fn columns(&self) -> Columns {
         let all = &self.goals;
-        let of_rooms =
-            |name: [&'static str; 2],
-             of: fn(&super::GoalReport) -> Option<super::EstimateReport>| {
-                [
-                    (name[0], column(all, |t| of(t)?.estimate)),
-                    (name[1], column(all, |t| of(t)?.std_error)),
-                ]
-            };
         let mut of_targets = vec![
             ("estimate", column(all, |t| t.preconditioned.estimate)),
             ("std_error", column(all, |t| t.preconditioned.std_error)),
@@ -76,9 +84,9 @@ impl Report {
             ("galerkin", column(all, |t| Some(t.galerkin))),
             ("exact", column(all, |t| t.exact)),
         ];
-        of_targets.extend(of_rooms(IRRADIANCE, |t| t.irradiance));
-        of_targets.extend(of_rooms(NET_FLUX, |t| t.net_flux));
-        of_targets.extend(of_rooms(TEMPERATURE, |t| t.temperature));
+        of_targets.extend(estimates(all, IRRADIANCE, |t| t.irradiance));
+        of_targets.extend(estimates(all, NET_FLUX, |t| t.net_flux));
+        of_targets.extend(estimates(all, TEMPERATURE, |t| t.temperature));
         Columns {
             names: all.iter().map(|t| t.name.clone()).collect(),
             coordinates: all
@@ -95,23 +103,11 @@ impl Report {
     }
 }
 
-const IRRADIANCE: [&str; 2] = ["irradiance", "irradiance_std_error"];
-const NET_FLUX: [&str; 2] = ["net_flux", "net_flux_std_error"];
-const TEMPERATURE: [&str; 2] = ["temperature", "temperature_std_error"];
-
 impl WholeReport {
     /// The report as columns of numbers.
     #[must_use]
     pub fn columns(&self) -> Columns {
         let all: &Vec<_> = &self.rows().collect();
-        let of_rooms =
-            |name: [&'static str; 2],
-             of: fn(&super::WholeGoalReport) -> Option<super::EstimateReport>| {
-                [
-                    (name[0], column(all, |t| of(t)?.estimate)),
-                    (name[1], column(all, |t| of(t)?.std_error)),
-                ]
-            };
         let mut of_targets = vec![
             ("estimate", column(all, |t| Some(t.value.estimate))),
             ("std_error", column(all, |t| t.value.std_error)),
@@ -119,9 +115,9 @@ impl WholeReport {
             ("iterate", column(all, |t| Some(t.value.iterate))),
             ("exact", column(all, |t| t.exact)),
         ];
-        of_targets.extend(of_rooms(IRRADIANCE, |t| t.irradiance));
-        of_targets.extend(of_rooms(NET_FLUX, |t| t.net_flux));
-        of_targets.extend(of_rooms(TEMPERATURE, |t| t.temperature));
+        of_targets.extend(estimates(all, IRRADIANCE, |t| t.irradiance));
+        of_targets.extend(estimates(all, NET_FLUX, |t| t.net_flux));
+        of_targets.extend(estimates(all, TEMPERATURE, |t| t.temperature));
         Columns {
             names: all.iter().map(|t| t.name.clone()).collect(),
             coordinates: all
