@@ -9,20 +9,22 @@ use crate::array::from_fn;
 use crate::lanes::{BLOCK, Drawn, NUMBERS, by_length, draw};
 use crate::{Equation, Estimator, NeighbourOf, NoDraws, NotFinite, RngUniforms, Uniforms};
 
-/// Steps `L` walks at once and scores their suffixes on B functions, of an equation with h = k and the absorption estimator.
+/// Steps `L` walks at once and scores their suffixes on B functions, of an equation with h = k.
 ///
 /// Whoever implements it promises the bits of a [`WholeTask`]: every operation on the numbers of one walk is that of
 /// [`Sampler::step`](crate::Sampler::step), [`Kernel::kernel`](crate::Kernel::kernel), [`Starts`] and [`Scores`], in this order;
 /// what [`Lanes`](crate::lanes::Lanes) asks of an equation; and that a start draws one number.
 pub trait SuffixLanes<E: Equation, const L: usize, const B: usize> {
     /// Follows L walks: `steps` says how many steps each makes, and `draw(s)` gives what they draw for their s-th state, the start
-    /// being the first; anything where a walk has ended. `ends` gives (F, G) where a walk is absorbed. Calls `keep` with a lane, the number of a
-    /// state, below `KEPT`, and what is scored there.
-    fn follow<const KEPT: usize>(
+    /// being the first; anything where a walk has ended. `sources` gives (F, G), by which they score in every state or, by the absorption
+    /// estimator, where they are absorbed; `known` are the [coefficients that are known](super::WholeJob::known). Calls `keep` with a
+    /// lane, the number of a state, below `KEPT`, and what is scored there.
+    fn follow<const KEPT: usize, const IS_COLLISION: bool>(
         &self,
         steps: &[u32; L],
         draw: impl Fn(usize) -> [E::Scalar; L],
-        ends: impl Fn(&E::Point) -> [E::Scalar; 2],
+        known: &[f64],
+        sources: impl Fn(&E::Point) -> [E::Scalar; 2],
         keep: impl FnMut(usize, usize, StateScores<B>),
     ) -> [Followed; L];
 }
@@ -53,10 +55,9 @@ where
     S: Scores<E::Point> + ?Sized,
     G: Rng + SeedableRng,
 {
-    /// Whether its walks are such as lanes follow: absorbed from the first state on, by the absorption estimator, with a
-    /// density that the chain preserves.
+    /// Whether its walks are such as lanes follow: absorbed from the first state on, with a density that the chain preserves.
     fn fits_lanes(&self) -> bool {
-        self.estimator == Estimator::Absorption && self.preserved().is_some()
+        self.preserved().is_some()
     }
 
     /// Runs at most `at_most` further walks of a replicate as [`WholeJob::run`](super::WholeJob::run) does, with the same bits,
@@ -79,10 +80,16 @@ where
         let mut block = self.fits_lanes().then(|| Block::new(self));
         while replicate.counts.walks < end {
             let left = end - replicate.counts.walks;
-            let is_longer = match &mut block {
-                Some(block) => !block.run(self, lanes, replicate, left)?,
-                None => true,
-            };
+            let is_longer =
+                match &mut block {
+                    Some(block) => !match self.estimator {
+                        Estimator::Absorption => block
+                            .run::<_, _, _, _, _, L, KEPT, false>(self, lanes, replicate, left)?,
+                        Estimator::Collision => block
+                            .run::<_, _, _, _, _, L, KEPT, true>(self, lanes, replicate, left)?,
+                    },
+                    None => true,
+                };
             if is_longer {
                 self.run_walks(
                     self.estimator,
@@ -132,7 +139,7 @@ impl<E: Equation, const B: usize> Block<E, B> {
 
     /// Runs at most `walks` walks. Says whether it has run any: if not, the next one is longer than there is room, or than it may be.
     #[inline(always)]
-    fn run<T, M, S, G, W, const L: usize, const KEPT: usize>(
+    fn run<T, M, S, G, W, const L: usize, const KEPT: usize, const IS_COLLISION: bool>(
         &mut self,
         task: &WholeTask<'_, E, T, M, S, G, KEPT>,
         lanes: &W,
@@ -178,10 +185,11 @@ impl<E: Equation, const B: usize> Block<E, B> {
                 from_fn(|l| usize::from(group.get(l).copied().unwrap_or(last)) % BLOCK);
             let steps = from_fn(|l| drawn[places[l]].steps);
             let at: [usize; L] = from_fn(|l| drawn[places[l]].first as usize);
-            let all = lanes.follow::<KEPT>(
+            let all = lanes.follow::<KEPT, IS_COLLISION>(
                 &steps,
                 // Never behind the end: a walk that goes on has drawn as many.
                 |s| from_fn(|l| numbers[(at[l] + s) % NUMBERS]),
+                task.known,
                 |x| {
                     let y = task.neighbour.locate(*x);
                     [

@@ -73,5 +73,5 @@ pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Starts;
 pub use lanes::{Followed, StateScores, SuffixLanes};
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
-pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores};
+pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores, sum_of};
 pub use task::{KEPT_STATES, WHOLE, WholeJob, WholeTask};

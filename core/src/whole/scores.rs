@@ -1,6 +1,7 @@
 //! The functions on whose coefficients walks score.
 
 use crate::Located;
+use crate::array::Each;
 use crate::galerkin::Basis;
 
 /// Functions of points P, some on every cell, on whose coefficients walks score. It is object safe.
@@ -15,6 +16,17 @@ pub trait Scores<P> {
 
     /// Adds `score` times every function at `x` to its place in `sums`. Where `sums` is too short nothing is added.
     fn add(&self, x: &Located<P>, score: f64, sums: &mut [f64]);
+
+    /// The sum at `x` of every function times its coefficient. NaN where `coefficients` is too short.
+    fn value(&self, x: &Located<P>, coefficients: &[f64]) -> f64;
+}
+
+/// Σ c ψ of the functions on one cell, in their order.
+#[inline(always)]
+#[must_use]
+pub fn sum_of<const B: usize>(coefficients: &[f64], psi: [f64; B]) -> f64 {
+    let terms = coefficients.iter().zip(psi);
+    terms.fold(0.0, |sum, (c, psi)| sum + c * psi)
 }
 
 /// The B functions on every cell of a problem, as [`Basis`] has them.
@@ -40,6 +52,16 @@ impl<T: Basis<B>, const B: usize> Scores<T::Point> for BasisScores<'_, T, B> {
         for (sum, psi) in sums.iter_mut().zip(self.0.basis(x)) {
             *sum += score * psi.to_f64();
         }
+    }
+
+    #[inline]
+    fn value(&self, x: &Located<T::Point>, coefficients: &[f64]) -> f64 {
+        use crate::Real;
+        let start = x.cell * B;
+        let Some(own) = coefficients.get(start..start + B) else {
+            return f64::NAN;
+        };
+        sum_of(own, self.0.basis(x).each(Real::to_f64))
     }
 }
 
@@ -88,5 +110,13 @@ impl<P> Scores<P> for AdjointScores<'_, P> {
         for (sum, image) in sums.iter_mut().zip(self.0) {
             *sum += score * image(x);
         }
+    }
+
+    fn value(&self, x: &Located<P>, coefficients: &[f64]) -> f64 {
+        let Some(own) = coefficients.get(..self.0.len()) else {
+            return f64::NAN;
+        };
+        let terms = own.iter().zip(self.0);
+        terms.map(|(c, image)| c * image(x)).sum()
     }
 }

@@ -15,9 +15,15 @@ struct State<P, F> {
     step: [F; 2],
     /// What both equations score in the state itself and, in the residual form, on the step from it.
     own: [F; 2],
+    /// What F − G is multiplied by where the state scores it: 1/q where a walk is absorbed by the absorption estimator, 1 where
+    /// every state scores, 0 where none does.
+    share: F,
     /// D_l.
     difference: F,
 }
+
+/// A state that is kept, its D_l, and what F − G is multiplied by in it.
+pub(super) type Scored<'t, P, F> = (&'t Located<P>, F, F);
 
 /// The first states of a walk, N at most, and what their suffixes score.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +43,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             x: any,
             step: [zero(); 2],
             own: [zero(); 2],
+            share: zero(),
             difference: zero(),
         };
         Self {
@@ -52,11 +59,11 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
         self.scored
     }
 
-    /// The kept states and D_l.
+    /// The kept states, what their suffixes score, and what F − G is multiplied by in it.
     #[inline]
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&Located<P>, F)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = Scored<'_, P, F>> {
         let kept = self.states.iter().take(self.kept);
-        kept.map(|state| (&state.x, state.difference))
+        kept.map(|state| (&state.x, state.difference, state.share))
     }
 
     /// Follows one walk from x0 and scores the suffixes of its first states. Returns its states, its end, and the
@@ -110,12 +117,14 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             state.x = x;
             state.step = [zero(); 2];
             state.own = [zero(); 2];
+            state.share = zero();
             let survives = states <= length.survivals;
             if estimator == Estimator::Collision || survives {
                 state.own = [
                     equation.sample_source(&x.point, uniforms),
                     neighbour.source(&x, control_draws),
                 ];
+                state.share = one();
             }
             let q = equation.absorption(&x.point);
             let mut survival = one::<F>();
@@ -128,6 +137,7 @@ impl<P: Copy, F: Real, const N: usize> Trail<P, F, N> {
             } else if uniforms.uniform() < q {
                 if estimator == Estimator::Absorption {
                     let per_absorption = one::<F>() / q;
+                    state.share = per_absorption;
                     state.own = [
                         equation.sample_source(&x.point, uniforms) * per_absorption,
                         neighbour.source(&x, control_draws) * per_absorption,

@@ -3,9 +3,9 @@
 use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Starts};
 use crate::{
-    DefaultGenerator, Equation, Estimator, Form, Generators, Length, NeighbourOf, NotFinite, Real,
-    RngUniforms, StateSpace, Termination, Uniforms, WalkNumber, WalkOptions, WalkSeeds,
-    uniforms::ControlDraws,
+    DefaultGenerator, Equation, Estimator, Form, Generators, Length, Located, NeighbourOf, NoDraws,
+    NotFinite, Real, RngUniforms, StateSpace, Termination, Uniforms, WalkNumber, WalkOptions,
+    WalkSeeds, uniforms::ControlDraws,
 };
 
 /// The number in place of a goal's that draws of a whole function have: those of no goal.
@@ -23,6 +23,9 @@ pub trait WholeJob: Sync {
 
     /// What makes coefficients of sums.
     fn normalisation(&self) -> Normalisation;
+
+    /// The coefficients that are known beforehand, to which those of walks are added: as many as there are sums, or none.
+    fn known(&self) -> &[f64];
 
     /// Runs at most `at_most` further walks of a replicate.
     ///
@@ -123,6 +126,8 @@ pub struct WholeTask<
     pub neighbour: &'a M,
     /// The functions whose coefficients are scored.
     pub scores: &'a S,
+    /// The coefficients of a function w near F − G: walks score what is left of it. None at all: w = 0.
+    pub known: &'a [f64],
     /// The estimator: what a walk scores.
     pub estimator: Estimator,
     /// The form of the control variate.
@@ -148,6 +153,7 @@ impl<'a, E, T, M: ?Sized, S: ?Sized> WholeTask<'a, E, T, M, S> {
             starts,
             neighbour,
             scores,
+            known: &[],
             estimator: options.estimator,
             form: options.form,
             seeds: WalkSeeds::new(options.seed, WHOLE),
@@ -157,6 +163,16 @@ impl<'a, E, T, M: ?Sized, S: ?Sized> WholeTask<'a, E, T, M, S> {
 }
 
 impl<'a, E, T, M: ?Sized, S: ?Sized, G, const KEPT: usize> WholeTask<'a, E, T, M, S, G, KEPT> {
+    /// These walks, of which this much is [known](WholeJob::known): the coefficients of any function w, which cancel in the mean. The
+    /// nearer w is to F − G, the less the scores vary.
+    #[must_use]
+    pub const fn with_known(&self, known: &'a [f64]) -> Self {
+        Self {
+            known,
+            ..self.with_generator()
+        }
+    }
+
     /// These walks with draws of another generator, which is part of what bits depend on.
     #[must_use]
     pub const fn with_generator<H>(&self) -> WholeTask<'a, E, T, M, S, H, KEPT> {
@@ -165,6 +181,7 @@ impl<'a, E, T, M: ?Sized, S: ?Sized, G, const KEPT: usize> WholeTask<'a, E, T, M
             starts: self.starts,
             neighbour: self.neighbour,
             scores: self.scores,
+            known: self.known,
             estimator: self.estimator,
             form: self.form,
             seeds: self.seeds.with_generator(),
@@ -211,6 +228,21 @@ where
 impl<E, T, M, S, G, const KEPT: usize> WholeTask<'_, E, T, M, S, G, KEPT>
 where
     E: Equation,
+    M: NeighbourOf<E> + ?Sized,
+    S: ?Sized,
+{
+    /// A point with its cell, and F − G there: what [`with_known`](Self::with_known) is to be near to. NaN if either is drawn.
+    pub fn first(&self, x: E::Point) -> (Located<E::Point>, f64) {
+        let x = self.neighbour.locate(x);
+        let source = self.equation.sample_source(&x.point, &mut NoDraws);
+        let control = self.neighbour.source(&x, &mut NoDraws);
+        (x, (source - control).to_f64())
+    }
+}
+
+impl<E, T, M, S, G, const KEPT: usize> WholeTask<'_, E, T, M, S, G, KEPT>
+where
+    E: Equation,
     T: Starts<E>,
     M: NeighbourOf<E> + ?Sized,
     S: Scores<E::Point> + ?Sized,
@@ -249,15 +281,19 @@ where
             if walk.termination == Termination::NotFinite {
                 return Err(NotFinite { walk: number });
             }
-            for (x, difference) in trail.iter() {
+            for (x, difference, share) in trail.iter() {
                 let density = if is_preserved || kept == 1 {
                     self.starts.start_density(&x.point)
                 } else {
                     let density = self.starts.density_of_states(&x.point, kept);
                     density.unwrap_or(f64::NAN)
                 };
-                self.scores
-                    .add(x, difference.to_f64() / density, replicate.sums);
+                let mut score = difference.to_f64();
+                let share = share.to_f64();
+                if share != 0.0 && !self.known.is_empty() {
+                    score -= share * self.scores.value(x, self.known);
+                }
+                self.scores.add(x, score / density, replicate.sums);
             }
             let counts = &mut replicate.counts;
             counts.walks += 1;
@@ -290,6 +326,10 @@ where
             functions: self.scores.functions(),
             states_scored: self.states_scored(),
         }
+    }
+
+    fn known(&self) -> &[f64] {
+        self.known
     }
 
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {

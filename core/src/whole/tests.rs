@@ -6,6 +6,8 @@ use super::*;
 use crate::galerkin::{Basis, Partition, legendre};
 use crate::*;
 
+mod known;
+
 /// u(x) = ∫ K u dy + F on [0, 1) with K = ½ + ¼x y, in two cells, and as its neighbour equation another of the same kind
 /// in place of a Galerkin one: h = 0.4/0.7, G = 1, v = 1/(1 − 0.4).
 #[derive(Clone, Copy)]
@@ -129,6 +131,7 @@ fn task<const KEPT: usize>(
         starts: &neighbour.0,
         neighbour,
         scores: &SCORES,
+        known: &[],
         estimator,
         form,
         seeds: WalkSeeds::new(5, WHOLE),
@@ -393,7 +396,7 @@ fn suffixes_are_walks() {
             let all = trail.follow(&TOY, &EVEN, x0, scores, &limit, all_draws);
             assert!(trail.has_scored());
             assert_eq!(trail.iter().count(), (all.states as usize).min(4));
-            for (l, (x, difference)) in trail.iter().enumerate() {
+            for (l, (x, difference, _)) in trail.iter().enumerate() {
                 assert_eq!(x.point, numbers[2 * l]);
                 let mut rest = From(&numbers[2 * l + 1..]);
                 let alone = walk(

@@ -2,7 +2,7 @@
 
 use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments, legendre};
-use fredholm_core::whole::Scores;
+use fredholm_core::whole::{Scores, sum_of};
 use fredholm_core::{
     Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
 };
@@ -325,16 +325,34 @@ impl<F: Real, E: Emission<F>, const B: usize> Scores<Point<F>>
     #[inline]
     fn add(&self, x: &Located<Point<F>>, score: f64, sums: &mut [f64]) {
         let start = x.cell * B;
-        let cell = self.0.circle.table().get(x.cell);
-        let (Some(cell), Some(sums)) = (cell, sums.get_mut(start..start + B)) else {
+        let (Some(psi), Some(sums)) = (self.functions_at(x), sums.get_mut(start..start + B)) else {
             return;
         };
+        for (sum, psi) in sums.iter_mut().zip(psi) {
+            *sum += score * psi;
+        }
+    }
+
+    #[inline]
+    fn value(&self, x: &Located<Point<F>>, coefficients: &[f64]) -> f64 {
+        let start = x.cell * B;
+        let own = coefficients.get(start..start + B);
+        match (self.functions_at(x), own) {
+            (Some(psi), Some(own)) => sum_of(own, psi),
+            _ => f64::NAN,
+        }
+    }
+}
+
+impl<F: Real, E: Emission<F>, const B: usize> CircleScores<'_, '_, '_, F, E, B> {
+    /// The functions at a point.
+    #[inline]
+    fn functions_at(&self, x: &Located<Point<F>>) -> Option<[f64; B]> {
+        let cell = self.0.circle.table().get(x.cell)?;
         let direction = x.point.direction();
         let sine = direction.sin * cell.middle.cos - direction.cos * cell.middle.sin;
         let psi: [F; B] = legendre(self.0.coordinate_of(sine, &direction, cell));
-        for (sum, psi) in sums.iter_mut().zip(psi) {
-            *sum += score * psi.to_f64();
-        }
+        Some(psi.each(Real::to_f64))
     }
 }
 

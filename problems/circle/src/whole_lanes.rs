@@ -1,7 +1,7 @@
 //! Walks of a whole function side by side on the circle, with the bits of one alone.
 
 use fearless_simd::{Simd, f64x8, prelude::*};
-use fredholm_core::array::from_fn;
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::legendre_factors;
 use fredholm_core::whole::{
     Followed, Normalisation, Replicate, Scores, Starts, StateScores, SuffixLanes, WholeJob,
@@ -18,7 +18,7 @@ type CircleTask<'a, 'c, F, E, N> =
     WholeTask<'a, Circle<'c, F, E>, Circle<'c, F, E>, N, dyn Scores<Point<F>> + Sync + 'a>;
 
 /// The walks of a whole function with scores on B polynomials a cell, which in f64 go side by side where the processor has
-/// vectors of four doubles or more, if the estimator is absorption; otherwise one by one. The bits are the same.
+/// vectors of four doubles or more; otherwise one by one. The bits are the same.
 ///
 /// ```
 /// use fredholm_circle::{Circle, CircleScores, Harmonic, Residual, Tables, WholeSideBySide, residual_moments};
@@ -77,6 +77,10 @@ where
 
     fn normalisation(&self) -> Normalisation {
         self.task.normalisation()
+    }
+
+    fn known(&self) -> &[f64] {
+        self.task.known()
     }
 
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {
@@ -180,33 +184,48 @@ struct Kept<S: Simd> {
     cell: [u32; LANES],
     /// What scores of the next state are multiplied by.
     k: f64x8<S>,
+    /// What every state scores, F and G, or 0.
+    own: [f64x8<S>; 2],
 }
 
 impl<S: Simd, E: Emission<f64>, const B: usize> SuffixesOfLanes<'_, '_, S, E, B> {
     #[inline(always)]
-    fn kept(&self, x: &Places<S>) -> Kept<S> {
+    fn kept(&self, x: &Places<S>, own: [f64x8<S>; 2]) -> Kept<S> {
         let per_survival = self.steps.circle.constants().per_survival();
         Kept {
             sine: x.sin * x.middle_cos - x.cos * x.middle_sin,
             cell: x.cell,
             k: x.reflectance * self.steps.all(per_survival),
+            own,
         }
     }
 
-    /// D ψ_b of all functions, computed as [`CircleScores`](crate::CircleScores) does.
+    /// All functions at states, computed as [`CircleScores`](crate::CircleScores) does.
     #[inline(always)]
-    fn scores(&self, sine: f64x8<S>, score: f64x8<S>) -> [f64x8<S>; B] {
+    fn functions(&self, sine: f64x8<S>) -> [f64x8<S>; B] {
         let square = sine * sine;
         let t = sine * self.series(self.series.iter().rev(), square);
         let (mut before, mut now) = (self.steps.all(0.0), self.steps.all(1.0));
         let mut all = [before; B];
         // Loops: closures are compiled without these instructions unless they are inlined.
         for (value, [root, forward, back]) in all.iter_mut().zip(&self.factors) {
-            *value = score * (now * self.steps.all(*root));
+            *value = now * self.steps.all(*root);
             let next = self.steps.all(*forward) * t * now - self.steps.all(*back) * before;
             (before, now) = (now, next);
         }
         all
+    }
+
+    /// The sum of all functions times their coefficients, as `sum_of` of the core takes it.
+    #[inline(always)]
+    fn value(&self, cell: &[u32; LANES], psi: &[f64x8<S>; B], coefficients: &[f64]) -> f64x8<S> {
+        let starts = cell.each(|cell| cell as usize * B);
+        let mut sum = self.steps.all(0.0);
+        for (b, psi) in psi.iter().enumerate() {
+            let at = |l: usize| coefficients.get(starts[l] + b).copied().unwrap_or(f64::NAN);
+            sum += self.steps.vector(at) * *psi;
+        }
+        sum
     }
 
     /// The sum of a series, the last term first.
@@ -243,72 +262,103 @@ impl<'c, S: Simd, E: Emission<f64>, const B: usize> SuffixLanes<Circle<'c, f64, 
     for SuffixesOfLanes<'_, 'c, S, E, B>
 {
     #[inline(always)]
-    fn follow<const KEPT: usize>(
+    fn follow<const KEPT: usize, const IS_COLLISION: bool>(
         &self,
         steps: &[u32; LANES],
         draw: impl Fn(usize) -> [f64; LANES],
-        ends: impl Fn(&Point<f64>) -> [f64; 2],
+        known: &[f64],
+        sources: impl Fn(&Point<f64>) -> [f64; 2],
         mut keep: impl FnMut(usize, usize, StateScores<B>),
     ) -> [Followed; LANES] {
         let lanes = &self.steps;
         let zero = lanes.all(0.0);
         let mut at = self.start(draw(0).simd_into(lanes.simd));
-        let mut kept = [self.kept(&at); KEPT];
-        // k…k of the steps from the last kept state on, and where walks end.
-        let mut rest = lanes.all(1.0);
-        let start: [_; LANES] = from_fn(|l| Point::new(at.cos[l], at.sin[l], at.cell[l]));
-        let mut end = start;
+        let mut kept = [self.kept(&at, [zero; 2]); KEPT];
+        let start = Point::new(at.cos[0], at.sin[0], at.cell[0]);
+        let per_absorption = lanes.all(1.0 / lanes.circle.absorption(&start));
+        // k…k of the steps from the last kept state on, and what is scored there: as by a walk that starts there.
+        let (mut rest, mut after) = (lanes.all(1.0), [zero; 2]);
+        // What is scored where walks are absorbed.
+        let mut ends = [[0.0; 2]; LANES];
         let most = steps.iter().fold(0, |most, &steps| most.max(steps));
         let lengths = lanes.vector(|l| f64::from(steps[l]));
-        for s in 0..most {
-            let x = self.kept(&at);
-            match kept.get_mut(s as usize) {
-                Some(slot) => *slot = x,
-                None => {
-                    let goes_on = lengths.simd_gt(lanes.all(f64::from(s)));
-                    rest = goes_on.select(rest * x.k, rest);
-                }
-            }
-            at = lanes.step(&at, draw(s as usize + 1).simd_into(lanes.simd));
+        for s in 0..=most {
+            let mut here = [[0.0; 2]; LANES];
             for l in 0..LANES {
-                if steps[l] == s + 1 {
-                    end[l] = Point::new(at.cos[l], at.sin[l], at.cell[l]);
+                if steps[l] == s || IS_COLLISION && steps[l] > s {
+                    here[l] = sources(&Point::new(at.cos[l], at.sin[l], at.cell[l]));
+                }
+                if steps[l] == s {
+                    ends[l] = here[l];
                 }
             }
+            let own = if IS_COLLISION {
+                [lanes.vector(|l| here[l][0]), lanes.vector(|l| here[l][1])]
+            } else {
+                [zero; 2]
+            };
+            let x = self.kept(&at, own);
+            if let Some(slot) = kept.get_mut(s as usize) {
+                *slot = x;
+            } else {
+                let place = lanes.all(f64::from(s));
+                if IS_COLLISION {
+                    let is_there = lengths.simd_ge(place);
+                    after = [
+                        is_there.select(after[0] + rest * own[0], after[0]),
+                        is_there.select(after[1] + rest * own[1], after[1]),
+                    ];
+                }
+                rest = lengths.simd_gt(place).select(rest * x.k, rest);
+            }
+            if s < most {
+                at = lanes.step(&at, draw(s as usize + 1).simd_into(lanes.simd));
+            }
         }
-        if let Some(slot) = kept.get_mut(most as usize) {
-            *slot = self.kept(&at);
+        // What is scored at the end, by a kept state and behind all of them.
+        let mut last = [zero; 2];
+        if !IS_COLLISION {
+            let is_long = lengths.simd_ge(lanes.all(KEPT as f64));
+            for (e, (last, after)) in last.iter_mut().zip(&mut after).enumerate() {
+                let own = lanes.vector(|l| ends[l][e]);
+                *last = own * per_absorption;
+                *after = is_long.select(zero + rest * own * per_absorption, zero);
+            }
         }
-        let per_absorption = 1.0 / lanes.circle.absorption(&start[0]);
-        let per_absorption = lanes.all(per_absorption);
-        let ends: [[f64; 2]; LANES] = from_fn(|l| ends(&end[l]));
-        // As a walk that starts behind the kept states scores, and as a kept state does.
-        let is_long = lengths.simd_ge(lanes.all(KEPT as f64));
-        let own = lanes.vector(|l| ends[l][0]);
-        let plain = is_long.select(zero + rest * own * per_absorption, own * per_absorption);
-        let own = lanes.vector(|l| ends[l][1]);
-        let control = is_long.select(zero + rest * own * per_absorption, own * per_absorption);
-        let density = lanes.all(lanes.circle.start_density(&start[0]));
-        let (mut after_plain, mut after_control) = (plain, control);
+        let density = lanes.all(lanes.circle.start_density(&start));
         let mut has_scored = [false; LANES];
         for s in (0..(most as usize + 1).min(KEPT)).rev() {
             let x = &kept[s];
             let place = lanes.all(s as f64);
-            let goes_on = lengths.simd_gt(place);
-            after_plain = goes_on.select(zero + x.k * after_plain, plain + zero);
-            after_control = goes_on.select(zero + x.k * after_control, control + zero);
-            let difference = after_plain - after_control;
-            let scores = self.scores(x.sine, difference / density);
+            let (goes_on, is_end) = (lengths.simd_gt(place), lengths.simd_eq(place));
+            for ((after, own), last) in after.iter_mut().zip(x.own).zip(last) {
+                let ended = if IS_COLLISION { own } else { last } + zero;
+                *after = goes_on.select(own + x.k * *after, ended);
+            }
+            let mut difference = after[0] - after[1];
+            let psi = self.functions(x.sine);
+            if !known.is_empty() && (IS_COLLISION || is_end.any_true()) {
+                let value = self.value(&x.cell, &psi, known);
+                difference = if IS_COLLISION {
+                    difference - value
+                } else {
+                    is_end.select(difference - per_absorption * value, difference)
+                };
+            }
+            let score = difference / density;
             for l in 0..LANES {
                 if s <= steps[l] as usize {
-                    let scores = from_fn(|b| scores[b][l]);
+                    let mut scores = [0.0; B];
+                    for (b, slot) in scores.iter_mut().enumerate() {
+                        *slot = (score * psi[b])[l];
+                    }
                     let cell = x.cell[l];
                     keep(l, s, StateScores { cell, scores });
-                    has_scored[l] |= after_plain[l] != 0.0 || after_control[l] != 0.0;
+                    has_scored[l] |= after[0][l] != 0.0 || after[1][l] != 0.0;
                 }
             }
         }
-        let difference = after_plain - after_control;
+        let difference = after[0] - after[1];
         from_fn(|l| Followed {
             is_finite: Real::is_finite(difference[l]),
             has_scored: has_scored[l],

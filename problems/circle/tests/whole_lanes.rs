@@ -32,6 +32,8 @@ fn compare<const B: usize>(
     let neighbour: Residual<'_, _, _> = Residual::new(&circle, &solution.v, &moments).unwrap();
     let polynomials = circle.with_functions::<B>();
     let scores = CircleScores(&polynomials);
+    // Any function will do.
+    let known: Vec<f64> = (0..cells * B).map(|c| 1.0 / (c as f64 + 2.0)).collect();
     for estimator in [Estimator::Absorption, Estimator::Collision] {
         for (step_limit, survivals) in [(3, 0), (40, 0), (1_000_000, 0), (1_000_000, 2)] {
             let options = WalkOptions {
@@ -42,13 +44,17 @@ fn compare<const B: usize>(
                 ..WalkOptions::default()
             };
             let task = WholeTask::new(&circle, &circle, &neighbour, &scores as _, options);
-            let lanes = WholeSideBySide::with_same_kernel(&task, &polynomials);
-            let (alone, beside) = (sums(&task), sums(&lanes));
-            assert_eq!(
-                alone, beside,
-                "{cells} cells, {B} functions, {absorption}, {options:?}"
-            );
-            assert!(alone.1.states > 1200 && alone.1.scored > 50);
+            for known in [&[][..], &known] {
+                let task = task.with_known(known);
+                let lanes = WholeSideBySide::with_same_kernel(&task, &polynomials);
+                let (alone, beside) = (sums(&task), sums(&lanes));
+                assert_eq!((task.known(), lanes.known()), (known, known));
+                assert_eq!(
+                    alone, beside,
+                    "{cells} cells, {B} functions, {absorption}, {options:?}"
+                );
+                assert!(alone.1.states > 1200 && alone.1.scored > 50);
+            }
         }
     }
 }

@@ -169,6 +169,10 @@ impl<F: Real, const D: usize> Scores<[F; D]> for CubeScores<F, D> {
         };
         self.add_own(x, score, sums);
     }
+
+    fn value(&self, x: &Located<[F; D]>, coefficients: &[f64]) -> f64 {
+        Self::value(self, x, coefficients)
+    }
 }
 
 #[cfg(test)]

@@ -131,6 +131,20 @@ impl<F: Real> Scores<Point<F>> for Harmonics {
             }
         });
     }
+
+    fn value(&self, x: &Located<Point<F>>, coefficients: &[f64]) -> f64 {
+        use fredholm_core::array::Each;
+        let mut coefficients = coefficients.iter();
+        let mut next = || coefficients.next().copied().unwrap_or(f64::NAN);
+        let mut sum = 0.0;
+        self.visit(&x.point.each(Real::to_f64), |_, m, [cosine, sine]| {
+            sum += next() * cosine;
+            if m > 0 {
+                sum += next() * sine;
+            }
+        });
+        sum
+    }
 }
 
 #[cfg(test)]

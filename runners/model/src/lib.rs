@@ -34,6 +34,6 @@ pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};
 pub use whole::{
-    IMAGE_HEAD, MeanRule, MeshCell, WholeField, WholeQuantity, WholeRequest, WholeSystem,
-    WithWholeJob, only_points, only_u, refined_mean, v_of_walks,
+    CellNodes, First, IMAGE_HEAD, MeanRule, MeshCell, WholeField, WholeQuantity, WholeRequest,
+    WholeSystem, WithWholeJob, known_first, only_points, only_u, refined_mean, v_of_walks,
 };

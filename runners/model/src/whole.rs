@@ -1,7 +1,10 @@
 //! The whole function of a solved system: its walks, and its values.
 
+use fredholm_core::Located;
 use fredholm_core::galerkin::Solution;
-use fredholm_core::whole::WholeJob;
+use fredholm_core::whole::{Scores, WholeJob};
+use fredholm_rayon::fill_rows;
+use fredholm_variance::gauss;
 
 use crate::{Error, Region, Scalar, Subject, WalkOptions};
 
@@ -12,6 +15,66 @@ pub struct WholeRequest<'a> {
     pub walk: &'a WalkOptions,
     /// The degree of the polynomials on whose coefficients they score.
     pub degree: usize,
+    /// Whether walks are to leave out what is [known](WholeJob::known) of F − G where the kind knows it.
+    pub knows_first: bool,
+}
+
+/// Nodes on the cells of a space: so many Gauss points of a cell and parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct CellNodes {
+    /// The number of cells.
+    pub cells: usize,
+    /// The number of parameters of a point of a cell.
+    pub dimension: usize,
+    /// Gauss points of a parameter.
+    pub points: usize,
+    /// The share of a cell in the measure of one on which scores have functions: most often 1.
+    pub share: f64,
+}
+
+/// F − G at parameters of a cell, from 0 to 1, and its point, if there is one.
+pub type First<'a, P> = dyn Fn(usize, &[f64]) -> Option<(Located<P>, f64)> + Sync + 'a;
+
+/// The coefficients of F − G for [`WholeTask::with_known`](fredholm_core::whole::WholeTask::with_known), by a Gauss rule on every cell. They
+/// need not be exact. None, if walks are not to know them or F or G is drawn.
+///
+/// # Errors
+/// [`Error::Galerkin`]: memory.
+pub fn known_first<P: Send>(
+    request: &WholeRequest<'_>,
+    scores: &(dyn Scores<P> + Sync),
+    nodes: CellNodes,
+    first: &First<'_, P>,
+) -> Result<Vec<f64>, Error> {
+    if !request.knows_first {
+        return Ok(Vec::new());
+    }
+    let rule = gauss(nodes.points)?;
+    let own = nodes.points.pow(nodes.dimension as u32);
+    let mut all: Vec<Option<(Located<P>, f64)>> = Vec::new();
+    all.resize_with(nodes.cells * own, || None);
+    fill_rows(&mut all, own, |cell, row| {
+        for (number, slot) in row.iter_mut().enumerate() {
+            let (mut t, mut weight, mut number) = (vec![0.0; nodes.dimension], nodes.share, number);
+            for t in &mut t {
+                let (at, share) = rule[number % rule.len()];
+                number /= rule.len();
+                *t = 0.5 * (1.0 + at);
+                weight *= 0.5 * share;
+            }
+            *slot = first(cell, &t).map(|(x, first)| (x, weight * first));
+        }
+        Ok::<(), Error>(())
+    })?;
+    let mut known = vec![0.0; scores.unknowns()];
+    for (x, first) in all.iter().flatten() {
+        scores.add(x, *first, &mut known);
+    }
+    if known.iter().all(|c| c.is_finite()) {
+        Ok(known)
+    } else {
+        Ok(Vec::new())
+    }
 }
 
 /// Seconds of the integral of K times one function on a cell, as a room takes it: others take less.

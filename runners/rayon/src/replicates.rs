@@ -28,6 +28,9 @@ const SLICE: u64 = 1 << 12;
 ///     fn normalisation(&self) -> Normalisation {
 ///         Normalisation { functions: 1, states_scored: 1.0 }
 ///     }
+///     fn known(&self) -> &[f64] {
+///         &[]
+///     }
 ///     fn run(&self, _: &mut Replicate<'_>, _: u64) -> Result<(), NotFinite> {
 ///         Ok(())
 ///     }
@@ -118,6 +121,9 @@ impl Replicates {
             .zip(sums)
             .for_each(|(out, (sums, counts))| {
                 job.normalisation().fill(sums, counts.walks, measure, out);
+                for (out, known) in out.iter_mut().zip(job.known()) {
+                    *out += known;
+                }
             });
         all
     }

@@ -24,8 +24,9 @@ fn all_targets_come_from_one_set_of_walks() {
         assert_eq!(number(&report, "walks"), 20032.0);
         assert!(number(&report, "states") < 6.0 * 20032.0);
         assert_eq!(report["stop"], "done");
+        // Of a function of one shape, as all images of ½x₁y₂ are, that of a single number, which 64 replicates know to a tenth.
         let factor = number(&report, "band_factor");
-        assert!(factor > 2.0 && factor < 4.0);
+        assert!(factor > 1.8 && factor < 4.0, "{factor}");
         for target in all {
             let error = number(target, "std_error");
             let is_point = target.get("at").is_some();

@@ -11,8 +11,9 @@ use fredholm_core::whole::{AdjointImage, AdjointScores, Scores, WholeTask};
 use fredholm_core::{Kernel, Located, Real, Sobol, Source, TransitionDensity};
 use fredholm_model::numbers::largest;
 use fredholm_model::{
-    Error, IMAGE_HEAD, Region, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
-    WithWholeJob, in_scalar, only_points, only_u, refined_mean, v_of_walks,
+    CellNodes, Error, IMAGE_HEAD, Region, Sequence, WholeField, WholeQuantity, WholeRequest,
+    WholeSystem, WithWholeJob, in_scalar, known_first, only_points, only_u, refined_mean,
+    v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -72,7 +73,20 @@ impl<'m> CircleWhole<'m> {
                 let polynomials = circle.with_functions::<B>();
                 let scores: &(dyn Scores<Point<F>> + Sync) = &CircleScores(&polynomials);
                 let options = walk.for_core();
-                let job = WholeTask::new(&circle, &circle, neighbour, scores, options);
+                let job: WholeTask<'_, _, _, _, _> =
+                    WholeTask::new(&circle, &circle, neighbour, scores, options);
+                let nodes = CellNodes {
+                    cells: self.cells(),
+                    dimension: 1,
+                    points: B,
+                    share: 1.0,
+                };
+                let width = TAU / self.cells() as f64;
+                let known = known_first(request, scores, nodes, &|cell, t| {
+                    let angle = width * (cell as f64 + t.first()?);
+                    Some(job.first(circle.point(angle)))
+                })?;
+                let job = job.with_known(&known);
                 match walk.sequence {
                     Sequence::Random if setup.has_same_kernel() => {
                         then(&WholeSideBySide::with_same_kernel(&job, &polynomials))

@@ -48,12 +48,12 @@ pub(super) trait CompiledWalks<F, const D: usize>: Send + Sync {
         then: &mut WithJob<'_>,
     ) -> Result<(), Error>;
 
-    /// Hands on the walks of a whole function.
+    /// Hands on the walks of a whole function that score on these functions, of whose coefficients some are known.
     fn with_whole(
         &self,
         parts: &Parts<'_, F>,
         neighbour: &Boxed<'_, F, D>,
-        scores: &CubeScores<F, D>,
+        scored: (&CubeScores<F, D>, &[f64]),
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error>;
 }
@@ -92,13 +92,14 @@ where
         &self,
         parts: &Parts<'_, f64>,
         neighbour: &Boxed<'_, f64, D>,
-        scores: &CubeScores<f64, D>,
+        (scores, known): (&CubeScores<f64, D>, &[f64]),
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
         let (m, absorption) = (parts.per_axis, parts.absorption);
         let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, m, absorption)?;
-        let job = WholeTask::new(&cube, &cube, neighbour, scores, parts.options);
-        then(&job).map_err(|error| parts.explain_whole(error, neighbour, scores))
+        let job: WholeTask<'_, _, _, _, _> =
+            WholeTask::new(&cube, &cube, neighbour, scores, parts.options);
+        then(&job.with_known(known)).map_err(|error| parts.explain_whole(error, neighbour, scores))
     }
 }
 

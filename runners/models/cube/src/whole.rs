@@ -7,8 +7,9 @@ use fredholm_core::{Form, Kernel, Located, Sobol, Source, TransitionDensity};
 use fredholm_cube::{CubeScores, KernelMoments, ScalarField};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    Error, Region, Request, Sequence, WholeField, WholeQuantity, WholeRequest, WholeSystem,
-    WithWholeJob, in_scalar, only_points, only_u, refined_mean, v_of_walks,
+    CellNodes, Error, Region, Request, Sequence, WholeField, WholeQuantity, WholeRequest,
+    WholeSystem, WithWholeJob, in_scalar, known_first, only_points, only_u, refined_mean,
+    v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
@@ -125,10 +126,25 @@ impl<'m, const D: usize> CubeWhole<'m, D> {
                     return then(&job);
                 }
                 let is_random = walk.sequence == Sequence::Random;
+                let job: WholeTask<'_, _, _, _, _> =
+                    WholeTask::new(&cube, &cube, neighbour, &scores, parts.options);
+                let nodes = CellNodes {
+                    cells: self.cells,
+                    dimension: D,
+                    points: request.degree + 1,
+                    share: 1.0,
+                };
+                let known = known_first(request, &scores, nodes, &|cell, t| {
+                    let (mut x, high) = cube.cell_box(cell);
+                    for ((x, high), t) in x.iter_mut().zip(high).zip(t) {
+                        *x += F::from_f64(*t) * (high - *x);
+                    }
+                    Some(job.first(x))
+                })?;
                 if let Some(compiled) = F::compiled::<D>(system.cut.model).filter(|_| is_random) {
-                    return compiled.with_whole(&parts, neighbour, &scores, then);
+                    return compiled.with_whole(&parts, neighbour, (&scores, &known), then);
                 }
-                let job = WholeTask::new(&cube, &cube, neighbour, &scores, parts.options);
+                let job = job.with_known(&known);
                 match walk.sequence {
                     Sequence::Random => then(&job),
                     Sequence::Sobol => then(&job.with_generator::<Sobol>()),

@@ -10,8 +10,8 @@ use fredholm_core::whole::{BasisScores, Scores, WholeTask};
 use fredholm_core::{Located, Real};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
-    in_scalar, v_of_walks,
+    CellNodes, Error, IMAGE_HEAD, Region, WholeField, WholeQuantity, WholeRequest, WholeSystem,
+    WithWholeJob, in_scalar, known_first, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_room::{Point, PolynomialRoom, Room, Seen, Tables, WallStarts};
@@ -55,7 +55,19 @@ impl<'m> RoomWhole<'m> {
             of_degree!(request.degree, B => {
                 let polynomials = room.with_functions::<B>();
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&polynomials);
-                then(&WholeTask::new(&room, &starts, neighbour, scores, options))
+                let job: WholeTask<'_, _, _, _, _> =
+                    WholeTask::new(&room, &starts, neighbour, scores, options);
+                let nodes = CellNodes {
+                    cells: self.cells(),
+                    dimension: 1,
+                    points: B,
+                    share: 1.0,
+                };
+                let known = known_first(request, scores, nodes, &|cell, t| {
+                    let x = room.inside(cell, F::from_f64(*t.first()?))?;
+                    Some(job.first(x))
+                })?;
+                then(&job.with_known(&known))
             })
         })
     }

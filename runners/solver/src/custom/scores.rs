@@ -54,12 +54,19 @@ impl Polynomials {
 
     /// Adds `score` times every function at these parameters.
     fn add(&self, t: &[f64; MOST_DIMENSIONS], score: f64, sums: &mut [f64]) {
+        for (sum, psi) in sums.iter_mut().zip(self.at(t)) {
+            *sum += score * psi;
+        }
+    }
+
+    /// Every function at these parameters.
+    fn at(&self, t: &[f64; MOST_DIMENSIONS]) -> impl Iterator<Item = f64> {
         let axes: [Axis; MOST_DIMENSIONS] = t.map(|t| legendre(2.0 * t - 1.0));
-        for (sum, degrees) in sums.iter_mut().zip(&self.degrees) {
+        self.degrees.iter().map(move |degrees| {
             let own = axes.iter().zip(degrees).take(self.dimension);
             let factors = own.map(|(axis, &degree)| axis[usize::from(degree)]);
-            *sum += score * factors.product::<f64>();
-        }
+            factors.product::<f64>()
+        })
     }
 }
 
@@ -98,6 +105,19 @@ impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
             && let Some(t) = parameters(self.equation, x)
         {
             self.polynomials.add(&t, score, own);
+        }
+    }
+
+    fn value(&self, x: &Located<E::Point>, coefficients: &[f64]) -> f64 {
+        let start = x.cell * self.functions();
+        let own = coefficients.get(start..start + self.functions());
+        match (own, parameters(self.equation, x)) {
+            (Some(own), Some(t)) => own
+                .iter()
+                .zip(self.polynomials.at(&t))
+                .map(|(c, psi)| c * psi)
+                .sum(),
+            _ => f64::NAN,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::whole::{AnyStarts, WholeWalks};
 use super::{CustomEquation, PointFn};
 use crate::{Error, Goal, Region};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob, WithWholeJob};
+use fredholm_model::{Prepared, Request, Then, WholeRequest, WithJob, WithWholeJob};
 
 /// An equation by the number of its cells and an absorption probability.
 pub(super) type Build<E> = dyn Fn(usize, f64) -> Result<E, Error> + Send + Sync;
@@ -74,7 +74,7 @@ pub(super) trait Walks: Send + Sync {
         &self,
         solved: &Solved,
         kinds: Kinds,
-        how: (&WalkOptions, &Polynomials),
+        how: (&WholeRequest<'_>, &Polynomials),
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error>;
 
@@ -292,10 +292,10 @@ impl<E: CustomEquation> Walks for Equations<E> {
         &self,
         solved: &Solved,
         kinds: Kinds,
-        (walk, polynomials): (&WalkOptions, &Polynomials),
+        (request, polynomials): (&WholeRequest<'_>, &Polynomials),
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
-        let equation = &(self.build)(solved.cells, walk.absorption)?;
+        let equation = &(self.build)(solved.cells, request.walk.absorption)?;
         let of = Of {
             equation,
             coefficients: &solved.coefficients()?,
@@ -305,14 +305,13 @@ impl<E: CustomEquation> Walks for Equations<E> {
             equation,
             polynomials,
         };
-        let options = walk.for_core();
         let degree = self.degree(solved.degree)?;
         degree.with_neighbour(&of, kinds, &mut |neighbour, _| {
             let walks = WholeWalks {
                 equation,
                 neighbour,
                 scores: &scores,
-                options,
+                request,
             };
             self.starts.start(&walks, then)
         })

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use fredholm_core::galerkin::CellMap;
 use fredholm_core::whole::{Scores, Starts, WholeTask};
-use fredholm_core::{Form, Located, Uniforms, WalkOptions};
+use fredholm_core::{Form, Located, Uniforms};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob, only_u,
-    refined_mean, v_of_walks,
+    CellNodes, IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    known_first, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
 
@@ -35,7 +35,7 @@ pub(super) struct WholeWalks<'a, E: CustomEquation> {
     pub(super) equation: &'a E,
     pub(super) neighbour: &'a Boxed<'a, E>,
     pub(super) scores: &'a (dyn Scores<E::Point> + Sync),
-    pub(super) options: WalkOptions,
+    pub(super) request: &'a WholeRequest<'a>,
 }
 
 impl<E: CustomEquation> WholeWalks<'_, E> {
@@ -44,14 +44,20 @@ impl<E: CustomEquation> WholeWalks<'_, E> {
         starts: &(impl Starts<E> + Sync),
         then: &mut WithWholeJob<'_>,
     ) -> Result<(), Error> {
-        let (equation, neighbour) = (self.equation, self.neighbour);
-        then(&WholeTask::new(
-            equation,
-            starts,
-            neighbour,
-            self.scores,
-            self.options,
-        ))
+        let (equation, request) = (self.equation, self.request);
+        let options = request.walk.for_core();
+        let job: WholeTask<'_, _, _, _, _> =
+            WholeTask::new(equation, starts, self.neighbour, self.scores, options);
+        let nodes = CellNodes {
+            cells: equation.cells(),
+            dimension: E::DIMENSION,
+            points: request.degree + 1,
+            share: 1.0,
+        };
+        let known = known_first(request, self.scores, nodes, &|cell, t| {
+            Some(job.first(equation.point(cell, t)))
+        })?;
+        then(&job.with_known(&known))
     }
 }
 
@@ -172,7 +178,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> WholeSystem<'m> for CustomWhole<'m, E>
         }
         let polynomials = Polynomials::new(E::DIMENSION, request.degree);
         let walks = system.cut.walks()?;
-        walks.whole_job(&system.solved, kinds, (walk, &polynomials), then)
+        walks.whole_job(&system.solved, kinds, (request, &polynomials), then)
     }
 
     fn field(

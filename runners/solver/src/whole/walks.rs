@@ -182,7 +182,7 @@ impl<'m> Whole<'_, 'm> {
 
     /// Walks until the tolerance is reached, or to the end.
     pub(crate) fn walk(&self, ready: &Ready<'m>, until: &Until) -> Result<Walked, Error> {
-        self.walk_as(ready, &ready.walk, until)
+        self.walk_as(ready, (&ready.walk, false), until)
     }
 
     /// A pilot of such walks, without any other end.
@@ -202,19 +202,22 @@ impl<'m> Whole<'_, 'm> {
             walks: walk.walks,
             price: f64::INFINITY,
         };
-        Ok((self.walk_as(ready, &walk, &until)?, until.looks))
+        Ok((self.walk_as(ready, (&walk, true), &until)?, until.looks))
     }
 
     fn walk_as(
         &self,
         ready: &Ready<'m>,
-        walk: &WalkOptions,
+        (walk, is_pilot): (&WalkOptions, bool),
         until: &Until,
     ) -> Result<Walked, Error> {
         let (start, system) = (Instant::now(), &*ready.system);
+        let functions = system.cells() * system.degrees(ready.degree).len();
         let request = WholeRequest {
             walk,
             degree: ready.degree,
+            // As many values of F − G as there are functions, about, and one of every walk.
+            knows_first: is_pilot || until.walks >= functions as u64,
         };
         let mut walked = None;
         self.watch.walking();
@@ -248,6 +251,7 @@ impl<'m> Whole<'_, 'm> {
         let request = WholeRequest {
             walk: &walk,
             degree: ready.degree,
+            knows_first: false,
         };
         let (start, mut scored) = (Instant::now(), None);
         self.watch.walking();
@@ -455,6 +459,7 @@ impl<'m> Ready<'m> {
         let request = WholeRequest {
             walk: &self.walk,
             degree: self.degree,
+            knows_first: false,
         };
         self.system.field(&request, rows)
     }

@@ -52,7 +52,8 @@ impl RoomModel {
         let system = RoomWhole::new(self.cut(discretisation)?.system()?);
         let whole = WholeRequest {
             walk: request.walk,
-            degree: discretisation.degree + 1,
+            degree: system.default_degree(),
+            knows_first: true,
         };
         walking();
         let mut rows = Vec::new();
