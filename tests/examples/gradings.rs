@@ -3,17 +3,23 @@
 //! least that any of the gradings leaves there.
 //!
 //! `cargo run --release -p fredholm-tests --example gradings -- FROM TO UNKNOWNS DEGREES GRADINGS`: seeds of rooms from FROM to
-//! TO − 1, the rest one or more numbers with commas, as in `200 224 100,1000 0,1,2,4 3,2,1`.
+//! TO − 1, the rest one or more numbers with commas, as in `200 224 100,1000 0,1,2,4 3,2,1`. With a word more, `whole` or `largest`, it
+//! compares standard errors of whole functions from pointwise pairs: their root mean square over some 250 points, or the largest.
 
+use fredholm::room::Surfaces;
+use fredholm::{Model, RoomModel, Scalar, Settings, Solver};
 use fredholm_core::{Batch, Estimator, Form, Length, Task, WalkSeeds};
 use fredholm_room::{
     CoarseSolution, Grading, MeanOver, Mesh, RaySetup, RayTables, Room, RoomError, Scene, Shadows,
     Tables, VisibilityTable,
 };
-use fredholm_tests::room::{ABSORPTION, random};
+use fredholm_tests::room::{ABSORPTION, Drawing, random};
 
 /// Walks of which √Var is taken.
 const WALKS: u64 = 30_000;
+/// Walks of a whole function, and points.
+const WALKS_OF_WHOLE: u64 = 1 << 13;
+const POINTS: f64 = 250.0;
 /// The most unknowns of the solution from which v follows.
 const COARSE: usize = 1000;
 
@@ -60,6 +66,38 @@ fn deviation<const B: usize>(
     Ok(walked.ok().and(std_dev).unwrap_or(f64::NAN))
 }
 
+/// The standard error of the whole function: the root mean square over points, or the largest.
+fn error_of_whole(
+    drawing: &Drawing,
+    [degree, unknowns]: [usize; 2],
+    exponent: f64,
+    is_largest: bool,
+) -> f64 {
+    let mut surfaces = Surfaces::default();
+    for (points, materials) in &drawing.surfaces {
+        surfaces = surfaces.with("", points, materials[0]);
+    }
+    let room = RoomModel::new(surfaces, Scalar::F64).expect("a room");
+    let settings = Settings {
+        cells: Some(unknowns / (degree + 1)),
+        degree: Some(degree),
+        grading: Some(exponent),
+        walks: Some(WALKS_OF_WHOLE),
+        ..Settings::default()
+    };
+    let whole = Solver::with(&room, settings, Vec::new()).whole();
+    let whole = whole.expect("a whole function");
+    if is_largest {
+        return whole.summary().largest_std_error.unwrap_or(f64::NAN);
+    }
+    let values = whole.values(&room.spread(POINTS)).expect("values");
+    let errors = values.iter().filter_map(|value| value.std_error);
+    let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| {
+        (sum + error * error, count + 1.0)
+    });
+    f64::sqrt(sum / count)
+}
+
 fn numbers<T: core::str::FromStr>(text: &str) -> Vec<T> {
     let number = |text: &str| text.parse().ok().expect("numbers with commas");
     text.split(',').map(number).collect()
@@ -67,7 +105,7 @@ fn numbers<T: core::str::FromStr>(text: &str) -> Vec<T> {
 
 fn main() -> Result<(), RoomError> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [from, to, unknowns, degrees, gradings] = arguments.as_slice() else {
+    let [from, to, unknowns, degrees, gradings, of @ ..] = arguments.as_slice() else {
         panic!("give seeds from and to, numbers of unknowns, degrees and gradings");
     };
     let gradings: Vec<f64> = numbers(gradings);
@@ -80,6 +118,12 @@ fn main() -> Result<(), RoomError> {
                 let scene = random(seed).scene::<f64>()?;
                 let coarse = CoarseSolution::new(&scene, unknowns.min(COARSE))?;
                 let of = |&exponent: &f64| match degree {
+                    _ if !of.is_empty() => Ok(error_of_whole(
+                        &random(seed),
+                        [degree, unknowns],
+                        exponent,
+                        of[0] == "largest",
+                    )),
                     0 => deviation::<1>(&scene, &coarse, unknowns, exponent),
                     1 => deviation::<2>(&scene, &coarse, unknowns, exponent),
                     2 => deviation::<3>(&scene, &coarse, unknowns, exponent),
