@@ -213,7 +213,7 @@ impl<F: Real> Seen<'_, '_, F> {
     }
 
     /// Calls `each` with points of walls that the point sees, and weights that sum to the share of all directions in which
-    /// it sees any: (1/2π) ∫ u dω by three Gauss points in panels of directions that are `width` radians wide at most. Panels
+    /// it sees any: (1/2π) ∫ u dω by three Gauss points, in their order, in panels of directions that are `width` radians wide at most. Panels
     /// end where something else is seen, so that u is as smooth in them as along walls.
     pub fn points(&self, width: f64, mut each: impl FnMut(Point<F>, f64)) {
         let (geometry, x) = (self.room.geometry(), self.position);

@@ -511,12 +511,8 @@ impl<'m> Question<'_, 'm> {
         }
         let counts = walked.counts();
         let look = ready.look(walked, &looks, (self.model, tolerance))?;
-        // Of the lower noise of a sequence a bias is seen by its walks that no pilot sees.
-        let is_biased = match walk.sequence {
-            Sequence::Random => look.is_biased,
-            Sequence::Sobol => look.is_nearly_biased,
-        };
-        if is_biased || counts.scored == 0 {
+        // Walks have less noise than a pilot, and see a bias that it does not see.
+        if look.is_nearly_biased || counts.scored == 0 {
             return Ok((None, looks));
         }
         let walks = counts.walks as f64;

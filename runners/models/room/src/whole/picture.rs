@@ -22,6 +22,9 @@ const REPLICATES: usize = 16;
 const ROUNDS: u64 = 16;
 /// The width of a panel of directions in radians. Three Gauss points leave some 10⁻⁵ of u where it is smooth along a wall.
 const PANEL: f64 = 0.15;
+/// The whole weight of a panel over that of the second of its three Gauss points. Error bars of pixels take that point alone: T_K ê is as smooth as
+/// u there, and their 16 replicates know them to a fifth.
+const OF_MIDDLE: f64 = 18.0 / 8.0;
 /// Pixels that one thread makes in one go.
 const ROW: usize = 64;
 
@@ -100,7 +103,8 @@ impl RoomField<'_> {
         let table = self.by_function(self.lifted(&room, &*of)?);
         let rows = REPLICATES + 1;
         let at = |position: [f64; 2]| {
-            let (mut share, mut sums) = (0.0, [0.0; REPLICATES + 1]);
+            let (mut share, mut value, mut replicates) = (0.0, 0.0, [0.0; REPLICATES]);
+            let mut is_middle = [false, true, false].into_iter().cycle();
             let seen = Seen {
                 room: &room,
                 position,
@@ -111,15 +115,25 @@ impl RoomField<'_> {
                 let psi = of.at(&Located { point, cell });
                 let own = table.get(cell * self.functions * rows..);
                 let own = own.unwrap_or_default().chunks_exact(rows);
+                let scored = is_middle.next().unwrap_or(false);
                 for (row, function) in own.zip(psi).take(self.functions) {
-                    let factor = weight * function;
-                    for (sum, coefficient) in sums.iter_mut().zip(row) {
-                        *sum += factor * coefficient;
+                    let Some((first, row)) = row.split_first() else {
+                        return;
+                    };
+                    value += weight * function * first;
+                    if scored {
+                        let factor = OF_MIDDLE * weight * function;
+                        for (sum, coefficient) in replicates.iter_mut().zip(row) {
+                            *sum += factor * coefficient;
+                        }
                     }
                 }
             });
             if is_inside(share, closed, f64::EPSILON) {
-                spot(sums[0], &sums[1..])
+                Spot {
+                    value,
+                    error: over_replicates(&replicates).std_error,
+                }
             } else {
                 BLANK
             }
@@ -150,7 +164,8 @@ impl RoomField<'_> {
         Ok((air, walls))
     }
 
-    /// Rows of coefficients, turned so that those of one function of one cell stand side by side.
+    /// Rows of coefficients, turned so that those of one function of one cell stand side by side, and the mean of replicates added to
+    /// the first.
     fn by_function(&self, rows: &[f64]) -> Vec<f64> {
         let count = rows.len() / self.unknowns();
         let mut turned = vec![0.0; rows.len()];
@@ -158,6 +173,11 @@ impl RoomField<'_> {
             let places = turned.iter_mut().skip(row).step_by(count);
             for (place, coefficient) in places.zip(coefficients) {
                 *place = *coefficient;
+            }
+        }
+        for own in turned.chunks_exact_mut(count) {
+            if let Some((first, replicates)) = own.split_first_mut() {
+                *first += replicates.iter().sum::<f64>() / replicates.len() as f64;
             }
         }
         turned
