@@ -26,6 +26,11 @@ const MOST_DEGREE: usize = 4;
 /// Gauss points of a cell beyond the degree, where F + T_K v is made a polynomial.
 const MORE_POINTS: usize = 1;
 
+/// Seconds of a mean over all walls: of a wall and a cell, and of two walls, at whose shadows cells are halved. Measured with 4, 10 and 28 walls and
+/// 40 to 1,000 cells of degree 0 and 2, within a factor of 2.
+const MEAN_OF_CELL: f64 = 0.45e-6;
+const MEAN_OF_WALLS: f64 = 6.5e-6;
+
 /// A solved room whose walks score in every state, or in their starts if it is open.
 #[derive(Clone, Debug)]
 pub(super) struct RoomWhole<'m> {
@@ -88,6 +93,13 @@ impl<'m> WholeSystem<'m> for RoomWhole<'m> {
 
     fn cells(&self) -> usize {
         self.system.cut.mesh.len()
+    }
+
+    /// Integrals over cells, and not over points.
+    fn mean_points(&self, degree: usize) -> f64 {
+        let walls = self.system.cut.model.scene.geometry().walls().len() as f64;
+        let seconds = walls * (MEAN_OF_CELL * self.cells() as f64 + MEAN_OF_WALLS * walls);
+        seconds / self.point_seconds(degree)
     }
 
     fn measure(&self, cell: usize) -> f64 {
