@@ -203,6 +203,22 @@ fn pictures_are_those_of_a_fine_solution() {
     }
     assert!(compared > 55, "{compared}");
     assert_eq!(field.walks, 1 << 14);
+    // Error bars, which take one point in three of a pixel's integral, are those of other walks as many: 16 replicates and 64 know a number of that kind to a fifth,
+    // and all pixels of a few shapes of functions hardly better together.
+    let whole = Solver::with(&model, settings, Vec::new()).whole().unwrap();
+    let squares = field
+        .air
+        .iter()
+        .zip(&positions)
+        .filter(|(spot, _)| !spot.value.is_nan());
+    let squares = squares.map(|(spot, at)| {
+        let other = whole.functional(&Region::Point(at.to_vec())).unwrap();
+        [spot.error.powi(2), other.std_error.unwrap().powi(2)]
+    });
+    let [own, other] = squares.fold([0.0; 2], |sums, of| [sums[0] + of[0], sums[1] + of[1]]);
+    let ratio = f64::sqrt(own / other);
+    println!("{ratio}");
+    assert!((0.7..1.4).contains(&ratio), "{ratio}");
 }
 
 /// The fewest successes of n with probability p that leave all but `tail` of the distribution above them.
