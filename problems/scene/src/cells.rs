@@ -8,6 +8,7 @@ use crate::vector::{Vector, along, dot, sub};
 /// A part of a face that is an affine image of the unit square or of the triangle (0, 0), (1, 0), (0, 1), with its cells:
 /// a parallelogram or triangle is one patch, any other quadrilateral two triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct FacePatch<F> {
     /// The image of (0, 0).
@@ -26,6 +27,7 @@ pub struct FacePatch<F> {
 
 /// What a face has besides its polygon: a frame for directions, and its patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Side<F> {
     /// Two unit vectors, perpendicular to each other and to the normal.

@@ -11,6 +11,7 @@ use crate::vector::{dot, sub};
 /// A triangle or planar convex quadrilateral. Its active side is the one from which its vertices
 /// are seen counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Face<F> {
     /// The vertices; a triangle has its first one again in the last place.
@@ -60,6 +61,7 @@ impl<F: Real> Face<F> {
 
 /// A piece of a face as rays see it, in the order of the hierarchy's leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Triangle<F> {
     /// The first, second and third coordinates of its three vertices.
@@ -73,6 +75,7 @@ pub struct Triangle<F> {
 /// A box of the hierarchy, widened so that no rounding error of a test makes a ray miss a triangle
 /// in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Node<F> {
     /// The lowest coordinates.
@@ -114,7 +117,7 @@ impl<'a, F: Real> Geometry<'a, F> {
         open: bool,
     ) -> Result<Self, SceneError> {
         let geometry = Self::made(faces, triangles, nodes, open);
-        let possible = zero::<F>()..one::<F>();
+        let possible = zero::<F>()..=one::<F>();
         let faces_stand = faces.iter().all(|f| {
             matches!(f.count, 3 | 4)
                 && possible.contains(&f.reflectance)

@@ -1,12 +1,17 @@
 //! Means over faces.
 
+#[cfg(feature = "alloc")]
+use fredholm_core::LastStep;
+#[cfg(feature = "alloc")]
 use fredholm_core::whole::Starts;
-use fredholm_core::{Functional, LastStep, Real, StateSpace, Uniforms};
+use fredholm_core::{Functional, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
 
 use crate::SceneError;
 use crate::geometry::{Face, Geometry};
-use crate::radiosity::{Point, Radiosity};
+use crate::radiosity::Point;
+#[cfg(feature = "alloc")]
+use crate::radiosity::Radiosity;
 use crate::vector::{Vector, along, cross, norm, sub};
 
 /// The mean of u over some faces by area: walks start on them uniformly.

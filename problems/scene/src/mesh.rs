@@ -109,6 +109,26 @@ impl<F: Real> Cells<F> {
         Ok(all)
     }
 
+    /// The sides of faces, their patches, and the numbers of the faces that emit: what [`Radiosity::of_tables`] takes, for
+    /// instance on a device.
+    ///
+    /// ```
+    /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
+    ///
+    /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
+    /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24)?);
+    /// let (sides, patches, lights) = cells.tables();
+    /// assert_eq!([sides.len(), patches.len(), lights.len()], [6, 6, 0]);
+    /// assert!(Radiosity::of_tables(tables.geometry(), (sides, patches, lights), 0.25).is_ok());
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    ///
+    /// [`Radiosity::of_tables`]: crate::Radiosity::of_tables
+    #[must_use]
+    pub fn tables(&self) -> (&[Side<F>], &[FacePatch<F>], &[u32]) {
+        (&self.sides, &self.patches, &self.lights)
+    }
+
     /// The number of cells, of which every patch of the sky is one.
     #[must_use]
     pub const fn number(&self) -> usize {

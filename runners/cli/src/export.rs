@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fredholm::Pairs;
 use fredholm::answer::Solved;
+use fredholm::model::LastSteps;
 
 use crate::args::ExportArgs;
 use crate::failure::{Ended, Failure};
@@ -19,12 +20,19 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
                        of a room, \"rays\"";
         return Err(file.refuse(pairs, message).into());
     }
-    if let Some(last) = file.walk.last_step.as_ref().filter(|last| last.value) {
+    let problem = Problem::new(file, None)?;
+    let file = &problem.file;
+    let is_always = problem.model().last_steps() == LastSteps::Always;
+    if let Some(last) = file
+        .walk
+        .last_step
+        .as_ref()
+        .filter(|last| last.value && !is_always)
+    {
         let message =
             "tables are of u itself, with no last step to the light: leave `last_step` out";
         return Err(file.refuse(last, message).into());
     }
-    let problem = Problem::new(file, None)?;
     let fail = Failure::of(&problem.file);
     let mut settings = problem.resolved.settings.clone();
     // Where nothing is said of pairs, and others walk by rays.

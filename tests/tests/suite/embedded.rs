@@ -25,9 +25,9 @@ type OnDevice<'a, F> =
 #[test]
 fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
     let embedded = lines(With::Embedded(u64::MAX));
-    // Thirty-two of problem, degree, start and scalar; two estimators.
-    assert_eq!(embedded.lines().count(), 64);
-    for name in ["circle/", "cube/", "room ", "room/"] {
+    // Thirty-six of problem, degree, start and scalar; two estimators.
+    assert_eq!(embedded.lines().count(), 72);
+    for name in ["circle/", "cube/", "room ", "room/", "scene ", "scene/"] {
         assert!(embedded.lines().any(|line| line.starts_with(name)));
     }
     assert!(embedded.lines().any(|line| line.contains("walks 2048 ")));

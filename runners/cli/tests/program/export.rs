@@ -6,6 +6,9 @@ use crate::common;
 #[path = "../../../embedded/firmware/src/room_table.rs"]
 #[allow(dead_code, reason = "the mean over a surface is not asked for here")]
 mod room_table;
+#[path = "../../../embedded/firmware/src/scene_table.rs"]
+#[allow(dead_code, reason = "the mean over a surface is not asked for here")]
+mod scene_table;
 
 use std::fs;
 use std::path::Path;
@@ -14,13 +17,15 @@ use common::{Folder, circle_with, fredholm, is_long, list, number};
 use fredholm_circle::{Moment, Residual};
 use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Piecewise, Rounded};
 use fredholm_core::{
-    At, Equation, Estimator, Form, Length, Neighbour, Real, RunOptions, Statistics, Task, WalkSeeds,
+    At, DefaultGenerator, Equation, Estimator, Form, Functional, KnownPart, LastStep, Length,
+    Neighbour, NeighbourOf, Real, RunOptions, Started, Statistics, Task, WalkSeeds, WithKnown,
 };
 use fredholm_cube::{Cube, FactorTables, KernelFn, ScalarField, functions};
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
 use fredholm_embedded::{Driver, Table};
 use fredholm_room::RayNeighbour;
 use room_table::RoomTable;
+use scene_table::SceneTable;
 
 const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../embedded/firmware/tables");
 
@@ -47,6 +52,8 @@ fn the_firmwares_tables_are_up_to_date() {
         "room_quadratic_f32.rs",
         "room_rays_f32.bin",
         "room_cubic_f64.bin",
+        "scene_f64.rs",
+        "scene_linear_f32.bin",
     ] {
         let file = tables.join(name).with_extension("toml");
         let out = folder.at(name);
@@ -233,6 +240,12 @@ fn walk<E: Equation>(
         seeds: <WalkSeeds>::new(1, 0),
         length: Length::default(),
     };
+    finish(task)
+}
+
+fn finish<E: Equation, N: NeighbourOf<E> + ?Sized, T: Functional<E>>(
+    task: Task<'_, E, N, T, DefaultGenerator>,
+) -> Statistics {
     let mut options = RunOptions::new(walks());
     options.batch = 512;
     let mut driver = Driver::new(task, options).unwrap();
@@ -389,6 +402,82 @@ fn a_device_with_rays_has_the_programs_bits() {
         rays,
         [room_of_rays::<f32, 3>, room_of_rays::<f64, 3>],
     );
+}
+
+/// What a device makes of a scene's table with B functions on a cell: u on the floor, with its last step to the light.
+fn scene<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Statistics {
+    let table = Table::read(bytes, "scene").unwrap();
+    let table = SceneTable::<F>::read(&table).unwrap();
+    let radiosity = table.radiosity().unwrap();
+    let sampled = table.neighbour::<B>(&radiosity).unwrap();
+    let last = LastStep(&radiosity);
+    let (equation, neighbour) = (WithKnown(&last), WithKnown(&sampled));
+    let start = KnownPart {
+        functional: At(radiosity.at(0, [0.3, 0.6, 0.0]).unwrap()),
+        known: radiosity.emission_of_light(0),
+    };
+    let at = neighbour.locate(Started {
+        point: start.functional.0,
+        known: start.known,
+    });
+    let control_mean = Some(neighbour.value(&at).to_f64());
+    let neighbour: &dyn Neighbour<Scalar = F, Point = _> = &neighbour;
+    finish(Task {
+        equation: &equation,
+        neighbour,
+        functional: &start,
+        control_mean,
+        estimator: Estimator::Collision,
+        form: Form::Residual,
+        seeds: <WalkSeeds>::new(1, 0),
+        length: Length::default(),
+    })
+}
+
+#[test]
+fn a_device_with_an_exported_scene_has_the_programs_bits() {
+    fn check(degree: usize, device: Device) {
+        let file = Path::new(TABLES).join("scene_linear_f32.toml");
+        let mut problem = fs::read_to_string(file).unwrap();
+        for (old, new) in [
+            (
+                "degree = 1",
+                format!("degree = {degree}\npairs = \"default\""),
+            ),
+            (
+                "scalar = \"f32\"",
+                "scalar = \"f64\"\nlast_step = true".to_owned(),
+            ),
+            (
+                "[[target]]\nname = \"walls\"\nover = \"walls\"\n",
+                "batch = 512\nwalks = 20000\n[[target]]\nname = \"point\"\nat = [0.3, 0.6, 0]\n"
+                    .to_owned(),
+            ),
+        ] {
+            assert!(problem.contains(old));
+            problem = problem.replace(old, &new);
+        }
+        compare(&problem, &["default"], device);
+    }
+    check(0, [scene::<f32, 1>, scene::<f64, 1>]);
+    check(1, [scene::<f32, 3>, scene::<f64, 3>]);
+    check(2, [scene::<f32, 6>, scene::<f64, 6>]);
+}
+
+#[test]
+fn a_scene_with_other_light_than_that_of_its_surfaces_is_not_exported() {
+    let file = Path::new(TABLES).join("scene_f64.toml");
+    let problem = fs::read_to_string(file).unwrap();
+    let folder = Folder::new();
+    let lamp = "[[problem.light]]\nat = [0.5, 0.5, 0.5]\nintensity = 1\n\n[galerkin]";
+    let file = folder.file("lamp.toml", problem.replace("[galerkin]", lamp));
+    let ran = fredholm(&["export", &file, "-o", &folder.at("lamp.bin")]);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(
+        ran.stderr.contains("leave `sky` and `light` out"),
+        "{ran:?}"
+    );
+    assert_eq!(folder.names(), ["lamp.toml"]);
 }
 
 #[test]

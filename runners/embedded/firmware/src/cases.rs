@@ -1,8 +1,11 @@
-//! What is run on the device and on the workstation, by the same code: circles, cubes and rooms,
+//! What is run on the device and on the workstation, by the same code: circles, cubes, rooms and
+//! scenes,
 //! f32 and f64, several degrees, tables of every form, both estimators.
 
 mod circle_table;
 mod room_table;
+mod scene_cases;
+mod scene_table;
 
 use fredholm_circle::{Cell, Cells, Circle, Harmonic, MeanOver, Moment, Residual, Slot, slots};
 use fredholm_core::galerkin::{
@@ -135,7 +138,8 @@ pub fn all(runner: &mut impl Runner) -> Option<()> {
     cubes_of_degree(runner)?;
     rooms(runner)?;
     rooms_of_degree(runner)?;
-    room_of_rays(runner)
+    room_of_rays(runner)?;
+    scene_cases::scenes(runner)
 }
 
 fn both<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(

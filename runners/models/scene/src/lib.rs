@@ -1,5 +1,6 @@
 //! Light and heat between polygons in space, with sizes chosen at run time.
 
+mod export;
 mod heat;
 mod partition;
 mod radius;

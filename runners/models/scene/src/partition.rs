@@ -47,7 +47,7 @@ const WALK: WalkCost = WalkCost {
 pub(crate) struct Cut {
     tables: Tables<f64>,
     cells: Cells<f64>,
-    shares: Vec<u8>,
+    pub(crate) shares: Vec<u8>,
     /// The number of cells that was asked for: in another scalar they are made by it again.
     wanted: usize,
     pub(crate) degree: usize,
@@ -64,7 +64,7 @@ impl Cut {
 /// The tables of walks in a scalar.
 pub(crate) struct WalkTables<F> {
     tables: Tables<F>,
-    cells: Cells<F>,
+    pub(crate) cells: Cells<F>,
 }
 
 impl<F: Real> WalkTables<F> {

@@ -13,7 +13,7 @@ use fredholm_core::{
 use fredholm_embedded::TableBuilder;
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{
-    Error, Examined, Pairs, Prepared, Request, SavedSystem, Subject, System, Then, WalkOptions,
+    Error, Examined, Pairs, Prepared, Request, SavedSystem, Scalar, System, Then, WalkOptions,
     WholeSystem, in_scalar,
 };
 use fredholm_scene::{Air, Facing, Point, Radiosity};
@@ -42,13 +42,27 @@ fn sampled<'a, F: Real, const B: usize>(
     tables: &'a SampledTables<F>,
     last: &LastStep<'a, Radiosity<'a, F>>,
 ) -> Result<Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>, Error> {
-    let radiosity = last.0;
-    let made = |rays| {
-        let sampled = tables.neighbour_with_events::<_, _, 2, B>((radiosity, radiosity), rays);
-        sampled.map_err(|_| Error::Internal("tables of other cells"))
-    };
-    let trial = made(TRIAL)?;
-    made(ScoreVariance::estimate(radiosity, last, (&trial, TRIAL)).best_steps(REST))
+    made(tables, last, best_rays::<F, B>(tables, last)?)
+}
+
+/// Returns as many rays a score as have the least product of variance and time.
+pub(crate) fn best_rays<F: Real, const B: usize>(
+    tables: &SampledTables<F>,
+    last: &LastStep<'_, Radiosity<'_, F>>,
+) -> Result<NonZeroU32, Error> {
+    let trial = made::<F, B>(tables, last, TRIAL)?;
+    Ok(ScoreVariance::estimate(last.0, last, (&trial, TRIAL)).best_steps(REST))
+}
+
+/// The neighbour equation with so many rays a score.
+fn made<'a, F: Real, const B: usize>(
+    tables: &'a SampledTables<F>,
+    last: &LastStep<'a, Radiosity<'a, F>>,
+    rays: NonZeroU32,
+) -> Result<Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>, Error> {
+    let of = (last.0, last.0);
+    let sampled = tables.neighbour_with_events::<_, _, 2, B>(of, rays);
+    sampled.map_err(|_| Error::Internal("tables of other cells"))
 }
 
 /// Hands out the neighbour equation of walks that know what is known of their score.
@@ -169,7 +183,7 @@ fn facing_of<F: Real>(facing: &Facing<'_, F>, value: &dyn Fn(Started<Point<F>, F
 }
 
 /// The mean of v over some faces: ψ_0 = 1, and the other functions have the mean 0.
-fn mean(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]) -> f64 {
+pub(crate) fn mean(radiosity: &Radiosity<'_, f64>, faces: &[u32], v: &[f64]) -> f64 {
     let mut is_in = vec![false; radiosity.geometry().faces().len()];
     for &face in faces {
         if let Some(is_in) = is_in.get_mut(face as usize) {
@@ -272,10 +286,10 @@ impl System for SceneSystem<'_> {
         })
     }
 
-    fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {
-        Err(Error::Option {
-            subject: Subject::Problem,
-            message: "there are no device tables of scenes".to_owned(),
-        })
+    fn tables(&self, _: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
+        match self.cut.scalar {
+            Scalar::F32 => crate::export::scene::<f32>(self, absorption),
+            Scalar::F64 => crate::export::scene::<f64>(self, absorption),
+        }
     }
 }
