@@ -227,9 +227,14 @@ impl Batch {
 
     /// Adds the next walk.
     #[inline(always)]
-    fn push<F: Real>(&mut self, scores: &Walk<F>, value: f64, known: f64) -> Result<(), NotFinite> {
+    pub(crate) fn push<F: Real>(
+        &mut self,
+        scores: &Walk<F>,
+        value: f64,
+        known: f64,
+    ) -> Result<(), NotFinite> {
         if scores.termination == Termination::NotFinite || !value.is_finite() {
-            return Err(NotFinite { walk: self.next });
+            return Err(self.not_finite());
         }
         self.statistics.push(scores, value, known);
         self.next += 1;
@@ -292,6 +297,16 @@ impl Batch {
     /// them in bytes does not say.
     pub const fn set_replicates(&mut self, replicates: u32) {
         self.statistics.set_replicates(replicates);
+    }
+
+    /// The number of the walk that is next; `None`: all have been run.
+    pub(crate) fn next_walk(&self) -> Option<u64> {
+        (!self.is_done()).then_some(self.next)
+    }
+
+    /// The error of the walk that is next.
+    pub(crate) const fn not_finite(&self) -> NotFinite {
+        NotFinite { walk: self.next }
     }
 
     /// Whether all its walks have been run.

@@ -24,6 +24,27 @@ pub trait Job: Sync {
     /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the batch's statistics; the
     /// batch stands before it.
     fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite>;
+
+    /// The number of goals that share their walks: the first so many, the next so many, and so on. It divides the number of
+    /// goals.
+    fn shared(&self) -> usize {
+        1
+    }
+
+    /// Runs at most `at_most` further walks of a batch of each of the goals that share walks, of which `first` is the first
+    /// one. All these batches have the same walks so far.
+    ///
+    /// # Errors
+    /// [`NotFinite`], as [`run`](Self::run); the walk is in no batch's statistics.
+    fn run_shared(
+        &self,
+        first: usize,
+        batches: &mut [Batch],
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        let mut goals = (first..).zip(batches);
+        goals.try_for_each(|(goal, batch)| self.run(goal, batch, at_most))
+    }
 }
 
 /// A job whose (v, Φ) are estimates of their own, with standard errors: they are part of all error bars of ζ, and more walks
@@ -54,6 +75,25 @@ impl Job for UncertainControl<'_> {
             batch.set_control_error(error);
         }
         self.job.run(goal, batch, at_most)
+    }
+
+    fn shared(&self) -> usize {
+        self.job.shared()
+    }
+
+    fn run_shared(
+        &self,
+        first: usize,
+        batches: &mut [Batch],
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        for (batch, &error) in batches
+            .iter_mut()
+            .zip(self.errors.get(first..).unwrap_or(&[]))
+        {
+            batch.set_control_error(error);
+        }
+        self.job.run_shared(first, batches, at_most)
     }
 }
 

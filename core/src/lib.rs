@@ -8,6 +8,7 @@ extern crate std;
 
 pub mod array;
 mod batch;
+pub mod channels;
 mod equation;
 pub mod galerkin;
 mod job;

@@ -95,10 +95,7 @@ fn by_closure(model: &CubeModel, per_axis: usize, form: Form, then: &mut dyn FnM
         form: Some(form),
         ..Settings::default()
     };
-    let goals = [Goal {
-        name: "mean".to_owned(),
-        region: Region::Whole,
-    }];
+    let goals = [Goal::new("mean", Region::Whole)];
     let request = Request {
         goals: &goals,
         walk: &settings.walk_options(),

@@ -214,13 +214,6 @@ where
         })
     }
 
-    /// Σ_b t_ib ψ_ib(x) of a table of B numbers for every cell.
-    #[inline(always)]
-    fn combine(table: &[F], cell: usize, psi: &[F; B]) -> F {
-        let own: &[F] = table.get(cell * B..).unwrap_or(&[]);
-        own.first_chunk::<B>().map_or(F::NAN, |own| dot(own, psi))
-    }
-
     /// c(x, ω).
     #[inline]
     fn control(&self, cell: usize, psi: &[F; B], omega: &[F; D]) -> F {
@@ -252,7 +245,7 @@ where
                 break;
             }
             let place = from + at.numbers.len();
-            *value = Self::combine(self.tables.of_events, place, psi);
+            *value = combine(self.tables.of_events, place, psi);
             at.integral += *value * self.events.probability(&x.point, event);
             at.numbers = own.get(..at.numbers.len() + 1).unwrap_or(&[]);
         }
@@ -323,8 +316,15 @@ pub(super) const fn power<const D: usize>(per_axis: u32) -> usize {
     power
 }
 
+/// Σ_b t_ib ψ_ib(x) of a table of B numbers for every i.
 #[inline(always)]
-fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
+pub(super) fn combine<F: Real, const B: usize>(table: &[F], i: usize, psi: &[F; B]) -> F {
+    let own: &[F] = table.get(i * B..).unwrap_or(&[]);
+    own.first_chunk::<B>().map_or(F::NAN, |own| dot(own, psi))
+}
+
+#[inline(always)]
+pub(super) fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
     let mut sum = a[0] * b[0];
     let mut i = 1;
     while i < B {
@@ -437,13 +437,13 @@ where
             };
             sum -= events.control(self.events, &step);
         }
-        let own = Self::combine(self.tables.v, x.cell, &psi);
-        let integral = Self::combine(self.tables.integral, x.cell, &psi) + events.integral;
+        let own = combine(self.tables.v, x.cell, &psi);
+        let integral = combine(self.tables.integral, x.cell, &psi) + events.integral;
         own - integral - sum * self.per_steps
     }
 
     #[inline]
     fn value(&self, x: &Located<P::Point>) -> F {
-        Self::combine(self.tables.v, x.cell, &self.problem.basis(x))
+        combine(self.tables.v, x.cell, &self.problem.basis(x))
     }
 }

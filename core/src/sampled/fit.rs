@@ -30,19 +30,22 @@ pub(super) const NO_EVENT: f64 = -1.0;
 pub(super) struct Step<'s, const D: usize, const B: usize> {
     pub(super) psi: &'s [f64; B],
     pub(super) omega: &'s [f64; D],
-    /// κ v(y).
-    pub(super) value: f64,
+    /// κ v(y) of everything that is fitted.
+    pub(super) values: &'s [f64],
     /// The events that occur, a bit each.
     pub(super) occurring: u32,
 }
 
 /// The normal equations of c on a cell: a block for each box, one for all events, and what joins them.
 ///
-/// A row of `joint` has the sums of products of one coefficient of a box with those of all events, B of each, and with κ v.
+/// A row of `joint` has the sums of products of one coefficient of a box with those of all events, B of each, and with κ v. Where
+/// several v are fitted, their controls have the same events: those that serve the last one.
 pub(super) struct Fit<'e> {
     events: &'e [u32],
     per_axis: u32,
     functions: usize,
+    /// The number of what is fitted.
+    fitted: usize,
     /// B + D.
     coefficients: usize,
     matrices: Vec<f64>,
@@ -51,6 +54,7 @@ pub(super) struct Fit<'e> {
     of_events: Vec<f64>,
     /// Σ ψ of steps with an event, then Σ κ v.
     sums: Vec<f64>,
+    /// Σ (κ v)² of the last v.
     square: f64,
     count: u32,
     /// The regressors of a step.
@@ -61,18 +65,21 @@ impl<'e> Fit<'e> {
     pub(super) fn new<const D: usize, const B: usize>(
         per_axis: u32,
         events: &'e [u32],
+        fitted: usize,
     ) -> Result<Self, GalerkinError> {
         let coefficients = B + D;
         let boxes = power::<D>(per_axis);
-        let columns = events.len() * B + 1;
+        let rows = events.len() * B;
+        let columns = rows + fitted;
         Ok(Self {
             events,
             per_axis,
             functions: B,
+            fitted,
             coefficients,
             matrices: buffer(boxes * coefficients * coefficients)?,
             joint: buffer(boxes * coefficients * columns)?,
-            of_events: buffer((columns - 1) * columns)?,
+            of_events: buffer(rows * columns)?,
             sums: buffer(columns)?,
             square: 0.0,
             count: 0,
@@ -82,7 +89,12 @@ impl<'e> Fit<'e> {
 
     /// The numbers of a row: of all events, and of κ v.
     fn columns(&self) -> usize {
-        self.events.len() * self.functions + 1
+        self.rows() + self.fitted
+    }
+
+    /// The numbers of all events.
+    fn rows(&self) -> usize {
+        self.events.len() * self.functions
     }
 
     pub(super) fn add<const D: usize, const B: usize>(&mut self, step: &Step<'_, D, B>) {
@@ -114,22 +126,34 @@ impl<'e> Fit<'e> {
             left &= left - 1;
         }
         add_events(&mut self.sums, 1.0, step);
-        self.square += step.value * step.value;
+        self.square += step.values.last().map_or(0.0, |value| value * value);
         self.count += 1;
     }
 
-    /// Writes c of the cell: B + D coefficients for every box, and of each of the events that are worth their time its number
-    /// and B coefficients.
-    pub(super) fn solve(&mut self, control: &mut [f64]) -> Result<(), GalerkinError> {
-        let (n, columns) = (self.coefficients, self.columns());
-        let boxes = self.matrices.len() / (n * n);
-        let (of_boxes, of_slots) = control.split_at_mut((boxes * n).min(control.len()));
+    /// Writes c of the cell for each of the first v: B + D coefficients for every box, and of each of the events that are worth
+    /// their time its number and B coefficients.
+    pub(super) fn solve(&mut self, controls: &mut [Vec<f64>]) -> Result<(), GalerkinError> {
+        let boxes = self.matrices.len() / (self.coefficients * self.coefficients);
+        let of_boxes = boxes * self.coefficients;
         self.eliminate_boxes()?;
-        let mut chosen: Vec<usize> = reserve(of_slots.len() / (1 + self.functions))?;
-        let most = of_slots.len() / (1 + self.functions);
-        self.choose(most, &mut chosen)?;
-        let of_events = self.solve_events(&chosen)?;
-        let slots = of_slots.chunks_exact_mut(1 + self.functions);
+        let slots = controls.first().map_or(0, |control| {
+            control.len().saturating_sub(of_boxes) / (1 + self.functions)
+        });
+        let mut chosen: Vec<usize> = reserve(slots)?;
+        self.choose(slots, &mut chosen)?;
+        for (place, control) in controls.iter_mut().enumerate() {
+            let of_events = self.solve_events(&chosen, place)?;
+            let end = of_boxes.min(control.len());
+            let (to_boxes, to_slots) = control.split_at_mut(end);
+            self.write_events(&chosen, &of_events, to_slots);
+            self.write_boxes(&of_events, place, to_boxes);
+        }
+        Ok(())
+    }
+
+    /// Writes the chosen events and their coefficients.
+    fn write_events(&self, chosen: &[usize], of_events: &[f64], to: &mut [f64]) {
+        let slots = to.chunks_exact_mut(1 + self.functions);
         for (k, slot) in slots.enumerate() {
             slot.fill(0.0);
             let event = chosen.get(k).and_then(|&e| Some((e, *self.events.get(e)?)));
@@ -143,18 +167,22 @@ impl<'e> Fit<'e> {
                 *number = NO_EVENT;
             }
         }
+    }
+
+    /// Writes the coefficients of boxes, from those of events.
+    fn write_boxes(&self, of_events: &[f64], place: usize, to: &mut [f64]) {
+        let (n, columns, rows) = (self.coefficients, self.columns(), self.rows());
         let without_events = |row: &[f64]| {
-            let (value, events) = row.split_last().unwrap_or((&f64::NAN, &[]));
-            let products = events.iter().zip(&of_events).map(|(a, c)| a * c);
+            let value = row.get(rows + place).copied().unwrap_or(f64::NAN);
+            let products = row.iter().zip(of_events).map(|(a, c)| a * c);
             value - products.sum::<f64>()
         };
         let mean = without_events(&self.sums) / f64::from(self.count.max(1));
-        let rows = self.joint.chunks_exact(columns);
-        for (c, row) in of_boxes.iter_mut().zip(rows) {
+        for (c, row) in to.iter_mut().zip(self.joint.chunks_exact(columns)) {
             *c = without_events(row);
         }
         let matrices = self.matrices.chunks_exact(n * n);
-        for (own, matrix) in of_boxes.chunks_exact_mut(n).zip(matrices) {
+        for (own, matrix) in to.chunks_exact_mut(n).zip(matrices) {
             let is_empty = matrix.first().is_none_or(|&count| count == 0.0);
             if is_empty || own.iter().any(|c| !c.is_finite()) {
                 own.fill(0.0);
@@ -163,7 +191,6 @@ impl<'e> Fit<'e> {
                 }
             }
         }
-        Ok(())
     }
 
     /// Takes the boxes out of the events' equations, which become those of a Schur complement, and leaves in `joint` the
@@ -252,18 +279,18 @@ impl<'e> Fit<'e> {
         Ok(())
     }
 
-    /// The B coefficients of all events: of those not chosen 0.
-    fn solve_events(&self, chosen: &[usize]) -> Result<Vec<f64>, GalerkinError> {
-        let (b, columns) = (self.functions, self.columns());
+    /// The B coefficients of all events for one v: of those not chosen 0.
+    fn solve_events(&self, chosen: &[usize], place: usize) -> Result<Vec<f64>, GalerkinError> {
+        let (b, columns, rows) = (self.functions, self.columns(), self.rows());
         let places = || chosen.iter().flat_map(|&e| e * b..(e + 1) * b);
         let size = chosen.len() * b;
         let (mut matrix, mut right): (Vec<f64>, Vec<f64>) = (reserve(size * size)?, reserve(size)?);
         for row in places().filter_map(|i| self.of_events.get(i * columns..(i + 1) * columns)) {
             matrix.extend(places().filter_map(|j| row.get(j)));
-            right.extend(row.last());
+            right.extend(row.get(rows + place));
         }
         solve_in_place(&mut matrix, &mut right);
-        let mut all: Vec<f64> = buffer(columns - 1)?;
+        let mut all: Vec<f64> = buffer(rows)?;
         if right.iter().all(|c| c.is_finite()) {
             for (place, c) in places().zip(right) {
                 all.get_mut(place).into_iter().for_each(|to| *to = c);
@@ -283,10 +310,10 @@ fn add_events<const D: usize, const B: usize>(row: &mut [f64], a: f64, step: &St
         }
         left &= left - 1;
     }
-    row.iter_mut()
-        .next_back()
-        .into_iter()
-        .for_each(|last| *last += a * step.value);
+    let from = row.len().saturating_sub(step.values.len());
+    for (entry, &value) in row.iter_mut().skip(from).zip(step.values) {
+        *entry += a * value;
+    }
 }
 
 /// A block's own inverse times its rows, and what it takes away from the sum of squares.

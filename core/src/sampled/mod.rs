@@ -24,6 +24,10 @@
 //! on surfaces that move with x, boxes blur it, and c may have [events](StepEvents) besides: sets A_g(x) of ω whose volume
 //! P_g(x) is known, each with a combination of the ψ_ia(x), whose integral is itself times P_g(x).
 
+#[cfg(feature = "alloc")]
+mod channel_setup;
+#[cfg(feature = "alloc")]
+mod channels;
 mod control;
 mod events;
 #[cfg(feature = "alloc")]
@@ -35,6 +39,10 @@ mod tables;
 #[cfg(feature = "alloc")]
 mod variance;
 
+#[cfg(feature = "alloc")]
+pub use channel_setup::SolvedChannels;
+#[cfg(feature = "alloc")]
+pub use channels::{ChannelTables, SampledChannels};
 pub use control::{Sampled, SampledError, StepControl};
 pub use events::{NoEvents, SampledStep, StepEvents};
 #[cfg(feature = "alloc")]

@@ -68,7 +68,7 @@ pub struct SampledSolution {
 
 /// A kept step: the cell to which it led, and κ ψ_b there. Single precision, as it serves a fit.
 #[derive(Clone, Copy, Debug)]
-struct Kept<const B: usize> {
+pub(super) struct Kept<const B: usize> {
     cell: u32,
     values: [f32; B],
 }
@@ -78,7 +78,7 @@ const LEFT: u32 = u32::MAX;
 
 impl<const B: usize> Kept<B> {
     /// κ v of the step.
-    fn value(&self, v: &[f64]) -> f64 {
+    pub(super) fn value(&self, v: &[f64]) -> f64 {
         if self.cell == LEFT {
             return 0.0;
         }
@@ -107,14 +107,14 @@ pub struct CellSteps<const B: usize> {
 }
 
 /// Numbers that steps draw besides those of the even sequence.
-type Draws = RngUniforms<DefaultGenerator>;
+pub(super) type Draws = RngUniforms<DefaultGenerator>;
 
 /// What is done with a point of a cell and the ω of a step from there.
-type Each<'a, P, const D: usize> = dyn FnMut(Located<P>, [f64; D], &mut Draws) + 'a;
+pub(super) type Each<'a, P, const D: usize> = dyn FnMut(Located<P>, [f64; D], &mut Draws) + 'a;
 
 /// Calls `each` with the points of a cell from which steps are kept, the ω of these steps, and what they draw besides: an
 /// even sequence in t and ω together, shifted at random.
-fn points<P, const D: usize>(
+pub(super) fn points<P, const D: usize>(
     problem: &P,
     cell: usize,
     options: &SetupOptions,
@@ -218,19 +218,31 @@ where
         &self,
         steps: &[CellSteps<B>],
     ) -> Result<(Vec<f64>, Convergence<f64>), GalerkinError> {
+        self.solve_rows(steps, &|cell| {
+            let own = steps.get(cell);
+            (own.map_or([f64::NAN; B], |own| own.source), 1.0)
+        })
+    }
+
+    /// v_ia of rows, each with its source and what its blocks are multiplied by.
+    pub(super) fn solve_rows(
+        &self,
+        steps: &[CellSteps<B>],
+        rows: &dyn Fn(usize) -> ([f64; B], f64),
+    ) -> Result<(Vec<f64>, Convergence<f64>), GalerkinError> {
         let (expected, found) = (self.problem.cells(), steps.len());
         if found != expected {
             return Err(GalerkinError::Length { expected, found });
         }
         let mut v = reserve(steps.len().saturating_mul(B))?;
-        v.extend(steps.iter().flat_map(|own| own.source));
+        v.extend((0..steps.len()).flat_map(|cell| rows(cell).0));
         let mut convergence = Convergence {
             sweeps: 0,
             residual: 0.0,
         };
         let mut first = None;
         while convergence.sweeps < self.options.sweeps {
-            let [change, size] = sweep(steps, &mut v);
+            let [change, size] = sweep(steps, rows, &mut v);
             convergence.sweeps += 1;
             convergence.residual = if size > 0.0 {
                 Real::sqrt(change / size)
@@ -263,28 +275,51 @@ where
         v: &[f64],
     ) -> Result<Vec<f64>, GalerkinError> {
         let candidates = self.candidates(steps, v)?;
-        let mut fit = Fit::new::<D, B>(self.per_axis(), &candidates)?;
+        let value = |kept: &Kept<B>, values: &mut [f64]| values.fill(kept.value(v));
+        let mut fit = self.fit(cell, steps, (&candidates, 1), &value)?;
+        let mut control = [buffer(self.coefficients())?];
+        fit.solve(&mut control)?;
+        let [control] = control;
+        Ok(control)
+    }
+
+    /// The fit of so many c to what steps are worth, among these events.
+    pub(super) fn fit<'e>(
+        &self,
+        cell: usize,
+        steps: &CellSteps<B>,
+        (events, fitted): (&'e [u32], usize),
+        values: &dyn Fn(&Kept<B>, &mut [f64]),
+    ) -> Result<Fit<'e>, GalerkinError> {
+        let mut fit = Fit::new::<D, B>(self.per_axis(), events, fitted)?;
         let mut kept = steps.kept.iter();
+        let mut own: Vec<f64> = buffer(fitted)?;
         points::<P, D>(self.problem, cell, &self.options, &mut |x, omega, _| {
             let step = SampledStep {
                 from: &x.point,
                 omega: &omega,
                 to: None,
             };
+            match kept.next() {
+                Some(kept) => values(kept, &mut own),
+                None => own.fill(f64::NAN),
+            }
             fit.add(&Step {
                 psi: &self.problem.basis(&x),
                 omega: &omega,
-                value: kept.next().map_or(f64::NAN, |kept| kept.value(v)),
-                occurring: self.events.occurring(&step, &candidates),
+                values: &own,
+                occurring: self.events.occurring(&step, events),
             });
         })?;
-        let mut control = buffer(self.coefficients())?;
-        fit.solve(&mut control)?;
-        Ok(control)
+        Ok(fit)
     }
 
     /// The events among which c chooses: those towards cells from which steps bring what differs most from the mean.
-    fn candidates(&self, steps: &CellSteps<B>, v: &[f64]) -> Result<Vec<u32>, GalerkinError> {
+    pub(super) fn candidates(
+        &self,
+        steps: &CellSteps<B>,
+        v: &[f64],
+    ) -> Result<Vec<u32>, GalerkinError> {
         let most = self.options.events.min(32);
         if most == 0 {
             return Ok(Vec::new());
@@ -396,14 +431,18 @@ fn row<const B: usize>(
 }
 
 /// One sweep over all cells. Returns the squares of the change of v and of v.
-fn sweep<const B: usize>(steps: &[CellSteps<B>], v: &mut [f64]) -> [f64; 2] {
+fn sweep<const B: usize>(
+    steps: &[CellSteps<B>],
+    rows: &dyn Fn(usize) -> ([f64; B], f64),
+    v: &mut [f64],
+) -> [f64; 2] {
     let (mut change, mut size) = (0.0, 0.0);
     for (number, row) in steps.iter().enumerate() {
-        let mut new = row.source;
+        let (mut new, factor) = rows(number);
         for part in &row.blocks {
             let other: [f64; B] = block(v, part.cell as usize);
             for (new, entries) in new.iter_mut().zip(&part.entries) {
-                *new += entries.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+                *new += factor * entries.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
             }
         }
         let own = v.get_mut(number * B..);
@@ -424,7 +463,7 @@ fn block<const B: usize>(values: &[f64], cell: usize) -> [f64; B] {
     own.copied().unwrap_or([f64::NAN; B])
 }
 
-fn times<const B: usize>(matrix: &[[f64; B]; B], vector: &[f64; B]) -> [f64; B] {
+pub(super) fn times<const B: usize>(matrix: &[[f64; B]; B], vector: &[f64; B]) -> [f64; B] {
     matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
 }
 

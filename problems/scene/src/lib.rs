@@ -21,6 +21,7 @@ mod clip;
 mod close;
 #[cfg(feature = "alloc")]
 mod closed;
+mod coloured;
 #[cfg(feature = "alloc")]
 mod contour;
 mod crossed;
@@ -65,6 +66,8 @@ mod silhouette;
 mod sky;
 mod skylight;
 #[cfg(feature = "alloc")]
+mod sources;
+#[cfg(feature = "alloc")]
 mod sparse;
 mod starts;
 #[cfg(feature = "alloc")]
@@ -75,6 +78,7 @@ mod visible;
 
 pub use beam::Beam;
 pub use cells::{FacePatch, Side};
+pub use coloured::Coloured;
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]
 pub use factors::{Factors, Groups, factors};
@@ -96,6 +100,8 @@ pub use sky::{Patch, Sky, SkyFactors, SkyRow};
 pub use skylight::SkyBand;
 #[cfg(feature = "alloc")]
 pub use skylight::SkyLight;
+#[cfg(feature = "alloc")]
+pub use sources::Sources;
 #[cfg(feature = "alloc")]
 pub use sparse::SparseFactors;
 pub use starts::{Air, Facing, Irradiance};

@@ -211,6 +211,13 @@ impl<F: Real> Radiosity<'_, F> {
         hit.is_some_and(|hit| hit.face == face)
     }
 
+    /// The emission that walks score where they meet the face of x.
+    #[inline]
+    pub(crate) fn own_emission(&self, x: &Point<F>) -> F {
+        let side = self.sides.get(x.face as usize);
+        side.map_or(F::NAN, |side| side.emission)
+    }
+
     /// What backs do to rays that start between the faces.
     pub(crate) const fn backs(&self) -> Backs {
         if self.geometry.is_open() {
@@ -234,6 +241,17 @@ impl<F: Real> Radiosity<'_, F> {
     /// sees: where that is all or nothing, there is no variance. y is uniform in the solid angle of a triangle that is
     /// near (Arvo 1995), and on the polygon if it is far.
     pub(crate) fn sample_direct<U: Uniforms<F>>(&self, x: &Receiver<'_, F>, uniforms: &mut U) -> F {
+        self.sample_light(x, uniforms)
+            .map_or(zero(), |(_, direct)| direct)
+    }
+
+    /// The face of the light that is chosen, and the estimate that [`sample_direct`](Self::sample_direct) is. `None`: no light
+    /// is above the horizon.
+    pub(crate) fn sample_light<U: Uniforms<F>>(
+        &self,
+        x: &Receiver<'_, F>,
+        uniforms: &mut U,
+    ) -> Option<(u32, F)> {
         let mut choice = Choice {
             uniform: uniforms.uniform(),
             sum: zero(),
@@ -254,11 +272,10 @@ impl<F: Real> Radiosity<'_, F> {
                 chosen = Some((light, sign));
             }
         }
-        let Some((light, sign)) = chosen else {
-            return zero();
-        };
+        let (light, sign) = chosen?;
         let [s, t] = point;
-        sign * choice.sum * self.sample_visible(x, &light, [choice.uniform, s, t])
+        let visible = self.sample_visible(x, &light, [choice.uniform, s, t]);
+        Some((light.face, sign * choice.sum * visible))
     }
 
     /// The mean of a + r (V − a) over a ray to a light, or over several in half-shadow.
@@ -437,8 +454,7 @@ impl<F: Real> SourceSampler for Radiosity<'_, F> {
         if x.face == SKY {
             return self.sky_emission(x);
         }
-        let side = self.sides.get(x.face as usize);
-        let own = side.map_or(F::NAN, |side| side.emission);
+        let own = self.own_emission(x);
         if self.beams.is_empty() {
             return own;
         }

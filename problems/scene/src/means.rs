@@ -103,7 +103,7 @@ impl<'a, F: Real> Mean<'a, F> {
 }
 
 /// A point that is uniform on a face, of which `share` is uniform, too, and tells the triangle of a quadrilateral.
-fn on_face<F: Real>(face: &Face<F>, share: F, [s, t]: [F; 2]) -> Vector<F> {
+pub(crate) fn on_face<F: Real>(face: &Face<F>, share: F, [s, t]: [F; 2]) -> Vector<F> {
     let [a, b, c, d] = face.corners;
     let half = F::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)));
     let is_first = face.count == 3 || share * face.area < half;

@@ -369,6 +369,22 @@ impl Scene {
         }
     }
 
+    /// The scene with another emission of every face, and no other light.
+    ///
+    /// # Errors
+    /// [`SceneError::Length`]: not one for every face.
+    pub fn with_emissions(mut self, emissions: &[f64]) -> Result<Self, SceneError> {
+        let (expected, found) = (self.faces.len(), emissions.len());
+        if expected != found {
+            return Err(SceneError::Length { expected, found });
+        }
+        for (face, &emission) in self.faces.iter_mut().zip(emissions) {
+            face.emission = emission;
+        }
+        (self.beams, self.sky) = (Vec::new(), None);
+        Ok(self)
+    }
+
     /// Light that no surface emits.
     #[must_use]
     pub fn beams(&self) -> &[Beam<f64>] {

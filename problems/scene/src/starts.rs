@@ -27,7 +27,7 @@ pub struct Irradiance<'a, F, T> {
 }
 
 /// φ of a walk that has left the scene with its first ray: next to what is known there its score is nothing.
-const LEFT: f64 = 1.0 / (1_u64 << 60) as f64;
+pub(crate) const LEFT: f64 = 1.0 / (1_u64 << 60) as f64;
 
 /// The start of a walk that has left the scene, of whose score all is known.
 fn left_with<F: Real>(point: Point<F>, known: F, phi: F) -> (Started<Point<F>, F>, F) {

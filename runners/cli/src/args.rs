@@ -405,6 +405,9 @@ pub(crate) struct SolveArgs {
     /// Whether the last step of walks leads to the light, in rooms and circles
     #[arg(long, value_name = "true|false")]
     pub(crate) last_step: Option<bool>,
+    /// Whether walks go from the sources to the receivers, in scenes
+    #[arg(long, value_name = "true|false")]
+    pub(crate) adjoint: Option<bool>,
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,

@@ -166,10 +166,7 @@ fn rows(most: u64) -> Vec<(usize, u64)> {
 pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Failure> {
     let start = Instant::now();
     let (reflectance, points) = choices(args.seed);
-    let goal = |&s: &f64| Goal {
-        name: format!("{s}"),
-        region: Region::Angle(s),
-    };
+    let goal = |&s: &f64| Goal::new(format!("{s}"), Region::Angle(s));
     let goals: Vec<Goal> = points.iter().map(goal).collect();
     let model = CircleModel::new(reflectance.clone(), Emission::Harmonic(LIGHT));
     let settings = Settings {

@@ -76,9 +76,10 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.walk.form, "--form", args.form);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
     set(&mut file.walk.survivals, "--survivals", args.survivals);
-    if let Some(last) = args.last_step {
-        file.walk.last_step = Some(Placed::flag("--last-step", last));
-    }
+    let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
+    let (last, adjoint) = (args.last_step, args.adjoint);
+    file.walk.last_step = flag("--last-step", last).or(file.walk.last_step.take());
+    file.walk.adjoint = flag("--adjoint", adjoint).or(file.walk.adjoint.take());
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
     set(
@@ -342,7 +343,7 @@ fn answer(
     let most = most / parts;
     let (model, goals) = (problem.model(), &problem.goals);
     // A room walks for net fluxes and irradiances, too.
-    let starts = (goals.len() + model.besides(goals)) as u64;
+    let starts = ((goals.len() + model.besides(goals)) / model.shared()) as u64;
     let progress = Progress::new(most.saturating_mul(starts), signals);
     let doing = if is_chosen { "choosing" } else { "setting up" };
     progress.say(doing.to_owned());
@@ -458,12 +459,12 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             (walks, report.predicted_states, seconds, "")
         }
         None => {
-            let starts = goals.len() + model.besides(goals);
+            let starts = (goals.len() + model.besides(goals)) / model.shared();
             let walks = walk.walks as f64 * starts as f64;
             let steps = (1.0 / walk.absorption).min(f64::from(STEP_LIMIT));
             let pairs = cells.pointwise_pairs(walk.pairs).map_err(&fail)?;
             let cost = cells.cost(walk.pairs);
-            let each = cost.walk.seconds(walk.estimator, steps, pairs);
+            let each = cost.walk.seconds(walk.estimator, steps, pairs) * model.shared() as f64;
             let (states, seconds) = (walks * steps, cost.setup + walks * each);
             let most = match walk.tolerance {
                 Some(_) => "at most ",

@@ -99,6 +99,8 @@ pub struct Walk {
     pub survivals: Placed<u32>,
     /// Whether the last step of walks leads to the light.
     pub last_step: Option<Placed<bool>>,
+    /// Whether walks go from the sources to the receivers.
+    pub adjoint: Option<Placed<bool>>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
@@ -254,6 +256,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let sequence = section.optional("sequence");
     let survivals = section.optional("survivals");
     let last_step = section.optional("last_step");
+    let adjoint = section.optional("adjoint");
     let scalar = section.optional("scalar");
     let seed = section.optional("seed");
     let batch = section.optional("batch");
@@ -269,6 +272,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         sequence: or_default(sequence, Field::word, Sequence::Random)?,
         survivals: or_default(survivals, Field::integer, 0)?,
         last_step: last_step.map(|field| field.boolean()).transpose()?,
+        adjoint: adjoint.map(|field| field.boolean()).transpose()?,
         scalar: or_default(scalar, Field::word, Scalar::F64)?,
         seed: or_default(seed, Field::integer, 1)?,
         batch: or_default(batch, Field::integer, 4096)?,

@@ -129,6 +129,7 @@ impl ProblemFile {
             sequence: given(&walk.sequence),
             survivals: given(&walk.survivals),
             last_step: walk.last_step.as_ref().map(|last| last.value),
+            adjoint: walk.adjoint.as_ref().map(|adjoint| adjoint.value),
             scalar: walk.scalar.value,
             seed: walk.seed.value,
             batch: given(&walk.batch),
@@ -171,6 +172,10 @@ impl ProblemFile {
             Some(Subject::Sequence) => self.refuse(&walk.sequence, error),
             Some(Subject::LastStep) => match &walk.last_step {
                 Some(last) => self.refuse(last, error),
+                None => nowhere(),
+            },
+            Some(Subject::Adjoint) => match &walk.adjoint {
+                Some(adjoint) => self.refuse(adjoint, error),
                 None => nowhere(),
             },
             Some(Subject::Tolerance) => match &walk.target_error {

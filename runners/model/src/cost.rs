@@ -26,6 +26,28 @@ pub struct Cost {
     pub light: f64,
 }
 
+/// What a further channel takes in a walk, over what the walk takes with one: some products, and one number more of every table; of plain
+/// walks nothing but products.
+const CHANNEL: f64 = 0.01;
+const PLAIN_CHANNEL: f64 = 0.002;
+/// What it takes in a set-up: the fits, but no rays.
+const CHANNEL_SETUP: f64 = 0.03;
+
+impl Cost {
+    /// The cost of so many functionals that share their walks, in so many channels: of a set-up, and of walks for one of them.
+    #[must_use]
+    pub fn shared(self, functionals: usize, channels: usize) -> Self {
+        let further = channels.saturating_sub(1) as f64;
+        let share = |channel: f64| (1.0 + channel * further) / functionals.max(1) as f64;
+        Self {
+            setup: self.setup * (1.0 + CHANNEL_SETUP * further),
+            walk: self.walk.times(share(CHANNEL)),
+            plain: self.plain.times(share(PLAIN_CHANNEL)),
+            ..self
+        }
+    }
+}
+
 /// Seconds of the parts of a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct WalkCost {
@@ -42,6 +64,17 @@ pub struct WalkCost {
 }
 
 impl WalkCost {
+    /// The seconds of all parts times a number.
+    fn times(self, times: f64) -> Self {
+        Self {
+            start: times * self.start,
+            step: times * self.step,
+            score: times * self.score,
+            pair: times * self.pair,
+            hidden_pair: times * self.hidden_pair,
+        }
+    }
+
     /// Seconds of a walk of so many states.
     #[must_use]
     pub fn seconds(&self, estimator: Estimator, states: f64, pairs: PointwisePairs) -> f64 {

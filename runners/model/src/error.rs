@@ -212,6 +212,8 @@ pub enum Subject {
     Sequence,
     /// The last step.
     LastStep,
+    /// The way back.
+    Adjoint,
     /// The degree of a lift.
     Lift,
     /// The tolerance.

@@ -100,7 +100,7 @@ impl fmt::Debug for WeightFn {
 /// use fredholm::{CubeModel, Goal, Model, Region};
 ///
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
-/// let goal = |x| [Goal { name: "u".to_owned(), region: Region::Point(vec![x]) }];
+/// let goal = |x| [Goal::new("u", Region::Point(vec![x]))];
 /// assert!(u.check_goals(&goal(0.5)).is_ok());
 /// assert!(u.check_goals(&goal(1.5)).is_err());
 /// ```
@@ -110,6 +110,35 @@ pub struct Goal {
     pub name: String,
     /// The region: a point, a part, or the whole space.
     pub region: Region,
+    /// The number of its channel, or of their sum, where [`Model::channels`] says that there are some.
+    pub channel: Option<usize>,
+}
+
+impl Goal {
+    /// The goal of this name and region, of an equation without channels.
+    #[must_use]
+    pub fn new(name: impl Into<String>, region: Region) -> Self {
+        Self {
+            name: name.into(),
+            region,
+            channel: None,
+        }
+    }
+
+    /// This goal in every channel of a model, or alone where it has none.
+    #[must_use]
+    pub fn in_channels(self, model: &dyn Model) -> Vec<Self> {
+        let channels = model.channels();
+        if channels.is_empty() {
+            return vec![self];
+        }
+        let of = |(channel, name): (usize, &String)| Self {
+            name: format!("{} {name}", self.name),
+            region: self.region.clone(),
+            channel: Some(channel),
+        };
+        channels.iter().enumerate().map(of).collect()
+    }
 }
 
 /// A named request: one functional, or a grid of points.
@@ -153,19 +182,18 @@ pub enum Ask {
 }
 
 impl Target {
-    /// The functionals that it asks for: `name`, or `name[0]`, `name[1]` and so on.
+    /// The functionals that it asks for: `name`, or `name[0]`, `name[1]` and so on; in every channel, if there are channels.
     fn goals(&self, model: &dyn Model) -> Vec<Goal> {
+        let all = self.regions(model).into_iter();
+        all.flat_map(|goal| goal.in_channels(model)).collect()
+    }
+
+    fn regions(&self, model: &dyn Model) -> Vec<Goal> {
         match &self.ask {
-            Ask::One(region) => vec![Goal {
-                name: self.name.clone(),
-                region: region.clone(),
-            }],
+            Ask::One(region) => vec![Goal::new(&self.name, region.clone())],
             Ask::Grid { points, part } => {
                 let regions = model.grid(*points, *part).into_iter().enumerate();
-                let goal = |(i, region)| Goal {
-                    name: format!("{}[{i}]", self.name),
-                    region,
-                };
+                let goal = |(i, region)| Goal::new(format!("{}[{i}]", self.name), region);
                 regions.map(goal).collect()
             }
         }

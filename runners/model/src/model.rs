@@ -67,6 +67,37 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The names of what shares the walks of every target: the channels of the equation, such as colours, and last their
+    /// weighted sum, if it is wanted. None: u has one channel.
+    fn channels(&self) -> &[String] {
+        &[]
+    }
+
+    /// The number of functionals that share the walks of a target.
+    fn shared(&self) -> usize {
+        self.channels().len().max(1)
+    }
+
+    /// The model of the way back, for goals that it serves: its walks go from all sources and score at all receivers, as u of
+    /// symmetric exchange allows. It has the same goals, with the same (u, Φ).
+    ///
+    /// # Errors
+    /// [`Error::Option`]: the kind has none, or not for these goals, and why.
+    fn adjoint(&self, goals: &[Goal]) -> Result<Box<dyn Model + '_>, Error> {
+        let _ = goals;
+        Err(Error::Option {
+            subject: crate::Subject::Adjoint,
+            message:
+                "walks go back from the sources to the receivers in scenes: leave `adjoint` out"
+                    .to_owned(),
+        })
+    }
+
+    /// Whether this is the model of the way back of another one.
+    fn is_adjoint(&self) -> bool {
+        false
+    }
+
     /// The unit of u and of what follows from it, if it has one.
     fn unit(&self) -> Option<&'static str> {
         None

@@ -79,6 +79,9 @@ pub struct Settings {
     /// every score looks at directly.
     #[serde(default)]
     pub last_step: Option<bool>,
+    /// Whether walks go from the sources to the receivers: the way back.
+    #[serde(default)]
+    pub adjoint: Option<bool>,
     /// The floating-point type of walks.
     #[serde(with = "choice")]
     pub scalar: Scalar,
@@ -123,6 +126,7 @@ impl Default for Settings {
             sequence: None,
             survivals: None,
             last_step: None,
+            adjoint: None,
             scalar: Scalar::F64,
             seed: 1,
             batch: None,

@@ -114,7 +114,7 @@ impl Scale {
     pub(crate) fn colour(&self, value: f64) -> [u8; 3] {
         const LAST: usize = 255;
         if self.grey {
-            return [(255.0 * encoded(self.part(value))).round() as u8; 3];
+            return [self.grey_level(value); 3];
         }
         let place = self.part(value) * LAST as f64;
         let below = place.floor().min(LAST as f64 - 1.0);
@@ -127,6 +127,11 @@ impl Scale {
             let (from, to) = (f64::from(from[k]), f64::from(to[k]));
             (from + (place - below) * (to - from)).round() as u8
         })
+    }
+
+    /// How bright a number shines: the level of its grey, as sRGB encodes it.
+    pub(crate) fn grey_level(&self, value: f64) -> u8 {
+        (255.0 * encoded(self.part(value))).round() as u8
     }
 
     /// Whether it is logarithmic.

@@ -15,6 +15,9 @@ pub struct ViewPanel<'a> {
     pub heading: Option<String>,
     /// The value of every pixel, row by row; NaN where nothing is seen.
     pub values: &'a [f64],
+    /// Red, green and blue of every pixel, in the unit of the scale, if it is to have its own colour: that of light of the
+    /// primaries of sRGB, of which what is beyond the end of the scale is cut off.
+    pub colours: Option<&'a [Vec<f64>; 3]>,
 }
 
 /// A picture of a scene as a camera sees it, or of several side by side, with a legend and captions.
@@ -61,21 +64,28 @@ impl ViewPicture<'_> {
         let mut left = gap;
         let (mut images, mut elements) = (Vec::new(), Vec::new());
         for panel in panels {
-            let (expected, found) = (width * height, panel.values.len());
-            if expected != found {
-                return Err(Error::WrongLength {
-                    slice: "values",
-                    expected,
-                    found,
-                });
+            let lengths = panel.colours.into_iter().flatten().map(Vec::len);
+            let expected = width * height;
+            for found in lengths.chain([panel.values.len()]) {
+                if expected != found {
+                    return Err(Error::WrongLength {
+                        slice: "values",
+                        expected,
+                        found,
+                    });
+                }
             }
-            let colour = |&value: &f64| (!value.is_nan()).then(|| self.scale.colour(value));
+            let colour = |(place, &value): (usize, &f64)| match panel.colours {
+                _ if value.is_nan() => None,
+                Some(own) => Some(own.each_ref().map(|own| self.scale.grey_level(own[place]))),
+                None => Some(self.scale.colour(value)),
+            };
             images.push(Image {
                 x: left,
                 y: top,
                 width,
                 height,
-                pixels: panel.values.iter().map(colour).collect(),
+                pixels: panel.values.iter().enumerate().map(colour).collect(),
             });
             if let Some(heading) = &panel.heading {
                 let at = [(left + width / 2) as f64, top as f64 - 0.8 * size];
@@ -117,7 +127,12 @@ mod tests {
         };
         let panel = |values| {
             let heading = Some("above".to_owned());
-            ViewPanel { heading, values }
+            let colours = None;
+            ViewPanel {
+                heading,
+                values,
+                colours,
+            }
         };
         let svg = picture.svg(&[panel(&values), panel(&values)]).unwrap();
         assert_eq!(svg.matches(">above<").count(), 2);
@@ -136,6 +151,34 @@ mod tests {
                 found: 4799
             })
         );
+    }
+
+    /// A pixel shows each of its colours as bright as a grey of that number.
+    #[test]
+    fn pixels_have_the_colours_of_their_light() {
+        let values = [1.0; 60 * 40];
+        let [red, green, mut blue] = [1.0, 0.0, 0.0].map(|level| vec![level; 60 * 40]);
+        let picture = ViewPicture {
+            size: [60, 40],
+            scale: Scale::between(0.0, 1.0, false).unwrap().in_greys(),
+            legend: "luminance",
+            stefan_boltzmann: None,
+            captions: Vec::new(),
+        };
+        let panel = ViewPanel {
+            heading: None,
+            values: &values,
+            colours: Some(&[red.clone(), green.clone(), blue.clone()]),
+        };
+        let (images, _) = picture.draw(&[panel]).unwrap();
+        assert_eq!(images[0].pixels[7], Some([255, 0, 0]));
+        blue.pop();
+        let short = ViewPanel {
+            heading: None,
+            values: &values,
+            colours: Some(&[red, green, blue]),
+        };
+        assert!(picture.png(&[short]).is_err());
     }
 
     /// A fifth of white is a mid grey on a screen.

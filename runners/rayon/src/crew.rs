@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 
 use fredholm_core::{NotFinite, Statistics};
 
-/// One batch of one goal.
+/// One batch of one goal; in a [`Work`], of all goals that share walks with it, of which it is the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Piece {
     /// The number of the batch, from 0.
@@ -13,10 +13,10 @@ pub struct Piece {
     pub goal: usize,
 }
 
-/// The result of a piece: its statistics, whether all its walks were run, and a walk that was not finite.
+/// The result of one batch of one goal: its statistics, whether all its walks were run, and a walk that was not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {
-    /// The piece.
+    /// The batch and the goal.
     pub piece: Piece,
     /// The statistics of the walks that were run.
     pub statistics: Statistics,
@@ -31,11 +31,11 @@ pub struct Finished {
 pub struct Work<'a> {
     /// The pieces to run. They are taken in this order, so that those taken are a beginning without a gap.
     pub pieces: &'a [Piece],
-    /// Runs a piece on this thread, to its end or until [`stopped`](Self::stopped).
-    pub run: &'a (dyn Fn(Piece) -> Finished + Sync),
+    /// Runs a piece on this thread, to its end or until [`stopped`](Self::stopped): the results of all goals that share its walks.
+    pub run: &'a (dyn Fn(Piece) -> Vec<Finished> + Sync),
     /// Whether to take no more pieces.
     pub stopped: &'a (dyn Fn() -> bool + Sync),
-    /// Is told of every piece that was run elsewhere.
+    /// Is told of every result of a piece that was run elsewhere.
     pub came: &'a (dyn Fn(&Finished) + Sync),
 }
 
@@ -57,7 +57,7 @@ impl core::fmt::Debug for Work<'_> {
 /// impl Crew for Alone {
 ///     fn stage(&self, mut known: Vec<Finished>, work: &Work<'_>) -> Vec<Finished> {
 ///         let open = work.pieces.iter().take_while(|_| !(work.stopped)());
-///         known.extend(open.map(|&piece| (work.run)(piece)));
+///         known.extend(open.flat_map(|&piece| (work.run)(piece)));
 ///         known
 ///     }
 /// }
@@ -93,7 +93,7 @@ impl Work<'_> {
                 let Some(&piece) = self.pieces.get(number) else {
                     break;
                 };
-                finished.push((self.run)(piece));
+                finished.extend((self.run)(piece));
             }
             finished
         });

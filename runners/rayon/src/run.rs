@@ -36,7 +36,7 @@ use crate::store::BatchStore;
 /// assert!(observer.cancelled());
 /// ```
 pub trait Observer: Sync {
-    /// `walks` more walks have been run; called from any thread, often.
+    /// `walks` more walks have been run, of which those that several goals share count once; called from any thread, often.
     fn walked(&self, walks: u64) {
         let _ = walks;
     }
@@ -214,7 +214,8 @@ impl Runner<'_> {
         let mut schedule = Schedule::new(self.options)?;
         let mut outcome = Outcome::of(job)?;
         let clock = Clock::new(self.time_limit, observer);
-        let mut active: Vec<usize> = (0..job.goals()).collect();
+        let shared = job.shared();
+        let mut active: Vec<usize> = (0..job.goals()).step_by(shared).collect();
         while !active.is_empty() {
             let stage = Stage {
                 active: &active,
@@ -225,10 +226,15 @@ impl Runner<'_> {
                 break;
             }
             schedule.end_stage();
-            active.retain(|&goal| {
-                let (merged, tail) = (&outcome.statistics[goal], &outcome.tails[goal]);
-                let reason = stop(&schedule, merged, tail, observer.rounding_floor(merged));
-                outcome.stop = outcome.stop.max(reason.unwrap_or(StopReason::Done));
+            active.retain(|&first| {
+                let reasons = (first..first + shared).map(|goal| {
+                    let (merged, tail) = (&outcome.statistics[goal], &outcome.tails[goal]);
+                    stop(&schedule, merged, tail, observer.rounding_floor(merged))
+                });
+                // Goals that share their walks stop with the last of them.
+                let reason = reasons.collect::<Option<Vec<StopReason>>>();
+                let worst = reason.iter().flatten().max().copied();
+                outcome.stop = outcome.stop.max(worst.unwrap_or(StopReason::Done));
                 reason.is_none()
             });
             schedule.begin_stage();
@@ -249,7 +255,7 @@ impl Runner<'_> {
         self.options.validate()?;
         let mut outcome = Outcome::of(job)?;
         let clock = Clock::new(self.time_limit, observer);
-        let active: Vec<usize> = (0..job.goals()).collect();
+        let active: Vec<usize> = (0..job.goals()).step_by(job.shared()).collect();
         let end = batches.end.min(self.options.batches());
         let mut start = batches.start;
         while start < end {

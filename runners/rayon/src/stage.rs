@@ -40,6 +40,11 @@ impl<'a> Clock<'a> {
         self.late.load(Ordering::Relaxed) || self.observer.cancelled()
     }
 
+    /// Walks that were run elsewhere, or before.
+    fn walked(&self, finished: &Finished) {
+        self.observer.walked(finished.statistics.walks());
+    }
+
     /// Why it stopped.
     fn reason(&self) -> StopReason {
         if self.late.load(Ordering::Relaxed) {
@@ -52,13 +57,14 @@ impl<'a> Clock<'a> {
 
 /// The next batches of every active goal.
 pub(crate) struct Stage<'a> {
+    /// The numbers of these goals; of those that share their walks that of the first.
     pub(crate) active: &'a [usize],
     pub(crate) batches: Range<u64>,
     pub(crate) runner: &'a Runner<'a>,
 }
 
 impl Stage<'_> {
-    /// The number of pieces of work: one batch of one goal each.
+    /// The number of pieces of work: one batch of one goal each, and of those that share its walks.
     fn count(&self) -> usize {
         (self.batches.end - self.batches.start) as usize * self.active.len()
     }
@@ -78,9 +84,17 @@ impl Stage<'_> {
     ) -> Result<bool, RunError> {
         let mut known = Vec::new();
         let mut open = Vec::new();
+        let shared = job.shared();
         for piece in self.pieces() {
-            match self.known(piece, clock) {
-                Some(finished) => known.push(finished),
+            // Walks that one of them lacks are run for all.
+            let all: Option<Vec<Finished>> = sharing(piece, shared)
+                .map(|piece| self.known(piece))
+                .collect();
+            match all {
+                Some(all) => {
+                    all.first().into_iter().for_each(|one| clock.walked(one));
+                    known.extend(all);
+                }
                 None => open.push(piece),
             }
         }
@@ -92,11 +106,13 @@ impl Stage<'_> {
         };
         let run = |piece| {
             let finished = self.run_piece(job, piece, clock);
-            keep(&finished);
+            finished.iter().for_each(keep);
             finished
         };
         let came = |finished: &Finished| {
-            clock.observer.walked(finished.statistics.walks());
+            if finished.piece.goal.is_multiple_of(shared) {
+                clock.walked(finished);
+            }
             keep(finished);
         };
         let work = Work {
@@ -107,7 +123,7 @@ impl Stage<'_> {
         };
         let mut finished = self.runner.crew.stage(known, &work);
         finished.sort_unstable_by_key(|finished| finished.piece);
-        let is_cut = self.merge(&finished, outcome)?;
+        let is_cut = self.merge(&finished, outcome)? < shared * self.count();
         let Outcome {
             statistics, tails, ..
         } = &*outcome;
@@ -124,14 +140,13 @@ impl Stage<'_> {
     }
 
     /// The piece as the store knows it, if it has all its walks.
-    fn known(&self, piece: Piece, clock: &Clock<'_>) -> Option<Finished> {
+    fn known(&self, piece: Piece) -> Option<Finished> {
         let statistics = self.runner.store.known(piece.goal, piece.batch)?;
         let options = &self.runner.options;
         let batch = Batch::resume(piece.batch, options.batch, options.walks, statistics)?;
         if !batch.is_done() {
             return None;
         }
-        clock.observer.walked(statistics.walks());
         Some(Finished {
             piece,
             statistics,
@@ -140,18 +155,23 @@ impl Stage<'_> {
         })
     }
 
-    fn run_piece(&self, job: &dyn Job, piece: Piece, clock: &Clock<'_>) -> Finished {
-        let mut batch = self.batch(piece.batch);
-        let result = run_batch(job, piece.goal, &mut batch, clock);
-        Finished {
+    /// Runs a batch of a goal and of those that share its walks.
+    fn run_piece(&self, job: &dyn Job, piece: Piece, clock: &Clock<'_>) -> Vec<Finished> {
+        let shared = job.shared();
+        let mut batches = vec![self.batch(piece.batch); shared];
+        let result = run_batches(job, piece.goal, &mut batches, clock);
+        let all = sharing(piece, shared).zip(&batches);
+        all.map(|(piece, batch)| Finished {
             piece,
             statistics: *batch.statistics(),
             is_whole: batch.is_done(),
             not_finite: result.err(),
-        }
+        })
+        .collect()
     }
 
-    fn merge(&self, finished: &[Finished], outcome: &mut Outcome) -> Result<bool, RunError> {
+    /// Merges the batches of every goal, and says how many of them had all their walks.
+    fn merge(&self, finished: &[Finished], outcome: &mut Outcome) -> Result<usize, RunError> {
         let mut open = vec![true; outcome.statistics.len()];
         let mut complete = 0;
         for finished in finished {
@@ -167,25 +187,35 @@ impl Stage<'_> {
             open[goal] &= finished.is_whole;
             complete += usize::from(finished.is_whole);
         }
-        Ok(complete < self.count())
+        Ok(complete)
     }
 }
 
-fn run_batch(
+/// The pieces of this batch: one of each goal that shares walks with this one, the first of them.
+fn sharing(first: Piece, shared: usize) -> impl Iterator<Item = Piece> {
+    let goals = first.goal..first.goal + shared;
+    goals.map(move |goal| Piece { goal, ..first })
+}
+
+fn run_batches(
     job: &dyn Job,
-    goal: usize,
-    batch: &mut Batch,
+    first: usize,
+    batches: &mut [Batch],
     clock: &Clock<'_>,
 ) -> Result<(), NotFinite> {
-    loop {
+    while let Some(batch) = batches.first().copied() {
         let before = batch.statistics().walks();
         // The first walk tells how long walks are, and those so far tell it better and better.
         let states = batch.statistics().states().max(1);
         let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
-        job.run(goal, batch, (walks as u64).clamp(1, SLICE))?;
-        clock.observer.walked(batch.statistics().walks() - before);
-        if batch.is_done() || clock.stopped() {
-            return Ok(());
+        job.run_shared(first, batches, (walks as u64).clamp(1, SLICE))?;
+        let after = batches
+            .first()
+            .map_or(before, |batch| batch.statistics().walks());
+        clock.observer.walked(after - before);
+        if batches.iter().all(Batch::is_done) || clock.stopped() {
+            break;
         }
     }
+    Ok(())
 }

@@ -56,8 +56,13 @@ fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> 
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
 
-/// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light.
-pub(crate) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> String {
+/// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light, the way back.
+pub(crate) fn draws(
+    sequence: Option<&str>,
+    survivals: u32,
+    last_step: bool,
+    adjoint: bool,
+) -> String {
     let mut text = String::new();
     if sequence.is_some() {
         text.push_str(", Sobol' points");
@@ -68,10 +73,19 @@ pub(crate) fn draws(sequence: Option<&str>, survivals: u32, last_step: bool) -> 
     if last_step {
         text.push_str(", last step to the light");
     }
+    if adjoint {
+        text.push_str(", from the sources");
+    }
     text
 }
 
 impl ChoiceReport {
+    /// Seconds that set-up and walks were predicted to take on one thread.
+    #[must_use]
+    pub fn predicted_seconds(&self) -> f64 {
+        self.predicted_setup_seconds + self.predicted_walk_seconds
+    }
+
     /// The choice for people: these settings, and this text for the number of cells.
     #[must_use]
     pub fn text(&self, settings: &Settings, cells: &str) -> String {
@@ -80,7 +94,7 @@ impl ChoiceReport {
             "absorption {}, {} estimator{}",
             walk.absorption,
             walk.estimator.word(),
-            draws(walk.sequence_word(), walk.survivals, false)
+            draws(walk.sequence_word(), walk.survivals, false, false)
         );
         let together = match (
             self.predicted_separate_seconds,

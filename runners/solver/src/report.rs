@@ -81,6 +81,9 @@ pub struct Report {
     /// Whether the last step of walks leads to the light, where that is asked for or chosen.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub last_step: bool,
+    /// Whether walks go from the sources to the receivers.
+    #[serde(skip_serializing_if = "core::ops::Not::not")]
+    pub adjoint: bool,
     /// The number of walks of a batch.
     pub batch: u64,
     /// The seed of the walks.
@@ -97,7 +100,7 @@ pub struct Report {
     pub sweeps: u32,
     /// The largest residual of the Galerkin system after the last sweep; NaN of a whole function.
     pub residual: f64,
-    /// The number of visited states over all goals, starts included.
+    /// The number of visited states over all goals, starts included; what several goals share counts once.
     pub states: u64,
     /// The number of walks besides those of the goals, for irradiances and net fluxes.
     #[serde(skip_serializing_if = "is_zero")]
@@ -115,6 +118,9 @@ pub struct Report {
     /// The report of the choice, if settings were chosen.
     #[serde(rename = "split", skip_serializing_if = "Option::is_none")]
     pub choice: Option<ChoiceReport>,
+    /// The number of goals that share their walks. It is not serialised.
+    #[serde(skip)]
+    pub shared: usize,
     /// The choice in words, or nothing. It is not serialised.
     #[serde(skip)]
     pub choice_text: String,
@@ -137,8 +143,11 @@ pub(crate) fn is_zero<T: PartialEq + Default>(count: &T) -> bool {
 /// The report of one goal. A grid has one for every point.
 #[derive(Clone, Debug, Serialize)]
 pub struct GoalReport {
-    /// The goal's name.
+    /// The goal's name; of several channels, the target's and that of the channel.
     pub name: String,
+    /// The name of the channel, or of the sum of all, if there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
     /// The point, if the goal is u at a point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Coordinates>,
@@ -330,6 +339,13 @@ impl core::fmt::Debug for Run<'_> {
 }
 
 impl Report {
+    /// The number of walks over all goals, of which those that several goals share count once.
+    #[must_use]
+    pub fn walks(&self) -> u64 {
+        let firsts = self.goals.iter().step_by(self.shared.max(1));
+        firsts.map(|goal| goal.walks).sum()
+    }
+
     /// The report of a run and its answer.
     #[must_use]
     pub fn new(run: &Run<'_>, answer: Answer) -> Self {
@@ -366,6 +382,13 @@ impl Report {
             report.temperature = heat.temperature.map(kelvin);
             report.radiant_temperature = heat.radiant_temperature.map(kelvin);
         }
+        // They may share the walks of the goals.
+        let own = if model.shared() > goals.len() {
+            0
+        } else {
+            usize::MAX
+        };
+        let others = || answer.others.iter().take(own);
         Self {
             problem: about.kind,
             dimension: about.dimension,
@@ -388,6 +411,7 @@ impl Report {
             sequence: walk.sequence_word(),
             survivals: walk.survivals,
             last_step: walk.last_step,
+            adjoint: model.is_adjoint(),
             batch: walk.batch,
             seed: walk.seed,
             part: None,
@@ -395,9 +419,13 @@ impl Report {
             reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.convergence.sweeps,
             residual: answer.convergence.residual,
-            states: statistics.map(Statistics::states).sum(),
-            other_walks: answer.others.iter().map(Statistics::walks).sum(),
-            other_states: answer.others.iter().map(Statistics::states).sum(),
+            shared: model.shared(),
+            states: statistics
+                .step_by(model.shared())
+                .map(Statistics::states)
+                .sum(),
+            other_walks: others().map(Statistics::walks).sum(),
+            other_states: others().map(Statistics::states).sum(),
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
             choice: choice.cloned(),
@@ -444,6 +472,9 @@ impl GoalReport {
         let deviation = deviation.map(|deviation| deviation.max(statistics.control_error()));
         Self {
             name: goal.name.clone(),
+            channel: goal
+                .channel
+                .and_then(|channel| model.channels().get(channel).cloned()),
             at: Coordinates::new(model, &goal.region),
             position: model.position(&goal.region),
             over: Over::new(model, &goal.region),

@@ -1,5 +1,6 @@
 //! A solution in a few lines: what is said is kept, what is open is chosen.
 
+mod adjoint;
 mod error;
 mod extra;
 mod whole;
@@ -53,16 +54,16 @@ const LEAST_NODES: usize = 10;
 pub struct Solver<'m> {
     pub(crate) model: &'m dyn Model,
     pub(crate) settings: Settings,
-    asked: Vec<Asked>,
+    pub(crate) asked: Vec<Asked>,
     pub(crate) watch: &'m dyn SolveObserver,
-    execute: &'m dyn Execute,
+    pub(crate) execute: &'m dyn Execute,
     pub(crate) systems: Systems<'m>,
-    means: Vec<Vec<usize>>,
+    pub(crate) means: Vec<Vec<usize>>,
 }
 
 /// What is asked for, before names of parts are numbers.
 #[derive(Clone, Debug)]
-enum Asked {
+pub(crate) enum Asked {
     Target(Target),
     Mean,
     At(Vec<f64>),
@@ -311,7 +312,10 @@ impl<'m> Solver<'m> {
         let goals = self.goals(&targets)?;
         let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
         let exact = exact.collect::<Result<Vec<_>, Error>>()?;
-        let by = (self.watch, self.execute);
+        if self.settings.adjoint == Some(true) && !self.model.is_adjoint() {
+            let back = self.model.adjoint(&goals)?;
+            return self.of_model(&*back).solve();
+        }
         if self.settings.whole == Some(true) {
             return self.reported(Report::of_whole(
                 &self.whole()?,
@@ -320,14 +324,24 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
+        let back = self.way_back(&goals);
+        let ways = back.as_ref().map(|back| [self.model, &**back]);
+        let begun = match ways {
+            Some(ways) => choice::faster(ways, &targets, &self.settings, self.watch)?,
+            None => None,
+        };
+        let (model, begun) = match (ways, begun) {
+            (Some(ways), Some((is_back, begun))) => (ways[usize::from(is_back)], Some(begun)),
+            _ => (self.model, None),
+        };
         let may_be_whole = self.execute.takes_whole();
         let chosen = choice::solve_either(
-            self.model,
+            model,
             &targets,
             &goals,
             &self.settings,
-            by,
-            may_be_whole,
+            (self.watch, self.execute),
+            (begun, may_be_whole),
         )?;
         let (chosen, answer, cells) = match chosen {
             Some((chosen, Found::Separate(answer))) => {
@@ -349,7 +363,7 @@ impl<'m> Solver<'m> {
         let chosen = chosen.as_ref();
         let report = Report::new(
             &Run {
-                model: self.model,
+                model,
                 goals: &goals,
                 exact: &exact,
                 cells: &cells,

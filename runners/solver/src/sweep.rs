@@ -91,10 +91,8 @@ impl<'a> Sweep<'a> {
         walks: u64,
         watch: &dyn SolveObserver,
     ) -> Result<Option<Level>, Error> {
-        let goals = [Goal {
-            name: "mean".to_owned(),
-            region: self.model.whole(),
-        }];
+        // Of several channels the last one counts, their sum.
+        let goals = Goal::new("mean", self.model.whole()).in_channels(self.model);
         let walk = WalkOptions {
             walks,
             tolerance: None,
@@ -121,9 +119,9 @@ impl<'a> Sweep<'a> {
             return Ok(None);
         }
         let (Some(&statistics), Some(&galerkin), Some(&rounding_floor)) = (
-            answer.outcome.statistics.first(),
-            answer.galerkin.first(),
-            answer.floors.first(),
+            answer.outcome.statistics.last(),
+            answer.galerkin.last(),
+            answer.floors.last(),
         ) else {
             return Err(Error::Internal("a level has no result"));
         };

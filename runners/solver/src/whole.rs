@@ -198,10 +198,7 @@ impl WholeFunction<'_> {
         quantity: WholeQuantity,
         regions: &[Region],
     ) -> Result<Vec<WholeValue>, Error> {
-        let goal = |region: &Region| Goal {
-            name: "u".to_owned(),
-            region: region.clone(),
-        };
+        let goal = |region: &Region| Goal::new("u", region.clone());
         let goals: Vec<Goal> = regions.iter().map(goal).collect();
         self.model.check_goals(&goals)?;
         if regions.is_empty() {

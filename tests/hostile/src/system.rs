@@ -146,10 +146,7 @@ fn restore((model, settings): &(Box<dyn Model>, Settings), saved: &SavedSystem<'
 }
 
 fn walk(model: &dyn Model, settings: &Settings, system: &dyn System) {
-    let goals = [Goal {
-        name: "mean".to_owned(),
-        region: model.whole(),
-    }];
+    let goals = [Goal::new("mean", model.whole())];
     let request = Request {
         goals: &goals,
         walk: &settings.walk_options(),

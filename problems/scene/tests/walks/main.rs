@@ -16,6 +16,7 @@ use fredholm_scene::{
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
+mod coloured;
 #[path = "../common/mod.rs"]
 mod common;
 mod skylight;

@@ -73,6 +73,8 @@ pub(super) fn content(
     let shown = |value: f64| if value.is_nan() { blank } else { value };
     let values = |view: &View| view.pixels.iter().map(|spot| shown(spot.value)).collect();
     let (seen, beside): (Vec<f64>, Option<Vec<f64>>) = (values(&view), plain.as_ref().map(values));
+    let colours = |view: &View| view.colours(scene).filter(|_| !args.log);
+    let [of_seen, of_plain] = [colours(&view), plain.as_ref().and_then(colours)];
     let noise = |view: &View| Noise::new(&view.pixels, view.walks, view.seconds);
     let summary = Summary {
         width,
@@ -94,12 +96,16 @@ pub(super) fn content(
     };
     let text = summary.text(args.common.json)?;
     if format == Format::Csv {
-        return Ok((csv(&view, width)?, Vec::new(), text));
+        return Ok((csv(&view, scene, width)?, Vec::new(), text));
     }
     let picture = ViewPicture {
         size: [width, height],
         scale: scale(args, &seen, heat),
-        legend: if heat { "W/m²" } else { "u" },
+        legend: match scene.channels().last() {
+            Some(sum) => sum,
+            None if heat => "W/m²",
+            None => "u",
+        },
         stefan_boltzmann: heat.then_some(STEFAN_BOLTZMANN),
         captions: Vec::new(),
     };
@@ -116,11 +122,16 @@ pub(super) fn content(
     let mut panels = Vec::new();
     if let (Some(values), Some(plain)) = (&beside, &plain) {
         let heading = heading("plain", plain);
-        panels.push(ViewPanel { heading, values });
+        panels.push(ViewPanel {
+            heading,
+            values,
+            colours: of_plain.as_ref(),
+        });
     }
     panels.push(ViewPanel {
         heading: heading("preconditioned", &view),
         values: &seen,
+        colours: of_seen.as_ref(),
     });
     let errors = match picturing.errors {
         Some(format) => error_map(&picture, &view, format)?,
@@ -179,18 +190,23 @@ fn error_map(picture: &ViewPicture<'_>, view: &View, format: Format) -> Result<V
     let panel = ViewPanel {
         heading: None,
         values: &errors,
+        colours: None,
     };
     drawn(&picture, &[panel], format)
 }
 
-/// Column and row of every pixel from the upper left, what it sees, and the standard error.
-fn csv(view: &View, width: usize) -> Result<Vec<u8>, Failure> {
+/// Column and row of every pixel from the upper left, what it sees, and the standard error: of every channel, if there are
+/// several.
+fn csv(view: &View, scene: &SceneModel, width: usize) -> Result<Vec<u8>, Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let head = ["column", "row", "seen", "std_error"];
-    writer.write_record(head).map_err(Failure::run)?;
-    for (number, spot) in view.pixels.iter().enumerate() {
-        let [column, row] = [number % width, number / width].map(|place| place as f64);
-        let numbers = [column, row, spot.value, spot.error];
+    let head = ["column", "row"].map(str::to_owned).into_iter();
+    let names = View::names(scene);
+    writer
+        .write_record(head.chain(names))
+        .map_err(Failure::run)?;
+    for number in 0..view.pixels.len() {
+        let place = [number % width, number / width].map(|place| place as f64);
+        let numbers = place.into_iter().chain(view.numbers(number));
         writer
             .write_record(numbers.map(number_or_nothing))
             .map_err(Failure::run)?;

@@ -1,6 +1,8 @@
 //! The program, as a person or a script runs it.
 
+mod adjoint;
 mod choice;
+mod colours;
 mod commands;
 mod common;
 mod cube;

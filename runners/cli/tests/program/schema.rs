@@ -1,6 +1,6 @@
 //! docs/report.schema.json is what reports are.
 
-use crate::common;
+use crate::{adjoint, colours, common};
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -200,6 +200,8 @@ fn reports_are_what_their_schema_says() {
         run(SPHERE, &["--whole"]),
         run(SCENE, &[]),
         run(&means, &["--whole"]),
+        run(&colours::room(None), &[]),
+        run(&adjoint::room("walks = 1000\n"), &["--adjoint", "true"]),
     ];
     let first = folder.solve(
         CUBE,

@@ -1,6 +1,6 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
-use fredholm::scene::{SceneModel, Temperatures};
+use fredholm::scene::{Colours, SceneModel, Temperatures};
 use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
 
 use super::room::no_surface;
@@ -43,6 +43,12 @@ impl Scene {
             Scalar::F64 => self.file.scene::<f64>()?,
         };
         let model = SceneModel::of_scene(self.names(), scene);
+        if !self.file.channels.is_empty() {
+            let surfaces = self.file.surfaces.iter();
+            let materials = surfaces.map(|surface| surface.colours.clone()).collect();
+            let colours = Colours::new(self.file.channels.clone(), materials);
+            return model.with_colours(colours).map_err(InputError::new);
+        }
         if !self.file.heat {
             return Ok(model);
         }
@@ -147,10 +153,7 @@ impl Kind for Scene {
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let model = self.model(file.walk.scalar.value)?;
         let checked = |region: Region| {
-            let goal = Goal {
-                name: String::new(),
-                region,
-            };
+            let goal = Goal::new("", region);
             match model.check_goals(core::slice::from_ref(&goal)) {
                 Ok(()) => Ok(goal.region),
                 Err(error) => Err(error.to_string()),
@@ -211,6 +214,7 @@ impl Kind for Scene {
                     &surface.polygons,
                     surface.material,
                     surface.emissivity,
+                    &surface.colours,
                 )
             })
             .collect();
@@ -222,6 +226,7 @@ impl Kind for Scene {
             file.without_fluxes,
             lights,
             all,
+            &file.channels,
         )))
     }
 }

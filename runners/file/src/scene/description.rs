@@ -4,11 +4,11 @@ use core::array::from_fn;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use fredholm_scene::{Material, Polygon, shapes};
+use fredholm_scene::{Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
+use super::material::Given;
 use super::{MAX_POLYGONS, SceneFile, SceneSurface, light, sky, symmetry};
-use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -24,10 +24,12 @@ pub(super) fn is_one(text: &str) -> bool {
 }
 
 /// Where polygons of this file go.
-struct Reader<'s> {
-    source: &'s Source,
-    scene: SceneFile,
+pub(super) struct Reader<'s> {
+    pub(super) source: &'s Source,
+    pub(super) scene: SceneFile,
     known: HashMap<String, usize>,
+    /// The number of channels, once it is known.
+    pub(super) channels: Option<usize>,
 }
 
 pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
@@ -72,6 +74,7 @@ pub(crate) fn of_problem(
         .map(|f| f.boolean())
         .transpose()?;
     let lights = light::read(&mut problem)?;
+    let channels = problem.optional("channels");
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -85,7 +88,11 @@ pub(crate) fn of_problem(
             ..SceneFile::default()
         },
         known: HashMap::new(),
+        channels: None,
     };
+    if let Some(field) = &channels {
+        reader.channels(field)?;
+    }
     reader.scene.file(&source.name);
     if let Some(mesh) = mesh {
         reader.mesh(&mesh, &placing)?;
@@ -107,6 +114,7 @@ pub(crate) fn of_problem(
         return Err(plane.refuse_lights());
     }
     symmetry::complete(&mut reader.scene, &planes)?;
+    reader.finish_channels(channels.as_ref())?;
     Ok(reader.scene)
 }
 
@@ -222,7 +230,7 @@ impl Reader<'_> {
         Ok(mesh)
     }
 
-    fn error(&self, place: &Place, message: impl core::fmt::Display) -> InputError {
+    pub(super) fn error(&self, place: &Place, message: impl core::fmt::Display) -> InputError {
         match place {
             Place::File(span) => self.source.error(span.clone(), message),
             _ => InputError::new(message),
@@ -245,7 +253,7 @@ impl Reader<'_> {
             .map(|f| f.boolean())
             .transpose()?;
         let placing = Placing::read(&mut section)?;
-        let material = material(&mut section)?;
+        let material = self.material(&mut section)?;
         section.finish()?;
         if name.value.trim().is_empty() || name.value == "all" {
             return Err(self.error(
@@ -420,103 +428,6 @@ fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
         }
     }
     surface
-}
-
-/// What a surface does with light.
-struct Given {
-    material: Material,
-    /// The emissivity of a surface from which the net flux is given, if it is known.
-    emissivity: Option<f64>,
-    /// Whether u is in W/m².
-    is_heat: bool,
-}
-
-/// What a surface does with light; `None` if nothing is said.
-fn material(section: &mut Section<'_, '_>) -> Result<Option<Given>, InputError> {
-    let keys = [
-        "reflectance",
-        "emission",
-        "emissivity",
-        "temperature",
-        "net_flux",
-    ];
-    let [reflectance, emission, emissivity, temperature, net_flux] =
-        keys.map(|key| section.optional(key));
-    let light = reflectance.as_ref().or(emission.as_ref());
-    let heat = temperature.as_ref().or(net_flux.as_ref());
-    let grey = emissivity.as_ref().or(heat);
-    if let (Some(_), Some(field)) = (light, grey) {
-        return Err(field.error(
-            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
-        ));
-    }
-    if let (Some(_), Some(field)) = (&temperature, &net_flux) {
-        return Err(field.error(
-            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
-        ));
-    }
-    let emissivity = number(&emissivity, &is_emissivity, EMISSIVITY)?;
-    if let Some(flux) = number(&net_flux, &f64::is_finite, "a net flux must be finite")? {
-        return Ok(Some(Given {
-            material: Material::flux(flux),
-            emissivity,
-            is_heat: true,
-        }));
-    }
-    if grey.is_some() {
-        let kelvin = match &temperature {
-            Some(field) => {
-                let kelvin = read_temperature(field)?.value;
-                if !(0.0..=1e6).contains(&kelvin) {
-                    let message = "a temperature must be from 0 to a million kelvin";
-                    return Err(field.error(message));
-                }
-                kelvin
-            }
-            None => 0.0,
-        };
-        return Ok(Some(Given {
-            material: Material::grey(emissivity.unwrap_or(1.0), kelvin),
-            emissivity: None,
-            is_heat: true,
-        }));
-    }
-    let good = |r: f64| (0.0..=1.0).contains(&r);
-    let reflectance = number(&reflectance, &good, "a reflectance must be from 0 to 1")?;
-    let emission = number(&emission, &f64::is_finite, "an emission must be finite")?;
-    let is_given = reflectance.is_some() || emission.is_some();
-    Ok(is_given.then_some(Given {
-        material: Material {
-            reflectance: reflectance.unwrap_or(0.0),
-            emission: emission.unwrap_or(0.0),
-        },
-        emissivity: None,
-        is_heat: false,
-    }))
-}
-
-impl SceneSurface {
-    fn give(&mut self, given: &Given) {
-        self.material = given.material;
-        self.emissivity = given.emissivity;
-    }
-}
-
-/// The number of a key that may be left out.
-fn number(
-    field: &Option<Field<'_, '_>>,
-    good: &dyn Fn(f64) -> bool,
-    message: &str,
-) -> Result<Option<f64>, InputError> {
-    let Some(field) = field else {
-        return Ok(None);
-    };
-    let value = field.number()?.value;
-    if good(value) {
-        Ok(Some(value))
-    } else {
-        Err(field.error(message))
-    }
 }
 
 /// Three numbers.

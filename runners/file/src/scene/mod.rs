@@ -5,6 +5,7 @@
 
 mod description;
 mod light;
+mod material;
 mod obj;
 mod outline;
 mod ply;
@@ -45,6 +46,8 @@ pub struct SceneFile {
     pub sky: Option<SkyBands>,
     /// Light that no surface emits.
     pub lights: Vec<Beam<f64>>,
+    /// The names of the channels; none if there is one.
+    pub channels: Vec<String>,
     /// Whether temperatures or net fluxes are given: u is in W/m² then.
     pub heat: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
@@ -64,8 +67,10 @@ pub struct SceneSurface {
     pub name: String,
     /// The polygons of the surface.
     pub polygons: Vec<Polygon>,
-    /// The material of all of them.
+    /// The material of all of them; where there are channels, the largest reflectance and emission.
     pub material: Material,
+    /// The material in every channel; empty if there is one channel.
+    pub colours: Vec<Material>,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
     /// Where each polygon stands: a file, and a line or another number of it.
@@ -79,6 +84,7 @@ impl SceneSurface {
             name: name.into(),
             polygons: Vec::new(),
             material: Material::BLACK,
+            colours: Vec::new(),
             emissivity: None,
             places: Vec::new(),
         }

@@ -73,6 +73,7 @@ fn defaults() {
             sequence: Placed::default(Sequence::Random),
             survivals: Placed::default(0),
             last_step: None,
+            adjoint: None,
             scalar: Placed::default(Scalar::F64),
             seed: Placed::default(1),
             batch: Placed::default(4096),

@@ -1,8 +1,14 @@
 //! Light and heat between polygons in space, with sizes chosen at run time.
 
+mod adjoint;
+mod camera;
+mod channels;
+mod coloured;
+mod colours;
 mod export;
 mod heat;
 mod partition;
+mod pixel;
 mod radius;
 mod regions;
 mod system;
@@ -19,9 +25,11 @@ use fredholm_model::{
 };
 use fredholm_scene::Surface;
 
+pub use camera::Camera;
+pub use colours::Colours;
 pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
 use partition::ScenePartition;
-pub use view::{Camera, View, ViewRequest};
+pub use view::{View, ViewRequest};
 
 /// An expression in which the number of functions per cell of a degree is a constant of this name.
 macro_rules! of_degree {
@@ -95,6 +103,7 @@ pub struct SceneModel {
     names: Vec<String>,
     scene: Scene,
     heat: Option<Temperatures>,
+    colours: Option<Colours>,
 }
 
 /// What a scene of temperatures and net fluxes has besides its materials.
@@ -155,6 +164,7 @@ impl SceneModel {
             names,
             scene,
             heat: None,
+            colours: None,
         }
     }
 
@@ -165,6 +175,26 @@ impl SceneModel {
             heat: Some(of_heat),
             ..self
         }
+    }
+
+    /// The scene in several channels, in each of which its surfaces have materials of their own: those of the scene are then
+    /// [the largest](Colours::largest) of them.
+    ///
+    /// # Errors
+    /// [`Error::Option`]: the scene has other surfaces or materials than these; it is one of temperatures; or the channels
+    /// are none, or more than a walk serves.
+    pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
+        colours.check(&self.scene)?;
+        if self.heat.is_some() {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "a scene has temperatures or colours, not both".to_owned(),
+            });
+        }
+        Ok(Self {
+            colours: Some(colours),
+            ..self
+        })
     }
 
     /// The scene with light that no surface emits.
@@ -183,6 +213,12 @@ impl SceneModel {
     pub fn with_sky(self, sky: SkyLight) -> Result<Self, Error> {
         let scene = self.scene.with_sky(sky)?;
         Ok(Self { scene, ..self })
+    }
+
+    /// The materials of its channels, if it has several.
+    #[must_use]
+    pub const fn colours(&self) -> Option<&Colours> {
+        self.colours.as_ref()
     }
 
     /// The names of the surfaces.
@@ -231,10 +267,21 @@ impl Model for SceneModel {
         "W"
     }
 
+    fn channels(&self) -> &[String] {
+        self.colours.as_ref().map_or(&[], Colours::shared_names)
+    }
+
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
-        goals
-            .iter()
-            .try_for_each(|goal| regions::Place::new(&self.scene, &goal.region).map(|_| ()))
+        goals.iter().try_for_each(|goal| {
+            match regions::Place::new(&self.scene, &goal.region)? {
+                regions::Place::Facing(..) if self.colours.is_some() => Err(Error::Region {
+                    message: "what faces in a direction in the air has one channel so far: ask for a point, without \
+                              a direction, or for one channel alone"
+                        .to_owned(),
+                }),
+                _ => Ok(()),
+            }
+        })
     }
 
     /// There is no line through a scene that anybody would mean.
@@ -243,7 +290,7 @@ impl Model for SceneModel {
     }
 
     fn has_whole(&self) -> bool {
-        true
+        self.colours.is_none()
     }
 
     fn whole_has_points(&self) -> bool {
@@ -293,8 +340,13 @@ impl Model for SceneModel {
         matches!(region, Region::Spot(..) | Region::Point(_)) && !self.is_in_air(region)
     }
 
+    fn adjoint(&self, goals: &[Goal]) -> Result<Box<dyn Model + '_>, Error> {
+        Ok(Box::new(adjoint::BackModel::new(self, goals)?))
+    }
+
+    /// The surfaces between which light or heat goes, of a scene with one channel: of several nobody derives anything yet.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
-        Some(self)
+        self.colours.is_none().then_some(self)
     }
 
     /// Surfaces have two dimensions.

@@ -13,10 +13,10 @@ use fredholm_model::{
 use fredholm_rayon::fill_rows;
 use fredholm_scene::{Cells, Radiosity, Scene, Tables};
 
-use crate::SceneModel;
 use crate::of_degree;
 use crate::radius::{radius, second_moment_radius};
 use crate::system::{SceneSystem, with_job};
+use crate::{Colours, SceneModel};
 
 /// About so many cells where nothing is said of them.
 const DEFAULT_CELLS: usize = 500;
@@ -55,6 +55,11 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
+    /// The number of cells.
+    pub(crate) const fn number(&self) -> usize {
+        self.cells.number()
+    }
+
     pub(crate) fn radiosity(&self, absorption: f64) -> Result<Radiosity<'_, f64>, Error> {
         let radiosity = Radiosity::new(self.tables.geometry(), &self.cells, absorption)?;
         Ok(radiosity.with_visible_shares(&self.shares)?)
@@ -86,20 +91,14 @@ impl<F: Real> WalkTables<F> {
 }
 
 /// The set-up from rays, of B functions on a cell.
-type Setup<'a, const B: usize> = SampledSetup<
-    'a,
-    Radiosity<'a, f64>,
-    LastStep<'a, Radiosity<'a, f64>>,
-    2,
-    B,
-    Radiosity<'a, f64>,
->;
+type Setup<'a, S, const B: usize> =
+    SampledSetup<'a, Radiosity<'a, f64>, S, 2, B, Radiosity<'a, f64>>;
 
 /// A scene and its cells.
 #[derive(Debug)]
 pub(crate) struct ScenePartition<'m> {
-    model: &'m SceneModel,
-    cut: Arc<Cut>,
+    pub(crate) model: &'m SceneModel,
+    pub(crate) cut: Arc<Cut>,
 }
 
 impl<'m> ScenePartition<'m> {
@@ -132,6 +131,12 @@ impl<'m> ScenePartition<'m> {
         (RAYS / self.cut.cells.number()).clamp(least, most)
     }
 
+    /// Bytes of v and c of a channel.
+    pub(crate) fn channel_memory(&self) -> usize {
+        let own = self.functions() * 4 * 8 + self.rays() / 4 * 16;
+        self.cut.number().saturating_mul(own)
+    }
+
     fn functions(&self) -> usize {
         of_degree!(self.cut.degree, B => B)
     }
@@ -140,11 +145,20 @@ impl<'m> ScenePartition<'m> {
     fn setup<'a, const B: usize>(
         &self,
         last: &'a LastStep<'a, Radiosity<'a, f64>>,
-    ) -> Setup<'a, B> {
+    ) -> Setup<'a, LastStep<'a, Radiosity<'a, f64>>, B> {
+        self.setup_of(last.0, last)
+    }
+
+    /// The set-up of v and c of an equation with this source.
+    pub(crate) fn setup_of<'a, S, const B: usize>(
+        &self,
+        radiosity: &'a Radiosity<'a, f64>,
+        source: &'a S,
+    ) -> Setup<'a, S, B> {
         SampledSetup {
-            problem: last.0,
-            source: last,
-            events: last.0,
+            problem: radiosity,
+            source,
+            events: radiosity,
             options: SetupOptions {
                 samples: self.rays(),
                 ..SetupOptions::default()
@@ -218,14 +232,16 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         let block = 8 + 8 * functions * functions;
         let events = SetupOptions::default().events * (1 + functions) * 16;
         let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16 + events;
+        let channels = self.model.colours().map_or(0, Colours::channels);
         let vectors = functions * 4 * 8;
         self.cells()
             .saturating_mul(row + vectors)
+            .saturating_add(self.channel_memory().saturating_mul(channels))
             .saturating_add(goals.len().saturating_mul(1024))
     }
 
     fn cost(&self, _: Pairs) -> Cost {
-        Cost {
+        let cost = Cost {
             // A ray, one to a light, and the two fits.
             setup: 3.0 * RAY * (self.cells() * self.rays()) as f64,
             source: 0.0,
@@ -235,6 +251,10 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
             walk: WALK,
             plain: PLAIN,
             light: 0.0,
+        };
+        match self.model.colours() {
+            Some(colours) => cost.shared(colours.shared_names().len(), colours.channels()),
+            None => cost,
         }
     }
 
@@ -259,6 +279,9 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+        if let Some(colours) = self.model.colours() {
+            return Ok(Box::new(self.coloured_system(colours, absorption)?));
+        }
         Ok(Box::new(self.system(absorption)?))
     }
 
@@ -284,7 +307,12 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then))
+        match self.model.colours() {
+            Some(colours) => {
+                in_scalar!(self.cut.scalar, F => self.plain_colours::<F>(colours, request, then))
+            }
+            None => in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then)),
+        }
     }
 }
 

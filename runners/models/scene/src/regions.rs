@@ -103,23 +103,34 @@ impl Place {
         radiosity: &'a Radiosity<'a, F>,
         ends: &'a [F],
     ) -> Result<Start<'a, F>, Error> {
-        let known = F::from_f64(self.known(radiosity));
-        let functional = match self {
-            Self::Point(face, position) => On::Point(At(radiosity.at(*face, *position)?)),
-            Self::Faces(faces) => On::Mean(Mean::new(radiosity.geometry(), faces, ends)?),
-            Self::Air(position) => {
-                let position = position.map(F::from_f64);
-                return Ok(Start::Air(Air {
-                    radiosity,
-                    position,
-                }));
-            }
+        Ok(match self {
+            Self::Air(position) => Start::Air(Air {
+                radiosity,
+                position: position.map(F::from_f64),
+            }),
             Self::Facing(position, direction) => {
-                let facing = Facing::new(radiosity, *position, *direction)?;
-                return Ok(Start::Facing(facing));
+                Start::Facing(Facing::new(radiosity, *position, *direction)?)
             }
-        };
-        Ok(Start::On(KnownPart { functional, known }))
+            _ => Start::On(KnownPart {
+                functional: self.on(radiosity, ends)?,
+                known: F::from_f64(self.known(radiosity)),
+            }),
+        })
+    }
+
+    /// Where walks start on faces, with the [`areas`](Self::areas) of the place.
+    pub(crate) fn on<'a, F: Real>(
+        &'a self,
+        radiosity: &Radiosity<'a, F>,
+        ends: &'a [F],
+    ) -> Result<On<'a, F>, Error> {
+        match self {
+            Self::Point(face, position) => Ok(On::Point(At(radiosity.at(*face, *position)?))),
+            Self::Faces(faces) => Ok(On::Mean(Mean::new(radiosity.geometry(), faces, ends)?)),
+            Self::Air(_) | Self::Facing(..) => {
+                Err(Error::Internal("a place between the faces is on none"))
+            }
+        }
     }
 }
 

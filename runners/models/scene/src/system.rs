@@ -26,9 +26,9 @@ use crate::regions::{Place, Start};
 use crate::whole::SceneWhole;
 
 /// Rays of a score by which the best number of rays is found.
-const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
+pub(crate) const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
 /// What the rest of a walk takes, in rays of its scores: its own rays, those to lights, and the form factors of c's events.
-const REST: f64 = 3.0;
+pub(crate) const REST: f64 = 3.0;
 
 /// A neighbour equation of any degree: one type of walk for all.
 pub(crate) type Boxed<'a, F> = dyn Neighbour<Scalar = F, Point = Started<Point<F>, F>> + Sync + 'a;
@@ -169,6 +169,15 @@ fn seen_of<F: Real>(air: &Air<'_, F>, value: &dyn Fn(Started<Point<F>, F>) -> f6
         phi.to_f64() * value(start)
     });
     looks.sum::<f64>() / f64::from(LOOKS * LOOKS)
+}
+
+/// Calls `look` with what a point in the air sees in many directions, and with the share of φ that each has.
+pub(crate) fn look_around<F: Real>(air: &Air<'_, F>, look: &mut dyn FnMut(Point<F>, f64)) {
+    let middle = |i: u32| F::from_f64((f64::from(i) + 0.5) / f64::from(LOOKS));
+    for i in 0..LOOKS * LOOKS {
+        let (start, phi) = air.at([middle(i / LOOKS), middle(i % LOOKS)]);
+        look(start.point, phi.to_f64() / f64::from(LOOKS * LOOKS));
+    }
 }
 
 /// (v, Φ) of what faces in a direction, about: as many starts of walks.

@@ -63,10 +63,7 @@ fn intervals_contain_the_exact_value() {
         };
         let cells = model.partition(&settings.discretisation()).unwrap();
         let system = cells.solve(0.25).unwrap();
-        let goals = [Goal {
-            name: "all".to_owned(),
-            region: model.whole(),
-        }];
+        let goals = [Goal::new("all", model.whole())];
         for estimator in [Estimator::Absorption, Estimator::Collision] {
             let mut covered = [0; 2];
             for seed in 1..=seeds {

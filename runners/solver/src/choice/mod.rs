@@ -112,6 +112,37 @@ pub fn choose<'m>(
     Ok(Some(looked.chosen(chosen)))
 }
 
+/// Pilots of two ways to the same answer, those of the faster one, and whether that is the second. `None`: nothing is to be
+/// chosen.
+///
+/// Either way's pilots end where they take more than the other is predicted to.
+pub(crate) fn faster<'m>(
+    [first, second]: [&'m dyn Model; 2],
+    targets: &[Target],
+    settings: &'m Settings,
+    watch: &'m dyn SolveObserver,
+) -> Result<Option<(bool, Search<'m>)>, Error> {
+    let Some(mut search) = begin(first, targets, settings, watch)? else {
+        return Ok(None);
+    };
+    let Ok(Some(mut other)) = begin(second, targets, settings, watch) else {
+        return Ok(Some((false, search)));
+    };
+    let price = |search: &Search<'_>| {
+        let best = search.best();
+        best.map_or(f64::INFINITY, |best| search.price(&best))
+    };
+    let _ = search.begin();
+    other.compete_with(price(&search));
+    other.run();
+    search.compete_with(price(&other));
+    search.run();
+    let is_other = price(&other) < price(&search);
+    let mut faster = if is_other { other } else { search };
+    faster.compete_with(f64::INFINITY);
+    Ok(Some((is_other, faster)))
+}
+
 /// Chooses what the settings leave open, if they give a tolerance and no cells, and walks for every target until the tolerance is
 /// reached.
 /// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
@@ -128,7 +159,7 @@ pub fn solve<'m>(
     settings: &'m Settings,
     by: (&'m dyn SolveObserver, &dyn Execute),
 ) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
-    match solve_either(model, targets, goals, settings, by, false) {
+    match solve_either(model, targets, goals, settings, by, (None, false)) {
         Ok(Some((chosen, Found::Separate(answer)))) => Ok(Some((chosen, answer))),
         Ok(Some((_, Found::Whole(_)))) => {
             Err(Error::Internal("a whole function that nobody wants"))
@@ -149,11 +180,13 @@ pub(crate) fn solve_either<'m>(
     goals: &[Goal],
     settings: &'m Settings,
     (watch, execute): (&'m dyn SolveObserver, &dyn Execute),
-    mut may_be_joint: bool,
+    (begun, mut may_be_joint): (Option<Search<'m>>, bool),
 ) -> Result<Option<(Chosen<'m>, Found<'m>)>, SolveError> {
-    let (Some(mut search), Some(tolerance)) =
-        (begin(model, targets, settings, watch)?, settings.tolerance)
-    else {
+    let search = match begun {
+        Some(search) => Some(search),
+        None => begin(model, targets, settings, watch)?,
+    };
+    let (Some(mut search), Some(tolerance)) = (search, settings.tolerance) else {
         return Ok(None);
     };
     let question = Question {
@@ -179,7 +212,7 @@ pub(crate) fn solve_either<'m>(
                 }
                 may_be_joint = false;
                 // What it was better than may be best now.
-                search.rival = f64::INFINITY;
+                search.forget_rival();
                 search.run();
             }
             (looked, None) => lost = looked,
@@ -327,7 +360,7 @@ fn look_early<'m>(
             search.run();
             return Ok((looked, None));
         };
-        search.rival = seconds;
+        search.rival = search.rival.min(seconds);
         search.run();
         if search
             .best()
@@ -338,7 +371,7 @@ fn look_early<'m>(
             chosen.report = report(search, &search.best_tried().unwrap_or(best), 0.0);
             return Ok((looked, Some(chosen)));
         }
-        search.rival = f64::INFINITY;
+        search.forget_rival();
         lost = looked.lost();
     }
     search.run();
@@ -456,12 +489,14 @@ fn accepted<'m>(
 /// What is told of the best setting, whose set-up has taken so many seconds that are no pilot's.
 fn report(search: &Search<'_>, best: &Prediction, kept: f64) -> ChoiceReport {
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
+    // Pilots count the walks of every functional.
+    let shared = search.model().shared() as f64;
     ChoiceReport {
         method: best.setting.method(),
         predicted_setup_seconds: best.setup,
         predicted_walk_seconds: best.walking,
-        predicted_walks: best.walks,
-        predicted_states: best.states,
+        predicted_walks: best.walks / shared,
+        predicted_states: best.states / shared,
         predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
         predicted_separate_seconds: None,
         predicted_whole_seconds: None,

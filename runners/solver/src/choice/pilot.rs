@@ -37,7 +37,10 @@ impl Sample {
     /// At most [`TARGETS`] targets and points of grids, evenly chosen.
     pub(super) fn new(model: &dyn Model, targets: &[Target]) -> Result<Self, Error> {
         let count = targets.len();
-        let kept = count.min(TARGETS);
+        // Receivers of the way back have one set of walks.
+        let most = if model.is_adjoint() { count } else { TARGETS };
+        let kept = count.min(most);
+        let channels = model.channels().len().max(1);
         let numbers: Vec<usize> = (0..kept).map(|i| i * count / kept).collect();
         let mut few: Vec<Target> = numbers
             .iter()
@@ -47,15 +50,21 @@ impl Sample {
         let mut weights = Vec::new();
         for target in &mut few {
             let Ask::Grid { points, .. } = &mut target.ask else {
-                weights.push(share);
+                weights.extend(vec![share; channels]);
                 continue;
             };
             let fewer = (*points).min((TARGETS / kept).max(1));
-            weights.extend(vec![share * *points as f64 / fewer as f64; fewer]);
+            weights.extend(vec![
+                share * *points as f64 / fewer as f64;
+                fewer * channels
+            ]);
             *points = fewer;
         }
         Ok(Self {
-            numbers: (weights.len() == kept).then_some(numbers),
+            numbers: (weights.len() == kept * channels).then(|| {
+                let of = |first: usize| first * channels..(first + 1) * channels;
+                numbers.into_iter().flat_map(of).collect()
+            }),
             goals: goals(model, &few)?,
             weights,
         })
@@ -241,10 +250,19 @@ impl Pilot {
         let weights = weights.chain(core::iter::repeat(1.0));
         let walks: u64 = all().map(|of| of.walks()).sum();
         let states: u64 = all().map(|of| of.states()).sum();
+        let mut targets: Vec<Observed> = all().zip(&bounds).zip(weights).map(of).collect();
+        // What shares its walks takes as many as what takes most of them.
+        for sharing in targets.chunks_mut(model.shared()) {
+            let most = |of: fn(&Observed) -> f64| sharing.iter().map(of).fold(0.0, f64::max);
+            let [needed, believed] = [most(|of| of.needed), most(|of| of.believed)];
+            for target in sharing {
+                (target.needed, target.believed) = (needed, believed);
+            }
+        }
         Self {
             setting: walked.setting,
             is_sampled: !walked.weights.is_empty(),
-            targets: all().zip(&bounds).zip(weights).map(of).collect(),
+            targets,
             left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),

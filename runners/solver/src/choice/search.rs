@@ -55,7 +55,7 @@ const MOMENTS_SECONDS: f64 = 0.03;
 const SEED: u64 = 0x0070_696c_6f74;
 
 /// The pilots so far, and what they predict.
-pub(super) struct Search<'m> {
+pub(crate) struct Search<'m> {
     model: &'m dyn Model,
     about: About,
     settings: &'m Settings,
@@ -81,6 +81,8 @@ pub(super) struct Search<'m> {
     left: f64,
     /// Seconds of what answers in place of separate walks: those that take longer are no better. Infinite if nothing does.
     pub(super) rival: f64,
+    /// Seconds that another way to the same answer takes.
+    other_way: f64,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
     /// Whether another setting took over although the error is a part of what may be 0.
@@ -94,6 +96,17 @@ pub(super) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
+    /// Says how many seconds another way to the same answer takes: what takes longer is no better.
+    pub(super) fn compete_with(&mut self, other_way: f64) {
+        self.other_way = other_way;
+        self.forget_rival();
+    }
+
+    /// What answered in place of separate walks is given up.
+    pub(super) fn forget_rival(&mut self) {
+        self.rival = self.other_way;
+    }
+
     /// A search with the absorptions that are open and whose walks have a finite variance.
     ///
     /// # Errors
@@ -124,6 +137,7 @@ impl<'m> Search<'m> {
             granted: 0.0,
             left: f64::INFINITY,
             rival: f64::INFINITY,
+            other_way: f64::INFINITY,
             walked: 0.0,
             hoped: false,
             warned: false,

@@ -18,10 +18,7 @@ impl WholeFunction<'_> {
             let number = numbers[cell.part];
             numbers[cell.part] += 1;
             let name = model.part(cell.part).unwrap_or_default();
-            let goal = Goal {
-                name: format!("{name}[{number}]"),
-                region: Region::Part(cell.part),
-            };
+            let goal = Goal::new(format!("{name}[{number}]"), Region::Part(cell.part));
             let heat = model.heat(&goal.region, estimate(&value), None);
             let mut report = WholeGoalReport::new(model, &goal, None, value);
             report.add(&heat, model.unit());

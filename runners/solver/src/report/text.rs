@@ -22,7 +22,7 @@ impl Report {
             self.energy
                 .as_ref()
                 .map_or(String::new(), EnergyReport::text),
-            walks(self.goals.iter().map(|t| t.walks).sum()),
+            walks(self.walks()),
             self.states,
             match self.other_walks {
                 0 => String::new(),
@@ -65,7 +65,7 @@ impl Report {
                 ""
             },
             self.estimator,
-            draws(self.sequence, self.survivals, self.last_step),
+            draws(self.sequence, self.survivals, self.last_step, self.adjoint),
             self.scalar,
             self.seed,
         )

@@ -22,7 +22,7 @@ use crate::{
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
 /// let whole = Solver::new(&u).cells(4).walks(5000).whole()?;
-/// let report = whole.report(&[Goal { name: "middle".to_owned(), region: Region::Point(vec![0.5]) }])?;
+/// let report = whole.report(&[Goal::new("middle", Region::Point(vec![0.5]))])?;
 /// assert!(report.table().contains("middle"));
 /// assert!(report.csv()?.starts_with("name,at,"));
 /// # Ok::<(), fredholm::SolveError>(())
@@ -340,7 +340,7 @@ impl WholeReport {
             },
             summary.pairs,
             summary.estimator,
-            draws(summary.sequence, summary.survivals, false),
+            draws(summary.sequence, summary.survivals, false, false),
             summary.scalar,
             summary.seed,
             aligned(&rows),
@@ -502,6 +502,8 @@ impl Report {
             sequence: summary.sequence,
             survivals: summary.survivals,
             last_step: false,
+            adjoint: false,
+            shared: 1,
             batch: settings.walk_options().batch,
             seed: summary.seed,
             part: None,
@@ -537,6 +539,8 @@ impl WholeGoalReport {
         };
         GoalReport {
             name: self.name.clone(),
+            // A whole function has one.
+            channel: None,
             at: self.at.clone(),
             position: self.position.clone(),
             over: self.over.clone(),

@@ -78,7 +78,8 @@ impl<'m> Solver<'m> {
 
     /// Refuses points that are asked for, where the whole function has none.
     fn check_whole(&self) -> Result<(), Error> {
-        if self.model.whole_has_points() || self.asked.is_empty() {
+        let has_whole = self.model.has_whole();
+        if !has_whole || self.model.whole_has_points() || self.asked.is_empty() {
             return Ok(());
         }
         let goals = fredholm_model::goals(self.model, &self.targets()?)?;
@@ -120,10 +121,7 @@ impl<'m> Solver<'m> {
         self.check()?;
         let points = points.iter().cloned().map(Into::into);
         let points = points.map(|Point(at)| self.model.point(&at));
-        let goals = points.map(|region| Goal {
-            name: "u".to_owned(),
-            region,
-        });
+        let goals = points.map(|region| Goal::new("u", region));
         let goals: Vec<Goal> = goals.collect();
         self.model.check_goals(&goals)?;
         if goals.is_empty() {

@@ -40,10 +40,10 @@ impl WholeFunction<'_> {
     /// [`Error::Region`]: the space has no such point, a corner is no point, a neighbour is of a different kind or part, or
     /// there are more than three.
     pub fn means_between(&self, cells: &[Vec<Region>]) -> Result<Vec<WholeValue>, Error> {
-        let goals = cells.iter().flatten().map(|region| Goal {
-            name: "u".to_owned(),
-            region: region.clone(),
-        });
+        let goals = cells
+            .iter()
+            .flatten()
+            .map(|region| Goal::new("u", region.clone()));
         self.model.check_goals(&goals.collect::<Vec<_>>())?;
         let all = cells.chunks(CELLS).map(|cells| self.means(cells));
         Ok(all.collect::<Result<Vec<_>, Error>>()?.concat())

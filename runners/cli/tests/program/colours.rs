@@ -1,0 +1,256 @@
+//! Scenes in several channels.
+
+use serde_json::Value;
+
+use crate::common::{self, Folder};
+use crate::parts;
+
+const WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
+const WALKS: &str = "4096";
+
+/// A box with walls of two colours, a lamp under its ceiling, and targets: channel `Some(c)` of it alone, or all.
+pub(crate) fn room(channel: Option<usize>) -> String {
+    let of = |all: [f64; 3]| match channel {
+        Some(channel) => all[channel].to_string(),
+        None => format!("{all:?}"),
+    };
+    format!(
+        r#"[problem]
+kind = "scene"
+[[problem.surface]]
+name = "walls"
+box = [[0, 0, 0], [2, 1, 1]]
+inward = true
+reflectance = {}
+[[problem.surface]]
+name = "lamp"
+polygon = [[0.8, 0.4, 0.9], [0.8, 0.6, 0.9], [1.2, 0.6, 0.9], [1.2, 0.4, 0.9]]
+two_sided = true
+reflectance = 0.2
+emission = {}
+[galerkin]
+cells = 60
+degree = 1
+[walk]
+walks = {WALKS}
+absorption = 0.3
+[[target]]
+name = "corner"
+at = [0, 0, 0]
+[[target]]
+name = "air"
+at = [1, 0.5, 0.5]
+[[target]]
+name = "all"
+over = "all"
+"#,
+        of([0.7, 0.3, 0.05]),
+        of([10.0, 20.0, 40.0])
+    )
+}
+
+fn json(args: &[&str]) -> Value {
+    common::fredholm(&[args, &["--json"]].concat())
+        .quietly(0)
+        .json()
+}
+
+fn estimate(target: &Value, kind: &str) -> [f64; 2] {
+    ["estimate", "std_error"].map(|name| common::number(&target[kind], name))
+}
+
+/// One walk tells in every channel what walks of this channel alone tell, and the luminance of all.
+#[test]
+fn channels_agree_with_runs_of_their_own() {
+    let folder = Folder::new();
+    let file = folder.file("room.toml", room(None));
+    let alone =
+        [0, 1, 2].map(|channel| folder.file(&format!("{channel}.toml"), room(Some(channel))));
+    for estimator in ["collision", "absorption"] {
+        let options = ["--estimator", estimator];
+        let all = json(&[&["solve", &*file], &options[..]].concat());
+        let targets = common::list(&all, "targets");
+        assert_eq!(targets.len(), 12);
+        let own = alone
+            .each_ref()
+            // Other walks.
+            .map(|file| json(&[&["solve", file, "--seed", "2"], &options[..]].concat()));
+        for (place, shared) in targets.chunks(4).enumerate() {
+            for kind in ["plain", "preconditioned"] {
+                let mut sum = 0.0;
+                for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
+                    let one = &common::list(&own[channel], "targets")[place];
+                    assert_eq!(shared[channel]["channel"], name);
+                    let both = format!("{} {name}", one["name"].as_str().unwrap());
+                    assert_eq!(shared[channel]["name"], both);
+                    let ([a, s], [b, t]) = (estimate(&shared[channel], kind), estimate(one, kind));
+                    let z = (a - b) / s.hypot(t);
+                    assert!(
+                        z.abs() < 4.9,
+                        "{both}, {kind}, {estimator}: {a} and {b}, z = {z}"
+                    );
+                    // The means of v differ by how well rays fit it.
+                    sum += WEIGHTS[channel] * a;
+                    let [v, w] = [&shared[channel], one].map(|of| common::number(of, "galerkin"));
+                    assert!((v / w - 1.0).abs() < 0.1, "{both}: {v} and {w}");
+                }
+                assert_eq!(shared[3]["channel"], "luminance");
+                let [luminance, _] = estimate(&shared[3], kind);
+                assert!((luminance / sum - 1.0).abs() < 1e-12, "{luminance} {sum}");
+            }
+        }
+        // Targets are walked for once, not once a channel.
+        assert_eq!(all["states"].as_u64().unwrap() / (3 * 4096), 3);
+    }
+}
+
+/// The same bits on one thread, on two, and in parts; the scalar, plain walks and an error that is asked for work as for one
+/// channel.
+#[test]
+fn channels_have_the_same_bits_everywhere() {
+    let folder = Folder::new();
+    let file = folder.file("room.toml", room(None));
+    let [one, two] = ["1", "2"].map(|threads| {
+        common::fredholm(&["solve", &file, "--json", "--threads", threads])
+            .quietly(0)
+            .timeless()
+    });
+    assert_eq!(one, two);
+    let args = ["--walks", "20000"];
+    let paths = parts::parts(&folder, &room(None), 3, &args);
+    let merged = parts::merge(&paths, &["--json"]).quietly(0).timeless();
+    assert_eq!(merged, parts::whole(&room(None), &args));
+
+    // Neither cells nor walks are given: they are chosen.
+    let open = room(None)
+        .replace("cells = 60\ndegree = 1\n", "")
+        .replace(&format!("walks = {WALKS}\n"), "");
+    let open = folder.file("open.toml", open.replace("absorption = 0.3\n", ""));
+    let asked = json(&[
+        "solve",
+        &open,
+        "--target-error",
+        "0.02",
+        "--relative",
+        "--scalar",
+        "f32",
+    ]);
+    assert_eq!(asked["stop"], "done");
+    for target in common::list(&asked, "targets") {
+        let [estimate, error] = estimate(target, "preconditioned");
+        assert!(error <= 0.02 * estimate, "{target}");
+    }
+}
+
+/// A picture has the colours of its light, and its table the numbers of all channels.
+#[test]
+fn a_view_in_colours() {
+    let folder = Folder::new();
+    let file = folder.file("room.toml", room(None));
+    let size = ["--width", "24", "--height", "16", "--walks", "4"];
+    let out = |name: &str, others: &[&str]| {
+        let to = folder.at(name);
+        let args = [&["render", &file, "--out", &to], &size[..], others].concat();
+        common::fredholm(&args).quietly(0);
+        to
+    };
+    let csv = out("view.csv", &[]);
+    let rows = common::csv_rows(csv.as_ref());
+    let head = [
+        "column",
+        "row",
+        "red",
+        "red_std_error",
+        "green",
+        "green_std_error",
+        "blue",
+        "blue_std_error",
+        "luminance",
+        "luminance_std_error",
+    ];
+    assert_eq!(rows[0], head);
+    let mut seen = 0;
+    for row in rows[1..].iter().filter(|row| !row[2].is_empty()) {
+        let numbers: Vec<f64> = row.iter().map(|field| field.parse().unwrap()).collect();
+        let sum = WEIGHTS[0] * numbers[2] + WEIGHTS[1] * numbers[4] + WEIGHTS[2] * numbers[6];
+        assert!((numbers[8] - sum).abs() < 1e-9 * sum.abs(), "{row:?}");
+        seen += 1;
+    }
+    assert!(seen > 100);
+    for name in ["view.svg", "view.png"] {
+        out(name, &["--side-by-side"]);
+    }
+    let png = std::fs::read(folder.at("view.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+/// What is none of a scene in channels is refused with what would be right.
+#[test]
+fn what_channels_refuse() {
+    let folder = Folder::new();
+    let deck = |from: &str, to: &str| {
+        let text = room(None);
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    };
+    for (text, words) in [
+        (
+            deck("reflectance = [0.7, 0.3, 0.05]", "reflectance = [0.7, 0.3]"),
+            "`emission` has one number, or one for each of the channels, of which there are 2, not 3",
+        ),
+        (
+            deck(
+                "kind = \"scene\"",
+                "kind = \"scene\"\nchannels = [\"a\", \"b\"]",
+            ),
+            "one for each of the channels, of which there are 2, not 3",
+        ),
+        (
+            deck(
+                "kind = \"scene\"",
+                "kind = \"scene\"\nchannels = [\"a\", \"a\", \"b\"]",
+            ),
+            "the names of channels must differ",
+        ),
+        (
+            deck("kind = \"scene\"", "kind = \"scene\"\nchannels = []"),
+            "there are 1 to 128 channels",
+        ),
+        (
+            deck("[10.0, 20.0, 40.0]", "[10.0, -20.0, 40.0]"),
+            "an emission must be 0 or more",
+        ),
+        (
+            deck("[0.7, 0.3, 0.05]", "[0.7, 1.3, 0.05]"),
+            "a reflectance must be from 0 to 1",
+        ),
+        (
+            deck(
+                "reflectance = 0.2\nemission = [10.0, 20.0, 40.0]",
+                "temperature = 300",
+            ),
+            "temperatures and net fluxes have one channel",
+        ),
+        (
+            deck(
+                "at = [1, 0.5, 0.5]",
+                "at = { point = [1, 0.5, 0.5], facing = [0, 0, 1] }",
+            ),
+            "what faces in a direction in the air has one channel",
+        ),
+    ] {
+        let file = folder.file("wrong.toml", &text);
+        let ran = common::fredholm(&["solve", &file]);
+        assert!(
+            ran.status == Some(2) && ran.stderr.contains(words),
+            "{words}: {ran:?}"
+        );
+    }
+    let file = folder.file("room.toml", room(None));
+    let ran = common::fredholm(&["solve", &file, "--whole"]);
+    let words = "the whole function from one set of walks has one channel";
+    assert!(
+        ran.status == Some(2) && ran.stderr.contains(words),
+        "{ran:?}"
+    );
+}

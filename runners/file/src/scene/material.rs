@@ -1,0 +1,232 @@
+//! The materials of surfaces, in one channel or in several.
+
+use fredholm_core::channels::MOST_CHANNELS;
+use fredholm_scene::Material;
+
+use super::SceneSurface;
+use super::description::Reader;
+use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
+use crate::place::InputError;
+use crate::section::{Field, Section};
+use crate::validate::is_printable;
+
+/// What a surface does with light.
+pub(super) struct Given {
+    material: Material,
+    /// One material for each channel, if there are several.
+    colours: Vec<Material>,
+    /// The emissivity of a surface from which the net flux is given, if it is known.
+    emissivity: Option<f64>,
+    /// Whether u is in W/m².
+    pub(super) is_heat: bool,
+}
+
+impl SceneSurface {
+    pub(super) fn give(&mut self, given: &Given) {
+        self.material = given.material;
+        self.colours.clone_from(&given.colours);
+        self.emissivity = given.emissivity;
+    }
+}
+
+/// The number of a key that may be left out.
+fn number(
+    field: &Option<Field<'_, '_>>,
+    good: &dyn Fn(f64) -> bool,
+    message: &str,
+) -> Result<Option<f64>, InputError> {
+    let Some(field) = field else {
+        return Ok(None);
+    };
+    let value = field.number()?.value;
+    if good(value) {
+        Ok(Some(value))
+    } else {
+        Err(field.error(message))
+    }
+}
+
+impl Reader<'_> {
+    /// What a surface does with light; `None` if nothing is said.
+    pub(super) fn material(
+        &mut self,
+        section: &mut Section<'_, '_>,
+    ) -> Result<Option<Given>, InputError> {
+        let keys = [
+            "reflectance",
+            "emission",
+            "emissivity",
+            "temperature",
+            "net_flux",
+        ];
+        let [reflectance, emission, emissivity, temperature, net_flux] =
+            keys.map(|key| section.optional(key));
+        let light = reflectance.as_ref().or(emission.as_ref());
+        let heat = temperature.as_ref().or(net_flux.as_ref());
+        let grey = emissivity.as_ref().or(heat);
+        if let (Some(_), Some(field)) = (light, grey) {
+            return Err(field.error(
+                "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
+            ));
+        }
+        if let (Some(_), Some(field)) = (&temperature, &net_flux) {
+            return Err(field.error(
+                "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
+            ));
+        }
+        let emissivity = number(&emissivity, &is_emissivity, EMISSIVITY)?;
+        if let Some(flux) = number(&net_flux, &f64::is_finite, "a net flux must be finite")? {
+            return Ok(Some(Given {
+                material: Material::flux(flux),
+                colours: Vec::new(),
+                emissivity,
+                is_heat: true,
+            }));
+        }
+        if grey.is_some() {
+            let kelvin = match &temperature {
+                Some(field) => {
+                    let kelvin = read_temperature(field)?.value;
+                    if !(0.0..=1e6).contains(&kelvin) {
+                        let message = "a temperature must be from 0 to a million kelvin";
+                        return Err(field.error(message));
+                    }
+                    kelvin
+                }
+                None => 0.0,
+            };
+            return Ok(Some(Given {
+                material: Material::grey(emissivity.unwrap_or(1.0), kelvin),
+                colours: Vec::new(),
+                emissivity: None,
+                is_heat: true,
+            }));
+        }
+        let is_given = reflectance.is_some() || emission.is_some();
+        let reflectances = self.of_channels(
+            reflectance.as_ref(),
+            &|r| (0.0..=1.0).contains(&r),
+            "a reflectance must be from 0 to 1",
+        )?;
+        let emissions = self.of_channels(
+            emission.as_ref(),
+            &f64::is_finite,
+            "an emission must be finite",
+        )?;
+        let count = reflectances.len().max(emissions.len());
+        // One number is that of all channels.
+        let of = |list: &[f64], channel: usize| match list {
+            [] => 0.0,
+            [one] => *one,
+            many => many.get(channel).copied().unwrap_or(f64::NAN),
+        };
+        let colours: Vec<Material> = (0..count)
+            .map(|channel| Material {
+                reflectance: of(&reflectances, channel),
+                emission: of(&emissions, channel),
+            })
+            .collect();
+        let material = largest(&colours);
+        Ok(is_given.then(|| Given {
+            material,
+            colours: if count > 1 { colours } else { Vec::new() },
+            emissivity: None,
+            is_heat: false,
+        }))
+    }
+
+    /// The names of the channels.
+    pub(super) fn channels(&mut self, field: &Field<'_, '_>) -> Result<(), InputError> {
+        let names = field.strings()?;
+        let all: Vec<String> = names.value.iter().map(|name| name.value.clone()).collect();
+        if !(1..=MOST_CHANNELS).contains(&all.len()) {
+            return Err(field.error(format_args!("there are 1 to {MOST_CHANNELS} channels")));
+        }
+        for (number, name) in names.value.iter().enumerate() {
+            let is_taken = all.iter().take(number).any(|other| *other == name.value);
+            if is_taken || name.value.trim().is_empty() || !is_printable(&name.value) {
+                let message = "the names of channels must differ, and be printable";
+                return Err(self.error(&name.place, message));
+            }
+        }
+        self.channels = Some(all.len());
+        self.scene.channels = all;
+        Ok(())
+    }
+
+    /// The numbers of a key: one, or one for every channel; none if it is left out.
+    fn of_channels(
+        &mut self,
+        field: Option<&Field<'_, '_>>,
+        good: &dyn Fn(f64) -> bool,
+        message: &str,
+    ) -> Result<Vec<f64>, InputError> {
+        let Some(field) = field else {
+            return Ok(Vec::new());
+        };
+        let numbers = field.numbers()?.value;
+        if let Some(bad) = numbers.iter().find(|number| !good(number.value)) {
+            return Err(self.error(&bad.place, message));
+        }
+        let found = numbers.len();
+        if found != 1 {
+            let channels = *self.channels.get_or_insert(found);
+            if found != channels || found > MOST_CHANNELS {
+                return Err(field.error(format_args!(
+                    "`{}` has one number, or one for each of the channels, of which there are {}, not {found}",
+                    field.name,
+                    channels.clamp(1, MOST_CHANNELS)
+                )));
+            }
+            if let Some(dark) = numbers.iter().find(|number| number.value < 0.0) {
+                return Err(self.error(&dark.place, "with colours an emission must be 0 or more"));
+            }
+        }
+        Ok(numbers.iter().map(|number| number.value).collect())
+    }
+
+    /// Gives every surface a material in every channel, and every channel a name.
+    pub(super) fn finish_channels(
+        &mut self,
+        field: Option<&Field<'_, '_>>,
+    ) -> Result<(), InputError> {
+        let Some(count) = self.channels else {
+            return Ok(());
+        };
+        if self.scene.heat {
+            let message = "temperatures and net fluxes have one channel: leave out `channels` and lists of \
+                           reflectances and emissions, or the temperatures";
+            return Err(match field {
+                Some(field) => field.error(message),
+                None => InputError::new(format_args!("{}: {message}", self.source.name)),
+            });
+        }
+        if self.scene.channels.is_empty() {
+            self.scene.channels = match count {
+                3 => ["red", "green", "blue"].map(str::to_owned).to_vec(),
+                count => (1..=count).map(|number| number.to_string()).collect(),
+            };
+        }
+        for surface in &mut self.scene.surfaces {
+            if surface.colours.is_empty() {
+                if surface.material.emission < 0.0 {
+                    return Err(InputError::new(format_args!(
+                        "{}: {}: with colours an emission must be 0 or more",
+                        self.source.name, surface.name
+                    )));
+                }
+                surface.colours = vec![surface.material; count];
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The largest reflectance and the largest emission.
+fn largest(colours: &[Material]) -> Material {
+    let first = colours.first().copied().unwrap_or(Material::BLACK);
+    colours.iter().fold(first, |largest, one| Material {
+        reflectance: largest.reflectance.max(one.reflectance),
+        emission: largest.emission.max(one.emission),
+    })
+}

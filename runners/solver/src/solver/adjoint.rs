@@ -1,0 +1,60 @@
+//! The way back: walks from the sources.
+
+use super::Solver;
+use crate::systems::Systems;
+use crate::{Goal, Model};
+
+/// The direction of walks.
+impl Solver<'_> {
+    /// Sets whether walks go from the sources to the receivers: one set of walks for all means that are asked for, in scenes. What
+    /// nothing is said of is chosen with a target error, and otherwise walks go from the receivers.
+    ///
+    /// ```
+    /// use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
+    /// use fredholm::{Scalar, SceneModel, Solver};
+    ///
+    /// let names = ["floor", "ceiling", "front", "back", "left", "right"];
+    /// let room = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter().zip(names);
+    /// let surfaces = room.map(|(polygons, name)| NamedSurface {
+    ///     name: name.to_owned(),
+    ///     polygons,
+    ///     material: Material { reflectance: 0.5, emission: f64::from(u8::from(name == "ceiling")) },
+    /// });
+    /// let cube = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64)?;
+    /// let solver = names.iter().fold(Solver::new(&cube), |solver, name| solver.over(*name));
+    /// let report = solver.cells(24).walks(20_000).adjoint(true).solve()?;
+    /// // 1 = ½ · the sum of all means of u, as all light that is emitted is absorbed.
+    /// let sum: f64 = report.goals.iter().filter_map(|goal| goal.preconditioned.estimate).sum();
+    /// assert!((sum - 2.0).abs() < 0.02);
+    /// assert_eq!(report.walks(), 20_000);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn adjoint(mut self, from_the_sources: bool) -> Self {
+        self.settings.adjoint = Some(from_the_sources);
+        self
+    }
+
+    /// The model of the way back, if the choice may take it.
+    pub(crate) fn way_back(&self, goals: &[Goal]) -> Option<Box<dyn Model + '_>> {
+        let settings = &self.settings;
+        let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
+        let is_open = settings.adjoint.is_none() && settings.whole.is_none();
+        // Every process of a team must take the same way.
+        let is_alone = self.execute.takes_whole();
+        let may = is_chosen && is_open && is_alone && !self.model.is_adjoint();
+        may.then(|| self.model.adjoint(goals).ok()).flatten()
+    }
+
+    /// The solver of the same question to another model of the same equation.
+    pub(crate) fn of_model<'a>(&'a self, model: &'a dyn Model) -> Solver<'a> {
+        Solver {
+            model,
+            settings: self.settings.clone(),
+            asked: self.asked.clone(),
+            watch: self.watch,
+            execute: self.execute,
+            systems: Systems(None),
+            means: self.means.clone(),
+        }
+    }
+}
