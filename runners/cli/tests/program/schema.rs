@@ -200,8 +200,11 @@ fn reports_are_what_their_schema_says() {
         run(SPHERE, &["--whole"]),
         run(SCENE, &[]),
         run(&means, &["--whole"]),
-        run(&colours::room(None), &[]),
-        run(&adjoint::room("walks = 1000\n"), &["--adjoint", "true"]),
+        run(&colours::room(None), &["--cells", "20"]),
+        run(
+            &adjoint::room("walks = 1000\n"),
+            &["--adjoint", "true", "--cells", "20"],
+        ),
     ];
     let first = folder.solve(
         CUBE,
