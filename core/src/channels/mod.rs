@@ -185,6 +185,60 @@ pub struct ChannelGoal<'a, T> {
 ///
 /// Goal g of C channels has the numbers g C + c, or g (C + 1) + c with a sum, which comes last. The functionals of a goal
 /// share their walks, whose draws are those of [`WalkSeeds`] number g.
+///
+/// ```
+/// use fredholm_core::channels::{ChannelGoal, ChannelGoals, Channels, NothingKnown};
+/// use fredholm_core::{At, Batch, Job, Kernel, NoNeighbour, Sampler, StateSpace, Uniforms, WalkOptions};
+///
+/// /// u_c = r_c ∫ u_c dy + 1 on [0, 1], with r = (½, ¼): u = (2, 4/3).
+/// struct Two;
+///
+/// impl StateSpace for Two {
+///     type Scalar = f64;
+///     type Point = f64;
+/// }
+/// impl Sampler for Two {
+///     fn absorption(&self, _: &f64) -> f64 {
+///         0.5
+///     }
+///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+///         Some(uniforms.uniform())
+///     }
+/// }
+/// impl Kernel for Two {
+///     fn kernel(&self, _: &f64, _: &f64) -> f64 {
+///         1.0 / 0.5
+///     }
+/// }
+/// impl Channels for Two {
+///     fn channels(&self) -> usize {
+///         2
+///     }
+///     fn factors(&self, _: &f64, factors: &mut [f64]) {
+///         factors.copy_from_slice(&[0.5, 0.25]);
+///     }
+///     fn sample_sources<U: Uniforms<f64>>(&self, _: &f64, _: &mut U, sources: &mut [f64]) {
+///         sources.fill(1.0);
+///     }
+/// }
+///
+/// let goal = ChannelGoal { functional: NothingKnown(At(0.3)), control_means: Some(&[0.0, 0.0]), known: &[] };
+/// let job = ChannelGoals {
+///     equations: &Two,
+///     neighbours: &NoNeighbour::<Two>::new(),
+///     goals: &[goal],
+///     weights: &[1.0, 1.0],
+///     options: WalkOptions::default(),
+/// };
+/// // Both channels and their sum, from the same walks.
+/// let mut batches = [Batch::new(0, 10_000, 10_000); 3];
+/// job.run_shared(0, &mut batches, u64::MAX)?;
+/// for (batch, exact) in batches.iter().zip([2.0, 4.0 / 3.0, 10.0 / 3.0]) {
+///     let plain = batch.statistics().plain();
+///     assert!((plain.estimate - exact).abs() < 5.0 * plain.std_error.unwrap());
+/// }
+/// # Ok::<(), fredholm_core::NotFinite>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ChannelGoals<'a, E, N: ?Sized, T> {
     /// The equations and their chain.
