@@ -5,7 +5,7 @@ use core::num::NonZeroU32;
 
 use num_traits::{one, zero};
 
-use super::control::{Given, advance, box_of, combine, dot, power, spread};
+use super::control::{Given, advance, box_of, combine, linear, power, spread};
 use super::events::{SampledStep, StepEvents};
 use super::{SampledError, SampledTables};
 use crate::array::from_fn;
@@ -130,8 +130,13 @@ where
         tables: &'a ChannelTables<F>,
         steps: NonZeroU32,
     ) -> Result<Self, SampledError> {
-        let wanted = problem.channels();
-        let channels = tables.channels;
+        let (expected, channels) = (problem.channels(), tables.channels);
+        if channels != expected || channels > MOST_CHANNELS {
+            return Err(SampledError::Channels {
+                expected,
+                found: channels,
+            });
+        }
         let boxes = power::<D>(tables.per_axis);
         for (found, of_cell) in [
             (tables.v.len(), channels * B),
@@ -140,7 +145,7 @@ where
             (tables.of_events.len(), channels * tables.slots * B),
         ] {
             let expected = problem.cells().saturating_mul(of_cell);
-            if found != expected || channels != wanted || channels > MOST_CHANNELS {
+            if found != expected {
                 return Err(SampledError::Length { expected, found });
             }
         }
@@ -173,13 +178,7 @@ where
         let from = (cell * boxes + number) * self.tables.channels * (B + D);
         let own = self.tables.control.get(from..).unwrap_or(&[]);
         for (sum, own) in sums.iter_mut().zip(own.chunks_exact(B + D)) {
-            *sum -= match own.split_first_chunk::<B>() {
-                Some((of_x, of_omega)) => of_omega
-                    .iter()
-                    .zip(&place)
-                    .fold(dot(of_x, psi), |sum, (&c, &t)| sum + c * t),
-                None => F::NAN,
-            };
+            *sum -= linear(own, psi, &place);
         }
     }
 }

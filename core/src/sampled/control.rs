@@ -42,6 +42,14 @@ pub enum SampledError {
         /// The length that it has.
         found: usize,
     },
+    /// The tables are of another number of channels than the equation has, or of more than
+    /// [a walk serves](crate::channels::MOST_CHANNELS).
+    Channels {
+        /// The number of the equation's channels.
+        expected: usize,
+        /// The number of the tables' channels.
+        found: usize,
+    },
 }
 
 impl fmt::Display for SampledError {
@@ -54,6 +62,11 @@ impl fmt::Display for SampledError {
             Self::Length { expected, found } => {
                 write!(f, "a table must have {expected} numbers, not {found}")
             }
+            Self::Channels { expected, found } => write!(
+                f,
+                "tables of {found} channels, for an equation of {expected}; there are {} at most",
+                crate::channels::MOST_CHANNELS
+            ),
         }
     }
 }
@@ -221,13 +234,7 @@ where
         let boxes = power::<D>(self.tables.per_axis);
         let from = (cell * boxes + number) * (B + D);
         let own = self.tables.control.get(from..from + B + D).unwrap_or(&[]);
-        match own.split_first_chunk::<B>() {
-            Some((of_x, of_omega)) => of_omega
-                .iter()
-                .zip(&place)
-                .fold(dot(of_x, psi), |sum, (&c, &t)| sum + c * t),
-            None => F::NAN,
-        }
+        linear(own, psi, &place)
     }
 
     /// The events of x, with what c has for each there.
@@ -316,6 +323,22 @@ pub(super) const fn power<const D: usize>(per_axis: u32) -> usize {
     power
 }
 
+/// c in a box of steps, of its B + D coefficients: Σ_b c_b ψ_b(x), and Σ_d c_d t_d of the place in the box.
+#[inline(always)]
+pub(super) fn linear<F: Real, const D: usize, const B: usize>(
+    own: &[F],
+    psi: &[F; B],
+    place: &[F; D],
+) -> F {
+    match own.split_first_chunk::<B>() {
+        Some((of_x, of_omega)) => of_omega
+            .iter()
+            .zip(place)
+            .fold(dot(of_x, psi), |sum, (&c, &t)| sum + c * t),
+        None => F::NAN,
+    }
+}
+
 /// Σ_b t_ib ψ_ib(x) of a table of B numbers for every i.
 #[inline(always)]
 pub(super) fn combine<F: Real, const B: usize>(table: &[F], i: usize, psi: &[F; B]) -> F {
@@ -324,7 +347,7 @@ pub(super) fn combine<F: Real, const B: usize>(table: &[F], i: usize, psi: &[F; 
 }
 
 #[inline(always)]
-pub(super) fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
+fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
     let mut sum = a[0] * b[0];
     let mut i = 1;
     while i < B {

@@ -23,16 +23,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let problem = Problem::new(file, None)?;
     let file = &problem.file;
     let is_always = problem.model().last_steps() == LastSteps::Always;
-    if let Some(last) = file
-        .walk
-        .last_step
-        .as_ref()
-        .filter(|last| last.value && !is_always)
-    {
-        let message =
-            "tables are of u itself, with no last step to the light: leave `last_step` out";
-        return Err(file.refuse(last, message).into());
-    }
+    file.refuse_directions(is_always)?;
     let fail = Failure::of(&problem.file);
     let mut settings = problem.resolved.settings.clone();
     // Where nothing is said of pairs, and others walk by rays.

@@ -32,6 +32,7 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
     let several = files.len() > 1;
     let mut problems = Vec::new();
     for file in files {
+        file.refuse_adjoint()?;
         problems.push(if problems.is_empty() {
             Problem::new(file, None)?
         } else {

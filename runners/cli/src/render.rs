@@ -70,6 +70,7 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
         )));
     }
     let file = solve::read(&args.file, |_| ())?;
+    file.refuse_adjoint()?;
     let problem = Problem::new(file, None)?;
     view::refuse(args, &problem.resolved.model)?;
     let settings = &problem.resolved.settings;

@@ -8,7 +8,9 @@ use fredholm::answer::Answer;
 use fredholm::choice::choose;
 use fredholm::memory::{bytes, refuse_beyond_memory};
 use fredholm::report::Report;
-use fredholm::{Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, Target};
+use fredholm::{
+    Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, Target, asked_way_back,
+};
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
 use fredholm_parts::{END, Header, Keeper, Share, SystemFile, Team, TeamWork};
@@ -77,9 +79,9 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.walk.sequence, "--sequence", args.sequence);
     set(&mut file.walk.survivals, "--survivals", args.survivals);
     let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
-    let (last, adjoint) = (args.last_step, args.adjoint);
-    file.walk.last_step = flag("--last-step", last).or(file.walk.last_step.take());
-    file.walk.adjoint = flag("--adjoint", adjoint).or(file.walk.adjoint.take());
+    let walk = &mut file.walk;
+    walk.last_step = flag("--last-step", args.last_step).or(walk.last_step.take());
+    walk.adjoint = flag("--adjoint", args.adjoint).or(walk.adjoint.take());
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
     set(
@@ -148,6 +150,11 @@ impl Problem {
 
     pub(crate) fn model(&self) -> &dyn Model {
         self.resolved.model.model()
+    }
+
+    fn way_back(&self) -> Result<Option<Box<dyn Model + '_>>, Failure> {
+        let back = asked_way_back(self.model(), &self.resolved.settings, &self.goals);
+        back.map_err(Failure::of(&self.file))
     }
 }
 
@@ -340,11 +347,11 @@ fn answer(
         None if is_chosen => u64::MAX,
         _ => settings.walk_options().walks,
     };
-    let most = most / parts;
-    let (model, goals) = (problem.model(), &problem.goals);
+    let (back, goals) = (problem.way_back()?, &problem.goals);
+    let model = back.as_deref().unwrap_or(problem.model());
     // A room walks for net fluxes and irradiances, too.
     let starts = ((goals.len() + model.besides(goals)) / model.shared()) as u64;
-    let progress = Progress::new(most.saturating_mul(starts), signals);
+    let progress = Progress::new((most / parts).saturating_mul(starts), signals);
     let doing = if is_chosen { "choosing" } else { "setting up" };
     progress.say(doing.to_owned());
     let solver = begun.solver(targets.clone());
@@ -396,7 +403,9 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     } = &problem.resolved;
     let progress = Progress::new(u64::MAX, signals);
     progress.say("choosing".to_owned());
-    let chosen = match choose(problem.model(), targets, settings, &progress) {
+    let back = problem.way_back()?;
+    let model = back.as_deref().unwrap_or(problem.model());
+    let chosen = match choose(model, targets, settings, &progress) {
         Err(Error::Cancelled) => {
             progress.done();
             say("warning: interrupted");
@@ -409,7 +418,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         Some(chosen) => &chosen.settings,
         None => &problem.resolved.settings,
     };
-    let (model, goals, walk) = (problem.model(), &problem.goals, settings.walk_options());
+    let (goals, walk) = (&problem.goals, settings.walk_options());
     let cells = match &chosen {
         Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
         None => {

@@ -39,6 +39,36 @@ impl ProblemFile {
         InputError { rendered }
     }
 
+    /// Refuses the way back, for what answers no targets.
+    ///
+    /// # Errors
+    /// The file, or a flag, asks for it.
+    pub fn refuse_adjoint(&self) -> Result<(), InputError> {
+        match self.walk.adjoint.as_ref().filter(|adjoint| adjoint.value) {
+            None => Ok(()),
+            Some(adjoint) => Err(self.refuse(
+                adjoint,
+                "walks from the sources answer the targets of `solve`, and nothing else: leave `adjoint` out",
+            )),
+        }
+    }
+
+    /// Refuses what the tables of a device do not know: the way back, and a last step to the light that is not always made.
+    ///
+    /// # Errors
+    /// The file, or a flag, asks for it.
+    pub fn refuse_directions(&self, always_to_the_light: bool) -> Result<(), InputError> {
+        self.refuse_adjoint()?;
+        let last = self.walk.last_step.as_ref();
+        match last.filter(|last| last.value && !always_to_the_light) {
+            None => Ok(()),
+            Some(last) => Err(self.refuse(
+                last,
+                "tables are of u itself, with no last step to the light: leave `last_step` out",
+            )),
+        }
+    }
+
     /// An error about a value; one given by a flag is shown with the flag.
     pub fn refuse<T: Debug>(&self, placed: &Placed<T>, message: impl Display) -> InputError {
         match placed.place {

@@ -230,7 +230,7 @@ impl Fold {
                 ),
             ));
         };
-        let Some(front) = self.fronts.get_mut(goal) else {
+        let Some(front) = self.fronts.get(goal) else {
             return Err(PartError::refused(
                 path,
                 format_args!("there is no goal {goal}"),
@@ -252,11 +252,38 @@ impl Fold {
             }
             _ => {}
         }
-        let (set_up, scalar) = (&self.job.set_up, self.job.settings.scalar);
-        while let Some(next) = self.waiting.remove(&(goal, front.next)) {
-            front.merge(&next, |statistics| set_up.floor(scalar, statistics));
-        }
+        let shared = self.job.set_up.shared.max(1);
+        let first = goal - goal % shared;
+        self.merge_next(first..(first + shared).min(self.fronts.len()));
         Ok(())
+    }
+
+    /// Merges the next batches of goals that share their walks while all of these have them.
+    fn merge_next(&mut self, sharing: Range<usize>) {
+        let (set_up, scalar) = (&self.job.set_up, self.job.settings.scalar);
+        let Some(fronts) = self.fronts.get_mut(sharing.clone()) else {
+            return;
+        };
+        while let Some(next) = fronts.first().map(|front| front.next)
+            && sharing
+                .clone()
+                .all(|goal| self.waiting.contains_key(&(goal, next)))
+        {
+            let goals = sharing.clone().zip(&mut *fronts);
+            let reasons = goals.map(|(goal, front)| {
+                let batch = self.waiting.remove(&(goal, next)).unwrap_or_default();
+                front.merge(&batch, |statistics| set_up.floor(scalar, statistics))
+            });
+            // They stop with the last of them, and no one before.
+            let reasons: Vec<Option<StopReason>> = reasons.collect();
+            if reasons.iter().all(Option::is_some) {
+                for (front, reason) in fronts.iter_mut().zip(reasons) {
+                    front.stop = front.stop.or(reason);
+                }
+            } else {
+                fronts.iter_mut().for_each(Front::go_on);
+            }
+        }
     }
 
     /// The batches that a goal needs and nobody has.
@@ -403,21 +430,30 @@ const MORE: f64 = 1.1;
 const MOST: f64 = 1e17;
 
 impl Front {
-    /// Merges the next batch, unless the goal has stopped before it.
-    fn merge(&mut self, batch: &Statistics, floor: impl Fn(&Statistics) -> f64) {
+    /// Merges the next batch, unless the goal has stopped before it, and says why it would stop now.
+    fn merge(
+        &mut self,
+        batch: &Statistics,
+        floor: impl Fn(&Statistics) -> f64,
+    ) -> Option<StopReason> {
         self.next += 1;
         if self.stop.is_some() {
-            return;
+            return self.stop;
         }
         self.statistics.merge(batch);
         self.tail.add(batch);
         self.schedule.end_batch();
-        if self.schedule.stage().is_empty() {
-            let floor = floor(&self.statistics);
-            self.stop = stop(&self.schedule, &self.statistics, &self.tail, Some(floor));
-            if self.stop.is_none() {
-                self.schedule.begin_stage();
-            }
+        if !self.schedule.stage().is_empty() {
+            return None;
+        }
+        let floor = floor(&self.statistics);
+        stop(&self.schedule, &self.statistics, &self.tail, Some(floor))
+    }
+
+    /// Begins the next stage, if this one is over and the goal has not stopped.
+    fn go_on(&mut self) {
+        if self.stop.is_none() && self.schedule.stage().is_empty() {
+            self.schedule.begin_stage();
         }
     }
 }

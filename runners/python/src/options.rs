@@ -95,6 +95,9 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     if let Some(last) = given(options, "last_step")? {
         walk.last_step = Some(Placed::flag("last_step", last));
     }
+    if let Some(adjoint) = given(options, "adjoint")? {
+        walk.adjoint = Some(Placed::flag("adjoint", adjoint));
+    }
     set(&mut walk.scalar, "scalar", word(options, "scalar")?);
     set(&mut walk.seed, "seed", given(options, "seed")?);
     set(&mut walk.batch, "batch", given(options, "batch")?);

@@ -22,6 +22,9 @@ use crate::{Error, Model, Partitioned, Scalar, Settings};
 pub struct SetUp {
     /// The number of goals of the job: those that were asked for, and what a room has besides.
     pub goals: usize,
+    /// The number of them that share their walks.
+    #[serde(default = "alone")]
+    pub shared: usize,
     /// (v, Φ) of each goal that was asked for; NaN for plain walks.
     #[serde(deserialize_with = "null_is_nan")]
     pub galerkin: Vec<f64>,
@@ -43,6 +46,11 @@ pub struct SetUp {
     pub seconds: f64,
 }
 
+/// A goal that shares its walks with no other one, as all did once.
+const fn alone() -> usize {
+    1
+}
+
 /// JSON has no NaN: it is written as null.
 fn null_is_nan<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
     let all = Vec::<Option<f64>>::deserialize(from)?;
@@ -54,6 +62,7 @@ impl SetUp {
     pub(crate) fn new(prepared: &Prepared<'_>, seconds: f64) -> Self {
         Self {
             goals: prepared.job.goals(),
+            shared: prepared.job.shared(),
             galerkin: prepared.galerkin.to_vec(),
             largest: prepared.largest,
             radius_bound: prepared.radius_bound,

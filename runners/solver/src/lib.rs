@@ -49,6 +49,6 @@ pub use point::Point;
 pub use report::Report;
 pub use room::RoomModel;
 pub use scene::SceneModel;
-pub use solver::{SolveError, Solver};
+pub use solver::{SolveError, Solver, asked_way_back};
 pub use sphere::SphereModel;
 pub use whole::{WholeCoefficients, WholeFunction, WholeSummary, WholeValue};

@@ -5,6 +5,8 @@ mod error;
 mod extra;
 mod whole;
 
+pub use adjoint::asked_way_back;
+
 use core::fmt;
 use core::time::Duration;
 
@@ -312,8 +314,7 @@ impl<'m> Solver<'m> {
         let goals = self.goals(&targets)?;
         let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
         let exact = exact.collect::<Result<Vec<_>, Error>>()?;
-        if self.settings.adjoint == Some(true) && !self.model.is_adjoint() {
-            let back = self.model.adjoint(&goals)?;
+        if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
             return self.of_model(&*back).solve();
         }
         if self.settings.whole == Some(true) {
@@ -394,6 +395,9 @@ impl<'m> Solver<'m> {
     pub fn answer(&self) -> Result<Answer, SolveError> {
         self.check()?;
         let goals = self.goals(&self.targets()?)?;
+        if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
+            return self.of_model(&*back).answer();
+        }
         Ok(self.walk(&goals)?.0)
     }
 
@@ -407,8 +411,10 @@ impl<'m> Solver<'m> {
         self.settings.tolerance = Some(Tolerance::Absolute(error));
         self.check()?;
         let targets = self.targets()?;
-        self.goals(&targets)?;
-        let chosen = choice::choose(self.model, &targets, &self.settings, self.watch)?;
+        let goals = self.goals(&targets)?;
+        let back = asked_way_back(self.model, &self.settings, &goals)?;
+        let model = back.as_deref().unwrap_or(self.model);
+        let chosen = choice::choose(model, &targets, &self.settings, self.watch)?;
         Ok(chosen.map(
             |Chosen {
                  settings, report, ..
@@ -431,6 +437,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn diagnose_in(&self, nodes: usize) -> Result<Diagnosis, SolveError> {
         self.check()?;
+        self.check_direction()?;
         let goals = self.goals(&self.targets()?)?;
         let (model, settings) = (self.model, &self.settings);
         let nodes = nodes.max(LEAST_NODES);
@@ -444,6 +451,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn sweep(&self, cells: &[usize], walks: u64) -> Result<Rates, SolveError> {
         self.check()?;
+        self.check_direction()?;
         let lift = self.settings.lifted();
         let sweep = Sweep {
             model: self.model,

@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 
 use crate::common::{self, Folder};
+use crate::parts;
 
 /// A closed box with a lamp under its ceiling, one black wall and one of two materials; and the means over all of its surfaces.
 pub(crate) fn room(walk: &str) -> String {
@@ -119,6 +120,18 @@ fn both_directions_agree() {
     assert_eq!(one, two);
 }
 
+/// Parts of walks from the sources are one run, and say what they are.
+#[test]
+fn parts_go_the_same_way() {
+    let folder = Folder::new();
+    let room = room("walks = 20000\nabsorption = 0.3\n");
+    let args = ["--cells", "20", "--adjoint", "true"];
+    let paths = parts::parts(&folder, &room, 3, &args);
+    let merged = parts::merge(&paths, &["--json"]);
+    assert_eq!(merged.json()["adjoint"], true);
+    assert_eq!(merged.timeless(), parts::whole(&room, &args));
+}
+
 /// With an error and nothing said of the direction, the choice takes the way back where a lamp gives light to many receivers.
 #[test]
 fn the_choice_takes_the_faster_direction() {
@@ -201,6 +214,30 @@ fn what_the_way_back_refuses() {
             "{words}: {ran:?}"
         );
     }
+    let file = folder.file("room.toml", room("adjoint = true\nwalks = 1000\n"));
+    let (png, bin) = (folder.at("a.png"), folder.at("a.bin"));
+    let answers = "walks from the sources answer the targets of `solve`, and nothing else";
+    for (args, words) in [
+        (
+            &["solve", &file, "--whole", "--cells", "20"][..],
+            "neither tell a whole function",
+        ),
+        (&["rates", &file], answers),
+        (&["render", &file, "--out", &png], answers),
+        (&["export", &file, "--out", &bin], answers),
+    ] {
+        let ran = common::fredholm(args);
+        assert!(
+            ran.status == Some(2) && ran.stderr.contains(words),
+            "{words}: {ran:?}"
+        );
+    }
+    // `check` tells the walks that `solve` makes: one set for all.
+    let ran = common::fredholm(&["check", &file]);
+    assert!(
+        ran.status == Some(0) && ran.stdout.contains("walks      1000\n"),
+        "{ran:?}"
+    );
     let circle = folder.file("circle.toml", common::CIRCLE);
     let ran = common::fredholm(&["solve", &circle, "--adjoint", "true"]);
     let words = "walks go back from the sources to the receivers in scenes";

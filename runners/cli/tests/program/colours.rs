@@ -117,9 +117,16 @@ fn channels_have_the_same_bits_everywhere() {
     });
     assert_eq!(one, two);
     let args = ["--walks", "20000"];
-    let paths = parts::parts(&folder, &room(None), 3, &args);
+    let small = room(None).replace("[walk]\n", "[walk]\nbatch = 256\n");
+    let paths = parts::parts(&folder, &small, 3, &args);
     let merged = parts::merge(&paths, &["--json"]).quietly(0).timeless();
-    assert_eq!(merged, parts::whole(&room(None), &args));
+    assert_eq!(merged, parts::whole(&small, &args));
+
+    // All channels of a target end with the last of them, wherever that is decided.
+    let error = ["--target-error", "0.05", "--relative"];
+    let whole = parts::whole(&small, &[&args[..], &error].concat());
+    let merged = parts::merge(&paths, &[&error[..], &["--json"]].concat());
+    assert_eq!(merged.timeless(), whole);
 
     // Neither cells nor walks are given: they are chosen.
     let open = room(None)

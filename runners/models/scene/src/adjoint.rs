@@ -20,7 +20,7 @@ use fredholm_scene::{Coloured, Point, Sources};
 use crate::SceneModel;
 use crate::channels::{FaceTables, PerFace, Solved, with_neighbours};
 use crate::partition::{Cut, NO_PAIRS, ScenePartition, WalkTables, no_prediction};
-use crate::radius::{radius, second_moment_radius};
+use crate::radius::{check_plain_variance, radius};
 use crate::regions::Place;
 
 /// The model of the way back of a scene, for goals that are means over surfaces.
@@ -362,10 +362,7 @@ impl BackSystem<'_> {
 
 impl System for BackSystem<'_> {
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
-        fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
-            second_moment_radius(self.model.forward.scene(), absorption)
-        })
+        check_plain_variance(self.model.forward.scene(), walk.absorption)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

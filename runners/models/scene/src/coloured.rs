@@ -12,7 +12,7 @@ use fredholm_scene::{Air, Coloured, Point};
 
 use crate::channels::{Boxed, FaceTables, PerFace, Solved, with_neighbours};
 use crate::partition::{Cut, NO_PAIRS, ScenePartition, WalkTables, no_prediction};
-use crate::radius::{radius, second_moment_radius};
+use crate::radius::{check_plain_variance, radius};
 use crate::regions::{On, Place};
 use crate::{Colours, SceneModel};
 
@@ -312,10 +312,7 @@ impl<F: Real> ColouredWalks<'_, F> {
 
 impl System for ColouredSystem<'_> {
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
-        fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
-            second_moment_radius(self.model.scene(), absorption)
-        })
+        check_plain_variance(self.model.scene(), walk.absorption)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

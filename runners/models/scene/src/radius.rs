@@ -24,6 +24,16 @@ pub(crate) fn second_moment_radius(scene: &Scene, absorption: f64) -> Result<f64
     Ok(high.min(bound))
 }
 
+/// Refuses plain walks of infinite variance.
+///
+/// # Errors
+/// [`Error::InfiniteVariance`].
+pub(crate) fn check_plain_variance(scene: &Scene, absorption: f64) -> Result<(), Error> {
+    fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
+        second_moment_radius(scene, absorption)
+    })
+}
+
 /// The spectral radius of T_K: no more than the largest ρ, or, where that is 1, estimated by rays from few cells.
 pub(crate) fn radius(scene: &Scene) -> Result<f64, Error> {
     let largest = largest_reflectance(scene);

@@ -21,7 +21,7 @@ use fredholm_scene::{Air, Facing, Point, Radiosity};
 use crate::SceneModel;
 use crate::of_degree;
 use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
-use crate::radius::second_moment_radius;
+use crate::radius::check_plain_variance;
 use crate::regions::{Place, Start};
 use crate::whole::SceneWhole;
 
@@ -257,10 +257,7 @@ pub(crate) fn with_job<'a, F: Real>(
 
 impl System for SceneSystem<'_> {
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
-        fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
-            second_moment_radius(self.model.scene(), absorption)
-        })
+        check_plain_variance(self.model.scene(), walk.absorption)
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {

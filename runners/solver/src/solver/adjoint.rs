@@ -2,7 +2,20 @@
 
 use super::Solver;
 use crate::systems::Systems;
-use crate::{Goal, Model};
+use crate::{Error, Goal, Model, Settings, Subject};
+
+/// The model of the direction that settings ask for: that of the way back of these goals; `None`: the model itself.
+///
+/// # Errors
+/// [`Error::Option`]: there is no way back, and why.
+pub fn asked_way_back<'a>(
+    model: &'a dyn Model,
+    settings: &Settings,
+    goals: &[Goal],
+) -> Result<Option<Box<dyn Model + 'a>>, Error> {
+    let is_asked = settings.adjoint == Some(true) && !model.is_adjoint();
+    is_asked.then(|| model.adjoint(goals)).transpose()
+}
 
 /// The direction of walks.
 impl Solver<'_> {
@@ -56,5 +69,18 @@ impl Solver<'_> {
             systems: Systems(None),
             means: self.means.clone(),
         }
+    }
+
+    /// Refuses the way back where nothing follows it.
+    pub(crate) fn check_direction(&self) -> Result<(), Error> {
+        if self.settings.adjoint != Some(true) {
+            return Ok(());
+        }
+        Err(Error::Option {
+            subject: Subject::Adjoint,
+            message: "walks from the sources answer targets, and neither tell a whole function nor are swept or predicted: \
+                      leave `adjoint` out"
+                .to_owned(),
+        })
     }
 }

@@ -59,6 +59,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
         self.check()?;
+        self.check_direction()?;
         self.check_whole()?;
         let whole = Whole {
             model: self.model,
