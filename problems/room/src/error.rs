@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use fredholm_core::channels::MOST_CHANNELS;
 use fredholm_core::galerkin::GalerkinError;
 use fredholm_core::refused;
 
@@ -83,6 +84,11 @@ pub enum RoomError {
     Functions {
         /// The number that was asked for.
         functions: usize,
+    },
+    /// No channels, or more than walks serve.
+    Channels {
+        /// The number that was asked for.
+        channels: usize,
     },
     /// There is no such surface.
     Surface {
@@ -179,6 +185,10 @@ impl fmt::Display for RoomError {
             Self::Functions { functions } => write!(
                 f,
                 "a cell of a room has from 1 to 5 functions, not {functions}"
+            ),
+            Self::Channels { channels } => write!(
+                f,
+                "there are from 1 to {MOST_CHANNELS} channels, not {channels}"
             ),
             Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),

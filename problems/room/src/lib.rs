@@ -12,9 +12,13 @@ extern crate alloc;
 mod cast;
 mod cells;
 #[cfg(feature = "alloc")]
+mod channel_setup;
+#[cfg(feature = "alloc")]
 mod closed;
 #[cfg(feature = "alloc")]
 mod coarse;
+mod coloured;
+mod coloured_rays;
 #[cfg(feature = "alloc")]
 mod covered;
 mod error;
@@ -40,6 +44,8 @@ mod polynomials;
 #[cfg(feature = "alloc")]
 mod quadrature;
 #[cfg(feature = "alloc")]
+mod ray_boxes;
+#[cfg(feature = "alloc")]
 mod ray_setup;
 #[cfg(feature = "alloc")]
 mod ray_tables;
@@ -61,7 +67,11 @@ mod visible;
 
 pub use cells::{Cells, Edge};
 #[cfg(feature = "alloc")]
-pub use coarse::{CoarseSolution, CoarseStep};
+pub use channel_setup::{ChannelRaySetup, ChannelRayTables};
+#[cfg(feature = "alloc")]
+pub use coarse::{CoarseChannelStep, CoarseChannels, CoarseSolution, CoarseStep};
+pub use coloured::{ColouredRoom, WallColours};
+pub use coloured_rays::{ChannelControl, ColouredRays};
 #[cfg(feature = "alloc")]
 pub use covered::Covered;
 pub use error::{Place, RoomError};
@@ -82,7 +92,9 @@ pub use polynomials::PolynomialRoom;
 #[cfg(feature = "alloc")]
 pub use quadrature::RoomQuadrature;
 #[cfg(feature = "alloc")]
-pub use ray_setup::{CellRays, RaySetup};
+pub use ray_boxes::{CellChannelRays, CellRays};
+#[cfg(feature = "alloc")]
+pub use ray_setup::RaySetup;
 #[cfg(feature = "alloc")]
 pub use ray_tables::RayTables;
 pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Share, Stretch};

@@ -5,16 +5,18 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 #[cfg(feature = "alloc")]
-use fredholm_core::galerkin::{buffer, legendre};
+use fredholm_core::channels::MOST_CHANNELS;
+#[cfg(feature = "alloc")]
+use fredholm_core::galerkin::{buffer, legendre, reserve};
 #[cfg(feature = "alloc")]
 use fredholm_core::{SourcePart, best_lights};
 use num_traits::zero;
 
 #[cfg(feature = "alloc")]
 use crate::factors::exchanges;
-use crate::{Point, Room};
 #[cfg(feature = "alloc")]
-use crate::{PolynomialRoom, RoomError, Scene};
+use crate::{ColouredRoom, PolynomialRoom, RoomError, Scene, WallColours};
+use crate::{Point, Room, Wall};
 
 impl<F: Real> Room<'_, F> {
     /// F_s on a wall: its emission if it is a light, and 0 otherwise.
@@ -26,7 +28,7 @@ impl<F: Real> Room<'_, F> {
     }
 
     #[inline]
-    fn is_light(&self, wall: u32) -> bool {
+    pub(crate) fn is_light(&self, wall: u32) -> bool {
         self.lights().binary_search(&wall).is_ok()
     }
 
@@ -34,18 +36,26 @@ impl<F: Real> Room<'_, F> {
     #[must_use]
     pub fn direct(&self, x: &Point<F>) -> F {
         let mut sum = zero::<F>();
+        self.seen_lights(x, |_, wall, factor| sum += wall.emission * factor);
+        sum
+    }
+
+    /// Calls `each` with the number of every light before a point, its wall, and the form factor to what the point sees of it.
+    #[inline(always)]
+    pub(crate) fn seen_lights(&self, x: &Point<F>, mut each: impl FnMut(usize, &Wall<F>, F)) {
         for &light in self.lights() {
+            // There are such walls: `with_lights` has looked.
             let Some(wall) = self.geometry().wall(light) else {
-                return F::NAN;
+                continue;
             };
             // Points of a wall do not see it, nor what is on its back, whatever rounding makes of their height.
             let [a, b] = x.position();
             let size = a.abs() + b.abs() + wall.length;
             if wall.height(x.position()) > F::from_f64(8.0) * F::EPSILON * size {
-                sum += wall.emission * self.form_factor_of_wall(x, light as usize);
+                let light = light as usize;
+                each(light, wall, self.form_factor_of_wall(x, light));
             }
         }
-        sum
     }
 
     /// (T_K F_s)(x): what a wall reflects of the lights.
@@ -84,7 +94,7 @@ impl Scene {
     #[must_use]
     pub fn best_lights(&self) -> Vec<u32> {
         let walls = self.geometry().walls().iter();
-        let part = |wall: &crate::Wall<f64>| SourcePart {
+        let part = |wall: &Wall<f64>| SourcePart {
             measure: wall.length,
             source: wall.emission,
             reflectance: wall.reflectance,
@@ -126,26 +136,63 @@ impl DirectLight {
     /// # Errors
     /// [`RoomError::Memory`].
     pub fn new(scene: &Scene, lights: &[u32]) -> Result<Self, RoomError> {
+        let walls = scene.geometry();
+        let mut all = Self::of(scene, lights, 1, &|wall, _| {
+            let own = walls.walls().get(wall);
+            own.map_or([f64::NAN; 2], |own| [own.reflectance, own.emission])
+        })?;
+        all.pop().ok_or(RoomError::Memory { bytes: None })
+    }
+
+    /// The light of these walls in every channel of a scene, from the same rows.
+    ///
+    /// # Errors
+    /// [`RoomError::Memory`].
+    pub fn of_channels(
+        scene: &Scene,
+        lights: &[u32],
+        colours: &WallColours<'_, f64>,
+    ) -> Result<Vec<Self>, RoomError> {
+        Self::of(scene, lights, colours.channels(), &|wall, channel| {
+            let [reflectances, emissions] = [colours.reflectances(wall), colours.emissions(wall)];
+            [reflectances, emissions].map(|own| own.get(channel).copied().unwrap_or(f64::NAN))
+        })
+    }
+
+    /// The light in so many channels, of reflectances and emissions of walls in each.
+    fn of(
+        scene: &Scene,
+        lights: &[u32],
+        channels: usize,
+        material: &dyn Fn(usize, usize) -> [f64; 2],
+    ) -> Result<Vec<Self>, RoomError> {
         let geometry = scene.geometry();
-        let emission = |wall: u32| geometry.wall(wall).map_or(0.0, |wall| wall.emission);
-        let mut walls: Vec<[f64; 4]> = buffer(geometry.walls().len())?;
-        for ([length, ..], wall) in walls.iter_mut().zip(geometry.walls()) {
-            *length = wall.length;
-        }
-        for &light in lights {
-            if let Some([length, emitted, ..]) = walls.get_mut(light as usize) {
-                *emitted = *length * emission(light);
+        let mut all = reserve(channels)?;
+        for channel in 0..channels {
+            let mut walls: Vec<[f64; 4]> = buffer(geometry.walls().len())?;
+            for ([length, ..], wall) in walls.iter_mut().zip(geometry.walls()) {
+                *length = wall.length;
             }
+            for &light in lights {
+                if let Some([length, emitted, ..]) = walls.get_mut(light as usize) {
+                    *emitted = *length * material(light as usize, channel)[1];
+                }
+            }
+            all.push(Self { walls });
         }
         exchanges(scene, lights, &mut |light, wall, exchange| {
-            if let Some([.., irradiance, _]) = walls.get_mut(wall as usize) {
-                *irradiance += emission(light) * exchange;
+            for (channel, own) in all.iter_mut().enumerate() {
+                if let Some([.., irradiance, _]) = own.walls.get_mut(wall as usize) {
+                    *irradiance += material(light as usize, channel)[1] * exchange;
+                }
             }
         });
-        for ([.., irradiance, reflected], wall) in walls.iter_mut().zip(geometry.walls()) {
-            *reflected = wall.reflectance * *irradiance;
+        for (channel, own) in all.iter_mut().enumerate() {
+            for (wall, [.., irradiance, reflected]) in own.walls.iter_mut().enumerate() {
+                *reflected = material(wall, channel)[0] * *irradiance;
+            }
         }
-        Ok(Self { walls })
+        Ok(all)
     }
 
     /// The mean of F_s over some walls, weighted by length.
@@ -186,20 +233,50 @@ impl<const B: usize> PolynomialRoom<'_, '_, f64, B> {
     #[must_use]
     pub fn project_light(&self, cell: usize) -> [f64; B] {
         let mut sum = [0.0; B];
+        self.light_points(cell, &mut |x, weight, psi| {
+            let light = x.map_or(f64::NAN, |x| self.room().reflected_light(&x));
+            for (sum, psi) in sum.iter_mut().zip(psi) {
+                *sum += weight * light * psi;
+            }
+        });
+        sum
+    }
+
+    /// Takes the coefficients of T_Kc F_s,c on a cell from those of every channel, B numbers for each.
+    pub fn subtract_light(
+        &self,
+        coloured: &ColouredRoom<'_, '_, f64>,
+        cell: usize,
+        from: &mut [f64],
+    ) {
+        let mut light = [f64::NAN; MOST_CHANNELS];
+        let channels = coloured.colours().channels();
+        let light = light.get_mut(..channels).unwrap_or_default();
+        self.light_points(cell, &mut |x, weight, psi| {
+            if let Some(x) = x {
+                coloured.reflected_light(&x, light);
+            }
+            for (from, light) in from.chunks_exact_mut(B).zip(&*light) {
+                for (from, psi) in from.iter_mut().zip(psi) {
+                    *from -= weight * light * psi;
+                }
+            }
+        });
+    }
+
+    /// Calls `each` with Gauss points of a cell, their weights, and the functions there.
+    pub(crate) fn light_points(
+        &self,
+        cell: usize,
+        each: &mut dyn FnMut(Option<Point<f64>>, f64, [f64; B]),
+    ) {
         for part in 0..PARTS {
             for (place, weight) in crate::rays::GAUSS {
                 let t = (f64::from(part) + place) / f64::from(PARTS);
-                let light = self
-                    .room()
-                    .inside(cell, t)
-                    .map_or(f64::NAN, |x| self.room().reflected_light(&x));
-                let psi: [f64; B] = legendre(t + t - 1.0);
-                for (sum, psi) in sum.iter_mut().zip(psi) {
-                    *sum += weight / f64::from(PARTS) * light * psi;
-                }
+                let psi = legendre(t + t - 1.0);
+                each(self.room().inside(cell, t), weight / f64::from(PARTS), psi);
             }
         }
-        sum
     }
 }
 

@@ -6,8 +6,10 @@ use fredholm_core::Real;
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::reserve;
 
-use crate::ray_setup::CellRays;
-use crate::rays::{Interval, PLACES, RayBox, RayControl, RayNeighbour, Share, Stretch, TERMS};
+use crate::ray_boxes::CellRays;
+use crate::rays::{
+    Interval, PLACES, RayBox, RayControl, RayNeighbour, Share, Stretch, TERMS, add_means,
+};
 use crate::{PolynomialRoom, RoomError};
 
 /// The tables of a [`RayNeighbour`].
@@ -102,7 +104,7 @@ impl RayTables<f64> {
             for (ray_box, share) in boxes.iter().zip(shares) {
                 let interval = own.interval as usize + share.interval as usize;
                 if let Some(interval) = all.intervals.get_mut(interval) {
-                    interval.add(ray_box);
+                    add_means(&mut interval.mean, ray_box.width, &ray_box.control, 1);
                 }
             }
         }

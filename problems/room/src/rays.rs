@@ -6,7 +6,7 @@ use fredholm_core::{Kernel, Located, Neighbour, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
 
 use crate::vector::{Vector, dot, sub};
-use crate::{Point, PolynomialRoom, RoomError};
+use crate::{Point, PolynomialRoom, Room, RoomError};
 
 /// Functions of the place in a cell, and of that in a box of directions.
 pub(crate) const TERMS: usize = 5;
@@ -89,13 +89,93 @@ pub struct RayControl<'a, F> {
 type Parts<'a, F> = (&'a [Interval<F>], &'a [RayBox<F>], &'a [Share]);
 
 /// What is seen from a point.
-struct View<'a, F> {
+pub(crate) struct View<'a, F> {
     /// ψ of the place in the stretch.
-    psi: [F; PLACES],
-    stretch: &'a Stretch<F>,
-    intervals: &'a [Interval<F>],
-    boxes: &'a [RayBox<F>],
-    shares: &'a [Share],
+    pub(crate) psi: [F; PLACES],
+    /// The number of the stretch.
+    pub(crate) number: usize,
+    pub(crate) stretch: &'a Stretch<F>,
+    pub(crate) intervals: &'a [Interval<F>],
+    pub(crate) boxes: &'a [RayBox<F>],
+    pub(crate) shares: &'a [Share],
+}
+
+impl<'a, F: Real> RayControl<'a, F> {
+    /// Refuses tables that are not those of so many cells, or lead elsewhere.
+    pub(crate) fn check(&self, cells: usize) -> Result<(), RoomError> {
+        let Self {
+            first, stretches, ..
+        } = self;
+        let grow = first.iter().zip(first.iter().skip(1)).all(|(a, b)| a < b);
+        let ends = first.first() == Some(&0)
+            && first
+                .last()
+                .is_some_and(|&last| last as usize + 1 == stretches.len());
+        let is_right = |number: usize| {
+            let Some((intervals, _, shares)) = self.parts(number) else {
+                return false;
+            };
+            let mut before = 0.0;
+            let is_right = shares.iter().all(|share| {
+                let grows = share.sum > before;
+                before = share.sum;
+                grows && (share.interval as usize) < intervals.len()
+            });
+            !intervals.is_empty() && is_right && before == 1.0
+        };
+        let is_whole = first.len() == cells + 1
+            && grow
+            && ends
+            && (0..stretches.len().saturating_sub(1)).all(is_right);
+        if is_whole {
+            Ok(())
+        } else {
+            Err(RoomError::Tables)
+        }
+    }
+
+    /// Intervals, boxes and probabilities of a stretch.
+    #[inline]
+    fn parts(&self, number: usize) -> Option<Parts<'a, F>> {
+        let [own, next, ..] = self.stretches.get(number..)? else {
+            return None;
+        };
+        let intervals = own.interval as usize..next.interval as usize;
+        let boxes = own.ray_box as usize..next.ray_box as usize;
+        Some((
+            self.intervals.get(intervals)?,
+            self.boxes.get(boxes.clone())?,
+            self.shares.get(boxes)?,
+        ))
+    }
+
+    /// What is seen from a point.
+    #[inline]
+    pub(crate) fn view(&self, room: &Room<'_, F>, x: &Located<Point<F>>) -> Option<View<'a, F>> {
+        let [from, to, ..] = *self.first.get(x.cell..)? else {
+            return None;
+        };
+        let own = self.stretches.get(from as usize..to as usize)?;
+        let half = F::from_f64(0.5);
+        let t = half + half * room.coordinate(&x.point, x.cell);
+        // The first begins where the cell does.
+        let later = own.get(1..).unwrap_or(&[]);
+        let number = later.partition_point(|stretch| stretch.from <= t);
+        let start = own.get(number)?.from;
+        let end = own.get(number + 1).map_or(one(), |next| next.from);
+        let place = (t - start) / (end - start);
+        let stretch = own.get(number)?;
+        let number = from as usize + number;
+        let (intervals, boxes, shares) = self.parts(number)?;
+        Some(View {
+            psi: legendre(place + place - one()),
+            number,
+            stretch,
+            intervals,
+            boxes,
+            shares,
+        })
+    }
 }
 
 /// The neighbour equation v = T_k v + G of any v in a room, with an unbiased estimate of G from **one** ray.
@@ -147,85 +227,17 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
         if found != expected {
             return Err(RoomError::Length { expected, found });
         }
-        let neighbour = Self {
+        control.check(cells)?;
+        Ok(Self {
             polynomials,
             v,
             control,
-        };
-        if neighbour.is_whole(cells) {
-            Ok(neighbour)
-        } else {
-            Err(RoomError::Tables)
-        }
-    }
-
-    /// Whether the tables are those of so many cells, and lead nowhere else.
-    fn is_whole(&self, cells: usize) -> bool {
-        let RayControl {
-            first, stretches, ..
-        } = self.control;
-        let grow = first.iter().zip(first.iter().skip(1)).all(|(a, b)| a < b);
-        let ends = first.first() == Some(&0)
-            && first
-                .last()
-                .is_some_and(|&last| last as usize + 1 == stretches.len());
-        let is_right = |number: usize| {
-            let Some((intervals, _, shares)) = self.stretch(number) else {
-                return false;
-            };
-            let mut before = 0.0;
-            let is_right = shares.iter().all(|share| {
-                let grows = share.sum > before;
-                before = share.sum;
-                grows && (share.interval as usize) < intervals.len()
-            });
-            !intervals.is_empty() && is_right && before == 1.0
-        };
-        first.len() == cells + 1
-            && grow
-            && ends
-            && (0..stretches.len().saturating_sub(1)).all(is_right)
-    }
-
-    /// Intervals, boxes and probabilities of a stretch.
-    #[inline]
-    fn stretch(&self, number: usize) -> Option<Parts<'n, F>> {
-        let control = &self.control;
-        let [own, next, ..] = control.stretches.get(number..)? else {
-            return None;
-        };
-        let intervals = own.interval as usize..next.interval as usize;
-        let boxes = own.ray_box as usize..next.ray_box as usize;
-        Some((
-            control.intervals.get(intervals)?,
-            control.boxes.get(boxes.clone())?,
-            control.shares.get(boxes)?,
-        ))
+        })
     }
 
     #[inline]
     fn view(&self, x: &Located<Point<F>>) -> Option<View<'n, F>> {
-        let control = &self.control;
-        let [from, to, ..] = *control.first.get(x.cell..)? else {
-            return None;
-        };
-        let own = control.stretches.get(from as usize..to as usize)?;
-        let half = F::from_f64(0.5);
-        let t = half + half * self.polynomials.room().coordinate(&x.point, x.cell);
-        // The first begins where the cell does.
-        let later = own.get(1..).unwrap_or(&[]);
-        let number = later.partition_point(|stretch| stretch.from <= t);
-        let start = own.get(number)?.from;
-        let end = own.get(number + 1).map_or(one(), |next| next.from);
-        let place = (t - start) / (end - start);
-        let (intervals, boxes, shares) = self.stretch(from as usize + number)?;
-        Some(View {
-            psi: legendre(place + place - one()),
-            stretch: own.get(number)?,
-            intervals,
-            boxes,
-            shares,
-        })
+        self.control.view(self.polynomials.room(), x)
     }
 
     /// v(y) where a ray from x leads; 0 where it leaves.
@@ -239,15 +251,8 @@ impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
     #[inline]
     fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<F> {
         let view = self.view(x)?;
-        let last = view.shares.len().checked_sub(1)?;
-        let number = view
-            .shares
-            .partition_point(|share| share.to::<F>() <= chosen);
-        let number = if number < last { number } else { last };
-        let before = number.checked_sub(1);
-        let before = before.and_then(|before| view.shares.get(before));
+        let (number, probability) = view.chosen(chosen)?;
         let share = view.shares.get(number)?;
-        let probability = share.to::<F>() - before.map_or_else(zero, Share::to);
         let ray_box = view.boxes.get(number)?;
         let room = self.polynomials.room();
         let tangent = room.geometry().wall(x.point.wall() as u32)?.tangent;
@@ -334,9 +339,26 @@ impl Share {
 }
 
 impl<F: Real> View<'_, F> {
+    /// The number of the box that a uniform number chooses, and its probability.
+    #[inline]
+    pub(crate) fn chosen(&self, chosen: F) -> Option<(usize, F)> {
+        let last = self.shares.len().checked_sub(1)?;
+        let number = self
+            .shares
+            .partition_point(|share| share.to::<F>() <= chosen);
+        let number = if number < last { number } else { last };
+        let before = number.checked_sub(1);
+        let before = before.and_then(|before| self.shares.get(before));
+        let share = self.shares.get(number)?;
+        Some((
+            number,
+            share.to::<F>() - before.map_or_else(zero, Share::to),
+        ))
+    }
+
     /// A bit for every interval whose integral is exact.
     #[inline]
-    fn near(&self) -> u64 {
+    pub(crate) fn near(&self) -> u64 {
         let [low, high] = self.stretch.near.each(u64::from);
         low | high << 32
     }
@@ -380,6 +402,19 @@ pub(crate) fn omega_of<F: Real>(position: Vector<F>, tangent: Vector<F>, vertex:
     let to = sub(vertex, position);
     let half = F::from_f64(0.5);
     half + half * dot(tangent, to) / dot(to, to).sqrt()
+}
+
+/// Adds a box's part, by its width as a fraction of the interval, to the means of c over an interval in all channels: the functions
+/// of s have none but the first.
+pub(crate) fn add_means<F: Real>(means: &mut [F], width: F, control: &[F], channels: usize) {
+    let mut first = 0;
+    for (degree, means) in means.chunks_exact_mut(channels).enumerate() {
+        let terms = control.get(first * channels..).unwrap_or(&[]);
+        for (mean, &term) in means.iter_mut().zip(terms) {
+            *mean += width * term;
+        }
+        first += TERMS - degree;
+    }
 }
 
 #[inline]

@@ -355,6 +355,12 @@ impl<'a, F: Real> Room<'a, F> {
         self.survival
     }
 
+    /// 1/(1 − q0).
+    #[inline]
+    pub(crate) const fn per_survival(&self) -> F {
+        self.per_survival
+    }
+
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.
     fn sees(&self, x: &Point<F>, y: &Point<F>) -> bool {
         let Some(from) = self.geometry.wall(x.wall) else {

@@ -1,9 +1,13 @@
 //! The whole deterministic part in one call.
 
-use fredholm_core::Kernel;
-use fredholm_core::galerkin::{Solution, buffer, collatz_wielandt_bounds};
+use alloc::vec::Vec;
 
-use crate::{Matrix, Mesh, PolynomialRoom, RoomError, RoomPairs, Scene};
+use fredholm_core::Kernel;
+use fredholm_core::galerkin::{
+    Dense, GalerkinMatrix, Solution, buffer, collatz_wielandt_bounds, reserve,
+};
+
+use crate::{Matrix, Mesh, PolynomialRoom, RoomError, RoomPairs, Scene, WallColours};
 
 /// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
 /// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
@@ -102,5 +106,82 @@ impl Matrix<'_> {
         }
         let coefficients = self.coefficients();
         Ok(Solution::new(&coefficients, source, tolerance, at_most)?)
+    }
+
+    /// The Galerkin solutions of all channels of the room whose matrix this is, each as [`solve`](Self::solve) has it: the
+    /// coefficients differ by the reflectances of rows.
+    ///
+    /// # Errors
+    /// As there, and [`RoomError::Length`] where the colours are those of other walls.
+    pub fn solve_channels(
+        &self,
+        scene: &Scene,
+        mesh: &Mesh,
+        colours: &WallColours<'_, f64>,
+        tolerance: f64,
+        at_most: u32,
+    ) -> Result<Vec<Solution>, RoomError> {
+        for (expected, found) in [
+            (mesh.len(), self.cells()),
+            (scene.walls.len(), colours.walls()),
+        ] {
+            if expected != found {
+                return Err(RoomError::Length { expected, found });
+            }
+        }
+        let mut all = reserve(colours.channels())?;
+        let mut shares: Vec<f64> = buffer(mesh.len())?;
+        for channel in 0..colours.channels() {
+            let mut source = buffer(mesh.len() * self.functions())?;
+            let sources = source.iter_mut().step_by(self.functions());
+            for ((share, source), &wall) in shares.iter_mut().zip(sources).zip(&mesh.walls) {
+                let of = |own: &[f64]| own.get(channel).copied().unwrap_or(f64::NAN);
+                let wall = wall as usize;
+                let most = scene.walls.get(wall).map_or(f64::NAN, |w| w.reflectance);
+                let reflectance = of(colours.reflectances(wall));
+                // Of a black wall all coefficients are 0.
+                *share = if most == 0.0 { 0.0 } else { reflectance / most };
+                *source = of(colours.emissions(wall));
+            }
+            let coefficients = Shares {
+                of: self.coefficients(),
+                shares: &shares,
+            };
+            all.push(Solution::new(&coefficients, source, tolerance, at_most)?);
+        }
+        Ok(all)
+    }
+}
+
+/// Coefficients of which every cell's rows have a share.
+struct Shares<'a> {
+    of: Dense<'a, f64>,
+    shares: &'a [f64],
+}
+
+impl Shares<'_> {
+    fn share(&self, cell: usize) -> f64 {
+        self.shares.get(cell).copied().unwrap_or(f64::NAN)
+    }
+}
+
+impl GalerkinMatrix for Shares<'_> {
+    type Scalar = f64;
+
+    fn cells(&self) -> usize {
+        self.of.cells()
+    }
+
+    fn functions(&self) -> usize {
+        self.of.functions()
+    }
+
+    fn entry(&self, row: [usize; 2], column: [usize; 2]) -> f64 {
+        self.share(row[0]) * self.of.entry(row, column)
+    }
+
+    fn rows_times(&self, i: usize, v: &[f64], out: &mut [f64]) {
+        self.of.rows_times(i, v, out);
+        out.iter_mut().for_each(|out| *out *= self.share(i));
     }
 }

@@ -16,6 +16,7 @@ mod long;
 mod pairs_theory;
 mod rayon;
 mod room;
+mod room_colours;
 mod room_covered;
 mod room_degrees;
 mod room_factors;
