@@ -8,15 +8,15 @@ use core::ops::Range;
 use std::io::Write;
 use std::path::Path;
 
-use fredholm::SolveObserver as _;
+use fredholm::channels::columns;
 use fredholm::numbers::short;
 use fredholm::room::{Field, FieldRequest, RoomModel, Spot, Stretch};
-use fredholm::{Error, Pairs, Partitioned, WalkOptions};
+use fredholm::{Error, Goal, Model as _, Pairs, Partitioned, SolveObserver as _, WalkOptions};
 use fredholm_file::Resolution;
 use fredholm_plot::{Canvas, Panel, Piece, RoomPicture, Scale, Wall, WallDensity, panel_width};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 
-use output::{Noise, Summary, csv};
+use output::{Noise, Summary, table};
 
 use crate::args::RenderArgs;
 use crate::failure::{Ended, Failure, say};
@@ -255,7 +255,7 @@ fn picture(
     let stretches: Vec<Stretch> = pieces.iter().map(stretch).collect();
     let walk = WalkOptions {
         walks,
-        // No rare large scores, which would be dots.
+        // No rare large scores, which would be dots. Colours have rays alone.
         pairs: Pairs::Pointwise,
         ..picturing.walk()
     };
@@ -295,9 +295,12 @@ fn picture(
         } else {
             "seen"
         };
-        return Ok((csv(&canvas, &field.air, name)?, Vec::new(), text));
+        let inside = (0..pixels).filter(|&number| !field.air[number].value.is_nan());
+        let rows = inside.map(|number| (canvas.middle(number), field.numbers(number)));
+        let names = columns(picturing.model.channels(), name);
+        return Ok((table(["x", "y"], names, rows)?, Vec::new(), text));
     }
-    let shown = Shown::of(&field);
+    let shown = Shown::of(&field, picturing);
     let of_walls = shown.walls.iter().copied();
     let given = args
         .range
@@ -305,19 +308,24 @@ fn picture(
     // Ten errors, so that most of the colours are no noise.
     let noise = 10.0 * summary.preconditioned.std_error.unwrap_or(0.0);
     let own = || Scale::within(seen(), noise).filter(|_| !args.log);
-    let scale = given.or_else(own);
-    let scale = scale.unwrap_or_else(|| Scale::new(seen(), of_walls, args.log));
+    let scale = match shown.colours {
+        Some(_) => Scale::of_view(&shown.air, args.range, false, false),
+        None => given
+            .or_else(own)
+            .unwrap_or_else(|| Scale::new(seen(), of_walls, args.log)),
+    };
     let picture = RoomPicture {
         canvas: &canvas,
         pieces: &pieces,
         scale,
-        legend: match args.radiant_temperature {
+        legend: match picturing.model.channels().last() {
+            Some(sum) => sum,
             _ if heat => "W/m²",
-            true => "K",
-            false => "u",
+            _ if args.radiant_temperature => "K",
+            _ => "u",
         },
         stefan_boltzmann: heat.then_some(STEFAN_BOLTZMANN),
-        captions: captions(&field, &scale, args, heat),
+        captions: captions(&field, &scale, args, [heat, shown.colours.is_some()]),
         width: Some(usize::from(args.width)),
         unit: Some(if surfaces.heat { "m" } else { "" }),
         names: &names(picturing.model),
@@ -331,7 +339,9 @@ fn picture(
         )
     };
     let mut panels = Vec::new();
-    let beside = plain.as_ref().map(|plain| (Shown::of(plain), plain));
+    let beside = plain
+        .as_ref()
+        .map(|plain| (Shown::of(plain, picturing), plain));
     if let Some((shown, plain)) = &beside {
         panels.push(shown.panel(Some(heading("plain", plain))));
     }
@@ -368,6 +378,7 @@ fn error_map(
     let shown = Shown {
         air: errors(&field.air),
         walls: errors(&field.walls),
+        colours: None,
     };
     let picture = RoomPicture {
         scale: Scale::new(shown.air.iter().copied(), shown.walls.iter().copied(), true),
@@ -423,30 +434,38 @@ fn names(room: &RoomModel) -> Vec<(String, Range<usize>)> {
 fn marks(picturing: &Picturing<'_, RoomModel>) -> Vec<(String, [f64; 2])> {
     let Problem { file, goals, .. } = picturing.problem;
     let goals = goals.iter().filter(|_| picturing.args.targets);
-    let places =
-        goals.filter_map(|goal| Some((&goal.name, picturing.model.in_drawing(&goal.region)?)));
-    let is_alone = |name: &&String| file.targets.iter().any(|of| of.name.value == **name);
-    let mark = |(name, place)| {
-        (
-            Some(name).filter(is_alone).cloned().unwrap_or_default(),
+    let mark = |goal: &Goal| {
+        let name = goal.target(picturing.model)?;
+        let is_alone = file.targets.iter().any(|of| of.name.value == name);
+        let place = picturing.model.in_drawing(&goal.region)?;
+        Some((
+            if is_alone {
+                name.to_owned()
+            } else {
+                String::new()
+            },
             place,
-        )
+        ))
     };
-    places.map(mark).collect()
+    goals.filter_map(mark).collect()
 }
 
 /// What a picture shows of a field.
 struct Shown {
     air: Vec<f64>,
     walls: Vec<f64>,
+    /// Red, green and blue of both.
+    colours: Option<[[Vec<f64>; 3]; 2]>,
 }
 
 impl Shown {
-    fn of(field: &Field) -> Self {
+    fn of(field: &Field, picturing: &Picturing<'_, RoomModel>) -> Self {
         let values = |spots: &[Spot]| spots.iter().map(|spot| spot.value).collect();
+        let colours = field.colours(picturing.model);
         Self {
             air: values(&field.air),
             walls: values(&field.walls),
+            colours: colours.filter(|_| !picturing.args.log),
         }
     }
 
@@ -455,6 +474,7 @@ impl Shown {
             heading,
             air: &self.air,
             walls: &self.walls,
+            colours: self.colours.as_ref(),
         }
     }
 }
@@ -484,8 +504,17 @@ pub(crate) fn shares(
 }
 
 /// What the colours mean.
-fn captions(field: &Field, scale: &Scale, args: &RenderArgs, heat: bool) -> Vec<String> {
+fn captions(
+    field: &Field,
+    scale: &Scale,
+    args: &RenderArgs,
+    [heat, in_colours]: [bool; 2],
+) -> Vec<String> {
     let (of_walls, unit) = match (heat, args.radiant_temperature) {
+        _ if in_colours => (
+            " in the colour of its light (sRGB), as bright as the scale says, and no brighter than its end",
+            "",
+        ),
         (true, _) => (
             ", left scale and lines: temperature of a black body with this radiosity",
             " W/m²",

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod channels;
 pub mod deck;
 pub mod kinds;
 mod load;

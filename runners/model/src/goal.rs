@@ -139,6 +139,19 @@ impl Goal {
         };
         channels.iter().enumerate().map(of).collect()
     }
+
+    /// The name of the target whose goal in the first channel, or alone, this is. `None`: it is in another channel.
+    #[must_use]
+    pub fn target(&self, model: &dyn Model) -> Option<&str> {
+        match self.channel {
+            None => Some(&self.name),
+            Some(0) => {
+                let own = model.channels().first()?;
+                self.name.strip_suffix(own.as_str())?.strip_suffix(' ')
+            }
+            Some(_) => None,
+        }
+    }
 }
 
 /// A named request: one functional, or a grid of points.

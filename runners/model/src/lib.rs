@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod channels;
 pub mod cost;
 mod derived;
 pub mod device;

@@ -72,6 +72,7 @@ impl WallDensity<'_> {
             heading: None,
             air: &air,
             walls: &walls,
+            colours: None,
         };
         picture.svg(&[panel])
     }

@@ -88,6 +88,7 @@ impl GridPicture<'_> {
             heading: None,
             air: &air,
             walls: &[],
+            colours: None,
         }])
     }
 }

@@ -21,6 +21,9 @@ pub struct Panel<'a> {
     pub air: &'a [f64],
     /// The value of every piece of wall.
     pub walls: &'a [f64],
+    /// Red, green and blue of every pixel and of every piece, in the unit of the scale, if they are to have the colour of their
+    /// light: that of the primaries of sRGB, of which what is beyond the end of the scale is cut off.
+    pub colours: Option<&'a [[Vec<f64>; 3]; 2]>,
 }
 
 /// A picture of a room, with a legend and captions.
@@ -106,7 +109,7 @@ impl RoomPicture<'_> {
                 y: top,
                 width,
                 height,
-                pixels: self.pixels(panel.air),
+                pixels: self.pixels(panel),
             });
             if let Some(stefan_boltzmann) = self.stefan_boltzmann {
                 let isotherms = Isotherms {
@@ -118,7 +121,7 @@ impl RoomPicture<'_> {
                 };
                 isotherms.draw(&mut elements);
             }
-            self.walls(panel.walls, [left as f64, top as f64], &mut elements);
+            self.walls(panel, [left as f64, top as f64], &mut elements);
             let frame = Frame {
                 canvas: self.canvas,
                 layout,
@@ -157,10 +160,16 @@ impl RoomPicture<'_> {
     /// Refuses a panel of another size.
     fn check(&self, panel: &Panel<'_>) -> Result<(), Error> {
         let pixels = self.canvas.width() * self.canvas.height();
-        for (slice, expected, found) in [
+        let mut lengths = vec![
             ("air", pixels, panel.air.len()),
             ("walls", self.pieces.len(), panel.walls.len()),
-        ] {
+        ];
+        if let Some([air, walls]) = panel.colours {
+            lengths.extend(air.iter().map(|own| ("air", pixels, own.len())));
+            let of_walls = walls.iter();
+            lengths.extend(of_walls.map(|own| ("walls", self.pieces.len(), own.len())));
+        }
+        for (slice, expected, found) in lengths {
             if expected != found {
                 return Err(Error::WrongLength {
                     slice,
@@ -172,15 +181,22 @@ impl RoomPicture<'_> {
         Ok(())
     }
 
-    fn pixels(&self, air: &[f64]) -> Vec<Option<[u8; 3]>> {
-        let colour = |value: f64| (!value.is_nan()).then(|| self.scale.colour(value));
-        air.iter().map(|&value| colour(value)).collect()
+    fn pixels(&self, panel: &Panel<'_>) -> Vec<Option<[u8; 3]>> {
+        let light = panel.colours.map(|[air, _]| air);
+        let shown = |(place, &value): (usize, &f64)| {
+            (!value.is_nan()).then(|| self.scale.shown(value, place, light))
+        };
+        panel.air.iter().enumerate().map(shown).collect()
     }
 
     /// Pieces of one colour as one, each a little into the next, so that no seam shows.
-    fn walls(&self, values: &[f64], [x, y]: [f64; 2], out: &mut Vec<Primitive>) {
-        let coloured = |(piece, &value): (&Piece, &f64)| (*piece, self.scale.colour(value));
-        let pieces: Vec<(Piece, [u8; 3])> = self.pieces.iter().zip(values).map(coloured).collect();
+    fn walls(&self, panel: &Panel<'_>, [x, y]: [f64; 2], out: &mut Vec<Primitive>) {
+        let light = panel.colours.map(|[_, walls]| walls);
+        let values = self.pieces.iter().zip(panel.walls).enumerate();
+        let coloured = |(place, (piece, &value)): (usize, (&Piece, &f64))| {
+            (*piece, self.scale.shown(value, place, light))
+        };
+        let pieces: Vec<(Piece, [u8; 3])> = values.map(coloured).collect();
         for run in pieces.chunk_by(|(a, first), (b, second)| a.wall == b.wall && first == second) {
             let (Some((first, colour)), Some((last, _))) = (run.first(), run.last()) else {
                 continue;
@@ -328,6 +344,7 @@ mod tests {
                 heading,
                 air,
                 walls,
+                colours: None,
             }]
         };
         let svg = picture.svg(&panel(&air, &walls)).unwrap();
@@ -358,6 +375,27 @@ mod tests {
         let short = picture.svg(&panel(&air[1..], &walls));
         assert_eq!(short, wrong("air", air.len()));
         let short = picture.svg(&panel(&air, &walls[1..]));
+        assert_eq!(short, wrong("walls", walls.len()));
+
+        // In colours a wall has that of its light, and a list of another length is refused.
+        let light = |walls: usize| {
+            let of = |size: usize| [1.0, 0.0, 0.0].map(|level| vec![level; size]);
+            [of(air.len()), of(walls)]
+        };
+        let in_colours = |colours| Panel {
+            heading: None,
+            air: &air,
+            walls: &walls,
+            colours: Some(colours),
+        };
+        let greys = RoomPicture {
+            scale: Scale::between(0.0, 1.0, false).unwrap().in_greys(),
+            ..picture
+        };
+        let red = light(walls.len());
+        let svg = greys.svg(&[in_colours(&red)]).unwrap();
+        assert!(svg.contains("#ff0000"), "{svg}");
+        let short = greys.svg(&[in_colours(&light(walls.len() - 1))]);
         assert_eq!(short, wrong("walls", walls.len()));
     }
 

@@ -63,6 +63,34 @@ impl Scale {
         }
     }
 
+    /// The scale of a picture of these numbers: greys of light, colours of heat and of logarithms, between the ends of a `range` if
+    /// there is one. White is what all but a fiftieth of the picture is darker than: of a lamp all that one sees is that it is
+    /// bright. NaN does not count.
+    #[must_use]
+    pub fn of_view(seen: &[f64], range: Option<[f64; 2]>, is_heat: bool, log: bool) -> Self {
+        let own = || {
+            let mut sorted: Vec<f64> = seen.iter().copied().filter(|x| !x.is_nan()).collect();
+            sorted.sort_unstable_by(f64::total_cmp);
+            let most = sorted.get(sorted.len() * 49 / 50).copied().unwrap_or(1.0);
+            if is_heat && !log {
+                // A room's temperatures are near each other, far from 0.
+                return Self::within(seen.iter().copied(), 0.0);
+            }
+            let darker = || seen.iter().map(move |x| x.min(most));
+            Some(Self::new(darker(), darker(), log))
+        };
+        let scale = match range {
+            Some([low, high]) => Self::between(low, high, log),
+            None => own(),
+        };
+        let scale = scale.unwrap_or_else(|| Self::new(seen.iter().copied(), [].into_iter(), log));
+        if is_heat || log {
+            scale
+        } else {
+            scale.in_greys()
+        }
+    }
+
     /// A scale from one number to another, which must be finite and more, and for a logarithmic one both above 0.
     #[must_use]
     pub fn between(low: f64, high: f64, log: bool) -> Option<Self> {
@@ -127,6 +155,14 @@ impl Scale {
             let (from, to) = (f64::from(from[k]), f64::from(to[k]));
             (from + (place - below) * (to - from)).round() as u8
         })
+    }
+
+    /// The colour of a number, or, if red, green and blue of all numbers are given, that of its light.
+    pub(crate) fn shown(&self, value: f64, place: usize, light: Option<&[Vec<f64>; 3]>) -> [u8; 3] {
+        match light {
+            Some(own) => own.each_ref().map(|own| self.grey_level(own[place])),
+            None => self.colour(value),
+        }
     }
 
     /// How bright a number shines: the level of its grey, as sRGB encodes it.

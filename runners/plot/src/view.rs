@@ -75,10 +75,8 @@ impl ViewPicture<'_> {
                     });
                 }
             }
-            let colour = |(place, &value): (usize, &f64)| match panel.colours {
-                _ if value.is_nan() => None,
-                Some(own) => Some(own.each_ref().map(|own| self.scale.grey_level(own[place]))),
-                None => Some(self.scale.colour(value)),
+            let colour = |(place, &value): (usize, &f64)| {
+                (!value.is_nan()).then(|| self.scale.shown(value, place, panel.colours))
             };
             images.push(Image {
                 x: left,

@@ -28,7 +28,7 @@ pub mod model {
 
 pub use fredholm_circle_model as circle;
 pub use fredholm_cube_model as cube;
-pub use fredholm_model::{cost, memory, numbers};
+pub use fredholm_model::{channels, cost, memory, numbers};
 pub use fredholm_room_model as room;
 pub use fredholm_scene_model as scene;
 pub use fredholm_sphere_model as sphere;

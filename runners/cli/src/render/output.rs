@@ -2,7 +2,6 @@
 
 use fredholm::numbers::short;
 use fredholm::room::{Field, Spot};
-use fredholm_plot::Canvas;
 use serde::Serialize;
 
 use super::root_mean_square;
@@ -60,19 +59,19 @@ impl Noise {
     }
 }
 
-/// What every pixel of the room sees.
-pub(super) fn csv(canvas: &Canvas, air: &[Spot], name: &str) -> Result<Vec<u8>, Failure> {
+/// The numbers of pixels: two of their places, and those of these names.
+pub(super) fn table(
+    places: [&str; 2],
+    names: Vec<String>,
+    rows: impl Iterator<Item = ([f64; 2], Vec<f64>)>,
+) -> Result<Vec<u8>, Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(["x", "y", name, "std_error"])
-        .map_err(Failure::run)?;
-    for (number, spot) in air.iter().enumerate() {
-        if spot.value.is_nan() {
-            continue;
-        }
-        let [x, y] = canvas.middle(number);
+    let head = places.map(str::to_owned).into_iter().chain(names);
+    writer.write_record(head).map_err(Failure::run)?;
+    for (place, numbers) in rows {
+        let numbers = place.into_iter().chain(numbers);
         writer
-            .write_record([x, y, spot.value, spot.error].map(number_or_nothing))
+            .write_record(numbers.map(number_or_nothing))
             .map_err(Failure::run)?;
     }
     writer.into_inner().map_err(Failure::run)

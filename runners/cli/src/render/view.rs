@@ -7,7 +7,7 @@ use fredholm_file::Resolution;
 use fredholm_plot::{Scale, ViewPanel, ViewPicture};
 use fredholm_scene::STEFAN_BOLTZMANN;
 
-use super::output::{Noise, Summary, number_or_nothing};
+use super::output::{Noise, Summary, table};
 use super::{Content, Cut, Format, Picturing, error_caption};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
@@ -26,6 +26,9 @@ pub(super) fn refuse(args: &RenderArgs, model: &Resolution) -> Result<(), Failur
             if args.whole || args.profile || args.targets || args.radiant_temperature =>
         {
             "`--whole`, `--profile`, `--targets` and `--radiant-temperature` are for rooms in the plane: `kind = \"room\"`"
+        }
+        Resolution::Room(room) if args.profile && room.colours().is_some() => {
+            "`--profile` has one channel: ask for targets along a surface, a `grid`, which have all"
         }
         Resolution::Other(_) => {
             "pictures are of rooms and scenes; the profile of a circle or of a cube is a target with a `grid`, and \
@@ -96,11 +99,18 @@ pub(super) fn content(
     };
     let text = summary.text(args.common.json)?;
     if format == Format::Csv {
-        return Ok((csv(&view, scene, width)?, Vec::new(), text));
+        // Of every pixel from the upper left.
+        let row = |number| {
+            let place = [number % width, number / width].map(|place| place as f64);
+            (place, view.numbers(number))
+        };
+        let rows = (0..view.pixels.len()).map(row);
+        let content = table(["column", "row"], View::names(scene), rows)?;
+        return Ok((content, Vec::new(), text));
     }
     let picture = ViewPicture {
         size: [width, height],
-        scale: scale(args, &seen, heat),
+        scale: Scale::of_view(&seen, args.range, heat, args.log),
         legend: match scene.channels().last() {
             Some(sum) => sum,
             None if heat => "W/m²",
@@ -140,32 +150,6 @@ pub(super) fn content(
     Ok((drawn(&picture, &panels, format)?, errors, text))
 }
 
-/// Greys of light, colours of heat and of logarithms. White is what all but a fiftieth of the picture is darker than: of a
-/// lamp all that one sees is that it is bright.
-fn scale(args: &RenderArgs, seen: &[f64], heat: bool) -> Scale {
-    let own = || {
-        let mut sorted: Vec<f64> = seen.iter().copied().filter(|x| !x.is_nan()).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let most = sorted.get(sorted.len() * 49 / 50).copied().unwrap_or(1.0);
-        if heat && !args.log {
-            // A room's temperatures are near each other, far from 0.
-            return Scale::within(seen.iter().copied(), 0.0);
-        }
-        let darker = || seen.iter().map(move |x| x.min(most));
-        Some(Scale::new(darker(), darker(), args.log))
-    };
-    let scale = match args.range {
-        Some([low, high]) => Scale::between(low, high, args.log),
-        None => own(),
-    };
-    let scale = scale.unwrap_or_else(|| Scale::new(seen.iter().copied(), [].into_iter(), args.log));
-    if heat || args.log {
-        scale
-    } else {
-        scale.in_greys()
-    }
-}
-
 fn drawn(
     picture: &ViewPicture<'_>,
     panels: &[ViewPanel<'_>],
@@ -193,23 +177,4 @@ fn error_map(picture: &ViewPicture<'_>, view: &View, format: Format) -> Result<V
         colours: None,
     };
     drawn(&picture, &[panel], format)
-}
-
-/// Column and row of every pixel from the upper left, what it sees, and the standard error: of every channel, if there are
-/// several.
-fn csv(view: &View, scene: &SceneModel, width: usize) -> Result<Vec<u8>, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let head = ["column", "row"].map(str::to_owned).into_iter();
-    let names = View::names(scene);
-    writer
-        .write_record(head.chain(names))
-        .map_err(Failure::run)?;
-    for number in 0..view.pixels.len() {
-        let place = [number % width, number / width].map(|place| place as f64);
-        let numbers = place.into_iter().chain(view.numbers(number));
-        writer
-            .write_record(numbers.map(number_or_nothing))
-            .map_err(Failure::run)?;
-    }
-    writer.into_inner().map_err(Failure::run)
 }

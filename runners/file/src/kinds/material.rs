@@ -4,6 +4,7 @@ use fredholm::room::Surfaces;
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
+use crate::channels::{Lists, of_channel};
 use crate::place::{InputError, Placed};
 use crate::section::Field;
 
@@ -17,12 +18,14 @@ pub enum Material {
     Grey(Numbers, Numbers),
     /// `net_flux` and, if it is known, `emissivity`.
     Flux(Numbers, Numbers),
+    /// `reflectance` and `emission` in several channels.
+    Coloured(Lists, Lists),
 }
 
 impl Material {
     /// Whether u is in W/m².
     const fn is_heat(&self) -> bool {
-        !matches!(self, Self::Light(..))
+        matches!(self, Self::Grey(..) | Self::Flux(..))
     }
 }
 
@@ -104,9 +107,44 @@ pub(super) fn set_material(all: &mut Surfaces, surface: usize, material: &Materi
     }
 }
 
+/// The materials of a surface in so many channels, of all of it or of every segment; `own` is its reflectance where nothing is
+/// said of it.
+pub(super) fn colours(material: &Material, own: f64, channels: usize) -> Vec<Vec<RoomMaterial>> {
+    let Material::Coloured(reflectance, emission) = material else {
+        let alone = materials(material, own).into_iter();
+        return alone.map(|one| vec![one; channels]).collect();
+    };
+    let lists = |lists: &Lists, default: f64| -> Vec<Vec<f64>> {
+        lists.as_ref().map_or(vec![vec![default]], |lists| {
+            let lists = lists.value.iter();
+            let list = |list: &Vec<Placed<f64>>| list.iter().map(|number| number.value).collect();
+            lists.map(list).collect()
+        })
+    };
+    let (reflectances, emissions) = (lists(reflectance, own), lists(emission, 0.0));
+    let at = |lists: &[Vec<f64>], segment: usize, channel: usize| match lists {
+        [one] => of_channel(one, channel),
+        many => many
+            .get(segment)
+            .map_or(f64::NAN, |list| of_channel(list, channel)),
+    };
+    let segments = 0..reflectances.len().max(emissions.len());
+    segments
+        .map(|segment| {
+            let of = |channel| RoomMaterial {
+                reflectance: at(&reflectances, segment, channel),
+                emission: at(&emissions, segment, channel),
+            };
+            (0..channels).map(of).collect()
+        })
+        .collect()
+}
+
 /// The materials of a surface; `own` is its reflectance where nothing is said of it.
 fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
     let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
+        // These are made with their channels.
+        Material::Coloured(..) => return Vec::new(),
         Material::Light(reflectance, emission) => (
             list(reflectance, own),
             list(emission, 0.0),

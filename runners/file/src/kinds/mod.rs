@@ -8,6 +8,7 @@ mod room;
 mod scene;
 mod singular;
 mod sphere;
+mod surface;
 
 use core::fmt::Debug;
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use crate::{InputError, Place, ProblemFile, Resolution, What};
 
 pub use circle::{Circle, Emission};
 pub use cube::{Cube, KernelText};
-pub use room::{Material, Numbers, Room, Surface};
+pub use room::{Lists, Material, Numbers, Room, Surface};
 pub use scene::Scene;
 pub use sphere::Sphere;
 

@@ -3,18 +3,19 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use fredholm::room::{RoomModel, Surfaces};
+use fredholm::room::{Colours, RoomModel, Surfaces};
 use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
-use toml::de::DeValue;
 
-use super::material::{COLD, EMISSIVITY, is_emissivity, read_temperatures, set_material};
+use super::material::{COLD, colours, set_material};
+use super::surface::read_surfaces;
 use super::{Kind, KindEntry, compact, shared};
+use crate::channels::read_names;
 use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
 use crate::points::number;
-use crate::section::{Field, Section, nearest};
+use crate::section::{Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 use crate::{ProblemFile, Resolution, What};
 
@@ -26,6 +27,8 @@ pub(super) const ENTRY: KindEntry = KindEntry {
 };
 
 pub use super::material::{Material, Numbers};
+pub use super::surface::Surface;
+pub use crate::channels::Lists;
 
 /// Light or heat in a room: `[problem]` with `kind = "room"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,21 +39,12 @@ pub struct Room {
     pub open: Placed<bool>,
     /// Whether the net fluxes of all surfaces are wanted where there are temperatures.
     pub net_fluxes: Placed<bool>,
+    /// The names of the channels; none if there is one.
+    pub channels: Vec<String>,
     /// The surfaces; with a deck, what is said of its own.
     pub surfaces: Vec<Surface>,
     /// The place of the section in the file.
     pub place: Place,
-}
-
-/// A surface: `[[problem.surface]]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
-    /// The name of the surface in targets and results.
-    pub name: Placed<String>,
-    /// The vertices of the surface, the active side on the left; none for a surface of the deck.
-    pub points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
-    /// The materials of the surface: one, or one for every segment.
-    pub material: Material,
 }
 
 /// Reads the rest of `[problem]` for a room.
@@ -61,101 +55,21 @@ fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
         .optional("net_fluxes")
         .map(|f| f.boolean())
         .transpose()?;
-    let surfaces = section.optional("surface").map(read_surfaces).transpose()?;
+    let channels = section.optional("channels");
+    let channels = channels.map(|field| read_names(&field)).transpose()?;
+    let channels = channels.unwrap_or_default();
+    let surfaces = section.optional("surface");
+    let surfaces = surfaces.map(|field| read_surfaces(field, channels.len()));
+    let surfaces = surfaces.transpose()?;
     section.finish()?;
     Ok(Room {
         deck,
         open: open.unwrap_or_else(|| Placed::default(false)),
         net_fluxes: net_fluxes.unwrap_or_else(|| Placed::default(true)),
+        channels,
         surfaces: surfaces.unwrap_or_default(),
         place: Place::File(section.span.clone()),
     })
-}
-
-fn read_surfaces(field: Field<'_, '_>) -> Result<Vec<Surface>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
-    };
-    let items = array.iter().enumerate();
-    items
-        .map(|(index, item)| {
-            let table = field.element(index, item);
-            read_surface(table.section("in `[[problem.surface]]`")?)
-        })
-        .collect()
-}
-
-fn read_surface(mut section: Section<'_, '_>) -> Result<Surface, InputError> {
-    let name = section.required("name")?.string()?;
-    let points = section.optional("points").map(read_points).transpose()?;
-    let mut numbers = |key| {
-        let field = section.optional(key)?;
-        let numbers = match key {
-            "temperature" => read_temperatures(&field),
-            _ => field.numbers(),
-        };
-        Some((field.key.clone(), numbers))
-    };
-    let keys = [
-        "reflectance",
-        "emission",
-        "emissivity",
-        "temperature",
-        "net_flux",
-    ];
-    let [reflectance, emission, emissivity, temperature, net_flux] = keys.map(&mut numbers);
-    section.finish()?;
-    let light = reflectance.as_ref().or(emission.as_ref());
-    let heat = temperature.as_ref().or(net_flux.as_ref());
-    let grey = emissivity.as_ref().or(heat);
-    if let (Some(_), Some((key, _))) = (light, grey) {
-        return Err(section.source.error(
-            key.clone(),
-            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
-        ));
-    }
-    if let (Some(_), Some((key, _))) = (&temperature, &net_flux) {
-        return Err(section.source.error(
-            key.clone(),
-            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
-        ));
-    }
-    let is_grey = grey.is_some();
-    let value =
-        |field: Option<(_, Result<_, InputError>)>| field.map(|(_, value)| value).transpose();
-    Ok(Surface {
-        name,
-        points,
-        material: if net_flux.is_some() {
-            Material::Flux(value(net_flux)?, value(emissivity)?)
-        } else if is_grey {
-            Material::Grey(value(emissivity)?, value(temperature)?)
-        } else {
-            Material::Light(value(reflectance)?, value(emission)?)
-        },
-    })
-}
-
-/// Reads a list of points.
-fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of points [x, y]"));
-    };
-    let items = array.iter().enumerate();
-    let points = items
-        .map(|(index, item)| {
-            let point = field.element(index, item);
-            let numbers = match &point.value {
-                DeValue::Array(_) => point.numbers()?,
-                _ => return Err(point.mistyped("a point [x, y]")),
-            };
-            match numbers.value.as_slice() {
-                [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
-                _ => Err(point.error("a point has two coordinates: [x, y]")),
-            }
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Placed::file(field.span.clone(), points))
 }
 
 impl Room {
@@ -164,13 +78,35 @@ impl Room {
     /// # Errors
     /// A deck that cannot be read, or that lacks a surface of the file.
     pub fn all_surfaces(&self, file: &ProblemFile) -> Result<Surfaces, InputError> {
+        Ok(self.with_colours(file)?.0)
+    }
+
+    /// The surfaces, and their colours if there are several channels: then the surfaces have the largest materials of all.
+    fn with_colours(&self, file: &ProblemFile) -> Result<(Surfaces, Option<Colours>), InputError> {
         let mut all = match &self.deck {
             Some(path) => self.surfaces_of_deck(file, path)?,
             None => self.surfaces_of_file(),
         };
         all.open |= self.open.value;
         all.without_fluxes = !self.net_fluxes.value;
-        Ok(all)
+        if self.channels.is_empty() {
+            return Ok((all, None));
+        }
+        let channels = self.channels.len();
+        let of = |(name, materials): (&String, &Vec<RoomMaterial>)| {
+            let own = self.surfaces.iter().find(|own| own.name.value == *name);
+            let reflectance = materials.first().map_or(0.0, |m| m.reflectance);
+            match own {
+                Some(own) => colours(&own.material, reflectance, channels),
+                None => materials.iter().map(|one| vec![*one; channels]).collect(),
+            }
+        };
+        let materials = all.names.iter().zip(&all.materials).map(of).collect();
+        let colours = Colours::new(self.channels.clone(), materials);
+        for (surface, materials) in all.materials.iter_mut().enumerate() {
+            *materials = colours.largest(surface);
+        }
+        Ok((all, Some(colours)))
     }
 
     fn surfaces_of_deck(
@@ -197,7 +133,10 @@ impl Room {
                 return Err(unknown_surface(file, &surface.name, &all.names));
             };
             let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
-            set_material(&mut all, i, &surface.material, own);
+            // Of colours it is the deck's that serves where nothing is said.
+            if !matches!(surface.material, Material::Coloured(..)) {
+                set_material(&mut all, i, &surface.material, own);
+            }
         }
         Ok(all)
     }
@@ -218,57 +157,6 @@ impl Room {
         let points = self.surfaces.get(at.surface)?.points.as_ref()?;
         let point = points.value.get(at.vertex);
         Some(point.map_or(&points.place, |point| &point.place).clone())
-    }
-
-    fn validate_surface(&self, file: &ProblemFile, surface: &Surface) -> Result<(), InputError> {
-        let name = &surface.name;
-        match (&surface.points, &self.deck) {
-            (Some(points), Some(_)) => {
-                let message = "surfaces of a deck have their points there: leave `points` out";
-                return Err(file.error(&points.place, message));
-            }
-            (None, None) => return Err(file.error(&name.place, "this surface has no `points`")),
-            _ => {}
-        }
-        if self.deck.is_none() {
-            let missing = match &surface.material {
-                Material::Light(None, _) => Some("`reflectance`"),
-                Material::Grey(None, _) => Some("`emissivity`"),
-                Material::Grey(_, None) => Some("`temperature` or `net_flux`"),
-                _ => None,
-            };
-            if let Some(missing) = missing {
-                return Err(file.error(&name.place, format_args!("this surface has no {missing}")));
-            }
-        }
-        let each = |numbers: &Numbers, good: &dyn Fn(f64) -> bool, message: &str| {
-            let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
-            numbers
-                .into_iter()
-                .try_for_each(|number| file.demand(number, good(number.value), message))
-        };
-        match &surface.material {
-            Material::Light(reflectance, emission) => {
-                each(
-                    reflectance,
-                    &|rho| (0.0..=1.0).contains(&rho),
-                    "a reflectance must be at least 0 and at most 1",
-                )?;
-                each(emission, &f64::is_finite, "an emission must be finite")
-            }
-            Material::Grey(emissivity, temperature) => {
-                each(emissivity, &is_emissivity, EMISSIVITY)?;
-                each(
-                    temperature,
-                    &|t| (0.0..=1e6).contains(&t),
-                    "a temperature must be from 0 to a million kelvin",
-                )
-            }
-            Material::Flux(net_flux, emissivity) => {
-                each(emissivity, &is_emissivity, EMISSIVITY)?;
-                each(net_flux, &f64::is_finite, "a net flux must be finite")
-            }
-        }
     }
 }
 
@@ -299,7 +187,7 @@ impl Kind for Room {
                 let message = format!("a second surface named {:?}{first}", name.value);
                 return Err(file.refuse(name, message));
             }
-            self.validate_surface(file, surface)?;
+            surface.validate(file, self.deck.is_some())?;
         }
         Ok(())
     }
@@ -345,7 +233,7 @@ impl Kind for Room {
     }
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
-        let surfaces = self.all_surfaces(file)?;
+        let (surfaces, colours) = self.with_colours(file)?;
         let settings = file.settings();
         let cut = settings.discretisation();
         let pairs = settings.pairs.unwrap_or(RoomModel::DEFAULT_PAIRS);
@@ -353,6 +241,10 @@ impl Kind for Room {
             .map_err(|error| file.explain(&error))?;
         let names = surfaces.names.clone();
         let model = RoomModel::new(surfaces, file.walk.scalar.value);
+        let model = match colours {
+            Some(colours) => model.and_then(|model| model.with_colours(colours)),
+            None => model,
+        };
         let model = model.map_err(|error| file.explain(&error))?;
         let find = |name: &Placed<String>| {
             let found = names.iter().position(|known| *known == name.value);
@@ -418,7 +310,7 @@ impl Kind for Room {
                     |x| (0.0..COLD).contains(&x) && x > 0.0,
                     "this temperature is in kelvin, and cold: write \"20 C\" for degrees Celsius",
                 ),
-                Material::Flux(..) => continue,
+                Material::Flux(..) | Material::Coloured(..) => continue,
             };
             let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
             let doubtful = numbers.into_iter().find(|number| doubtful(number.value));
@@ -428,7 +320,10 @@ impl Kind for Room {
     }
 
     fn identity(&self, file: &ProblemFile) -> Result<String, InputError> {
-        Ok(compact(self.all_surfaces(file)?))
+        Ok(match self.with_colours(file)? {
+            (surfaces, None) => compact(surfaces),
+            with_colours => compact(with_colours),
+        })
     }
 
     fn has_walls(&self) -> bool {

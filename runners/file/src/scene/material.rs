@@ -5,10 +5,10 @@ use fredholm_scene::Material;
 
 use super::SceneSurface;
 use super::description::Reader;
+use crate::channels::{HEAT, NEGATIVE, default_names, of_channel, read_names, wrong_count};
 use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
 use crate::place::InputError;
 use crate::section::{Field, Section};
-use crate::validate::is_printable;
 
 /// What a surface does with light.
 pub(super) struct Given {
@@ -114,16 +114,10 @@ impl Reader<'_> {
             "an emission must be finite",
         )?;
         let count = reflectances.len().max(emissions.len());
-        // One number is that of all channels.
-        let of = |list: &[f64], channel: usize| match list {
-            [] => 0.0,
-            [one] => *one,
-            many => many.get(channel).copied().unwrap_or(f64::NAN),
-        };
         let colours: Vec<Material> = (0..count)
             .map(|channel| Material {
-                reflectance: of(&reflectances, channel),
-                emission: of(&emissions, channel),
+                reflectance: of_channel(&reflectances, channel),
+                emission: of_channel(&emissions, channel),
             })
             .collect();
         let material = largest(&colours);
@@ -137,18 +131,7 @@ impl Reader<'_> {
 
     /// The names of the channels.
     pub(super) fn channels(&mut self, field: &Field<'_, '_>) -> Result<(), InputError> {
-        let names = field.strings()?;
-        let all: Vec<String> = names.value.iter().map(|name| name.value.clone()).collect();
-        if !(1..=MOST_CHANNELS).contains(&all.len()) {
-            return Err(field.error(format_args!("there are 1 to {MOST_CHANNELS} channels")));
-        }
-        for (number, name) in names.value.iter().enumerate() {
-            let is_taken = all.iter().take(number).any(|other| *other == name.value);
-            if is_taken || name.value.trim().is_empty() || !is_printable(&name.value) {
-                let message = "the names of channels must differ, and be printable";
-                return Err(self.error(&name.place, message));
-            }
-        }
+        let all = read_names(field)?;
         self.channels = Some(all.len());
         self.scene.channels = all;
         Ok(())
@@ -172,14 +155,10 @@ impl Reader<'_> {
         if found != 1 {
             let channels = *self.channels.get_or_insert(found);
             if found != channels || found > MOST_CHANNELS {
-                return Err(field.error(format_args!(
-                    "`{}` has one number, or one for each of the channels, of which there are {}, not {found}",
-                    field.name,
-                    channels.clamp(1, MOST_CHANNELS)
-                )));
+                return Err(wrong_count(field, channels, found));
             }
             if let Some(dark) = numbers.iter().find(|number| number.value < 0.0) {
-                return Err(self.error(&dark.place, "with colours an emission must be 0 or more"));
+                return Err(self.error(&dark.place, NEGATIVE));
             }
         }
         Ok(numbers.iter().map(|number| number.value).collect())
@@ -194,24 +173,19 @@ impl Reader<'_> {
             return Ok(());
         };
         if self.scene.heat {
-            let message = "temperatures and net fluxes have one channel: leave out `channels` and lists of \
-                           reflectances and emissions, or the temperatures";
             return Err(match field {
-                Some(field) => field.error(message),
-                None => InputError::new(format_args!("{}: {message}", self.source.name)),
+                Some(field) => field.error(HEAT),
+                None => InputError::new(format_args!("{}: {HEAT}", self.source.name)),
             });
         }
         if self.scene.channels.is_empty() {
-            self.scene.channels = match count {
-                3 => ["red", "green", "blue"].map(str::to_owned).to_vec(),
-                count => (1..=count).map(|number| number.to_string()).collect(),
-            };
+            self.scene.channels = default_names(count);
         }
         for surface in &mut self.scene.surfaces {
             if surface.colours.is_empty() {
                 if surface.material.emission < 0.0 {
                     return Err(InputError::new(format_args!(
-                        "{}: {}: with colours an emission must be 0 or more",
+                        "{}: {}: {NEGATIVE}",
                         self.source.name, surface.name
                     )));
                 }

@@ -2,18 +2,17 @@
 
 use std::time::Instant;
 
-use fredholm_core::{
-    At, Batch, DefaultGenerator, Functional, Length, Neighbour, NoNeighbour, Real, Shifted,
-    Statistics, Task, WalkSeeds,
-};
-use fredholm_rayon::{Observer, fill_rows};
-use fredholm_room::{Enclosure, Point, Room, STEFAN_BOLTZMANN, Seen};
-
-use super::RoomModel;
-use super::light::light_at;
-use super::system::RoomSystem;
+use fredholm_core::{At, Batch, NoNeighbour, NotFinite, Real};
+use fredholm_model::channels;
 use fredholm_model::{BLANK, Request, Spot};
 use fredholm_model::{Discretisation, Error, Goal, Model as _, Region, WalkOptions, in_scalar};
+use fredholm_rayon::{Observer, fill_rows};
+use fredholm_room::{Enclosure, Room, STEFAN_BOLTZMANN, Seen};
+
+use super::RoomModel;
+use super::coloured::ColouredSystem;
+use super::spots::{AllChannels, OneChannel, SpotWalks};
+use super::system::RoomSystem;
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -44,10 +43,12 @@ pub struct FieldRequest<'a> {
 /// The numbers of a picture.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// (1/2π) ∫ u dω at every position.
+    /// (1/2π) ∫ u dω at every position; of several channels that of their weighted sum.
     pub air: Vec<Spot>,
-    /// u in the middle of every stretch.
+    /// u in the middle of every stretch, or that sum.
     pub walls: Vec<Spot>,
+    /// Both in every channel, if there are several.
+    pub channels: [Vec<Vec<Spot>>; 2],
     /// Walks for a position.
     pub walks: u64,
     /// Seconds that it took, set-up included.
@@ -73,8 +74,24 @@ impl Field {
         Self {
             air: self.air.iter().map(kelvin).collect(),
             walls: self.walls.iter().map(kelvin).collect(),
+            channels: [Vec::new(), Vec::new()],
             ..*self
         }
+    }
+
+    /// The value and the standard error of a position, in every channel and then for their sum if there are several; NaN where there
+    /// is no room.
+    #[must_use]
+    pub fn numbers(&self, position: usize) -> Vec<f64> {
+        channels::numbers(&self.channels[0], &self.air, position)
+    }
+
+    /// Red, green and blue of every position and of every stretch, if these are the channels of the room.
+    #[must_use]
+    pub fn colours(&self, room: &RoomModel) -> Option<[[Vec<f64>; 3]; 2]> {
+        let [air, walls] = &self.channels;
+        let of = |own| channels::colours(room.channels(), own);
+        Some([of(air)?, of(walls)?])
     }
 }
 
@@ -102,7 +119,15 @@ impl RoomModel {
         walking: &dyn Fn(),
     ) -> Result<(Field, Option<Field>), Error> {
         let start = Instant::now();
-        let system = self.cut(discretisation)?.system()?;
+        let cells = self.cut(discretisation)?;
+        if let Some(colours) = self.colours() {
+            let system = cells.coloured_system(colours)?;
+            return in_scalar!(
+                discretisation.scalar,
+                F => system.field::<F>(request, (watch, walking), start)
+            );
+        }
+        let system = cells.system()?;
         in_scalar!(discretisation.scalar, F => system.field::<F>(request, (watch, walking), start))
     }
 }
@@ -124,23 +149,71 @@ impl RoomSystem<'_> {
         let mut fields = None;
         setup.with_neighbour(&room, &mut |neighbour, _| {
             walking();
+            let walks = OneChannel {
+                room: &room,
+                neighbour,
+                walk: request.walk,
+                has_light: setup.has_light(),
+                inside: &|seen, _| inside(seen, &setup.v, closed),
+                is_plain: false,
+            };
             let walker = Walker {
                 request,
                 watch,
                 room: &room,
-                neighbour,
-                has_light: setup.has_light(),
-                score: |statistics| statistics.preconditioned().into(),
+                walks: &walks,
             };
-            let field = walker.field(start, request.walk.walks, &|seen, _| {
-                inside(seen, &setup.v, closed)
+            let field = walker.field(start, request.walk.walks)?;
+            let plain = beside(&walker, &field, &mut |inside, then| {
+                let inside = &|_: &Seen<'_, '_, F>, number| inside(number).then_some(0.0);
+                then(&OneChannel {
+                    neighbour: &NoNeighbour::<Room<'_, F>>::new(),
+                    has_light: false,
+                    inside,
+                    is_plain: true,
+                    ..walks
+                })
             })?;
-            let plain = if request.beside_plain {
-                Some(beside(request, watch, &room, &field)?)
-            } else {
-                None
-            };
             fields = Some((field, plain));
+            Ok(())
+        })?;
+        fields.ok_or(Error::Internal("no neighbour equation was made"))
+    }
+}
+
+impl ColouredSystem<'_> {
+    fn field<F: Real>(
+        &self,
+        request: &FieldRequest<'_>,
+        (watch, walking): (&dyn Observer, &dyn Fn()),
+        start: Instant,
+    ) -> Result<(Field, Option<Field>), Error> {
+        let closed = self.cut.model.scene.enclosure() == Enclosure::Closed;
+        let mut fields = None;
+        self.with_walks::<F>(request.walk, &mut |walks, plain| {
+            walking();
+            let v = walks.v.unwrap_or_default();
+            let all = AllChannels {
+                walks,
+                walk: request.walk,
+                inside: &|seen, _| v.iter().map(|v| inside(seen, v, closed)).collect(),
+            };
+            let walker = Walker {
+                request,
+                watch,
+                room: walks.coloured.room(),
+                walks: &all,
+            };
+            let field = walker.field(start, request.walk.walks)?;
+            let zeros = vec![0.0; v.len()];
+            let beside = beside(&walker, &field, &mut |inside, then| {
+                then(&AllChannels {
+                    walks: plain,
+                    walk: request.walk,
+                    inside: &|_, number| inside(number).then(|| zeros.clone()),
+                })
+            })?;
+            fields = Some((field, beside));
             Ok(())
         })?;
         fields.ok_or(Error::Internal("no neighbour equation was made"))
@@ -164,140 +237,127 @@ pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
     }
 }
 
-/// The numbers by plain walks that take as long.
-fn beside<F: Real>(
-    request: &FieldRequest<'_>,
-    watch: &dyn Observer,
-    room: &Room<'_, F>,
+/// Hands on plain walks of the positions for which a function holds.
+type WithPlain<'a, 'r, F> = dyn FnMut(
+        &(dyn Fn(usize) -> bool + Sync),
+        &mut dyn FnMut(&dyn SpotWalks<'r, F>) -> Result<(), Error>,
+    ) -> Result<(), Error>
+    + 'a;
+
+/// The numbers by plain walks that take as long, if they are wanted.
+fn beside<'r, F: Real>(
+    walker: &Walker<'_, 'r, F>,
     field: &Field,
-) -> Result<Field, Error> {
-    let none = NoNeighbour::<Room<'_, F>>::new();
-    let walker = Walker {
-        request,
-        watch,
-        room,
-        neighbour: &none,
-        has_light: false,
-        score: |statistics| statistics.plain().into(),
+    with_plain: &mut WithPlain<'_, 'r, F>,
+) -> Result<Option<Field>, Error> {
+    if !walker.request.beside_plain {
+        return Ok(None);
+    }
+    let is_inside = |position: usize| {
+        let spot = field.air.get(position);
+        spot.is_some_and(|spot| !spot.value.is_nan())
     };
-    let inside = |_: &Seen<'_, '_, F>, position: usize| {
-        let inside = field
-            .air
-            .get(position)
-            .is_some_and(|spot| !spot.value.is_nan());
-        inside.then_some(0.0)
-    };
-    let one = walker.field(Instant::now(), 1, &inside)?;
-    let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
-    walker.field(Instant::now(), walks, &inside)
+    let mut plain = None;
+    with_plain(&is_inside, &mut |walks| {
+        let walker = Walker { walks, ..*walker };
+        let one = walker.field(Instant::now(), 1)?;
+        let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
+        plain = Some(walker.field(Instant::now(), walks)?);
+        Ok(())
+    })?;
+    Ok(plain)
 }
 
 /// Walks of one kind.
-struct Walker<'w, 'r, F, N: ?Sized> {
+struct Walker<'w, 'r, F> {
     request: &'w FieldRequest<'w>,
     watch: &'w dyn Observer,
     room: &'w Room<'r, F>,
-    neighbour: &'w N,
-    /// Whether the neighbour equation has what lights give to walls.
-    has_light: bool,
-    score: fn(&Statistics) -> Spot,
+    walks: &'w dyn SpotWalks<'r, F>,
 }
 
 /// Positions whose estimates one thread makes in one go.
 const ROW: usize = 64;
 
-/// (v, Φ) of a position, or `None` where there is no room.
-type Value<'a, 'r, F> = dyn Fn(&Seen<'_, 'r, F>, usize) -> Option<f64> + Sync + 'a;
-
-impl<'r, F: Real, N> Walker<'_, 'r, F, N>
-where
-    N: Neighbour<Scalar = F, Point = Point<F>> + Sync + ?Sized,
-{
+impl<'r, F: Real> Walker<'_, 'r, F> {
     /// All estimates from so many walks for a position.
-    fn field(&self, start: Instant, walks: u64, value: &Value<'_, 'r, F>) -> Result<Field, Error> {
+    fn field(&self, start: Instant, walks: u64) -> Result<Field, Error> {
         let (positions, stretches) = (self.request.positions, self.request.stretches);
-        let mut air = vec![BLANK; positions.len()];
-        fill(&mut air, &|number| {
-            let Some(position) = positions.get(number) else {
-                return Ok(BLANK);
-            };
+        let (air, of_air) = self.spots(positions.len(), &|number, to| {
             let seen = Seen {
                 room: self.room,
-                position: position.map(F::from_f64),
+                position: positions[number].map(F::from_f64),
             };
-            match value(&seen, number) {
-                Some(value) => {
-                    let known = light_at(&seen);
-                    // What lights give to the walls that are seen has no closed integral.
-                    let value = (!self.has_light).then_some(value);
-                    self.walk((seen, known), value, number, walks)
-                }
-                None => Ok(BLANK),
+            match self.walks.inside(&seen, number) {
+                Some(values) => self.walk(number, walks, to, &|batches| {
+                    self.walks.run_air((seen, &values), number as u64, batches)
+                }),
+                None => Ok(()),
             }
         })?;
-        let mut walls = vec![BLANK; stretches.len()];
-        fill(&mut walls, &|number| {
-            let Some(stretch) = stretches.get(number) else {
-                return Ok(BLANK);
-            };
+        let (walls, of_walls) = self.spots(stretches.len(), &|number, to| {
+            let stretch = stretches[number];
             let at = At(self.room.point(stretch.wall, stretch.middle)?);
-            let value = self.neighbour.value(&self.neighbour.locate(at.0)).to_f64();
             let seeds = positions.len() + number;
-            let known = self.room.emission_of_light(stretch.wall).to_f64();
-            self.walk((at, known), Some(value), seeds, walks * stretch.weight)
+            self.walk(seeds, walks * stretch.weight, to, &|batches| {
+                self.walks.run_wall(at, seeds as u64, batches)
+            })
         })?;
         Ok(Field {
             air,
             walls,
+            channels: [of_air, of_walls],
             walks,
             seconds: start.elapsed().as_secs_f64(),
         })
     }
 
-    /// A few walks from one start.
-    fn walk<T: Functional<Room<'r, F>>>(
+    /// The last mean of so many spots, and all others; blank where nothing is written.
+    fn spots(
         &self,
-        (functional, known): (T, f64),
-        value: Option<f64>,
+        count: usize,
+        write: &(dyn Fn(usize, &mut [Spot]) -> Result<(), Error> + Sync),
+    ) -> Result<(Vec<Spot>, Vec<Vec<Spot>>), Error> {
+        let means = self.walks.means();
+        let mut spots = vec![BLANK; count * means];
+        fill_rows(&mut spots, ROW * means, |row, spots| {
+            for (i, to) in spots.chunks_mut(means).enumerate() {
+                write(row * ROW + i, to)?;
+            }
+            Ok::<(), Error>(())
+        })?;
+        let of = |mean: usize| spots.iter().skip(mean).step_by(means).copied().collect();
+        // The sum of several channels comes last.
+        Ok((of(means - 1), (0..means - 1).map(of).collect()))
+    }
+
+    /// A few walks from one start.
+    fn walk(
+        &self,
         number: usize,
         walks: u64,
-    ) -> Result<Spot, Error> {
+        to: &mut [Spot],
+        run: &dyn Fn(&mut [Batch]) -> Result<(), NotFinite>,
+    ) -> Result<(), Error> {
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        let task = Task {
-            equation: self.room,
-            neighbour: self.neighbour,
-            functional: &Shifted { functional, known },
-            control_mean: value,
-            estimator: self.request.walk.estimator,
-            form: fredholm_core::Form::Product,
-            seeds: WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, number as u64),
-            length: Length::default(),
-        };
-        let mut batch = Batch::new(0, walks, walks);
-        batch
-            .run(&task, walks)
+        let mut batches = vec![Batch::new(0, walks, walks); to.len()];
+        run(&mut batches)
             .map_err(|error| Error::Picture(format!("pixel or piece {number}: {error}")))?;
-        if batch.statistics().terminations().step_limit > 0 {
-            let why = "a walk met the step limit, so that a picture would be biased: use a larger \
-                       `absorption`";
-            return Err(Error::Picture(why.to_owned()));
+        for (batch, to) in batches.iter().zip(to) {
+            let statistics = batch.statistics();
+            if statistics.terminations().step_limit > 0 {
+                let why = "a walk met the step limit, so that a picture would be biased: use a larger \
+                           `absorption`";
+                return Err(Error::Picture(why.to_owned()));
+            }
+            *to = match self.walks.is_plain() {
+                true => statistics.plain().into(),
+                false => statistics.preconditioned().into(),
+            };
         }
         self.watch.walked(walks);
-        Ok((self.score)(batch.statistics()))
-    }
-}
-
-/// Estimates all spots on the threads of the pool.
-fn fill(
-    spots: &mut [Spot],
-    spot: &(dyn Fn(usize) -> Result<Spot, Error> + Sync),
-) -> Result<(), Error> {
-    fill_rows(spots, ROW, |row, spots| {
-        for (i, to) in spots.iter_mut().enumerate() {
-            *to = spot(row * ROW + i)?;
-        }
         Ok(())
-    })
+    }
 }

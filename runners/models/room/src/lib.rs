@@ -1,5 +1,7 @@
 //! Light and heat in polygonal rooms, with sizes chosen at run time.
 
+mod coloured;
+mod colours;
 mod corners;
 mod export;
 mod field;
@@ -9,6 +11,7 @@ mod light;
 mod means;
 mod notes;
 mod partition;
+mod spots;
 mod stages;
 mod starts;
 mod surfaces;
@@ -17,16 +20,19 @@ mod whole;
 
 use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
 
+pub use colours::Colours;
 pub use field::{Field, FieldRequest, Stretch};
 pub use fredholm_model::Spot;
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
 use fredholm_model::About;
+use fredholm_model::channels;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{
-    Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar, in_scalar,
+    Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar, Subject,
+    in_scalar,
 };
 use light::Lights;
 use partition::{choice, memory};
@@ -75,6 +81,7 @@ pub struct RoomModel {
     surfaces: Surfaces,
     scene: Scene,
     lights: Lights,
+    colours: Option<Colours>,
 }
 
 impl RoomModel {
@@ -91,7 +98,31 @@ impl RoomModel {
             lights: Lights::new(&scene),
             surfaces,
             scene,
+            colours: None,
         })
+    }
+
+    /// The room in several channels, in each of which its surfaces have materials of their own: those of the room are then
+    /// [the largest](Colours::largest) of them.
+    ///
+    /// # Errors
+    /// [`Error::Option`]: the room has other surfaces or materials than these; it is one of temperatures; or the channels
+    /// are none, or more than a walk serves.
+    pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
+        colours.check(&self.surfaces)?;
+        if self.surfaces.heat {
+            return channels::refuse_heat();
+        }
+        Ok(Self {
+            colours: Some(colours),
+            ..self
+        })
+    }
+
+    /// The materials of its channels, if it has several.
+    #[must_use]
+    pub const fn colours(&self) -> Option<&Colours> {
+        self.colours.as_ref()
     }
 
     /// Refuses the tables of so many cells, or of as many as there are segments, that do not fit into memory: asked
@@ -245,6 +276,12 @@ impl Model for RoomModel {
         self.surfaces.heat.then_some("W/m2")
     }
 
+    fn channels(&self) -> &[String] {
+        self.colours
+            .as_ref()
+            .map_or(&[], |own| own.names().shared())
+    }
+
     fn position(&self, region: &Region) -> Option<Vec<f64>> {
         let Region::On(surface, t) = *region else {
             return None;
@@ -287,8 +324,15 @@ impl Model for RoomModel {
         (0..points).map(|i| Region::On(part, at(i))).collect()
     }
 
-    fn check(&self, _: &Discretisation, _: Pairs) -> Result<(), Error> {
-        Ok(())
+    fn check(&self, _: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        if self.colours.is_none() || pairs == Pairs::Rays {
+            return Ok(());
+        }
+        Err(Error::Option {
+            subject: Subject::Pairs,
+            message: "rays alone serve several channels at once: leave `pairs` out, or write `pairs = \"rays\"`"
+                .to_owned(),
+        })
     }
 
     fn partition<'m>(
@@ -333,7 +377,7 @@ impl Model for RoomModel {
     }
 
     fn has_whole(&self) -> bool {
-        true
+        self.colours.is_none()
     }
 
     /// Rays: in what was measured, 27 rows of rooms, sizes and degrees, the error at equal time is that of default pairs in the
@@ -350,9 +394,12 @@ impl Model for RoomModel {
         self.lights.last_steps()
     }
 
-    /// Rays, and what is nearest to them.
+    /// Rays, and what is nearest to them; with several channels rays alone.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
-        &[Pairs::Rays, Pairs::Pointwise]
+        match self.colours {
+            Some(_) => &[Pairs::Rays],
+            None => &[Pairs::Rays, Pairs::Pointwise],
+        }
     }
 
     /// All pointwise. In a corner T_K is no more smooth than p is: u there is what the nearest cells of the other wall say,
@@ -380,7 +427,8 @@ impl Model for RoomModel {
         matches!(region, Region::On(..))
     }
 
+    /// None of several channels, of which nothing is derived yet.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
-        Some(self)
+        self.colours.is_none().then_some(self)
     }
 }

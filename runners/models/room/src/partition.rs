@@ -17,18 +17,18 @@ use fredholm_room::{
 
 use crate::starts::{Solutions, with_job};
 use crate::system::{Boxed, RoomSystem};
-use crate::{DEFAULT_CELLS, RoomModel, corners, of_degree};
+use crate::{Colours, DEFAULT_CELLS, RoomModel, corners, of_degree};
 
 /// The relative residual at which the Gauss–Seidel iteration stops.
-const TOLERANCE: f64 = 1e-14;
+pub(crate) const TOLERANCE: f64 = 1e-14;
 /// The most sweeps.
-const SWEEPS: u32 = 10_000;
+pub(crate) const SWEEPS: u32 = 10_000;
 /// The most unknowns of degrees 0 and 1 of which all coefficients are computed for v: 130 MB, and a second of a processor at
 /// degree 0. Of more unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells. Of
 /// higher degrees it always comes from few, at most as many as there are: coefficients of cells that see a part of each other
 /// hold to some six digits, which is what v of degree 4 would have, and a step by exact irradiances leaves up to 180 times less.
 const MOST_IN_PAIRS: usize = 4000;
-const FEW: usize = 1000;
+pub(crate) const FEW: usize = 1000;
 /// The functions on a cell of that solution.
 const FEW_FUNCTIONS: usize = 4;
 /// Cells enough to estimate a spectral radius.
@@ -273,7 +273,11 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     fn memory(&self, _: &[Goal], pairs: Pairs) -> usize {
         let theory = fredholm_model::pairs::memory(pairs, self.mesh.len(), self.cut.degree + 2);
         let walls = self.model.scene.geometry().walls().len();
-        memory([self.mesh.len(), walls], self.cut.degree, pairs).saturating_add(theory)
+        let channels = self.model.colours().map_or(0, |own| own.names().channels());
+        let of_channels = RAYS_BYTES.saturating_mul(channels);
+        memory([self.mesh.len(), walls], self.cut.degree, pairs)
+            .saturating_add(theory)
+            .saturating_add(self.mesh.len().saturating_mul(of_channels))
     }
 
     fn cost(&self, pairs: Pairs) -> Cost {
@@ -332,7 +336,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             Pairs::Rays => 0.0,
             _ => SOURCE * (n * (degree + 1.0)).powi(2),
         };
-        Cost {
+        let cost = Cost {
             setup: setup + boxes,
             source,
             kept: boxes,
@@ -341,6 +345,10 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             walk,
             plain,
             light: LIGHT * depth * self.model.lights(true).len() as f64,
+        };
+        match self.model.colours().map(Colours::names) {
+            Some(names) => cost.shared(names.shared().len(), names.channels()),
+            None => cost,
         }
     }
 
@@ -372,6 +380,9 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn solve(&self, _: f64) -> Result<Box<dyn System + 'm>, Error> {
+        if let Some(colours) = self.model.colours() {
+            return Ok(Box::new(self.coloured_system(colours)?));
+        }
         Ok(Box::new(self.system()?))
     }
 
@@ -391,7 +402,12 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then))
+        match self.model.colours() {
+            Some(colours) => {
+                in_scalar!(self.cut.scalar, F => self.plain_colours::<F>(colours, request, then))
+            }
+            None => in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then)),
+        }
     }
 }
 
@@ -453,7 +469,7 @@ pub(crate) fn memory([n, walls]: [usize; 2], degree: usize, pairs: Pairs) -> usi
 }
 
 /// Whether v comes from a solution on few cells, without coefficients of all pairs.
-const fn is_from_few(unknowns: usize, degree: usize) -> bool {
+pub(crate) const fn is_from_few(unknowns: usize, degree: usize) -> bool {
     degree > 1 || unknowns > MOST_IN_PAIRS
 }
 

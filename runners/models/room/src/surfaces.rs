@@ -120,7 +120,8 @@ impl Surfaces {
             ),
             RoomError::Materials { surface } => at(
                 Place { surface, vertex: 0 },
-                "give one number for the surface, or one for each of its segments",
+                "give one number for the surface, or one for each of its segments; numbers of several channels, such as \
+                 colours, need their names, `channels`, in `[problem]`",
             ),
             RoomError::Coordinate(place) => at(
                 place,

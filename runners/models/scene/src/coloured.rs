@@ -5,8 +5,9 @@ use std::sync::Arc;
 use fredholm_core::channels::{ChannelFunctional, ChannelGoal, ChannelGoals, NothingKnown};
 use fredholm_core::{NoNeighbour, Real, Uniforms};
 use fredholm_embedded::TableBuilder;
+use fredholm_model::channels::refuse_device_tables;
 use fredholm_model::{
-    Error, Examined, Pairs, Prepared, Request, Subject, System, Then, WalkOptions, in_scalar,
+    Error, Examined, Pairs, Prepared, Request, System, Then, WalkOptions, in_scalar,
 };
 use fredholm_scene::{Air, Coloured, Point};
 
@@ -116,18 +117,9 @@ impl<F: Real> ColouredWalks<'_, F> {
         means: &Means<'_>,
         then: &mut WithJob<'_>,
     ) -> Result<(), Error> {
-        let shared = self.colours.shared_names().len();
-        let targets = request.goals.chunks(shared);
-        let is_whole = |goals: &[fredholm_model::Goal]| {
-            let channels = goals.iter().map(|goal| goal.channel);
-            channels.eq((0..shared).map(Some))
-        };
-        if !targets.clone().all(is_whole) {
-            return Err(Error::Internal("a target without all its channels"));
-        }
+        let targets = self.colours.names().targets(request.goals)?;
         let radiosity = self.coloured.radiosity();
         let places = targets
-            .filter_map(|goals| goals.first())
             .map(|goal| Place::new(self.model.scene(), &goal.region))
             .collect::<Result<Vec<Place>, Error>>()?;
         let ends = places
@@ -255,14 +247,9 @@ impl ColouredSystem<'_> {
         means: &Means<'_>,
         known: &[Vec<f64>],
     ) -> Result<Vec<f64>, Error> {
-        let shared = self.colours.shared_names().len();
-        let weights = self.colours.weights();
+        let names = self.colours.names();
         let mut all = Vec::with_capacity(request.goals.len());
-        let targets = request
-            .goals
-            .chunks(shared)
-            .filter_map(|goals| goals.first());
-        for (goal, known) in targets.zip(known) {
+        for (goal, known) in names.targets(request.goals)?.zip(known) {
             let place = Place::new(self.model.scene(), &goal.region)?;
             let own: Vec<f64> = match (means(&place)?, &place) {
                 (Some(means), _) => means
@@ -271,15 +258,9 @@ impl ColouredSystem<'_> {
                     .map(|(v, known)| v + known)
                     .collect(),
                 (None, Place::Air(position)) => walks.seen_of(*position),
-                (None, _) => vec![f64::NAN; weights.len()],
+                (None, _) => vec![f64::NAN; names.channels()],
             };
-            let sum = own
-                .iter()
-                .zip(weights)
-                .map(|(own, weight)| own * weight)
-                .sum();
-            all.extend(own);
-            all.push(sum);
+            all.extend(names.with_sum(own));
         }
         Ok(all)
     }
@@ -329,9 +310,6 @@ impl System for ColouredSystem<'_> {
     }
 
     fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {
-        Err(Error::Option {
-            subject: Subject::Problem,
-            message: "there are no device tables of scenes with colours".to_owned(),
-        })
+        refuse_device_tables()
     }
 }

@@ -186,10 +186,7 @@ impl SceneModel {
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
         colours.check(&self.scene)?;
         if self.heat.is_some() {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "a scene has temperatures or colours, not both".to_owned(),
-            });
+            return fredholm_model::channels::refuse_heat();
         }
         Ok(Self {
             colours: Some(colours),

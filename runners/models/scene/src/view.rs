@@ -6,6 +6,7 @@ use fredholm_core::{
     Batch, DefaultGenerator, LastStep, NoNeighbour, Real, RngUniforms, Uniforms as _, WalkSeeds,
     WithKnown,
 };
+use fredholm_model::channels;
 use fredholm_model::{
     BLANK, Discretisation, Error, Model as _, Partitioned, Spot, WalkOptions, in_scalar,
 };
@@ -48,31 +49,20 @@ impl View {
     /// The names of a pixel's [numbers](Self::numbers) in a table: values and standard errors, of all channels if there are several.
     #[must_use]
     pub fn names(scene: &SceneModel) -> Vec<String> {
-        let of = |name: &String| [name.clone(), format!("{name}_std_error")];
-        match scene.channels() {
-            [] => ["seen", "std_error"].map(str::to_owned).to_vec(),
-            channels => channels.iter().flat_map(of).collect(),
-        }
+        channels::columns(scene.channels(), "seen")
     }
 
     /// The value and the standard error of a pixel, in every channel and then for their sum if there are several; NaN where nothing is
     /// seen, and where there is no such pixel.
     #[must_use]
     pub fn numbers(&self, pixel: usize) -> Vec<f64> {
-        let all = self.channels.iter().chain([&self.pixels]);
-        let own = all.map(|spots| spots.get(pixel).copied().unwrap_or(BLANK));
-        own.flat_map(|spot| [spot.value, spot.error]).collect()
+        channels::numbers(&self.channels, &self.pixels, pixel)
     }
 
     /// Red, green and blue of every pixel, if these are the channels of the scene.
     #[must_use]
     pub fn colours(&self, scene: &SceneModel) -> Option<[Vec<f64>; 3]> {
-        let names = scene.channels().split_last()?.1;
-        let [red, green, blue] = &*self.channels else {
-            return None;
-        };
-        let values = |spots: &Vec<Spot>| spots.iter().map(|spot| spot.value).collect();
-        (names == ["red", "green", "blue"]).then(|| [red, green, blue].map(values))
+        channels::colours(scene.channels(), &self.channels)
     }
 }
 

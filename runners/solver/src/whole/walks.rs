@@ -87,14 +87,7 @@ impl<'m> Whole<'_, 'm> {
     /// Sets up.
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
         let start = Instant::now();
-        if !self.model.channels().is_empty() {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "the whole function from one set of walks has one channel: ask for targets without it, whose \
-                          walks serve all channels"
-                    .to_owned(),
-            });
-        }
+        fredholm_model::channels::refuse_whole(self.model)?;
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,

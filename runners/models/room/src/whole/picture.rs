@@ -5,6 +5,7 @@ use std::time::Instant;
 use fredholm_core::Located;
 use fredholm_core::galerkin::Partition;
 use fredholm_core::whole::over_replicates;
+use fredholm_model::channels::refuse_whole;
 use fredholm_model::{
     Discretisation, Error, IMAGE_HEAD, Subject, WholeQuantity, WholeRequest, WholeSystem,
 };
@@ -43,6 +44,7 @@ impl RoomModel {
         walking: &dyn Fn(),
     ) -> Result<Field, Error> {
         let start = Instant::now();
+        refuse_whole(self)?;
         if discretisation.degree >= MOST_DEGREE {
             return Err(Error::Option {
                 subject: Subject::Degree,
@@ -85,6 +87,7 @@ impl RoomModel {
         Ok(Field {
             air,
             walls,
+            channels: [Vec::new(), Vec::new()],
             walks: walked,
             seconds: start.elapsed().as_secs_f64(),
         })

@@ -1,0 +1,221 @@
+//! What equations in several channels have in common: names, weighted sums, targets, and what is refused.
+
+use fredholm_core::channels::MOST_CHANNELS;
+
+use crate::{BLANK, Error, Goal, Model, Spot, Subject};
+
+/// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
+const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// The names of channels, such as colours or bands of wavelengths, and the weights of a sum of them.
+///
+/// Red, green and blue have their luminance as a weighted sum, 0.2126 R + 0.7152 G + 0.0722 B; other channels have their sum.
+///
+/// ```
+/// use fredholm_model::channels::ChannelNames;
+///
+/// let bands = ChannelNames::new(["near", "far"].map(str::to_owned).to_vec());
+/// assert_eq!(bands.shared(), ["near", "far", "sum"]);
+/// assert_eq!(bands.with_sum([1.0, 3.0]), [1.0, 3.0, 4.0]);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelNames {
+    /// The names of the channels, and that of the sum.
+    names: Vec<String>,
+    weights: Vec<f64>,
+}
+
+impl ChannelNames {
+    /// Channels of these names.
+    #[must_use]
+    pub fn new(channels: Vec<String>) -> Self {
+        let is_rgb = is_rgb(&channels);
+        let weights = match is_rgb {
+            true => LUMINANCE.to_vec(),
+            false => vec![1.0; channels.len()],
+        };
+        let sum = if is_rgb { "luminance" } else { "sum" };
+        let mut names = channels;
+        names.push(sum.to_owned());
+        Self { names, weights }
+    }
+
+    /// The names of what shares the walks of a target: the channels, and last their sum.
+    #[must_use]
+    pub fn shared(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The number of channels, without the sum.
+    #[must_use]
+    pub const fn channels(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// The weights of the sum.
+    #[must_use]
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The numbers of all channels, and last their weighted sum.
+    #[must_use]
+    pub fn with_sum(&self, channels: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut all: Vec<f64> = channels.into_iter().collect();
+        let terms = all.iter().zip(&self.weights);
+        all.push(terms.map(|(own, weight)| own * weight).sum());
+        all
+    }
+
+    /// The goals of every target, which are those of all channels and of their sum.
+    ///
+    /// # Errors
+    /// [`Error::Internal`]: a target has others.
+    pub fn targets<'g>(
+        &self,
+        goals: &'g [Goal],
+    ) -> Result<impl Iterator<Item = &'g Goal> + Clone + use<'g>, Error> {
+        let shared = self.names.len();
+        let targets = goals.chunks(shared);
+        let is_whole = |goals: &[Goal]| {
+            let channels = goals.iter().map(|goal| goal.channel);
+            channels.eq((0..shared).map(Some))
+        };
+        if targets.clone().all(is_whole) {
+            Ok(targets.filter_map(<[Goal]>::first))
+        } else {
+            Err(Error::Internal("a target without all its channels"))
+        }
+    }
+
+    /// Refuses materials, a reflectance and an emission for each channel, of which one is wrong.
+    ///
+    /// # Errors
+    /// [`Error::Option`], with the words for what has them.
+    pub fn check(&self, what: &str, materials: &[[f64; 2]]) -> Result<(), Error> {
+        let channels = self.channels();
+        if !(1..=MOST_CHANNELS).contains(&channels) {
+            return refuse(format!(
+                "there are 1 to {MOST_CHANNELS} channels, not {channels}"
+            ));
+        }
+        if materials.len() != channels {
+            return refuse(format!(
+                "{what} has {} materials, and there are {channels} channels",
+                materials.len()
+            ));
+        }
+        let is_good = |&[reflectance, emission]: &[f64; 2]| {
+            (0.0..=1.0).contains(&reflectance) && emission >= 0.0 && emission.is_finite()
+        };
+        if !materials.iter().all(is_good) {
+            return refuse(format!(
+                "{what}: in every channel a reflectance must be from 0 to 1, and an emission 0 or more"
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn is_rgb(channels: &[String]) -> bool {
+    channels == ["red", "green", "blue"]
+}
+
+/// The largest reflectance and the largest emission of all channels: those of the chain that they share.
+#[must_use]
+pub fn largest(materials: &[[f64; 2]]) -> [f64; 2] {
+    let most = |k: usize| {
+        materials
+            .iter()
+            .fold(0.0, |most, own| f64::max(most, own[k]))
+    };
+    [most(0), most(1)]
+}
+
+/// Whether materials are [the largest](largest) of all channels, up to rounding.
+#[must_use]
+pub fn is_largest(own: [f64; 2], materials: &[[f64; 2]]) -> bool {
+    let largest = largest(materials);
+    own.iter()
+        .zip(largest)
+        .all(|(own, largest)| (own - largest).abs() <= 1e-12 * largest.abs())
+}
+
+fn refuse<T>(message: String) -> Result<T, Error> {
+    Err(Error::Option {
+        subject: Subject::Problem,
+        message,
+    })
+}
+
+/// Refuses materials of a model that are not the largest of its channels.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn refuse_other_materials<T>() -> Result<T, Error> {
+    refuse(
+        "the surfaces of a model with colours must have the largest reflectance and emission of all channels"
+            .to_owned(),
+    )
+}
+
+/// Refuses colours beside temperatures.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn refuse_heat<T>() -> Result<T, Error> {
+    refuse("surfaces have temperatures or colours, not both".to_owned())
+}
+
+/// Refuses tables for devices.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn refuse_device_tables<T>() -> Result<T, Error> {
+    refuse("there are no device tables of several channels: leave `channels` and lists of reflectances and emissions out".to_owned())
+}
+
+/// Refuses the whole function of a model with channels.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn refuse_whole(model: &dyn Model) -> Result<(), Error> {
+    if model.channels().is_empty() {
+        return Ok(());
+    }
+    refuse(
+        "the whole function from one set of walks has one channel: ask for targets without it, whose walks serve all \
+         channels"
+            .to_owned(),
+    )
+}
+
+/// The names of the numbers of a spot in a table: values and standard errors, of all channels of these names if there are some.
+#[must_use]
+pub fn columns(channels: &[String], alone: &str) -> Vec<String> {
+    let of = |name: &String| [name.clone(), format!("{name}_std_error")];
+    match channels {
+        [] => [alone, "std_error"].map(str::to_owned).to_vec(),
+        channels => channels.iter().flat_map(of).collect(),
+    }
+}
+
+/// The value and the standard error of a spot by its number, in every channel and then for their sum; NaN where there is no such
+/// spot.
+#[must_use]
+pub fn numbers(channels: &[Vec<Spot>], sum: &[Spot], spot: usize) -> Vec<f64> {
+    let all = channels.iter().map(Vec::as_slice).chain([sum]);
+    let own = all.map(|spots| spots.get(spot).copied().unwrap_or(BLANK));
+    own.flat_map(|spot| [spot.value, spot.error]).collect()
+}
+
+/// Red, green and blue of all spots, if these are the names of the channels, of which the last is their sum.
+#[must_use]
+pub fn colours(names: &[String], channels: &[Vec<Spot>]) -> Option<[Vec<f64>; 3]> {
+    let (_, names) = names.split_last()?;
+    let [red, green, blue] = channels else {
+        return None;
+    };
+    let values = |spots: &Vec<Spot>| spots.iter().map(|spot| spot.value).collect();
+    is_rgb(names).then(|| [red, green, blue].map(values))
+}
