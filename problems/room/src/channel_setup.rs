@@ -81,7 +81,7 @@ pub struct ChannelRaySetup<'s, 'r, 'a, const B: usize> {
     coloured: &'s ColouredRoom<'r, 'a, f64>,
     polynomials: PolynomialRoom<'r, 'a, f64, B>,
     v: &'s [f64],
-    /// Of every channel the standard deviation of a ray's estimate of T_kc v_c/ρ_c that is small enough.
+    /// The standard deviation of a ray's estimate of T_kc v_c/ρ_c that is small enough, in every channel.
     noise: Vec<f64>,
     /// Where boxes end besides at vertices.
     shadows: &'s [ShadowEnd],

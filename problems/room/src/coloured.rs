@@ -201,7 +201,7 @@ impl<F: Real> Sampler for ColouredRoom<'_, '_, F> {
 }
 
 impl<F: Real> Kernel for ColouredRoom<'_, '_, F> {
-    /// That of a wall that reflects everything: 1/(1 − q0).
+    /// The kernel of a wall that reflects everything, 1/(1 − q0).
     #[inline]
     fn kernel(&self, _: &Point<F>, _: &Point<F>) -> F {
         self.room.per_survival()

@@ -46,7 +46,7 @@ pub struct CellRays {
 /// The tables of one cell in all channels: a number for each of them stands side by side for the first function, then for the next.
 #[derive(Clone, Debug, Default)]
 pub struct CellChannelRays {
-    /// Those of no channel, whose c is 0.
+    /// The tables without any channel, whose c is 0.
     pub(crate) rays: CellRays,
     /// The sums of integrals of every stretch.
     pub(crate) integrals: Vec<f64>,
@@ -98,12 +98,15 @@ struct Fitted {
     share: f64,
 }
 
+/// A function that writes what a ray from a point sees, by its ω.
+pub(crate) type WriteSeen<'s> = dyn Fn(&Point<f64>, f64, &mut [f64]) + 's;
+
 /// What makes tables, whatever the number of functions on a cell: compiled once.
 pub(crate) struct Builder<'s> {
     pub(crate) room: &'s Room<'s, f64>,
     /// Writes v of every channel where a ray from a point leads, by its ω; 0 where it leaves.
-    pub(crate) seen: &'s dyn Fn(&Point<f64>, f64, &mut [f64]),
-    /// Of every channel the standard deviation of a ray's estimate of T_k v/ρ that is small enough.
+    pub(crate) seen: &'s WriteSeen<'s>,
+    /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough, in every channel.
     pub(crate) noise: &'s [f64],
     pub(crate) shadows: &'s [ShadowEnd],
 }

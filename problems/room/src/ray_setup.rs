@@ -158,11 +158,11 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
     }
 }
 
-/// Calls `each` with points of some cells from which a residual is looked at, their walls, cells, and places there.
-pub(crate) fn probes(
-    room: &Room<'_, f64>,
-    each: &mut dyn FnMut(&Point<f64>, &Wall<f64>, usize, f64),
-) {
+/// What is done with a point, its wall, its cell, and its place there.
+pub(crate) type Probe<'p> = dyn FnMut(&Point<f64>, &Wall<f64>, usize, f64) + 'p;
+
+/// Calls `each` with points of some cells from which a residual is looked at.
+pub(crate) fn probes(room: &Room<'_, f64>, each: &mut Probe<'_>) {
     let cells = room.cells();
     for probe in 0..PROBES.min(cells) {
         let cell = probe * cells / PROBES.min(cells);

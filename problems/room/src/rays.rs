@@ -406,6 +406,7 @@ pub(crate) fn omega_of<F: Real>(position: Vector<F>, tangent: Vector<F>, vertex:
 
 /// Adds a box's part, by its width as a fraction of the interval, to the means of c over an interval in all channels: the functions
 /// of s have none but the first.
+#[cfg(feature = "alloc")]
 pub(crate) fn add_means<F: Real>(means: &mut [F], width: F, control: &[F], channels: usize) {
     let mut first = 0;
     for (degree, means) in means.chunks_exact_mut(channels).enumerate() {

