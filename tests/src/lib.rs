@@ -8,6 +8,7 @@ pub mod device;
 pub mod fit;
 mod objects;
 pub mod room;
+pub mod scene;
 pub mod toy;
 
 pub use cores::on_all_cores;

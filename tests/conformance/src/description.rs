@@ -2,8 +2,10 @@
 
 use core::fmt;
 
-use fredholm_core::galerkin::TransitionMoments;
-use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
+use fredholm_core::galerkin::{Basis, TransitionMoments};
+use fredholm_core::{
+    Kernel, Located, RandomSource, Real, Sampler, Source, StateSpace, TransitionDensity,
+};
 
 /// The points of the space of a described problem.
 pub type PointOf<D, const B: usize> = <<D as Description<B>>::Equation as StateSpace>::Point;
@@ -93,15 +95,112 @@ pub trait Description<const B: usize = 1>: Sized {
     }
 }
 
+/// The points of the space of an equation of steps.
+pub type StepPointOf<D, const B: usize> =
+    <<D as StepDescription<B>>::Equation as StateSpace>::Point;
+/// The scalar of an equation of steps.
+pub type StepScalarOf<D, const B: usize> =
+    <<D as StepDescription<B>>::Equation as StateSpace>::Scalar;
+
+/// How an equation of which nothing is known but how to step offers itself to the kit, with B functions per cell.
+///
+/// It has no density, no transition moments and perhaps no F, but a random number with this mean: what
+/// [`sampled`](fredholm_core::sampled) asks for. Integrals over steps are then means over draws, and checks that compare them
+/// are statistical. Every [`Description`] is one.
+pub trait StepDescription<const B: usize = 1>: Sized {
+    /// The equation and its chain, cells and basis.
+    type Equation: StateSpace<Point: fmt::Debug + Send + Sync>
+        + Sampler
+        + Kernel
+        + RandomSource
+        + Basis<B>
+        + Sync;
+
+    /// The number of parameters of a cell: the dimension of X.
+    const DIMENSION: usize;
+
+    /// The equation.
+    fn equation(&self) -> &Self::Equation;
+
+    /// The point of a closed cell at the parameters t: see [`Description::point`].
+    fn point(&self, cell: usize, t: &[f64]) -> StepPointOf<Self, B>;
+
+    /// Whether `x` lies in a closed cell, by geometry: see [`Description::contains`].
+    fn contains(&self, cell: usize, x: &StepPointOf<Self, B>) -> bool;
+
+    /// Points y of cell `cell` and weights such that Σ weight · r(y) is ∫_Xj r dμ to rounding for products of two functions of
+    /// the basis.
+    fn cell_nodes(&self, cell: usize) -> Vec<(StepPointOf<Self, B>, f64)>;
+
+    /// The probability that a step from `x` leaves the space, where [`mass`](Self::mass) is known.
+    fn leaving(&self, _: &StepPointOf<Self, B>) -> f64 {
+        0.0
+    }
+
+    /// μ(X_j), where the equation implements `CellMap`: see [`Description::measure`].
+    fn measure(&self, _cell: usize) -> Option<f64> {
+        None
+    }
+
+    /// The parameters of a point of a cell, where the equation's `CellMap` has them.
+    fn parameters(&self, _: &Located<StepPointOf<Self, B>>) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// The exact solution u(x), where it is known.
+    fn solution(&self, _: &StepPointOf<Self, B>) -> Option<f64> {
+        None
+    }
+
+    /// p_j(x), the probability of a step from `x` into a cell, where it is known.
+    fn mass(&self, _x: &Located<StepPointOf<Self, B>>, _cell: usize) -> Option<f64> {
+        None
+    }
+}
+
+impl<D: Description<B>, const B: usize> StepDescription<B> for D {
+    type Equation = <D as Description<B>>::Equation;
+    const DIMENSION: usize = <D as Description<B>>::DIMENSION;
+
+    fn equation(&self) -> &Self::Equation {
+        Description::equation(self)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> PointOf<D, B> {
+        Description::point(self, cell, t)
+    }
+    fn contains(&self, cell: usize, x: &PointOf<D, B>) -> bool {
+        Description::contains(self, cell, x)
+    }
+    fn cell_nodes(&self, cell: usize) -> Vec<(PointOf<D, B>, f64)> {
+        let middle = Description::point(self, cell, &vec![0.5; <D as Description<B>>::DIMENSION]);
+        self.nodes(&middle, cell)
+    }
+    fn leaving(&self, x: &PointOf<D, B>) -> f64 {
+        Description::leaving(self, x)
+    }
+    fn measure(&self, cell: usize) -> Option<f64> {
+        Description::measure(self, cell)
+    }
+    fn parameters(&self, x: &Located<PointOf<D, B>>) -> Option<Vec<f64>> {
+        Description::parameters(self, x)
+    }
+    fn solution(&self, x: &PointOf<D, B>) -> Option<f64> {
+        Description::solution(self, x)
+    }
+    fn mass(&self, x: &Located<PointOf<D, B>>, cell: usize) -> Option<f64> {
+        Description::mass(self, x, cell)
+    }
+}
+
 /// ε of a described problem's scalar.
-pub(crate) fn epsilon<D: Description<B>, const B: usize>() -> f64 {
-    ScalarOf::<D, B>::EPSILON.to_f64()
+pub(crate) fn epsilon<D: StepDescription<B>, const B: usize>() -> f64 {
+    StepScalarOf::<D, B>::EPSILON.to_f64()
 }
 
 /// The name of a described problem's scalar.
-pub(crate) fn scalar_name<D: Description<B>, const B: usize>() -> &'static str {
+pub(crate) fn scalar_name<D: StepDescription<B>, const B: usize>() -> &'static str {
     // The two scalars that there are.
-    if ScalarOf::<D, B>::EPSILON.to_f64() > 1e-10 {
+    if StepScalarOf::<D, B>::EPSILON.to_f64() > 1e-10 {
         "f32"
     } else {
         "f64"

@@ -3,9 +3,9 @@
 use fredholm_core::StateSpace;
 
 use crate::check;
-use crate::description::{Description, ScalarOf, scalar_name};
+use crate::description::{Description, ScalarOf, StepDescription, scalar_name};
 use crate::galerkin::System;
-use crate::offers::{Neighbours, Offers};
+use crate::offers::{Neighbours, Offers, StepNeighbours};
 use crate::outcome::Outcome;
 use crate::report::{Report, SCALARS};
 
@@ -13,13 +13,7 @@ use crate::report::{Report, SCALARS};
 #[must_use]
 pub fn examine<D: Neighbours<B>, const B: usize>(description: &D, seed: u64) -> Report {
     let scalar = scalar_name::<D, B>();
-    let mut report = Report::default();
-    report.push("cells", scalar, check::cells(description, seed));
-    report.push(
-        "steps' cells",
-        scalar,
-        check::sampler_points(description, seed),
-    );
+    let mut report = found_in_cells(description, seed);
     for (name, outcome) in [
         ("measures", check::measures(description, seed)),
         ("uniform points", check::uniform_points(description, seed)),
@@ -64,6 +58,15 @@ pub fn examine<D: Neighbours<B>, const B: usize>(description: &D, seed: u64) -> 
 /// and the accuracy of masses relative to their own size. For very many cells.
 #[must_use]
 pub fn examine_masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Report {
+    let mut report = found_in_cells(description, seed);
+    if let Some(outcome) = check::masses(description, seed) {
+        report.push("masses", scalar_name::<D, B>(), outcome);
+    }
+    report
+}
+
+/// Where cells are found.
+fn found_in_cells<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) -> Report {
     let scalar = scalar_name::<D, B>();
     let mut report = Report::default();
     report.push("cells", scalar, check::cells(description, seed));
@@ -72,10 +75,28 @@ pub fn examine_masses<D: Description<B>, const B: usize>(description: &D, seed: 
         scalar,
         check::sampler_points(description, seed),
     );
-    if let Some(outcome) = check::masses(description, seed) {
-        report.push("masses", scalar, outcome);
-    }
     report
+}
+
+/// Runs every check that applies to an equation of which nothing is known but how to step.
+#[must_use]
+pub fn examine_steps<D: StepNeighbours<B>, const B: usize>(description: &D, seed: u64) -> Report {
+    let scalar = scalar_name::<D, B>();
+    let mut report = found_in_cells(description, seed);
+    for (name, outcome) in [
+        ("measures", check::measures(description, seed)),
+        ("parameters", check::inverse(description, seed)),
+        ("basis", Some(check::basis(description, seed))),
+        ("chi-squared", check::sampler_by_masses(description, seed)),
+    ] {
+        if let Some(outcome) = outcome {
+            report.push(name, scalar, outcome);
+        }
+    }
+    let mut offers = Offers::by_steps(description, seed, report);
+    offers.plain();
+    description.offers(&mut offers);
+    offers.into_report()
 }
 
 /// [`examine`] of a problem in f32 and in f64, and whether their walks agree.
@@ -85,7 +106,22 @@ where
     N: Neighbours<B, Equation: StateSpace<Scalar = f32>>,
     W: Neighbours<B, Equation: StateSpace<Scalar = f64>>,
 {
-    let (mut report, other) = (examine(wide, seed), examine(narrow, seed));
+    both(examine(narrow, seed), examine(wide, seed))
+}
+
+/// [`examine_steps`] of an equation in f32 and in f64, and whether their walks agree.
+#[must_use]
+pub fn examine_steps_both<N, W, const B: usize>(narrow: &N, wide: &W, seed: u64) -> Report
+where
+    N: StepNeighbours<B, Equation: StateSpace<Scalar = f32>>,
+    W: StepNeighbours<B, Equation: StateSpace<Scalar = f64>>,
+{
+    both(examine_steps(narrow, seed), examine_steps(wide, seed))
+}
+
+/// The reports of f32 and f64, and whether their walks agree.
+fn both(narrow: Report, wide: Report) -> Report {
+    let (mut report, other) = (wide, narrow);
     let pairs = other.traces.iter().zip(&report.traces);
     let agreement: Vec<_> = pairs
         .filter(|(narrow, wide)| narrow.name == wide.name)

@@ -12,7 +12,9 @@ use fredholm_core::{
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 
 use crate::check::{self, Among};
-use crate::description::{Description, PointOf, ScalarOf, scalar_name};
+use crate::description::{
+    Description, PointOf, ScalarOf, StepDescription, StepPointOf, StepScalarOf, scalar_name,
+};
 use crate::galerkin::System;
 use crate::outcome::{Outcome, Worst};
 use crate::report::Report;
@@ -31,15 +33,23 @@ pub trait Neighbours<const B: usize = 1>: Description<B> {
     fn offers(&self, offers: &mut Offers<'_, Self, B>);
 }
 
+/// An equation of steps that offers neighbour equations to the kit.
+pub trait StepNeighbours<const B: usize = 1>: StepDescription<B> {
+    /// Hands in every neighbour equation of the problem, by [`Offers::neighbour_by_steps`].
+    fn offers(&self, offers: &mut Offers<'_, Self, B>);
+}
+
 /// Where a described problem hands in its neighbour equations; each is checked as it comes.
 #[derive(Debug)]
-pub struct Offers<'a, D: Description<B>, const B: usize = 1> {
+pub struct Offers<'a, D: StepDescription<B>, const B: usize = 1> {
     description: &'a D,
     seed: u64,
-    points: Among<PointOf<D, B>>,
+    points: Among<StepPointOf<D, B>>,
     exact: Option<f64>,
+    /// A bound of ∫|K(x,y)|dμ(y) below 1.
     norm: f64,
-    system: System<ScalarOf<D, B>>,
+    /// The kit's own Galerkin system: an equation of steps has none.
+    system: Option<System<StepScalarOf<D, B>>>,
     covered: bool,
     /// What every runner finds without a neighbour equation, by estimator and generator.
     alone: Vec<Alone>,
@@ -58,14 +68,14 @@ const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision]
 
 /// The equation of a described problem and its chain.
 type AnyEquation<'a, D, const B: usize> =
-    dyn Walkable<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync + 'a;
+    dyn Walkable<Scalar = StepScalarOf<D, B>, Point = StepPointOf<D, B>> + Sync + 'a;
 /// A neighbour equation of a described problem.
 type AnyNeighbour<'a, D, const B: usize> =
-    dyn Neighbour<Scalar = ScalarOf<D, B>, Point = PointOf<D, B>> + Sync + 'a;
+    dyn Neighbour<Scalar = StepScalarOf<D, B>, Point = StepPointOf<D, B>> + Sync + 'a;
 
 /// What walks from random points of a described problem depend on.
 type Walking<'a, D, const B: usize> =
-    Case<'a, Any<'a, AnyEquation<'a, D, B>>, AnyNeighbour<'a, D, B>, Among<PointOf<D, B>>>;
+    Case<'a, Any<'a, AnyEquation<'a, D, B>>, AnyNeighbour<'a, D, B>, Among<StepPointOf<D, B>>>;
 
 impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
     /// Nothing is handed in yet. What is found is added to `report`.
@@ -76,27 +86,10 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         report: Report,
     ) -> Self {
         let points = check::random_points(description, seed);
-        let exact = points.iter().map(|x| description.solution(x));
-        let exact: Option<Vec<f64>> = exact.collect();
-        Self {
-            description,
-            seed,
-            exact: exact.map(|values| values.iter().sum::<f64>() / values.len() as f64),
-            // A floor needs a number below 1.
-            norm: Some(norm(description, &points))
-                .filter(|norm| *norm < 1.0)
-                .unwrap_or(system.radius_bound),
-            points: Among(points),
-            system,
-            covered: false,
-            alone: Vec::new(),
-            report,
-        }
-    }
-
-    /// What was found.
-    pub(crate) fn into_report(self) -> Report {
-        self.report
+        // A floor needs a number below 1.
+        let norm = Some(norm(description, &points)).filter(|norm| *norm < 1.0);
+        let norm = norm.unwrap_or(system.radius_bound);
+        Self::among(description, seed, (points, norm), Some(system), report)
     }
 
     /// A choice of pairs that are in S or left out. The kit makes its own coefficients for them,
@@ -106,7 +99,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
     /// If there is a pointwise pair: see [`pointwise_pairs`](Self::pointwise_pairs).
     pub fn pairs<S: Pairs + Copy + Sync>(&mut self, name: &str, pairs: S) {
         self.check_pairs(name, &pairs);
-        let tables = self.system.tables.clone();
+        let tables = self.system().tables.clone();
         let g = tables.source::<S, B>(&pairs);
         self.piecewise(name, &tables.coefficients(), pairs, &tables.v, &g);
     }
@@ -120,7 +113,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         self.check_pairs(name, &pairs);
         let integrals = check::pair_integrals(self.description, self.seed);
         self.push("pair integrals", name, integrals);
-        let tables = self.system.tables.clone();
+        let tables = self.system().tables.clone();
         let g = tables.source::<S, B>(&pairs);
         self.pointwise_piecewise(name, &tables.coefficients(), pairs, &tables.v, &g);
     }
@@ -178,10 +171,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
     /// One type for all of them: a problem with many choices compiles in a fraction of the time.
     fn any_neighbour(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>) {
         let outcome = check::neighbour_equation(self.description, neighbour, self.seed);
-        self.push("neighbour equation", name, outcome);
-        for estimator in ESTIMATORS {
-            self.walks(name, neighbour, estimator);
-        }
+        self.checked(name, outcome, neighbour);
     }
 
     /// The problem's own coefficients, which claim to be the integrals within `relative` of a row's
@@ -194,7 +184,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
     ) {
         let outcome = check::coefficients(
             self.description,
-            &self.system.matrix,
+            &self.system().matrix,
             coefficients,
             relative,
         );
@@ -210,13 +200,14 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
     /// The problem's own Galerkin solution, within `relative` of its largest entry of the one with
     /// exact coefficients.
     pub fn galerkin_solution(&mut self, name: &str, v: &[f64], relative: f64) {
-        let outcome = check::vectors_agree::<D, B>("v", &self.system.exact, v, relative);
+        let outcome = check::vectors_agree::<D, B>("v", &self.system().exact, v, relative);
         self.push("Galerkin solution", name, outcome);
     }
 
-    fn push(&mut self, check: &'static str, name: &str, outcome: Outcome) {
-        let subject = format!("{}, {name}", scalar_name::<D, B>());
-        self.report.push(check, subject, outcome);
+    /// The kit's own Galerkin system.
+    fn system(&self) -> &System<ScalarOf<D, B>> {
+        let system = self.system.as_ref();
+        system.expect("the system with which offers of a description begin")
     }
 
     fn check_pairs<S: Pairs>(&mut self, name: &str, pairs: &S) {
@@ -225,6 +216,65 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         if let Some(outcome) = check::collapse(self.description, pairs, self.seed) {
             self.push("collapse", name, outcome);
         }
+    }
+}
+
+impl<'a, D: StepDescription<B>, const B: usize> Offers<'a, D, B> {
+    /// Offers of an equation of steps: nothing is handed in yet.
+    pub(crate) fn by_steps(description: &'a D, seed: u64, report: Report) -> Self {
+        let points = check::random_points(description, seed);
+        // A floor needs a number below 1.
+        let norm = check::norm_by_steps(description, &points, seed).min(0.999);
+        Self::among(description, seed, (points, norm), None, report)
+    }
+
+    fn among(
+        description: &'a D,
+        seed: u64,
+        (points, norm): (Vec<StepPointOf<D, B>>, f64),
+        system: Option<System<StepScalarOf<D, B>>>,
+        report: Report,
+    ) -> Self {
+        let exact = points.iter().map(|x| description.solution(x));
+        let exact: Option<Vec<f64>> = exact.collect();
+        Self {
+            description,
+            seed,
+            exact: exact.map(|values| values.iter().sum::<f64>() / values.len() as f64),
+            norm,
+            points: Among(points),
+            system,
+            covered: false,
+            alone: Vec::new(),
+            report,
+        }
+    }
+
+    /// What was found.
+    pub(crate) fn into_report(self) -> Report {
+        self.report
+    }
+
+    /// Any neighbour equation of an equation of steps. Integrals over steps are means over draws.
+    pub fn neighbour_by_steps<N>(&mut self, name: &str, neighbour: &N)
+    where
+        N: Neighbour<Scalar = StepScalarOf<D, B>, Point = StepPointOf<D, B>> + Sync,
+    {
+        let outcome = check::neighbour_equation_by_steps(self.description, neighbour, self.seed);
+        self.checked(name, outcome, neighbour);
+    }
+
+    /// Adds what was found of a neighbour equation, and walks by it.
+    fn checked(&mut self, name: &str, outcome: Outcome, neighbour: &AnyNeighbour<'_, D, B>) {
+        self.push("neighbour equation", name, outcome);
+        for estimator in ESTIMATORS {
+            self.walks(name, neighbour, estimator);
+        }
+    }
+
+    fn push(&mut self, check: &'static str, name: &str, outcome: Outcome) {
+        let subject = format!("{}, {name}", scalar_name::<D, B>());
+        self.report.push(check, subject, outcome);
     }
 
     /// Plain Monte Carlo, without any neighbour equation.
@@ -326,7 +376,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         let value = values.iter().sum::<f64>() / values.len() as f64;
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let size = self.exact.map_or(largest, |u| u.abs().max(largest));
-        let floor = rounding_floor::<ScalarOf<D, B>>(largest, size, self.norm);
+        let floor = rounding_floor::<StepScalarOf<D, B>>(largest, size, self.norm);
         let equation = Any(self.description.equation() as &AnyEquation<'_, D, B>);
         let case = Case {
             equation: &equation,

@@ -3,6 +3,7 @@
 use fredholm_cube::model;
 
 use fredholm_tests::circle::{self, FURNACE, LIGHT};
+use fredholm_tests::scene::{self, Place};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Report, cube, examine_both, room};
 
@@ -26,6 +27,8 @@ const EVERY_DAY: &[Entry] = &[
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
     ("room, FACET, degree 3", |seed| room::examined_of_degree::<4>(&room::facet(), 16, 1e-2, seed)),
     ("room, yard, open, degree 3", |seed| room::examined_of_degree::<4>(&room::yard(), 15, 1e-6, seed)),
+    ("scene, baffle, last step, degree 1", |seed| scene::examined::<3>(Place::Baffle, true, seed)),
+    ("scene, open", |seed| scene::examined::<1>(Place::Open, false, seed)),
 ];
 
 /// **The list**: a problem is added by a line. They need the feature `long`.
@@ -95,6 +98,13 @@ const FURTHER: &[Entry] = &[
     ("room, grey bodies, degree 2", |seed| room::examined_of_degree::<3>(&room::furnace(), 16, 1e-2, seed)),
     ("room, u = 1, degree 4", |seed| room::examined_of_degree::<5>(&room::glowing(&room::block()), 16, 1e-2, seed)),
     ("room, yard, open", |seed| room::examined(&room::yard(), 25, 1e-6, seed)),
+    ("scene, cube", |seed| scene::examined::<1>(Place::Cube, false, seed)),
+    ("scene, cube, last step", |seed| scene::examined::<1>(Place::Cube, true, seed)),
+    ("scene, cube, degree 1", |seed| scene::examined::<3>(Place::Cube, false, seed)),
+    ("scene, cube, last step, degree 2", |seed| scene::examined::<6>(Place::Cube, true, seed)),
+    ("scene, baffle, degree 2", |seed| scene::examined::<6>(Place::Baffle, false, seed)),
+    ("scene, open, last step, degree 1", |seed| scene::examined::<3>(Place::Open, true, seed)),
+    ("scene, open, last step, degree 2", |seed| scene::examined::<6>(Place::Open, true, seed)),
 ];
 #[cfg(not(feature = "long"))]
 const FURTHER: &[Entry] = &[];

@@ -19,6 +19,7 @@ use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
 use fredholm_tests::galerkin::Tables;
 use fredholm_tests::quadrature::{gauss_legendre, split};
 use fredholm_tests::report::{CHECKS, SCALARS};
+use fredholm_tests::scene;
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{
     Description, Neighbours, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
@@ -61,6 +62,10 @@ const BROKEN: &[Entry] = &[
     ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
     ("the probability of a step's event 5 % too large", "neighbour equation", |seed| with(Fault::EventProbability, seed)),
     ("the control's last step sees a light 5 % too bright", "neighbour equation", |seed| with(Fault::LastStep, seed)),
+    ("in a scene, the integral of a control of rays 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::Integral), seed)),
+    ("in a scene, the probability of meeting a face 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::EventProbability), seed)),
+    ("in a scene, the control's last step sees a light 5 % too bright", "neighbour equation", |seed| scene::broken(Some(scene::Fault::LastStep), seed)),
+    ("in a scene, the control has no last step", "neighbour equation", |seed| scene::broken(Some(scene::Fault::NoLastStep), seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
@@ -523,6 +528,7 @@ fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
 fn what_is_not_broken_passes() {
     for seed in SEEDS {
         with(Fault::None, seed).assert_passed("the toy under the broken ones");
+        scene::broken(None, seed).assert_passed("the scene under the broken ones");
     }
     let mut right = Report::default();
     let outcome = toy_walks(1, |task| check::statistics(task, 3000, check::run));

@@ -6,7 +6,7 @@ use fredholm_core::{Kernel, Located, Real, Sampler, Source, TransitionDensity};
 use super::{
     KOLMOGOROV, ROUNDING, STANDARD_ERRORS, UNITS, corners, different_cells, draws, grid, samples,
 };
-use crate::description::{Description, PointOf, epsilon};
+use crate::description::{Description, PointOf, StepDescription, StepPointOf, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many points a check looks at.
@@ -15,7 +15,7 @@ const POINTS: usize = 24;
 /// **Points are found in their cells**: those inside in the cell that they were made in, those on
 /// faces, edges and corners, and 10⁻⁶ of a cell beside them, in a cell that contains them.
 #[must_use]
-pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn cells<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new("wrong cells", 0.0);
     // Points and ends of cells are stored to a few ε of the size of X.
@@ -40,7 +40,10 @@ pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> O
 
 /// **Steps are found in cells that contain them**, and lead to no others.
 #[must_use]
-pub fn sampler_points<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn sampler_points<D: StepDescription<B>, const B: usize>(
+    description: &D,
+    seed: u64,
+) -> Outcome {
     let equation = description.equation();
     let mut uniforms = draws(seed, 3);
     let mut worst = Worst::new("wrong cells", 0.0);
@@ -99,11 +102,11 @@ fn staying<D: Description<B>, const B: usize>(description: &D, x: &PointOf<D, B>
 
 /// **The basis is orthonormal** with respect to μ/μ(X_i), and ψ_i0 = 1.
 #[must_use]
-pub fn basis<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn basis<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for cell in different_cells(description, seed, POINTS) {
-        let nodes = description.nodes(&description.point(cell, &vec![0.5; D::DIMENSION]), cell);
+        let nodes = description.cell_nodes(cell);
         let measure: Sum = nodes.iter().map(|(_, weight)| *weight).collect();
         let values: Vec<([f64; B], f64)> = nodes
             .iter()
@@ -186,7 +189,7 @@ pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
 }
 
 /// The number of cells along an axis.
-fn noise<D: Description<B>, const B: usize>(description: &D) -> f64 {
+fn noise<D: StepDescription<B>, const B: usize>(description: &D) -> f64 {
     (description.equation().cells() as f64).powf(1.0 / D::DIMENSION as f64)
 }
 
@@ -241,11 +244,28 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
 /// out.
 #[must_use]
 pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+    let equation = description.equation();
+    follows(description, seed, &|x, j| {
+        Some(equation.moments(x, j)[0][0].to_f64())
+    })
+}
+
+/// p_j(x), if it is known.
+type Mass<'a, P> = dyn Fn(&Located<P>, usize) -> Option<f64> + 'a;
+
+/// χ² of steps against these masses. `None`: they are not known, or there is one cell and no way out.
+pub(super) fn follows<D: StepDescription<B>, const B: usize>(
+    description: &D,
+    seed: u64,
+    mass: &Mass<'_, StepPointOf<D, B>>,
+) -> Option<Outcome> {
     const STEPS: u32 = 200_000;
     let equation = description.equation();
     let mut worst = Worst::new("standard deviations", STANDARD_ERRORS);
     let mut compared = false;
     for (number, x) in samples(description, seed, 3).into_iter().enumerate() {
+        let masses = (0..equation.cells()).map(|j| mass(&x, j));
+        let masses: Vec<f64> = masses.collect::<Option<_>>()?;
         let mut uniforms = draws(seed, 10 + number as u64);
         let mut counts = vec![0_u64; equation.cells() + 1];
         for _ in 0..STEPS {
@@ -256,8 +276,8 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
         }
         let survival = 1.0 - equation.absorption(&x.point).to_f64();
         let left = description.leaving(&x.point);
-        let masses = (0..equation.cells()).map(|j| equation.moments(&x, j)[0][0].to_f64());
-        let probabilities = masses.map(|mass| mass / survival).chain([left]);
+        let masses = masses.into_iter().map(|mass| mass / survival);
+        let probabilities = masses.chain([left]);
         let expected = probabilities.map(|probability| f64::from(STEPS) * probability);
         let Some([degrees, chi, normal]) = chi_squared(expected.zip(counts)) else {
             continue;

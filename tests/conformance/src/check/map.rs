@@ -3,7 +3,7 @@
 use fredholm_core::{Kernel, Located, Real, Source, TransitionDensity};
 
 use super::{ROUNDING, STANDARD_ERRORS, UNITS, different_cells, draws, parameters, samples};
-use crate::description::{Description, PointOf, epsilon};
+use crate::description::{Description, PointOf, StepDescription, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many cells a check looks at.
@@ -11,11 +11,14 @@ const CELLS: usize = 8;
 
 /// **Measures are those of the cells**: μ(X_j) against the sum of a rule's weights. `None` where there are none.
 #[must_use]
-pub fn measures<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+pub fn measures<D: StepDescription<B>, const B: usize>(
+    description: &D,
+    seed: u64,
+) -> Option<Outcome> {
     let mut worst = Worst::new(UNITS, ROUNDING);
     for cell in different_cells(description, seed, 64) {
-        let x = description.point(cell, &vec![0.5; D::DIMENSION]);
-        let weights = description.nodes(&x, cell).into_iter().map(|(_, w)| w);
+        let nodes = description.cell_nodes(cell).into_iter();
+        let weights = nodes.map(|(_, weight)| weight);
         let expected = weights.collect::<Sum>().value();
         // Both are of f64, whatever the scalar of walks is.
         worst.compare(
@@ -30,7 +33,10 @@ pub fn measures<D: Description<B>, const B: usize>(description: &D, seed: u64) -
 
 /// **Parameters are those of points**: of random points of cells, in rounding of the walk's scalar. `None` where there are none.
 #[must_use]
-pub fn inverse<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+pub fn inverse<D: StepDescription<B>, const B: usize>(
+    description: &D,
+    seed: u64,
+) -> Option<Outcome> {
     let mut worst = Worst::new(UNITS, ROUNDING);
     let mut uniforms = draws(seed, 29);
     for cell in different_cells(description, seed, 64) {

@@ -21,6 +21,7 @@ mod chain;
 mod map;
 mod neighbour;
 mod stationary;
+mod steps;
 mod walks;
 
 pub(crate) use neighbour::vectors_agree;
@@ -33,6 +34,8 @@ pub use neighbour::{
     coefficients, collapse, constant, neighbour_equation, pair_integrals, pair_lists, source_means,
 };
 pub use stationary::{preserved, states};
+pub(crate) use steps::norm_by_steps;
+pub use steps::{neighbour_equation_by_steps, sampler_by_masses};
 pub use walks::{
     Among, COVERAGE_SEEDS, Trace, coverage, error_bar, means, run, run_in_batches, scalars,
     statistics, trace, walk_all,
@@ -41,7 +44,7 @@ pub use walks::{
 use fredholm_core::galerkin::Partition;
 use fredholm_core::{DefaultGenerator, Located, RngUniforms, Uniforms, WalkSeeds};
 
-use crate::description::{Description, PointOf};
+use crate::description::{StepDescription, StepPointOf};
 
 /// Rounding units that may lie between what a problem computes and what it should be: some five
 /// factors with an error of 2 to 4 ε each.
@@ -97,18 +100,18 @@ fn draws(seed: u64, purpose: u64) -> RngUniforms<DefaultGenerator> {
 }
 
 /// Uniform parameters in [0, 1), one for each dimension.
-fn parameters<D: Description<B>, const B: usize>(
+fn parameters<D: StepDescription<B>, const B: usize>(
     draws: &mut RngUniforms<DefaultGenerator>,
 ) -> Vec<f64> {
     (0..D::DIMENSION).map(|_| draws.uniform()).collect()
 }
 
 /// Random points of random cells, the first and the last cell among them.
-fn samples<D: Description<B>, const B: usize>(
+fn samples<D: StepDescription<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
-) -> Vec<Located<PointOf<D, B>>> {
+) -> Vec<Located<StepPointOf<D, B>>> {
     let mut draws = draws(seed, 1);
     let random_cells = cells_of::<D, B>(description, seed, count);
     let located = random_cells.into_iter().map(|cell| Located {
@@ -119,17 +122,17 @@ fn samples<D: Description<B>, const B: usize>(
 }
 
 /// Sixteen random points to start walks from.
-pub(crate) fn random_points<D: Description<B>, const B: usize>(
+pub(crate) fn random_points<D: StepDescription<B>, const B: usize>(
     description: &D,
     seed: u64,
-) -> Vec<PointOf<D, B>> {
+) -> Vec<StepPointOf<D, B>> {
     let located = samples(description, seed, 16).into_iter();
     located.map(|x| x.point).collect()
 }
 
 /// The first cell, the last one and random ones; all of them where there are not more than `count`,
 /// over and over.
-fn cells_of<D: Description<B>, const B: usize>(
+fn cells_of<D: StepDescription<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
@@ -149,7 +152,7 @@ fn cells_of<D: Description<B>, const B: usize>(
 }
 
 /// Cells as of [`cells_of`], each once: what looks at fixed points of a cell sees nothing new a second time.
-fn different_cells<D: Description<B>, const B: usize>(
+fn different_cells<D: StepDescription<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
@@ -161,12 +164,12 @@ fn different_cells<D: Description<B>, const B: usize>(
 }
 
 /// All corners of the parameter cube.
-fn corners<D: Description<B>, const B: usize>() -> impl Iterator<Item = Vec<f64>> {
+fn corners<D: StepDescription<B>, const B: usize>() -> impl Iterator<Item = Vec<f64>> {
     grid::<D, B>(&[0.0, 1.0])
 }
 
 /// All parameters made of these.
-fn grid<D: Description<B>, const B: usize>(values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+fn grid<D: StepDescription<B>, const B: usize>(values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
     let base = values.len();
     (0..base.pow(D::DIMENSION as u32)).map(move |number| {
         let digit = |a| values[number / base.pow(a) % base];
