@@ -63,7 +63,9 @@ pub struct Values {
     pub source: f64,
     /// G(x).
     pub neighbour_source: f64,
-    /// The variance of what is drawn for G(x); 0 where nothing is.
+    /// The variance of what is drawn for F(x); 0 where nothing is.
+    pub source_noise: f64,
+    /// The variance of what is drawn for F(x) − G(x); 0 where nothing is.
     pub noise: f64,
     /// v(x).
     pub value: f64,

@@ -38,6 +38,7 @@ impl Passes<'_> {
             absorption: values.absorption,
             source: values.source,
             neighbour_source: values.neighbour_source,
+            source_noise: values.source_noise,
             noise: values.noise,
             value: values.value,
             residual: 0.0,

@@ -152,6 +152,7 @@ where
             absorption: f64::NAN,
             source: f64::NAN,
             neighbour_source: f64::NAN,
+            source_noise: f64::NAN,
             noise: f64::NAN,
             value: f64::NAN,
         };
@@ -162,6 +163,7 @@ where
                 absorption: equation.absorption(&x.point),
                 source: equation.source(&x.point),
                 neighbour_source,
+                source_noise: 0.0,
                 noise,
                 value: neighbour.value(x),
             }

@@ -75,7 +75,9 @@ pub struct Node {
     pub source: f64,
     /// G(x).
     pub neighbour_source: f64,
-    /// The variance of what is drawn for G(x).
+    /// The variance of what is drawn for F(x).
+    pub source_noise: f64,
+    /// The variance of what is drawn for F(x) − G(x).
     pub noise: f64,
     /// v(x).
     pub value: f64,

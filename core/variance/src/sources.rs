@@ -12,10 +12,11 @@ pub(crate) fn scored(product: f64, q: f64) -> f64 {
 
 /// The source of E η(k,f)².
 pub(crate) fn plain_source(estimator: Estimator, x: &Node) -> f64 {
-    let f = x.source;
+    // Of an F that is drawn it is the mean square of what is drawn.
+    let (f, noise) = (x.source, x.source_noise);
     match estimator {
-        Estimator::Absorption => scored(f * f, x.absorption),
-        Estimator::Collision => f * (2.0 * (x.value + x.error) - f),
+        Estimator::Absorption => scored(f * f + noise, x.absorption),
+        Estimator::Collision => f * (2.0 * (x.value + x.error) - f) + noise,
     }
 }
 
@@ -26,8 +27,9 @@ pub(crate) fn total_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
 
 /// The sources of s and c.
 pub(crate) fn second_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
-    // Of a G that is drawn it is the mean square of what is drawn, and of its difference from F.
-    let (g, difference, noise) = (x.neighbour_source, x.difference(), x.noise);
+    // Of a G that is drawn it is the mean square of what is drawn, and of its difference from F, from which it is drawn apart.
+    let (g, difference) = (x.neighbour_source, x.difference());
+    let noise = x.noise - x.source_noise;
     match estimator {
         Estimator::Absorption => {
             [g * g + noise, difference * g - noise].each(|s| scored(s, x.absorption))

@@ -3,9 +3,11 @@
 use alloc::vec::Vec;
 use fredholm_core::array::Each;
 
+use fredholm_core::Estimator;
 use fredholm_core::galerkin::{buffer, reserve};
 
 use crate::matrix::Matrix;
+use crate::sources::scored;
 use crate::{Analysis, Moments, Node, Origin, Site, VarianceError};
 
 /// The start of walks: a point or a density.
@@ -28,6 +30,9 @@ pub struct Density {
     pub initial: f64,
     /// [`control_estimate`](fredholm_core::Functional::control_estimate) minus (v,Φ): 0 where runs know (v,Φ).
     pub fluctuation: f64,
+    /// What is known of the score of a walk that starts in x, and is scored there with φ(x) F(x): see
+    /// [`KnownPart`](fredholm_core::KnownPart). 0 where nothing is.
+    pub known: f64,
 }
 
 impl Density {
@@ -40,6 +45,7 @@ impl Density {
             square: one,
             initial: one,
             fluctuation: 0.0,
+            known: 0.0,
         }
     }
 
@@ -51,6 +57,7 @@ impl Density {
             square: 0.0,
             initial: 0.0,
             fluctuation: 0.0,
+            known: 0.0,
         }
     }
 }
@@ -216,7 +223,7 @@ impl Analysis<'_> {
         match origin {
             Origin::Point { point: x, site } => {
                 let begin = self.start(x)?;
-                sums.add(&begin, &|_| Density::uniform(1.0));
+                sums.add(self.estimator, &begin, &|_| Density::uniform(1.0));
                 for (first, moments) in first.iter_mut().zip(&begin.row) {
                     *first = moments.kk;
                 }
@@ -227,7 +234,7 @@ impl Analysis<'_> {
                 let mut supremum = 0.0;
                 let places = own.iter_mut().zip(&mut initial);
                 for (site, (own, initial)) in self.sites.iter().zip(places) {
-                    *own = sums.add(site, &density);
+                    *own = sums.add(self.estimator, site, &density);
                     for node in &site.nodes {
                         let density = density(node);
                         *initial += node.weight * density.initial;
@@ -261,7 +268,7 @@ impl Analysis<'_> {
 /// Integrals over the start.
 #[derive(Clone, Debug, Default)]
 struct Sums {
-    /// (v,Φ).
+    /// (v,Φ), with what is known.
     value: f64,
     /// (e,Φ).
     error: f64,
@@ -279,7 +286,12 @@ struct Sums {
 
 impl Sums {
     /// Adds a site; ∫ φ²p0 over it.
-    fn add(&mut self, site: &Site, density: &dyn Fn(&Node) -> Density) -> f64 {
+    fn add(
+        &mut self,
+        estimator: Estimator,
+        site: &Site,
+        density: &dyn Fn(&Node) -> Density,
+    ) -> f64 {
         let mut mass = 0.0;
         for node in &site.nodes {
             let at = density(node);
@@ -291,6 +303,19 @@ impl Sums {
             let [plain, squared] = node.totals;
             self.squared += square * squared;
             self.plain += square * plain;
+            let initial = node.weight * at.initial;
+            let known = at.known;
+            self.value += initial * known;
+            // E (φ η + what is known)² beyond E (φ η)²: by absorption it is known where walks end at once.
+            self.plain += match estimator {
+                Estimator::Collision => {
+                    known * (2.0 * functional * (node.value + node.error) + initial * known)
+                }
+                Estimator::Absorption => {
+                    let product = known * (2.0 * functional * node.source + initial * known);
+                    scored(product, node.absorption)
+                }
+            };
             for (sum, part) in self.parts.iter_mut().zip(node.parts) {
                 *sum += square * part;
             }

@@ -45,6 +45,7 @@ impl VarianceModel for TwoStates {
             absorption: Q,
             source: Q * F[state],
             neighbour_source: g(state),
+            source_noise: 0.0,
             noise: 0.0,
             value: V[state],
         }

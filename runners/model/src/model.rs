@@ -189,6 +189,11 @@ pub trait Model: Send + Sync {
         LastSteps::Never
     }
 
+    /// Whether its neighbour equation depends on how pairs are treated. Where it comes from steps alone it does not.
+    fn has_pairs(&self) -> bool {
+        true
+    }
+
     /// The kinds of pairs that an automatic choice looks at, unless one is given.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Default, Pairs::Pointwise]

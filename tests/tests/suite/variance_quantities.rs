@@ -294,6 +294,7 @@ fn weights_have_a_variance_of_their_own() {
                 square: phi * phi,
                 initial: 1.0,
                 fluctuation: known - weighted.of_means(),
+                known: 0.0,
             }
         };
         let starts = [Start::Density(&density)];

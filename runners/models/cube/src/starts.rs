@@ -124,6 +124,7 @@ pub(super) fn with_starts<const D: usize>(
                     square: phi * phi,
                     initial: 1.0,
                     fluctuation: value - weighted.of_means(),
+                    known: 0.0,
                 }
             }
         })

@@ -125,6 +125,7 @@ pub(super) const fn in_view(density: f64) -> Density {
         square: density,
         initial: density,
         fluctuation: 0.0,
+        known: 0.0,
     }
 }
 

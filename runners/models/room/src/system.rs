@@ -260,6 +260,7 @@ impl RoomSystem<'_> {
                 }
                 let density = move |y: &Point<f64>| Density {
                     fluctuation: value(y) - mean,
+                    known: 0.0,
                     ..in_view(seen.density(y, &shares))
                 };
                 densities.push(Box::new(density));

@@ -5,6 +5,7 @@ mod camera;
 mod channels;
 mod coloured;
 mod colours;
+mod examine;
 mod export;
 mod heat;
 mod partition;
@@ -246,6 +247,11 @@ impl Model for SceneModel {
     /// The collision estimator, whose scores in all states lower the variance by more than their rays take time.
     fn estimator(&self) -> Estimator {
         Estimator::Collision
+    }
+
+    /// h = k on all of them.
+    fn has_pairs(&self) -> bool {
+        false
     }
 
     fn last_steps(&self) -> LastSteps {

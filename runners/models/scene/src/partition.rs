@@ -275,7 +275,10 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn check_examination(&self) -> Result<(), Error> {
-        Err(no_prediction())
+        match self.model.colours() {
+            Some(_) => Err(no_prediction()),
+            None => Ok(()),
+        }
     }
 
     fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
@@ -320,8 +323,8 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
 pub(crate) fn no_prediction() -> Error {
     Error::Option {
         subject: Subject::Problem,
-        message: "variances of walks in a scene are not predicted: what is left is the error of fits to rays, which walks \
-                  show; give `cells` and `walks`, or an error"
+        message: "variances of walks in several channels, or on the way back, are not predicted: give `cells` and `walks`, or an \
+                  error"
             .to_owned(),
     }
 }

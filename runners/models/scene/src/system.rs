@@ -20,7 +20,7 @@ use fredholm_scene::{Air, Facing, Point, Radiosity};
 
 use crate::SceneModel;
 use crate::of_degree;
-use crate::partition::{Cut, NO_PAIRS, WalkTables, no_prediction};
+use crate::partition::{Cut, NO_PAIRS, WalkTables};
 use crate::radius::check_plain_variance;
 use crate::regions::{Place, Start};
 use crate::whole::SceneWhole;
@@ -273,11 +273,11 @@ impl System for SceneSystem<'_> {
 
     fn examine(
         &self,
-        _: &Request<'_>,
-        _: usize,
-        _: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
+        request: &Request<'_>,
+        nodes: usize,
+        then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        Err(no_prediction())
+        self.examine_drawn(request, nodes, then)
     }
 
     fn saved(&self) -> Option<SavedSystem<'_>> {

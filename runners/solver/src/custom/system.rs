@@ -369,6 +369,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                         square: phi * phi / measure,
                         initial: 1.0 / measure,
                         fluctuation: value - weight.of_means,
+                        known: 0.0,
                     }
                 }
             };

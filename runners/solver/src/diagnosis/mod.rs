@@ -108,7 +108,11 @@ pub fn diagnose(
     };
     let mut diagnosis = look(walk.pairs, false)?;
     // With a lift all pairs are pointwise.
-    let others: &[_] = if lift.is_some() { &[] } else { Pairs::ALL };
+    let others: &[_] = if lift.is_some() || !model.has_pairs() {
+        &[]
+    } else {
+        Pairs::ALL
+    };
     for &choice in others {
         let pairs = choice.value;
         // Not every model has all of them.
