@@ -156,6 +156,29 @@ impl<F: Real> Radiosity<'_, F> {
         shares
     }
 
+    /// The number of lights that shine towards a point, whatever is between, in the mean over the middles of faces by area: every
+    /// last step looks at so many. Of more than 256 faces some are looked at.
+    #[cfg(feature = "alloc")]
+    #[must_use]
+    pub fn lights_in_front(&self) -> f64 {
+        let faces = self.geometry.faces();
+        let (mut lights, mut area) = (0.0, 0.0);
+        for face in faces.iter().step_by(faces.len().div_ceil(256).max(1)) {
+            let middle = face.middle();
+            let shines = |&&light: &&u32| {
+                let light = self.geometry.face(light);
+                light.is_some_and(|light| {
+                    dot(light.normal, sub(middle, light.corners[0])) > zero()
+                        && light.plane != face.plane
+                })
+            };
+            let own = face.area.to_f64();
+            lights += own * self.lights.iter().filter(shines).count() as f64;
+            area += own;
+        }
+        lights / area
+    }
+
     /// The point of a face as one on which light falls.
     #[inline]
     pub(crate) fn receiver<'p>(&self, x: &'p Point<F>) -> Option<Receiver<'p, F>> {

@@ -35,9 +35,6 @@ pub struct Sources<F> {
     ends: Vec<F>,
 }
 
-/// Rays from sources by which a walk estimates (v, Φ).
-const LOOKS: u32 = 16;
-
 /// The place that was drawn of a source.
 enum From<F> {
     Face(Point<F>),
@@ -49,6 +46,11 @@ enum From<F> {
 enum Origin<F> {
     Face(u32),
     Lamp(Vector<F>),
+}
+
+impl<F> Sources<F> {
+    /// The rays from sources by which a walk estimates (v, Φ). They take about as long as a walk.
+    pub const LOOKS: u32 = 16;
 }
 
 impl<F: Real> Sources<F> {
@@ -162,9 +164,8 @@ impl<'c, F: Real> ChannelFunctional<Coloured<'c, F>> for Sources<F> {
         }
     }
 
-    /// The number of rays that take about as long as a walk.
     fn looks(&self) -> u32 {
-        LOOKS
+        Self::LOOKS
     }
 }
 

@@ -422,8 +422,8 @@ pub(crate) struct SolveArgs {
     /// Run even if the variance is infinite; error bars are then meaningless
     #[arg(long)]
     pub(crate) allow_infinite_variance: bool,
-    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (grids, or a scene's cells, for
-    /// `ParaView`), or .svg for a picture of the grid targets
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu or .glb (grids, or a scene's cells, for
+    /// `ParaView` or a viewer of glTF), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Keep every batch of walks in this file as it is done. The same command goes on with it, whatever ended it, to the
@@ -469,8 +469,8 @@ pub(crate) struct MergeArgs {
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu (grids, or a scene's cells, for
-    /// `ParaView`), or .svg for a picture of the grid targets
+    /// Write the results to this file: .json, .csv, .npz (arrays for NumPy), .vtu or .glb (grids, or a scene's cells, for
+    /// `ParaView` or a viewer of glTF), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

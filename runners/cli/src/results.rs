@@ -20,8 +20,8 @@ pub(crate) enum Format {
     Npz,
     /// Of all grids, one below the other.
     Svg(Vec<Shown>),
-    /// With the places of all targets that are points, and the cells between those of grids.
-    Vtu(Places),
+    /// With the places of all targets that are points, and the cells between those of grids; for ParaView, or glTF with colours.
+    Mesh(Places, fn(&Mesh) -> Result<Vec<u8>, fredholm_plot::Error>),
 }
 
 /// A grid target in a picture: its name, and of two axes its first target and the numbers of points.
@@ -69,10 +69,20 @@ impl Format {
                 }
                 Self::Svg(all)
             }
-            Some("vtu") => Self::Vtu(Places::new(problem).map_err(refuse)?),
+            Some("vtu") => Self::Mesh(Places::new(problem).map_err(refuse)?, |mesh| {
+                mesh.vtu().map(String::into_bytes)
+            }),
+            Some("glb") => {
+                let places = Places::new(problem).map_err(refuse)?;
+                let is_flat = |cell: &Cell| matches!(cell, Cell::Quad(_));
+                if !places.points.is_empty() && !places.cells.iter().any(is_flat) {
+                    return Err(refuse("glTF shows grids of two axes, and cells of scenes"));
+                }
+                Self::Mesh(places, Mesh::glb)
+            }
             _ => {
                 return Err(refuse(
-                    "the name must end in .json, .csv, .npz, .svg or .vtu",
+                    "the name must end in .json, .csv, .npz, .svg, .vtu or .glb",
                 ));
             }
         };
@@ -109,7 +119,9 @@ impl Format {
                     _ => stacked(&pictures).into_bytes(),
                 }
             }
-            Self::Vtu(places) => places.vtu(report.columns())?.into_bytes(),
+            Self::Mesh(places, written) => {
+                written(&places.mesh(report.columns())).map_err(Failure::run)?
+            }
         })
     }
 }
@@ -224,20 +236,19 @@ impl Places {
         Ok(Self { points, cells })
     }
 
-    fn vtu(&self, columns: Columns) -> Result<String, Failure> {
+    fn mesh(&self, columns: Columns) -> Mesh {
         if !columns.mesh.is_empty() {
             return of_cells(columns);
         }
         let at = |all: Vec<f64>| self.points.iter().map(|(i, _)| all[*i]).collect();
         let of_points = columns.of_targets.into_iter();
         let of_points = of_points.map(|(name, all)| quantity((name, at(all))));
-        let mesh = Mesh {
+        Mesh {
             points: self.points.iter().map(|(_, place)| *place).collect(),
             cells: self.cells.clone(),
             on_points: of_points.collect(),
             on_cells: columns.of_cells.into_iter().map(quantity).collect(),
-        };
-        mesh.vtu().map_err(Failure::run)
+        }
     }
 
     /// The targets in a corner of every cell and beside it along every axis.
@@ -254,7 +265,7 @@ fn quantity((name, numbers): Column) -> Quantity {
 }
 
 /// The cells of a scene.
-fn of_cells(columns: Columns) -> Result<String, Failure> {
+fn of_cells(columns: Columns) -> Mesh {
     let mut points = Vec::new();
     let mut cell = |corners: &Vec<[f64; 3]>| {
         let at = points.len();
@@ -267,21 +278,18 @@ fn of_cells(columns: Columns) -> Result<String, Failure> {
     let cells: Vec<Cell> = columns.mesh.iter().map(&mut cell).collect();
     // Behind the targets.
     let own = |(name, mut all): Column| quantity((name, all.split_off(all.len() - cells.len())));
-    let on_cells = columns.of_targets.into_iter().map(own).collect();
-    let on_points = Vec::new();
-    let mesh = Mesh {
+    Mesh {
         points,
-        cells: cells.clone(),
-        on_points,
-        on_cells,
-    };
-    mesh.vtu().map_err(Failure::run)
+        on_points: Vec::new(),
+        on_cells: columns.of_targets.into_iter().map(own).collect(),
+        cells,
+    }
 }
 
 /// The cells of which a file shows means.
 pub(crate) fn means_between(all: &[(Format, Output)]) -> Vec<Vec<usize>> {
     let places = all.iter().find_map(|(format, _)| match format {
-        Format::Vtu(places) => Some(places.axes()),
+        Format::Mesh(places, _) => Some(places.axes()),
         _ => None,
     });
     places.unwrap_or_default()

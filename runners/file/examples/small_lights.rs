@@ -9,20 +9,20 @@
 //! last column is how many times less error a row has in the same time than the better one of plain walks with a last step
 //! and preconditioned ones without it.
 
+mod common;
+
 use core::fmt::Write as _;
 use core::num::NonZeroU32;
 
+use common::{Failed, living_room, processor_seconds, walk, with_scene};
 use fredholm::{Estimator, Pairs, Settings, Solver};
 use fredholm_core::galerkin::CellMap;
 use fredholm_core::sampled::{SampledSolution, ScoreVariance, SetupOptions};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Equation, Form, Functional, LastStep, Length, NeighbourOf,
-    NoNeighbour, RandomSource, RngUniforms, StateSpace, Task, WalkSeeds,
+    At, DefaultGenerator, Equation, Functional, LastStep, NeighbourOf, NoNeighbour, RandomSource,
+    RngUniforms, StateSpace, Statistics, WalkSeeds,
 };
-use fredholm_file::Resolution;
 use fredholm_scene::{Cells, Mean, Point, Radiosity, Scene, Tables, areas};
-
-type Failed = Box<dyn core::error::Error>;
 
 /// The absorption probability.
 const ABSORPTION: f64 = 0.3;
@@ -54,22 +54,6 @@ impl Row {
             self
         }
     }
-}
-
-/// Seconds that this process has computed; Linux tells it in hundredths.
-fn processor_seconds() -> f64 {
-    let told = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    let nanoseconds: f64 = told
-        .split(' ')
-        .next()
-        .and_then(|ns| ns.parse().ok())
-        .unwrap_or(f64::NAN);
-    let all = std::fs::read_dir("/proc/self/task").into_iter().flatten();
-    let of_threads = all.flatten().filter_map(|thread| {
-        let told = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
-        told.split(' ').next()?.parse::<f64>().ok()
-    });
-    1e-9 * of_threads.sum::<f64>().max(nanoseconds)
 }
 
 /// The rectangle of the lamp in a ceiling, as two surfaces.
@@ -179,14 +163,8 @@ fn problem(case: &str, share: f64) -> Result<String, Failed> {
                 )
         }
         "living" => {
-            let text = without(&example("living-room")?, &["ceiling"]);
+            let text = without(&living_room()?, &["ceiling"]);
             let text = text.replace("emission = 300", "");
-            let light = text.find("[[problem.light]]").ok_or("no light")?;
-            let rest = text[light..]
-                .find("[[problem.surface]]")
-                .ok_or("no surface")?;
-            let text = text[..light].replace("living-room.obj", "examples/living-room.obj")
-                + &text[light + rest..];
             let head = text.find("[galerkin]").ok_or("no [galerkin]")?;
             text[..head].to_owned() + &ceiling([0.0, 6.0], [0.0, 4.5], 2.5, share * 160.0, 0.8)
         }
@@ -297,38 +275,6 @@ fn by_solver(case: &str, share: f64) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Standard deviations of plain and of preconditioned walks, and seconds a walk.
-fn walk<E, N, T>(
-    (equation, neighbour): (&E, &N),
-    functional: &T,
-    estimator: Estimator,
-    control_mean: Option<f64>,
-) -> Result<([f64; 2], f64), Failed>
-where
-    E: Equation<Scalar = f64>,
-    N: NeighbourOf<E>,
-    T: Functional<E>,
-{
-    let task = Task {
-        equation,
-        neighbour,
-        functional,
-        control_mean,
-        estimator,
-        form: Form::Product,
-        seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        length: Length::default(),
-    };
-    let mut batch = Batch::new(0, SCENE_WALKS, SCENE_WALKS);
-    let start = processor_seconds();
-    batch.run(&task, u64::MAX)?;
-    let seconds = (processor_seconds() - start) / SCENE_WALKS as f64;
-    let statistics = batch.statistics();
-    let deviations = [statistics.plain(), statistics.preconditioned()]
-        .map(|estimate| estimate.std_dev.unwrap_or(f64::NAN));
-    Ok((deviations, seconds))
-}
-
 /// The better row of both estimators.
 fn scene_row<E, N>(
     of: (&E, &N),
@@ -341,13 +287,18 @@ where
     N: NeighbourOf<E>,
     for<'a> Mean<'a, f64>: Functional<E>,
 {
-    let which = usize::from(!plain);
     let mut all = Vec::new();
     for estimator in [Estimator::Absorption, Estimator::Collision] {
-        let (of_mean, mean_seconds) = walk(of, mean, estimator, value)?;
-        let (of_point, point_seconds) = walk(of, &At(point), estimator, None)?;
+        let (of_mean, mean_seconds) = walk(of, mean, estimator, (SCENE_WALKS, value))?;
+        let (of_point, point_seconds) = walk(of, &At(point), estimator, (SCENE_WALKS, None))?;
+        let which = if plain {
+            Statistics::plain
+        } else {
+            Statistics::preconditioned
+        };
         all.push(Row {
-            deviations: [of_mean[which], of_point[which]],
+            deviations: [of_mean, of_point]
+                .map(|statistics| which(&statistics).std_dev.unwrap_or(f64::NAN)),
             seconds: [mean_seconds, point_seconds],
         });
     }
@@ -386,12 +337,10 @@ where
 
 /// The rows of a scene.
 fn by_rays(case: &str, share: f64) -> Result<(), Failed> {
-    let text = problem(case, share)?;
-    let resolved = fredholm_file::read("case.toml", &text)?.resolve()?;
-    let Resolution::Scene(model) = &resolved.model else {
-        return Err("this is no scene".into());
-    };
-    let scene: &Scene = model.scene();
+    with_scene(&problem(case, share)?, |scene| rows_of(scene, case, share))
+}
+
+fn rows_of(scene: &Scene, case: &str, share: f64) -> Result<(), Failed> {
     let (tables, cells) = (Tables::new(scene), Cells::new(scene, SCENE_CELLS)?);
     let room = Radiosity::new(tables.geometry(), &cells, ABSORPTION)?;
     let shares = room.visible_shares(64);

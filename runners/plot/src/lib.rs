@@ -9,6 +9,7 @@ mod density;
 mod drawing;
 mod error;
 mod frame;
+mod gltf;
 mod grid;
 mod legend;
 mod mesh;

@@ -11,9 +11,7 @@
 
 mod common;
 
-use common::{gauss, kink, root_mean_square, time};
-use fredholm::circle::{Emission, Harmonic};
-use fredholm::room::{Material, Surfaces};
+use common::{arcs, boxed, doorway, gauss, kink, root_mean_square, square, time};
 use fredholm::{
     CircleModel, CubeModel, Estimator, Model, Pairs, Region, RoomModel, Scalar, Solver, SphereModel,
 };
@@ -203,56 +201,6 @@ fn print_row(
     );
 }
 
-/// A lit wall opposite to three that reflect half of the light.
-fn square() -> Surfaces {
-    let half = Material {
-        reflectance: 0.5,
-        emission: 0.0,
-    };
-    let lit = Material {
-        emission: 1.0,
-        ..half
-    };
-    Surfaces::default()
-        .with("lit", &[[0.0, 1.0], [0.0, 0.0]], lit)
-        .with(
-            "others",
-            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
-            half,
-        )
-}
-
-/// Two rooms with a door between them, a lamp in the left one.
-fn doorway() -> Surfaces {
-    let material = |reflectance, emission| Material {
-        reflectance,
-        emission,
-    };
-    Surfaces::default()
-        .with("floor, left", &[[0.0, 0.0], [1.9, 0.0]], material(0.6, 0.0))
-        .with(
-            "sill",
-            &[[1.9, 0.0], [1.9, 0.7], [2.1, 0.7], [2.1, 0.0]],
-            material(0.5, 0.0),
-        )
-        .with(
-            "right",
-            &[[2.1, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]],
-            material(0.6, 0.0),
-        )
-        .with("lamp", &[[0.0, 2.0], [0.0, 0.0]], material(0.4, 1.0))
-}
-
-/// The square with a box in it.
-fn boxed() -> Surfaces {
-    let dark = Material {
-        reflectance: 0.2,
-        emission: 0.0,
-    };
-    let around = [[0.4, 0.3], [0.4, 0.6], [0.6, 0.6], [0.6, 0.3], [0.4, 0.3]];
-    square().with("box", &around, dark)
-}
-
 fn main() {
     if std::env::args().nth(1).as_deref() == Some("images") {
         images();
@@ -285,12 +233,7 @@ fn main() {
         "band",
         "F+T_K v"
     );
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let circle = CircleModel::new(vec![0.3, 0.7, 0.0, 0.55, 0.74], Emission::Harmonic(light));
+    let circle = arcs();
     let (once, always) = (Estimator::Absorption, Estimator::Collision);
     circle_row("circle, 100 cells, p = 0", &circle, 100, 0, once);
     circle_row("circle, 1000 cells, p = 0", &circle, 1000, 0, once);

@@ -326,24 +326,25 @@ impl<'m> Solver<'m> {
             )?);
         }
         let back = self.way_back(&goals);
-        let ways = back.as_ref().map(|back| [self.model, &**back]);
-        let begun = match ways {
-            Some(ways) => choice::faster(ways, &targets, &self.settings, self.watch)?,
-            None => None,
-        };
-        let (model, begun) = match (ways, begun) {
-            (Some(ways), Some((is_back, begun))) => (ways[usize::from(is_back)], Some(begun)),
-            _ => (self.model, None),
-        };
+        let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole();
-        let chosen = choice::solve_either(
-            model,
-            &targets,
-            &goals,
-            &self.settings,
-            (self.watch, self.execute),
-            (begun, may_be_whole),
-        )?;
+        let (is_back, chosen) = match &back {
+            Some(back) => choice::solve_by_faster(
+                [self.model, &**back],
+                &targets,
+                &goals,
+                &self.settings,
+                by,
+                may_be_whole,
+            )?,
+            None => {
+                let begun = (None, may_be_whole);
+                let found =
+                    choice::solve_either(self.model, &targets, &goals, &self.settings, by, begun)?;
+                (false, found)
+            }
+        };
+        let model = back.as_deref().filter(|_| is_back).unwrap_or(self.model);
         let (chosen, answer, cells) = match chosen {
             Some((chosen, Found::Separate(answer))) => {
                 let cells = chosen.cells.clone();
@@ -356,6 +357,9 @@ impl<'m> Solver<'m> {
                     &self.settings,
                     (Some(&chosen), &self.means),
                 )?);
+            }
+            Some((_, Found::OtherWay(_))) => {
+                return Err(Error::Internal("another way that nobody asked for").into());
             }
             None => self
                 .walk(&goals)

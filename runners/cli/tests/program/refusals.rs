@@ -442,9 +442,9 @@ fn places_for_results() {
         ("folder.json", "folder"),
         ("new.json/", "folder"),
         ("file/x.json", "file"),
-        ("x.txt", ".json, .csv, .npz, .svg or .vtu"),
-        ("x", ".json, .csv, .npz, .svg or .vtu"),
-        ("x.JSON", ".json, .csv, .npz, .svg or .vtu"),
+        ("x.txt", ".json, .csv, .npz, .svg, .vtu or .glb"),
+        ("x", ".json, .csv, .npz, .svg, .vtu or .glb"),
+        ("x.JSON", ".json, .csv, .npz, .svg, .vtu or .glb"),
     ];
     // So many walks that a run which began them would not end.
     for (name, why) in places {

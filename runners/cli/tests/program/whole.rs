@@ -469,6 +469,29 @@ fn rooms_have_fluxes_from_the_same_walks() {
     assert!(table.contains("net flux out of all,"), "{table}");
 }
 
+/// Squares of a grid and cells of a scene are triangles in glTF, with a colour at each corner; a profile is refused before it walks.
+#[test]
+fn meshes_have_colours_in_gltf() {
+    let folder = Folder::new();
+    let glb = folder.at("u.glb");
+    let of_points = "[[target]]\nname = 'a'\nat = [0.5, 0.5, 1]\n";
+    let scene = SCENE.replace(of_points, "");
+    // Four squares, and four on each of six faces.
+    for (file, cells) in [(CUBE, 4), (&scene, 24)] {
+        let args = ["--whole", "--walks", "2048", "--out", &glb];
+        folder.solve(file, &args).quietly(0);
+        let bytes = std::fs::read(&glb).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        for count in [4 * cells, 6 * cells] {
+            assert!(text.contains(&format!("\"count\":{count}")), "{text}");
+        }
+    }
+    let profile = CUBE.replace("[3, 3]", "[9, 1]");
+    assert_ne!(profile, CUBE);
+    let words = ["glTF shows grids of two axes, and cells of scenes"];
+    refused(&folder.solve(&profile, &["--out", &glb]), &words);
+}
+
 /// The means over the cells of a scene: in all formats the same, area by area those over the surfaces, and where light is
 /// known, what it is. Points have none.
 #[test]

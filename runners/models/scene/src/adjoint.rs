@@ -19,7 +19,7 @@ use fredholm_scene::{Coloured, Point, Sources};
 
 use crate::SceneModel;
 use crate::channels::{FaceTables, PerFace, Solved, with_neighbours};
-use crate::partition::{Cut, NO_PAIRS, ScenePartition, WalkTables, no_prediction};
+use crate::partition::{Cut, NO_PAIRS, RAY, ScenePartition, WalkTables, no_prediction};
 use crate::radius::{check_plain_variance, radius};
 use crate::regions::Place;
 
@@ -204,7 +204,8 @@ impl<'m> Partitioned<'m> for BackPartition<'m> {
         own.saturating_add(self.cells.channel_memory().saturating_mul(channels))
     }
     fn cost(&self, pairs: Pairs) -> Cost {
-        let cost = self.cells.cost(pairs);
+        let mut cost = self.cells.cost(pairs);
+        cost.walk.start += f64::from(Sources::<f64>::LOOKS) * RAY;
         cost.shared(self.model.goals.len(), self.model.per_face.channels)
     }
     fn evaluations(&self, sweeps: u32) -> f64 {

@@ -2,18 +2,18 @@
 
 #![allow(dead_code, reason = "no example needs all of it")]
 
-use fredholm::CubeModel;
+use fredholm::circle::{Emission, Harmonic};
+use fredholm::room::{Material, Surfaces};
+use fredholm::{CircleModel, CubeModel};
 
-/// Seconds of processor time of this process so far; 0 where nobody tells. Linux counts in hundredths.
+/// Seconds of processor time of this process's threads so far; 0 where nobody tells.
 pub(crate) fn seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // Behind the name, which is in parentheses, these are the 12th and the 13th.
-    let fields = text.rsplit(')').next().unwrap_or_default();
-    let ticks = fields.split_whitespace().skip(11).take(2);
-    ticks
-        .filter_map(|ticks| ticks.parse::<f64>().ok())
-        .sum::<f64>()
-        / 100.0
+    let all = std::fs::read_dir("/proc/self/task").into_iter().flatten();
+    let of_threads = all.flatten().filter_map(|thread| {
+        let told = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        told.split(' ').next()?.parse::<f64>().ok()
+    });
+    1e-9 * of_threads.sum::<f64>()
 }
 
 /// The time of work that is short, by as often as makes it long.
@@ -79,4 +79,64 @@ pub(crate) fn kinks<const D: usize>() -> CubeModel {
         },
         |x| 1.0 + x.iter().map(|x| x * x).sum::<f64>(),
     )
+}
+
+/// A circle with five reflectances and the light 5 + sin 5θ.
+pub(crate) fn arcs() -> CircleModel {
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    CircleModel::new(vec![0.3, 0.7, 0.0, 0.55, 0.74], Emission::Harmonic(light))
+}
+
+/// A lit wall opposite to three that reflect half of the light.
+pub(crate) fn square() -> Surfaces {
+    let half = Material {
+        reflectance: 0.5,
+        emission: 0.0,
+    };
+    let lit = Material {
+        emission: 1.0,
+        ..half
+    };
+    Surfaces::default()
+        .with("lit", &[[0.0, 1.0], [0.0, 0.0]], lit)
+        .with(
+            "others",
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+            half,
+        )
+}
+
+/// Two rooms with a door between them, a lamp in the left one.
+pub(crate) fn doorway() -> Surfaces {
+    let material = |reflectance, emission| Material {
+        reflectance,
+        emission,
+    };
+    Surfaces::default()
+        .with("floor, left", &[[0.0, 0.0], [1.9, 0.0]], material(0.6, 0.0))
+        .with(
+            "sill",
+            &[[1.9, 0.0], [1.9, 0.7], [2.1, 0.7], [2.1, 0.0]],
+            material(0.5, 0.0),
+        )
+        .with(
+            "right",
+            &[[2.1, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]],
+            material(0.6, 0.0),
+        )
+        .with("lamp", &[[0.0, 2.0], [0.0, 0.0]], material(0.4, 1.0))
+}
+
+/// The square with a box in it.
+pub(crate) fn boxed() -> Surfaces {
+    let dark = Material {
+        reflectance: 0.2,
+        emission: 0.0,
+    };
+    let around = [[0.4, 0.3], [0.4, 0.6], [0.6, 0.6], [0.6, 0.3], [0.4, 0.3]];
+    square().with("box", &around, dark)
 }

@@ -47,6 +47,8 @@ struct State<'a, 'm> {
 pub(super) enum End {
     /// A different setting takes less, even from the beginning.
     Other,
+    /// Walks of the other direction take less, even from the beginning.
+    OtherWay,
     /// Nothing helps.
     Gave(Gave),
 }
@@ -138,6 +140,10 @@ impl State<'_, '_> {
         let least = if is_other { left.min(price) } else { left };
         // An estimate that the predicted walks do not tell from 0 is perhaps 0, and then a part of it is never reached.
         let most = self.predicted.walking.max(LONG_SECONDS);
+        if may_change && PAYS * self.search.other_price() < least {
+            self.search.walked += walked;
+            return Some(End::OtherWay);
+        }
         if least > MOST_SECONDS {
             return Some(End::Gave(Gave::TooLong { seconds: least }));
         }

@@ -17,6 +17,7 @@
 //! - `search`: which pilot comes next, and the best prediction.
 //! - `joint`: one set of walks for all targets, where that takes less.
 //! - `course`: whether the answer's walks go as predicted.
+//! - `ways`: walks from the targets, or the way back from the sources.
 
 mod course;
 mod family;
@@ -25,6 +26,7 @@ mod pilot;
 mod search;
 mod setting;
 mod systems;
+mod ways;
 
 use std::sync::Arc;
 
@@ -50,14 +52,16 @@ const ENDLESS: u64 = u64::MAX >> 1;
 /// Seconds that are not begun without a word: a person waits no longer.
 pub const LONG_SECONDS: f64 = 10.0;
 pub use fredholm_model::MOST_SECONDS;
+pub(crate) use ways::solve_by_faster;
 
 /// What walks found.
-#[derive(Debug)]
 pub(crate) enum Found<'m> {
     /// Separate walks of every goal.
     Separate(Answer),
     /// One set of walks for all goals.
     Whole(WholeFunction<'m>),
+    /// That the other way takes less, with the pilots of this one.
+    OtherWay(Box<Search<'m>>),
 }
 
 /// Settings in which nothing is open, and how they were chosen.
@@ -112,37 +116,6 @@ pub fn choose<'m>(
     Ok(Some(looked.chosen(chosen)))
 }
 
-/// Pilots of two ways to the same answer, those of the faster one, and whether that is the second. `None`: nothing is to be
-/// chosen.
-///
-/// Either way's pilots end where they take more than the other is predicted to.
-pub(crate) fn faster<'m>(
-    [first, second]: [&'m dyn Model; 2],
-    targets: &[Target],
-    settings: &'m Settings,
-    watch: &'m dyn SolveObserver,
-) -> Result<Option<(bool, Search<'m>)>, Error> {
-    let Some(mut search) = begin(first, targets, settings, watch)? else {
-        return Ok(None);
-    };
-    let Ok(Some(mut other)) = begin(second, targets, settings, watch) else {
-        return Ok(Some((false, search)));
-    };
-    let price = |search: &Search<'_>| {
-        let best = search.best();
-        best.map_or(f64::INFINITY, |best| search.price(&best))
-    };
-    let _ = search.begin();
-    other.compete_with(price(&search));
-    other.run();
-    search.compete_with(price(&other));
-    search.run();
-    let is_other = price(&other) < price(&search);
-    let mut faster = if is_other { other } else { search };
-    faster.compete_with(f64::INFINITY);
-    Ok(Some((is_other, faster)))
-}
-
 /// Chooses what the settings leave open, if they give a tolerance and no cells, and walks for every target until the tolerance is
 /// reached.
 /// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
@@ -161,9 +134,7 @@ pub fn solve<'m>(
 ) -> Result<Option<(Chosen<'m>, Answer)>, Error> {
     match solve_either(model, targets, goals, settings, by, (None, false)) {
         Ok(Some((chosen, Found::Separate(answer)))) => Ok(Some((chosen, answer))),
-        Ok(Some((_, Found::Whole(_)))) => {
-            Err(Error::Internal("a whole function that nobody wants"))
-        }
+        Ok(Some(_)) => Err(Error::Internal("an answer that nobody wants")),
         Ok(None) => Ok(None),
         Err(SolveError::Failed(error)) => Err(error),
         Err(_) => Err(Error::Cancelled),
@@ -296,6 +267,9 @@ pub(crate) fn solve_either<'m>(
                 last = Some((chosen, answer));
                 continue;
             }
+            Some(End::OtherWay) if !watch.cancelled() => {
+                return Ok(Some((chosen, Found::OtherWay(Box::new(search)))));
+            }
             Some(End::Gave(why)) => {
                 answer.outcome.stop = StopReason::ToleranceNotReached;
                 answer.gave_up = Some(why);
@@ -303,7 +277,7 @@ pub(crate) fn solve_either<'m>(
             _ => {}
         }
         // Looks at the walks have taken pilots, too.
-        chosen.report.predicted_pilot_seconds = search.lost(&best) + search.walked;
+        chosen.report.predicted_pilot_seconds = search.chosen_in(&best);
         return Ok(Some((chosen, Found::Separate(answer))));
     }
 }
@@ -491,6 +465,7 @@ fn report(search: &Search<'_>, best: &Prediction, kept: f64) -> ChoiceReport {
     let plain = search.best_plain().as_ref().map(Prediction::seconds);
     // Pilots count the walks of every functional.
     let shared = search.model().shared() as f64;
+    let (pilots, pilot_walks) = search.all_pilots();
     ChoiceReport {
         method: best.setting.method(),
         predicted_setup_seconds: best.setup,
@@ -501,9 +476,9 @@ fn report(search: &Search<'_>, best: &Prediction, kept: f64) -> ChoiceReport {
         predicted_separate_seconds: None,
         predicted_whole_seconds: None,
         whole_given_up: false,
-        pilots: search.pilots,
-        pilot_walks: search.walks,
-        predicted_pilot_seconds: search.lost(best) + search.walked,
+        pilots,
+        pilot_walks,
+        predicted_pilot_seconds: search.chosen_in(best),
         pilot_seconds: search.begun.elapsed().as_secs_f64() - kept,
     }
 }

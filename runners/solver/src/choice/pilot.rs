@@ -31,6 +31,8 @@ pub(super) struct Sample {
     pub(super) weights: Vec<f64>,
     /// The numbers of the targets among those of the answer, unless points of a grid are left out.
     numbers: Option<Vec<usize>>,
+    /// The targets that one set of walks of the way back serves, as far as pilots have so many; otherwise 1.
+    served: u64,
 }
 
 impl Sample {
@@ -67,7 +69,18 @@ impl Sample {
             }),
             goals: goals(model, &few)?,
             weights,
+            served: if model.is_adjoint() {
+                count.min(TARGETS) as u64
+            } else {
+                1
+            },
         })
+    }
+
+    /// The walks of a pilot that has so many of each target: those of all together, where receivers are served by the same. A small
+    /// receiver is met by few of them.
+    pub(super) fn walks(&self, each: u64) -> u64 {
+        each * self.served
     }
 
     /// These of the statistics of all targets.

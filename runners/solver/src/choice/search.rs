@@ -54,6 +54,29 @@ const MOMENTS_SECONDS: f64 = 0.03;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
 
+/// Another way to the same answer: what it takes, and its pilots so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OtherWay {
+    /// Seconds that it takes from now on.
+    pub(super) price: f64,
+    pub(super) pilots: usize,
+    pub(super) walks: u64,
+    /// Predicted seconds of its pilots, and of walks of it that were given up.
+    pub(super) seconds: f64,
+}
+
+impl Default for OtherWay {
+    /// There is none.
+    fn default() -> Self {
+        Self {
+            price: f64::INFINITY,
+            pilots: 0,
+            walks: 0,
+            seconds: 0.0,
+        }
+    }
+}
+
 /// The pilots so far, and what they predict.
 pub(crate) struct Search<'m> {
     model: &'m dyn Model,
@@ -81,8 +104,8 @@ pub(crate) struct Search<'m> {
     left: f64,
     /// Seconds of what answers in place of separate walks: those that take longer are no better. Infinite if nothing does.
     pub(super) rival: f64,
-    /// Seconds that another way to the same answer takes.
-    other_way: f64,
+    /// Another way to the same answer.
+    other_way: OtherWay,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,
     /// Whether another setting took over although the error is a part of what may be 0.
@@ -96,15 +119,30 @@ pub(crate) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// Says how many seconds another way to the same answer takes: what takes longer is no better.
-    pub(super) fn compete_with(&mut self, other_way: f64) {
+    /// Says what another way to the same answer takes: what takes longer is no better.
+    pub(super) fn compete_with(&mut self, other_way: OtherWay) {
         self.other_way = other_way;
         self.forget_rival();
     }
 
     /// What answered in place of separate walks is given up.
     pub(super) fn forget_rival(&mut self) {
-        self.rival = self.other_way;
+        self.rival = self.other_way.price;
+    }
+
+    /// Seconds that another way to the same answer takes. Infinite if there is none.
+    pub(super) fn other_price(&self) -> f64 {
+        self.other_way.price
+    }
+
+    /// What this way takes, for another one to the same answer.
+    pub(super) fn as_other_way(&self) -> OtherWay {
+        OtherWay {
+            price: self.best().map_or(f64::INFINITY, |best| self.price(&best)),
+            pilots: self.pilots,
+            walks: self.walks,
+            seconds: self.work + self.walked,
+        }
     }
 
     /// A search with the absorptions that are open and whose walks have a finite variance.
@@ -137,7 +175,7 @@ impl<'m> Search<'m> {
             granted: 0.0,
             left: f64::INFINITY,
             rival: f64::INFINITY,
-            other_way: f64::INFINITY,
+            other_way: OtherWay::default(),
             walked: 0.0,
             hoped: false,
             warned: false,
@@ -231,11 +269,11 @@ impl<'m> Search<'m> {
         let price = price.min(self.left).min(self.rival);
         let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
-            let walks = if found.pilot_walks == 0 {
+            let walks = self.sample.walks(if found.pilot_walks == 0 {
                 FIRST
             } else {
                 CONFIRM
-            };
+            });
             let step = self.step_to(&found, walks);
             let setup = self.remaining_setup(&step);
             // What is set up for the best is not lost.
@@ -283,13 +321,14 @@ impl<'m> Search<'m> {
             // It is not what is walked.
             return None;
         }
-        let step = self.step_to(&best, CONFIRM);
+        let confirm = self.sample.walks(CONFIRM);
+        let step = self.step_to(&best, confirm);
         let walks = if step.setting == best.setting {
-            CONFIRM
+            confirm
         } else {
-            FIRST
+            self.sample.walks(FIRST)
         };
-        (best.pilot_walks < CONFIRM).then_some((step, walks))
+        (best.pilot_walks < confirm).then_some((step, walks))
     }
 
     /// The setting whose pilot comes next if this one is wanted: itself if its pilot takes no longer than all before it, so that
@@ -331,6 +370,17 @@ impl<'m> Search<'m> {
                 .min(self.rival)
                 .min(self.time_limit());
         (all - self.lost(best)).max(self.granted - self.work)
+    }
+
+    /// Seconds that the choice of a prediction took: those of all pilots, of either way, and of walks that were given up.
+    pub(super) fn chosen_in(&self, best: &Prediction) -> f64 {
+        self.lost(best) + self.walked + self.other_way.seconds
+    }
+
+    /// The pilots of either way, and their walks.
+    pub(super) fn all_pilots(&self) -> (usize, u64) {
+        let other = &self.other_way;
+        (self.pilots + other.pilots, self.walks + other.walks)
     }
 
     /// Seconds of all pilots so far but for the set-up that a prediction uses again.

@@ -216,7 +216,10 @@ impl Search<'_> {
         // The best is confirmed last of all, and finer cells are no better where nothing scores.
         let is_open = |found: &&Prediction| match found.pilot_walks {
             0 => found.scored > 0,
-            walks => walks < CONFIRM && best.is_none_or(|best| best.setting != found.setting),
+            walks => {
+                walks < self.sample.walks(CONFIRM)
+                    && best.is_none_or(|best| best.setting != found.setting)
+            }
         };
         let mut all = Vec::new();
         for family in &self.families {

@@ -1,0 +1,264 @@
+//! What the neighbour equation from rays gains in scenes: √Var, and the error at equal time, beside plain walks without a last
+//! step to the light, the paper's, and the best plain walks with one.
+//!
+//! `cargo run --release -p fredholm-file --example scene_gain -- CASES CELLS DEGREES`, from the folder of the repository, CASES
+//! of `cube,box,cornell,living,furnace`, CELLS as `100,1000` and DEGREES of `0,1,2`.
+//!
+//! Numbers are of the mean over all surfaces, and behind the bar of fifty points (root mean square). The best plain walks are
+//! those with the least variance × time: of both estimators, and of five absorption probabilities.
+
+mod common;
+
+use core::num::NonZeroU32;
+
+use common::{Failed, living_room, processor_seconds, walk, with_scene};
+use fredholm_core::galerkin::{CellMap, Partition};
+use fredholm_core::sampled::{SampledSolution, ScoreVariance, SetupOptions};
+use fredholm_core::{
+    At, DefaultGenerator, Equation, Estimate, Estimator, Functional, LastStep, NeighbourOf,
+    NoNeighbour, RngUniforms, Statistics, WalkSeeds,
+};
+use fredholm_scene::{
+    Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, areas, shapes,
+};
+
+type Equations<'a> = Radiosity<'a, f64>;
+
+/// What the rest of a walk takes, in rays of its scores.
+const REST: f64 = 3.0;
+/// Absorption probabilities of plain walks, and that of walks with a neighbour equation.
+const ABSORPTIONS: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
+const ABSORPTION: f64 = 0.25;
+/// Points, walks from each, and walks of a mean.
+const POINTS: u64 = 50;
+const POINT_WALKS: u64 = 2000;
+const MEAN_WALKS: u64 = 100_000;
+/// Rays of a set-up, and of a cell at least and at most.
+const RAYS: usize = 1 << 22;
+const RAYS_OF_CELL: [usize; 2] = [256, 4096];
+/// Seconds that a run takes with its set-up, for the last column.
+const IN_ALL: f64 = 60.0;
+
+/// A unit cube whose ceiling emits, or one with two hovering blocks and a small lamp that looks down.
+fn unit(is_empty: bool) -> Result<Scene, Failed> {
+    let room = shapes::room([0.0; 3], [1.0; 3]);
+    let (shape, lamp) = if is_empty {
+        (room, 1)
+    } else {
+        let blocks = shapes::block([0.15, 0.15, 0.02], [0.45, 0.45, 0.6])
+            .and(shapes::block([0.55, 0.5, 0.02], [0.85, 0.8, 0.3]));
+        let lamp = shapes::block([0.4, 0.4, 0.97], [0.6, 0.6, 0.99]);
+        (room.and(lamp).and(blocks), 6)
+    };
+    let material = |surface| {
+        let (reflectance, emission) = if surface == lamp {
+            (0.5, 20.0)
+        } else {
+            (0.6, 0.0)
+        };
+        [Material {
+            reflectance,
+            emission,
+        }]
+    };
+    let materials: Vec<[Material; 1]> = (0..shape.surfaces.len()).map(material).collect();
+    let surfaces: Vec<Surface<'_>> = shape
+        .surfaces
+        .iter()
+        .zip(&materials)
+        .map(|(polygons, materials)| Surface {
+            polygons,
+            materials,
+        })
+        .collect();
+    Ok(Scene::new::<f64>(&surfaces, Enclosure::Closed)?)
+}
+
+/// √Var, and seconds a walk.
+type Measured = [f64; 2];
+
+/// The root mean square of the standard deviations at all points, and seconds a walk.
+fn at_points<E, N>(
+    of: (&E, &N),
+    points: &[Point<f64>],
+    estimator: Estimator,
+    choose: fn(&Statistics) -> Estimate,
+) -> Result<Measured, Failed>
+where
+    E: Equation<Scalar = f64, Point = Point<f64>>,
+    N: NeighbourOf<E>,
+{
+    let (mut square, mut seconds) = (0.0, 0.0);
+    for &x in points {
+        let (statistics, time) = walk(of, &At(x), estimator, (POINT_WALKS, None))?;
+        square += choose(&statistics).std_dev.unwrap_or(0.0).powi(2) / points.len() as f64;
+        seconds += time / points.len() as f64;
+    }
+    Ok([square.sqrt(), seconds])
+}
+
+/// Plain walks: of the mean, and of points.
+fn plain<E>(
+    equation: &E,
+    mean: &Mean<'_, f64>,
+    points: &[Point<f64>],
+    estimator: Estimator,
+) -> Result<[Measured; 2], Failed>
+where
+    E: Equation<Scalar = f64, Point = Point<f64>>,
+    for<'a> Mean<'a, f64>: Functional<E>,
+{
+    let none = NoNeighbour::<E>::new();
+    let of = (equation, &none);
+    let (statistics, seconds) = walk(of, mean, estimator, (MEAN_WALKS, Some(0.0)))?;
+    let deviation = statistics.plain().std_dev.unwrap_or(f64::NAN);
+    let points = at_points(of, points, estimator, Statistics::plain)?;
+    Ok([[deviation, seconds], points])
+}
+
+/// √(variance × time).
+fn error([deviation, seconds]: Measured) -> f64 {
+    deviation * seconds.sqrt()
+}
+
+/// The one with less error at equal time.
+fn better(one: Measured, other: Measured) -> Measured {
+    if error(other) < error(one) {
+        other
+    } else {
+        one
+    }
+}
+
+/// Prints plain walks; the paper's, and the best.
+fn yardsticks(
+    scene: &Scene,
+    tables: &Tables<f64>,
+    mean: &Mean<'_, f64>,
+    points: &[Point<f64>],
+) -> Result<[[Measured; 2]; 2], Failed> {
+    let cells = Cells::new(scene, 1)?;
+    let mut paper = [[f64::INFINITY, 1.0]; 2];
+    let mut best = paper;
+    for absorption in ABSORPTIONS {
+        let room = Radiosity::new(tables.geometry(), &cells, absorption)?;
+        let shares = room.visible_shares(64);
+        let room = room.with_visible_shares(&shares)?;
+        for estimator in [Estimator::Absorption, Estimator::Collision] {
+            let stepped = plain(&LastStep(&room), mean, points, estimator)?;
+            best = [0, 1].map(|k| better(best[k], stepped[k]));
+        }
+        let own = plain(&room, mean, points, Estimator::Absorption)?;
+        paper = [0, 1].map(|k| better(paper[k], own[k]));
+    }
+    for (name, [of_mean, of_points]) in [("paper's plain walk", paper), ("best plain walk", best)] {
+        println!(
+            "  {name:20} √Var {:9.3e} | {:9.3e}  {:6.2} | {:6.2} µs",
+            of_mean[0],
+            of_points[0],
+            1e6 * of_mean[1],
+            1e6 * of_points[1]
+        );
+    }
+    Ok([paper, best])
+}
+
+/// A line for the neighbour equation of B functions on a cell.
+fn row<const B: usize>(
+    room: &Equations<'_>,
+    mean: &Mean<'_, f64>,
+    points: &[Point<f64>],
+    [paper, best]: [[Measured; 2]; 2],
+) -> Result<(), Failed> {
+    let last = LastStep(room);
+    let cells = room.cells();
+    let start = processor_seconds();
+    let options = SetupOptions {
+        samples: (RAYS / cells).clamp(RAYS_OF_CELL[0], RAYS_OF_CELL[1]),
+        events: 8,
+        ..SetupOptions::default()
+    };
+    let solution = SampledSolution::with_events::<_, _, _, 2, B>((room, room), &last, &options)?;
+    let (mut sum, mut area) = (0.0, 0.0);
+    for (cell, v) in solution.v().iter().step_by(B).enumerate() {
+        sum += room.measure(cell) * v;
+        area += room.measure(cell);
+    }
+    let tables = solution.for_walks::<f64>()?;
+    let four = NonZeroU32::MIN.saturating_add(3);
+    let trial = tables.neighbour_with_events::<_, _, 2, B>((room, room), four)?;
+    let setup = processor_seconds() - start;
+    let rays = ScoreVariance::estimate(room, &last, (&trial, four)).best_steps(REST);
+    let neighbour = tables.neighbour_with_events::<_, _, 2, B>((room, room), rays)?;
+    let of = (&last, &neighbour);
+    let start = (MEAN_WALKS / u64::from(rays.get()), Some(sum / area));
+    let (statistics, seconds) = walk(of, mean, Estimator::Collision, start)?;
+    let deviation = statistics.preconditioned().std_dev.unwrap_or(f64::NAN);
+    let own = [
+        [deviation, seconds],
+        at_points(of, points, Estimator::Collision, Statistics::preconditioned)?,
+    ];
+    let times = |of: fn(Measured) -> f64, other: [Measured; 2]| {
+        let [of_mean, of_points] = [0, 1].map(|k| of(other[k]) / of(own[k]));
+        format!("{of_mean:6.1} | {of_points:6.1}")
+    };
+    let deviation = |[deviation, _]: Measured| deviation;
+    let walked = ((IN_ALL - setup).max(0.0) / IN_ALL).sqrt();
+    println!(
+        "  {cells:6} cells, {B} functions, {rays:2} rays  √Var {:9.3e} | {:9.3e}  {:6.2} | {:6.2} µs;  √Var below paper {}, below best {};  error {}, of {IN_ALL} s with set-up of {setup:.1} s {:.2} of it",
+        own[0][0],
+        own[1][0],
+        1e6 * own[0][1],
+        1e6 * own[1][1],
+        times(deviation, paper),
+        times(deviation, best),
+        times(error, best),
+        walked,
+    );
+    Ok(())
+}
+
+fn rows(scene: &Scene, cells: &str, degrees: &str) -> Result<(), Failed> {
+    let tables = Tables::new(scene);
+    let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
+    let ends = areas(tables.geometry(), &faces)?;
+    let mean = Mean::new(tables.geometry(), &faces, &ends)?;
+    let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
+    let points: Vec<Point<f64>> = (0..POINTS).map(|_| mean.draw(&mut draws).0).collect();
+    let others = yardsticks(scene, &tables, &mean, &points)?;
+    for degree in degrees.split(',') {
+        for wanted in cells.split(',') {
+            let cells = Cells::new(scene, wanted.parse()?)?;
+            let room = Radiosity::new(tables.geometry(), &cells, ABSORPTION)?;
+            let shares = room.visible_shares(64);
+            let room = room.with_visible_shares(&shares)?;
+            match degree {
+                "0" => row::<1>(&room, &mean, &points, others)?,
+                "1" => row::<3>(&room, &mean, &points, others)?,
+                "2" => row::<6>(&room, &mean, &points, others)?,
+                _ => return Err("degrees are 0, 1 and 2".into()),
+            }
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Failed> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [cases, cells, degrees] = arguments.as_slice() else {
+        return Err("give cases, numbers of cells, and degrees".into());
+    };
+    for case in cases.split(',') {
+        println!("{case}");
+        let file = |name: &str| std::fs::read_to_string(format!("examples/{name}.toml"));
+        let of = |scene: &Scene| rows(scene, cells, degrees);
+        match case {
+            "cube" | "box" => of(&unit(case == "cube")?)?,
+            "cornell" => with_scene(&file("cornell")?, of)?,
+            "living" => with_scene(&living_room()?, of)?,
+            "furnace" => with_scene(&file("reheating")?, of)?,
+            _ => return Err("cases are cube, box, cornell, living and furnace".into()),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,248 @@
+//! Meshes with colours, as viewers of glTF 2.0 show them.
+//!
+//! The crates for glTF describe all of its JSON, and take the compiler as long as the rest of this one; what is written here is one
+//! object of that.
+
+use crate::mesh::{Cell, Mesh};
+use crate::{Error, Scale};
+
+impl Mesh {
+    /// The bytes of a `.glb` file, binary glTF 2.0: triangles and quadrilaterals in the colours of the first quantity, of points if
+    /// there is one, or else of cells. z points upwards.
+    ///
+    /// Colours go from a fiftieth of the numbers to all but a fiftieth: a lamp may be brighter than all else. What has no number is
+    /// black.
+    ///
+    /// ```
+    /// use fredholm_plot::{Cell, Mesh, Quantity};
+    ///
+    /// let mesh = Mesh {
+    ///     points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    ///     cells: vec![Cell::Triangle([0, 1, 2])],
+    ///     on_points: vec![Quantity { name: "u".to_owned(), numbers: vec![0.5, 1.0, 2.0] }],
+    ///     on_cells: Vec::new(),
+    /// };
+    /// assert_eq!(&mesh.glb()?[..4], b"glTF");
+    /// # Ok::<(), fredholm_plot::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NothingToDraw`]: no cell has an area. [`Error::NoSuchPoint`], [`Error::WrongLength`], [`Error::TooLarge`]: more than
+    /// four gigabytes.
+    pub fn glb(&self) -> Result<Vec<u8>, Error> {
+        let (of_points, of_cells) = (self.on_points.first(), self.on_cells.first());
+        let numbers = of_points
+            .or(of_cells)
+            .map_or(&[][..], |quantity| &quantity.numbers[..]);
+        let expected = match of_points {
+            Some(_) => self.points.len(),
+            None => self.cells.len(),
+        };
+        if (of_points.is_some() || of_cells.is_some()) && numbers.len() != expected {
+            return Err(Error::WrongLength {
+                slice: "glb",
+                expected,
+                found: numbers.len(),
+            });
+        }
+        let scale = Scale::within(numbers.iter().copied(), 0.0);
+        let mut buffer = Buffer::default();
+        for (number, cell) in self.cells.iter().enumerate() {
+            let corners: &[usize] = match cell {
+                Cell::Triangle(corners) => corners,
+                Cell::Quad(corners) => corners,
+                Cell::Vertex(_) | Cell::Line(_) | Cell::Hexahedron(_) => continue,
+            };
+            for &corner in corners {
+                let point = self.points.get(corner).ok_or(Error::NoSuchPoint {
+                    corner,
+                    points: self.points.len(),
+                })?;
+                let of = if of_points.is_some() { corner } else { number };
+                buffer.vertex(*point, linear(scale, numbers.get(of).copied()));
+            }
+            buffer.face(corners.len());
+        }
+        buffer.file()
+    }
+}
+
+/// The colour of a number in linear light, as glTF has colours of vertices.
+fn linear(scale: Option<Scale>, number: Option<f64>) -> [f32; 3] {
+    let Some(number) = number.filter(|number| !number.is_nan()) else {
+        return [0.0; 3];
+    };
+    // One number has one colour.
+    let colour = scale.map_or([188; 3], |scale| scale.colour(number));
+    colour.map(|level| {
+        let encoded = f32::from(level) / 255.0;
+        // IEC 61966-2-1, sRGB.
+        if encoded <= 0.040_45 {
+            encoded / 12.92
+        } else {
+            ((encoded + 0.055) / 1.055).powf(2.4)
+        }
+    })
+}
+
+/// What a file has of every vertex, and the triangles.
+#[derive(Default)]
+struct Buffer {
+    places: Vec<[f32; 3]>,
+    colours: Vec<[f32; 3]>,
+    corners: Vec<usize>,
+}
+
+impl Buffer {
+    fn vertex(&mut self, point: [f64; 3], colour: [f32; 3]) {
+        self.places.push(point.map(|x| x as f32));
+        self.colours.push(colour);
+    }
+
+    /// The triangles of the last so many vertices, which go around a cell.
+    fn face(&mut self, corners: usize) {
+        let first = self.places.len() - corners;
+        for k in 2..corners {
+            self.corners.extend([first, first + k - 1, first + k]);
+        }
+    }
+
+    fn file(&self) -> Result<Vec<u8>, Error> {
+        if self.corners.is_empty() {
+            return Err(Error::NothingToDraw);
+        }
+        let floats = |all: &[[f32; 3]]| -> Vec<u8> {
+            let all = all.iter().flatten();
+            all.flat_map(|x| x.to_le_bytes()).collect()
+        };
+        let numbers = self.corners.iter().map(|&corner| u32::try_from(corner));
+        let numbers: Vec<u32> = numbers
+            .collect::<Result<_, _>>()
+            .map_err(|_| Error::TooLarge)?;
+        let numbers: Vec<u8> = numbers.iter().flat_map(|i| i.to_le_bytes()).collect();
+        let parts = [floats(&self.places), floats(&self.colours), numbers];
+        let [places, colours, corners] = [0, 1, 2].map(|k| parts[k].len());
+        let end = |pick: fn(f32, f32) -> f32| {
+            let all = self.places.iter().copied();
+            let end = all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])));
+            let [x, y, z] = end.unwrap_or_default();
+            format!("[{x},{y},{z}]")
+        };
+        let (count, indices) = (self.places.len(), self.corners.len());
+        // 5126: floats, 5125: 32-bit numbers; 34962 and 34963: vertices and the numbers of corners. Turned from z to y, which
+        // points upwards in glTF.
+        let mut json = format!(
+            "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"fredholm\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0]}}],\
+             \"extensionsUsed\":[\"KHR_materials_unlit\"],\
+             \"nodes\":[{{\"mesh\":0,\"rotation\":[-0.7071067811865476,0,0,0.7071067811865476]}}],\
+             \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0,\"COLOR_0\":1}},\"indices\":2,\"material\":0}}]}}],\
+             \"materials\":[{{\"doubleSided\":true,\"extensions\":{{\"KHR_materials_unlit\":{{}}}}}}],\
+             \"accessors\":[\
+             {{\"bufferView\":0,\"componentType\":5126,\"type\":\"VEC3\",\"count\":{count},\"min\":{},\"max\":{}}},\
+             {{\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":{count}}},\
+             {{\"bufferView\":2,\"componentType\":5125,\"type\":\"SCALAR\",\"count\":{indices}}}],\
+             \"bufferViews\":[\
+             {{\"buffer\":0,\"byteOffset\":0,\"byteLength\":{places},\"target\":34962}},\
+             {{\"buffer\":0,\"byteOffset\":{places},\"byteLength\":{colours},\"target\":34962}},\
+             {{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{corners},\"target\":34963}}],\
+             \"buffers\":[{{\"byteLength\":{}}}]}}",
+            end(f32::min),
+            end(f32::max),
+            places + colours,
+            places + colours + corners,
+        );
+        // Chunks are multiples of four bytes.
+        while !json.len().is_multiple_of(4) {
+            json.push(' ');
+        }
+        let body = parts.concat();
+        let word = |n: usize| u32::try_from(n).map_err(|_| Error::TooLarge);
+        let mut file = Vec::with_capacity(28 + json.len() + body.len());
+        file.extend(b"glTF");
+        for n in [2, 28 + json.len() + body.len(), json.len()] {
+            file.extend(word(n)?.to_le_bytes());
+        }
+        file.extend(b"JSON");
+        file.extend(json.into_bytes());
+        file.extend(word(body.len())?.to_le_bytes());
+        file.extend(b"BIN\0");
+        file.extend(body);
+        Ok(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Cell, Error, Mesh, Quantity};
+
+    /// The chunks of a file, by the format's lengths.
+    fn chunks(file: &[u8]) -> (String, Vec<u8>) {
+        let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
+        assert_eq!(
+            (&file[..4], word(4), word(8)),
+            (&b"glTF"[..], 2, file.len())
+        );
+        let json = word(12);
+        assert_eq!((&file[16..20], json % 4), (&b"JSON"[..], 0));
+        let body = 20 + json;
+        assert_eq!(
+            (&file[body + 4..body + 8], word(body)),
+            (&b"BIN\0"[..], file.len() - body - 8)
+        );
+        let text = String::from_utf8(file[20..body].to_vec()).unwrap();
+        (text, file[body + 8..].to_vec())
+    }
+
+    /// A triangle and a square beside it, in two colours of their own.
+    #[test]
+    fn cells_have_the_colours_of_their_numbers() {
+        let mesh = Mesh {
+            points: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
+                .map(|[x, y]| [x, y, 2.0])
+                .to_vec(),
+            cells: vec![Cell::Triangle([0, 1, 2]), Cell::Quad([0, 1, 3, 2])],
+            on_points: Vec::new(),
+            on_cells: vec![Quantity {
+                name: "u".to_owned(),
+                numbers: vec![1.0, 3.0],
+            }],
+        };
+        let (json, body) = chunks(&mesh.glb().unwrap());
+        assert!(
+            json.contains("\"count\":7,\"min\":[0,0,2],\"max\":[1,1,2]"),
+            "{json}"
+        );
+        assert!(json.contains("\"count\":9"), "{json}");
+        let floats: Vec<f32> = body[..2 * 7 * 12]
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+            .collect();
+        assert_eq!(floats[..6], [0.0, 0.0, 2.0, 1.0, 0.0, 2.0]);
+        let colours: Vec<&[f32]> = floats[21..].chunks_exact(3).collect();
+        assert!(colours[..3].iter().all(|colour| *colour == colours[0]));
+        assert!(colours[3..].iter().all(|colour| *colour == colours[6]));
+        assert!(colours[0].iter().sum::<f32>() < 0.1 && colours[6].iter().sum::<f32>() > 1.0);
+        let corners: Vec<u32> = body[2 * 7 * 12..]
+            .chunks_exact(4)
+            .map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap()))
+            .collect();
+        assert_eq!(corners, [0, 1, 2, 3, 4, 5, 3, 5, 6]);
+        let unsuited = Mesh {
+            cells: vec![Cell::Line([0, 1])],
+            ..mesh.clone()
+        };
+        assert_eq!(
+            unsuited.glb(),
+            Err(Error::WrongLength {
+                slice: "glb",
+                expected: 1,
+                found: 2
+            })
+        );
+        let flat = Mesh {
+            on_cells: Vec::new(),
+            ..unsuited
+        };
+        assert_eq!(flat.glb(), Err(Error::NothingToDraw));
+    }
+}

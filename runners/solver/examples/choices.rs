@@ -1,0 +1,95 @@
+//! Prints what the automatic choice takes for an error, and what it takes without a lift, a Sobol' sequence and one set of
+//! walks for all targets: processor seconds of one thread, on Linux.
+//!
+//! ```text
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example choices
+//! ```
+
+mod common;
+
+use common::{arcs, boxed, doorway, gauss, kinks, square, time};
+use fredholm::{Model, Region, Report, RoomModel, Scalar, Sequence, Solver};
+
+/// Rounds, of which the least time counts: other programs only make it longer.
+const ROUNDS: usize = 3;
+
+/// What a run used of a lift, a sequence and one set of walks.
+fn used(report: &Report) -> String {
+    let mut words = Vec::new();
+    if report.lift.is_some() {
+        words.push("lift");
+    }
+    if report.sequence.is_some() {
+        words.push("sequence");
+    }
+    if report.whole.is_some() {
+        words.push("whole");
+    }
+    match words.as_slice() {
+        [] => "-".to_owned(),
+        words => words.join(", "),
+    }
+}
+
+/// A word for the targets, and the targets.
+type Targets = (&'static str, Vec<Region>);
+
+fn rows(name: &str, model: &dyn Model, errors: [f64; 3]) {
+    let spread = model.spread(100.0);
+    let all: [Targets; 3] = [
+        ("point", vec![spread[spread.len() / 3].clone()]),
+        ("mean", vec![model.whole()]),
+        ("100 points", spread),
+    ];
+    for (what, regions) in &all {
+        let named = regions.iter().enumerate();
+        let solver = named.fold(Solver::new(model), |solver, (i, region)| {
+            solver.goal(&format!("u{i}"), region.clone())
+        });
+        for error in errors {
+            let without = solver.clone().together(false).sequence(Sequence::Random);
+            let without = match model.most_lift() {
+                0 => without,
+                _ => without.lift(0),
+            };
+            let [mut took, mut plainly] = [f64::INFINITY; 2];
+            let mut used = String::new();
+            for _ in 0..ROUNDS {
+                let (seconds, chosen) = time(|| solver.clone().solve_to(error));
+                took = took.min(seconds);
+                used = chosen.as_ref().map_or_else(ToString::to_string, self::used);
+                let (seconds, other) = time(|| without.clone().solve_to(error));
+                plainly = plainly.min(seconds);
+                if let Err(refusal) = other {
+                    used += &format!(" | {refusal}");
+                }
+            }
+            let ratio = took / plainly;
+            println!(
+                "{name:<18} {what:<10} {error:>6.0e} | {took:>8.4} {plainly:>8.4} {ratio:>6.2} | {used}"
+            );
+        }
+    }
+}
+
+fn main() {
+    println!(
+        "seconds as chosen, and without a lift, a sequence and one set of walks; their ratio; what was chosen"
+    );
+    let smooth = [1e-4, 1e-6, 1e-8];
+    rows("d = 1", &gauss::<1>(), smooth);
+    rows("d = 2", &gauss::<2>(), smooth);
+    rows("d = 3", &gauss::<3>(), [1e-3, 1e-4, 1e-5]);
+    rows("d = 1, kink", &kinks::<1>(), smooth);
+    rows("d = 2, kink", &kinks::<2>(), [1e-3, 1e-5, 1e-6]);
+    rows("d = 3, kink", &kinks::<3>(), [1e-2, 1e-3, 1e-4]);
+    rows("circle", &arcs(), [1e-3, 1e-5, 1e-7]);
+    for (name, surfaces) in [
+        ("square room", square()),
+        ("doorway", doorway()),
+        ("room with a box", boxed()),
+    ] {
+        let room = RoomModel::new(surfaces, Scalar::F64).expect("a room");
+        rows(name, &room, [1e-3, 1e-4, 1e-5]);
+    }
+}
