@@ -266,24 +266,12 @@ fn quantity((name, numbers): Column) -> Quantity {
 
 /// The cells of a scene.
 fn of_cells(columns: Columns) -> Mesh {
-    let mut points = Vec::new();
-    let mut cell = |corners: &Vec<[f64; 3]>| {
-        let at = points.len();
-        points.extend(corners);
-        match corners[..] {
-            [_, _, _] => Cell::Triangle([at, at + 1, at + 2]),
-            _ => Cell::Quad([at, at + 1, at + 2, at + 3]),
-        }
-    };
-    let cells: Vec<Cell> = columns.mesh.iter().map(&mut cell).collect();
+    let mesh = Mesh::of_cells(&columns.mesh);
+    let cells = mesh.cells.len();
     // Behind the targets.
-    let own = |(name, mut all): Column| quantity((name, all.split_off(all.len() - cells.len())));
-    Mesh {
-        points,
-        on_points: Vec::new(),
-        on_cells: columns.of_targets.into_iter().map(own).collect(),
-        cells,
-    }
+    let own = |(name, mut all): Column| quantity((name, all.split_off(all.len() - cells)));
+    let on_cells = columns.of_targets.into_iter().map(own).collect();
+    Mesh { on_cells, ..mesh }
 }
 
 /// The cells of which a file shows means.

@@ -100,6 +100,28 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The mesh of triangles and quadrilaterals with these corners, of which each has points of its own.
+    ///
+    /// ```
+    /// use fredholm_plot::Mesh;
+    ///
+    /// let mesh = Mesh::of_cells(&[vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
+    /// assert_eq!((mesh.points.len(), mesh.cells.len()), (3, 1));
+    /// ```
+    #[must_use]
+    pub fn of_cells(corners: &[Vec<[f64; 3]>]) -> Self {
+        let mut mesh = Self::default();
+        for own in corners {
+            let at = mesh.points.len();
+            mesh.points.extend(own);
+            mesh.cells.push(match own[..] {
+                [_, _, _] => Cell::Triangle([at, at + 1, at + 2]),
+                _ => Cell::Quad([at, at + 1, at + 2, at + 3]),
+            });
+        }
+        mesh
+    }
+
     /// The text of a `.vtu` file, VTK's XML format of unstructured grids. Numbers keep their bits; a viewer shows the first
     /// quantity.
     ///
