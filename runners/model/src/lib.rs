@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod about;
 pub mod channels;
 pub mod cost;
 mod derived;
@@ -21,14 +22,15 @@ mod spot;
 mod whole;
 mod written;
 
+pub use about::About;
 pub use derived::{Derived, Flux, Heat};
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
-    About, Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then,
-    WithJob, WithStarts,
+    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
+    WithStarts,
 };
 pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
