@@ -1,8 +1,9 @@
 //! What the neighbour equation from rays gains in scenes: √Var, and the error at equal time, beside plain walks without a last
 //! step to the light, the paper's, and the best plain walks with one.
 //!
-//! `cargo run --release -p fredholm-file --example scene_gain -- CASES CELLS DEGREES`, from the folder of the repository, CASES
-//! of `cube,box,cornell,living,furnace`, CELLS as `100,1000` and DEGREES of `0,1,2`.
+//! `cargo run --release -p fredholm-file --example scene_gain -- CASES CELLS DEGREES FACES`, from the folder of the repository, CASES
+//! of `cube,box,cornell,living,furnace`, CELLS as `100,1000`, DEGREES of `0,1,2`, and the number of FACES in the control of a cell, 8
+//! if it is left out.
 //!
 //! Numbers are of the mean over all surfaces, and behind the bar of fifty points (root mean square). The best plain walks are
 //! those with the least variance × time: of both estimators, and of five absorption probabilities.
@@ -168,14 +169,14 @@ fn row<const B: usize>(
     room: &Equations<'_>,
     mean: &Mean<'_, f64>,
     points: &[Point<f64>],
-    [paper, best]: [[Measured; 2]; 2],
+    ([paper, best], events): ([[Measured; 2]; 2], usize),
 ) -> Result<(), Failed> {
     let last = LastStep(room);
     let cells = room.cells();
     let start = processor_seconds();
     let options = SetupOptions {
         samples: (RAYS / cells).clamp(RAYS_OF_CELL[0], RAYS_OF_CELL[1]),
-        events: 8,
+        events,
         ..SetupOptions::default()
     };
     let solution = SampledSolution::with_events::<_, _, _, 2, B>((room, room), &last, &options)?;
@@ -218,7 +219,7 @@ fn row<const B: usize>(
     Ok(())
 }
 
-fn rows(scene: &Scene, cells: &str, degrees: &str) -> Result<(), Failed> {
+fn rows(scene: &Scene, cells: &str, degrees: &str, events: usize) -> Result<(), Failed> {
     let tables = Tables::new(scene);
     let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
     let ends = areas(tables.geometry(), &faces)?;
@@ -233,9 +234,9 @@ fn rows(scene: &Scene, cells: &str, degrees: &str) -> Result<(), Failed> {
             let shares = room.visible_shares(64);
             let room = room.with_visible_shares(&shares)?;
             match degree {
-                "0" => row::<1>(&room, &mean, &points, others)?,
-                "1" => row::<3>(&room, &mean, &points, others)?,
-                "2" => row::<6>(&room, &mean, &points, others)?,
+                "0" => row::<1>(&room, &mean, &points, (others, events))?,
+                "1" => row::<3>(&room, &mean, &points, (others, events))?,
+                "2" => row::<6>(&room, &mean, &points, (others, events))?,
                 _ => return Err("degrees are 0, 1 and 2".into()),
             }
         }
@@ -245,13 +246,14 @@ fn rows(scene: &Scene, cells: &str, degrees: &str) -> Result<(), Failed> {
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [cases, cells, degrees] = arguments.as_slice() else {
-        return Err("give cases, numbers of cells, and degrees".into());
+    let [cases, cells, degrees, faces @ ..] = arguments.as_slice() else {
+        return Err("give cases, numbers of cells, degrees, and perhaps faces".into());
     };
+    let events = faces.first().map_or(Ok(8), |faces| faces.parse())?;
     for case in cases.split(',') {
         println!("{case}");
         let file = |name: &str| std::fs::read_to_string(format!("examples/{name}.toml"));
-        let of = |scene: &Scene| rows(scene, cells, degrees);
+        let of = |scene: &Scene| rows(scene, cells, degrees, events);
         match case {
             "cube" | "box" => of(&unit(case == "cube")?)?,
             "cornell" => with_scene(&file("cornell")?, of)?,
