@@ -60,7 +60,7 @@ pub(crate) enum Found<'m> {
     Separate(Answer),
     /// One set of walks for all goals.
     Whole(WholeFunction<'m>),
-    /// That the other way takes less, with the pilots of this one.
+    /// Nothing yet, as the other way takes less. It has the pilots of this one.
     OtherWay(Box<Search<'m>>),
 }
 

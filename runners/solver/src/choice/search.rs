@@ -6,6 +6,7 @@
 
 mod candidates;
 mod lift;
+mod other_way;
 mod prices;
 mod sequence;
 #[cfg(test)]
@@ -28,6 +29,7 @@ use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
 pub(super) use lift::Lifted;
 use lift::Lifts;
+use other_way::OtherWay;
 use sequence::Sequences;
 
 /// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
@@ -53,29 +55,6 @@ const PILOT_SECONDS: f64 = 0.1e-3;
 const MOMENTS_SECONDS: f64 = 0.03;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
-
-/// Another way to the same answer: what it takes, and its pilots so far.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OtherWay {
-    /// Seconds that it takes from now on.
-    pub(super) price: f64,
-    pub(super) pilots: usize,
-    pub(super) walks: u64,
-    /// Predicted seconds of its pilots, and of walks of it that were given up.
-    pub(super) seconds: f64,
-}
-
-impl Default for OtherWay {
-    /// There is none.
-    fn default() -> Self {
-        Self {
-            price: f64::INFINITY,
-            pilots: 0,
-            walks: 0,
-            seconds: 0.0,
-        }
-    }
-}
 
 /// The pilots so far, and what they predict.
 pub(crate) struct Search<'m> {
@@ -119,32 +98,6 @@ pub(crate) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// Says what another way to the same answer takes: what takes longer is no better.
-    pub(super) fn compete_with(&mut self, other_way: OtherWay) {
-        self.other_way = other_way;
-        self.forget_rival();
-    }
-
-    /// What answered in place of separate walks is given up.
-    pub(super) fn forget_rival(&mut self) {
-        self.rival = self.other_way.price;
-    }
-
-    /// Seconds that another way to the same answer takes. Infinite if there is none.
-    pub(super) fn other_price(&self) -> f64 {
-        self.other_way.price
-    }
-
-    /// What this way takes, for another one to the same answer.
-    pub(super) fn as_other_way(&self) -> OtherWay {
-        OtherWay {
-            price: self.best().map_or(f64::INFINITY, |best| self.price(&best)),
-            pilots: self.pilots,
-            walks: self.walks,
-            seconds: self.work + self.walked,
-        }
-    }
-
     /// A search with the absorptions that are open and whose walks have a finite variance.
     ///
     /// # Errors
@@ -370,17 +323,6 @@ impl<'m> Search<'m> {
                 .min(self.rival)
                 .min(self.time_limit());
         (all - self.lost(best)).max(self.granted - self.work)
-    }
-
-    /// Seconds that the choice of a prediction took: those of all pilots, of either way, and of walks that were given up.
-    pub(super) fn chosen_in(&self, best: &Prediction) -> f64 {
-        self.lost(best) + self.walked + self.other_way.seconds
-    }
-
-    /// The pilots of either way, and their walks.
-    pub(super) fn all_pilots(&self) -> (usize, u64) {
-        let other = &self.other_way;
-        (self.pilots + other.pilots, self.walks + other.walks)
     }
 
     /// Seconds of all pilots so far but for the set-up that a prediction uses again.
