@@ -83,7 +83,7 @@ pub(crate) struct Search<'m> {
     left: f64,
     /// Seconds of what answers in place of separate walks: those that take longer are no better. Infinite if nothing does.
     pub(super) rival: f64,
-    /// Another way to the same answer.
+    /// The second way to the same answer.
     other_way: OtherWay,
     /// Predicted seconds of the answer's walks that were given up for other ones.
     pub(super) walked: f64,

@@ -1,9 +1,9 @@
-//! Another way to the same answer, and what a search makes of it.
+//! A second way to the same answer, and what a search makes of it.
 
 use super::super::family::Prediction;
 use super::Search;
 
-/// Another way to the same answer: what it takes, and its pilots so far.
+/// A second way to the same answer: what it takes, and its pilots so far.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct OtherWay {
     /// Seconds that it takes from now on.
