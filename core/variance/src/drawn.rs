@@ -224,15 +224,7 @@ impl VarianceModel for DrawnModel<'_> {
     }
 
     fn values(&self, point: usize) -> Values {
-        let missing = Values {
-            absorption: f64::NAN,
-            source: f64::NAN,
-            neighbour_source: f64::NAN,
-            source_noise: f64::NAN,
-            noise: f64::NAN,
-            value: f64::NAN,
-        };
-        self.site(point).map_or(missing, |site| site.values)
+        self.site(point).map_or(Values::MISSING, |site| site.values)
     }
 
     fn steps(&self, point: usize, site: usize, _: Wanted, visit: &mut dyn FnMut(&Transition)) {

@@ -71,6 +71,18 @@ pub struct Values {
     pub value: f64,
 }
 
+impl Values {
+    /// The values of a point that there is not: no number.
+    pub(crate) const MISSING: Self = Self {
+        absorption: f64::NAN,
+        source: f64::NAN,
+        neighbour_source: f64::NAN,
+        source_noise: f64::NAN,
+        noise: f64::NAN,
+        value: f64::NAN,
+    };
+}
+
 /// The values that an analysis needs of steps. From [`Kernel`](Self::Kernel) to
 /// [`Value`](Self::Value) each includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -148,16 +148,8 @@ where
     }
 
     fn values(&self, point: usize) -> Values {
-        let missing = Values {
-            absorption: f64::NAN,
-            source: f64::NAN,
-            neighbour_source: f64::NAN,
-            source_noise: f64::NAN,
-            noise: f64::NAN,
-            value: f64::NAN,
-        };
         let (equation, neighbour) = (self.setup.equation, self.setup.neighbour);
-        self.point(point).map_or(missing, |x| {
+        self.point(point).map_or(Values::MISSING, |x| {
             let [neighbour_source, noise] = neighbour.source_moments(x);
             Values {
                 absorption: equation.absorption(&x.point),

@@ -156,6 +156,15 @@ impl<'r, 'a, F: Real> ColouredRoom<'r, 'a, F> {
     /// The irradiance that lights make at a point directly, in every channel.
     pub fn direct(&self, x: &Point<F>, to: &mut [F]) {
         to.fill(zero());
+        self.add_direct(x, to);
+    }
+
+    /// Adds the irradiance that lights make at a point directly.
+    #[inline]
+    pub(crate) fn add_direct(&self, x: &Point<F>, to: &mut [F]) {
+        if self.room.lights().is_empty() {
+            return;
+        }
         self.room.seen_lights(x, |light, _, factor| {
             for (to, &emission) in to.iter_mut().zip(self.colours.emissions(light)) {
                 *to += emission * factor;
@@ -166,11 +175,13 @@ impl<'r, 'a, F: Real> ColouredRoom<'r, 'a, F> {
     /// T_Kc F_s,c at a point: what a wall reflects of the lights, in every channel.
     #[inline]
     pub fn reflected_light(&self, x: &Point<F>, to: &mut [F]) {
-        if self.room.lights().is_empty() {
-            to.fill(zero());
-            return;
-        }
         self.direct(x, to);
+        self.reflect(x, to);
+    }
+
+    /// Multiplies irradiances of a point by the reflectances of its wall.
+    #[inline]
+    pub(crate) fn reflect(&self, x: &Point<F>, to: &mut [F]) {
         for (to, &reflectance) in to.iter_mut().zip(self.colours.reflectances(x.wall())) {
             *to *= reflectance;
         }

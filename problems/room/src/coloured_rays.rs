@@ -1,6 +1,6 @@
 //! Neighbour equations with h = k of several channels, whose G take one ray together.
 
-use fredholm_core::channels::{ChannelNeighbours, MOST_CHANNELS};
+use fredholm_core::channels::ChannelNeighbours;
 use fredholm_core::galerkin::{Basis, Partition};
 use fredholm_core::{Located, Real, StateSpace, Uniforms};
 use num_traits::{one, zero};
@@ -79,7 +79,14 @@ impl<'n, 'r, 'a, F: Real, const B: usize> ColouredRays<'n, 'r, 'a, F, B> {
     /// v_c of a point in every channel.
     #[inline]
     fn write_values(&self, x: &Located<Point<F>>, to: &mut [F]) {
-        self.coloured.reflected_light(&x.point, to);
+        self.coloured.direct(&x.point, to);
+        self.reflect(x, to);
+    }
+
+    /// Multiplies irradiances by the reflectances of the wall, and adds what v has besides the light.
+    #[inline]
+    fn reflect(&self, x: &Located<Point<F>>, to: &mut [F]) {
+        self.coloured.reflect(&x.point, to);
         let psi: [F; B] = self.polynomials.basis(x);
         let own = self.v.get(x.cell * self.channels() * B..).unwrap_or(&[]);
         for (to, own) in to.iter_mut().zip(own.chunks_exact(B)) {
@@ -105,10 +112,31 @@ impl<'n, 'r, 'a, F: Real, const B: usize> ColouredRays<'n, 'r, 'a, F, B> {
         let tangent = room.geometry().wall(x.point.wall() as u32)?.tangent;
         let position = x.point.position();
         let psi: &[F; TERMS] = view.psi.first_chunk()?;
-        let channels = self.channels();
-        to.fill(zero());
-        add(self.control.integrals, view.number, &view.psi, one(), to);
         let first = view.stretch.interval as usize;
+        let k = share.interval as usize;
+        let [from, width] = between(view.intervals, k, position, tangent);
+        let omega = from + width * (ray_box.from + ray_box.width * place);
+        // What the ray brings less c, times the weight of the box, then the integral of c.
+        match room.ray(&x.point, omega) {
+            Some(y) => self.write_values(&self.locate(y), to),
+            None => to.fill(zero()),
+        }
+        let per_probability = ray_box.width / probability;
+        let box_number = view.stretch.ray_box as usize + number;
+        let terms = products(psi, place);
+        add(self.control.controls, box_number, &terms, -one::<F>(), to);
+        let is_near = view.near() >> k & 1 != 0;
+        if !is_near {
+            add(self.control.means, first + k, psi, one(), to);
+        }
+        let weight = width * per_probability;
+        to.iter_mut().for_each(|to| *to *= weight);
+        if !is_near {
+            // What the polynomial lacks of the integral of c.
+            let of_intervals = self.control.of_intervals;
+            add(of_intervals, first + k, &view.psi, -per_probability, to);
+        }
+        add(self.control.integrals, view.number, &view.psi, one(), to);
         let mut near = view.near();
         while near != 0 {
             let k = near.trailing_zeros() as usize;
@@ -116,44 +144,10 @@ impl<'n, 'r, 'a, F: Real, const B: usize> ColouredRays<'n, 'r, 'a, F, B> {
             let [_, width] = between(view.intervals, k, position, tangent);
             add(self.control.means, first + k, psi, width, to);
         }
-        let k = share.interval as usize;
-        let [from, width] = between(view.intervals, k, position, tangent);
-        let omega = from + width * (ray_box.from + ray_box.width * place);
-        let mut seen = [zero::<F>(); MOST_CHANNELS];
-        let seen = seen.get_mut(..channels)?;
-        if let Some(y) = room.ray(&x.point, omega) {
-            self.write_values(&self.locate(y), seen);
-        }
-        let per_probability = ray_box.width / probability;
-        let box_number = view.stretch.ray_box as usize + number;
-        let terms = products(psi, place);
-        add(self.control.controls, box_number, &terms, -one::<F>(), seen);
-        if view.near() >> k & 1 == 0 {
-            // What the polynomial lacks of the integral of c.
-            let mut integrals = [zero::<F>(); MOST_CHANNELS];
-            let integrals = integrals.get_mut(..channels)?;
-            add(
-                self.control.of_intervals,
-                first + k,
-                &view.psi,
-                one(),
-                integrals,
-            );
-            add(self.control.means, first + k, psi, one(), seen);
-            for ((to, &lacks), &integral) in to.iter_mut().zip(&*seen).zip(&*integrals) {
-                *to += (lacks * width - integral) * per_probability;
-            }
-        } else {
-            let weight = width * per_probability;
-            for (to, &lacks) in to.iter_mut().zip(&*seen) {
-                *to += lacks * weight;
-            }
-        }
-        self.write_values(x, seen);
-        let reflectances = self.coloured.colours().reflectances(x.point.wall());
-        for ((to, &v), &reflectance) in to.iter_mut().zip(&*seen).zip(reflectances) {
-            *to = v - reflectance * *to;
-        }
+        // G = v − ρ times that.
+        to.iter_mut().for_each(|to| *to = -*to);
+        self.coloured.add_direct(&x.point, to);
+        self.reflect(x, to);
         Some(())
     }
 }

@@ -3,8 +3,16 @@
 //! The crates for glTF describe all of its JSON, and take the compiler as long as the rest of this one; what is written here is one
 //! object of that.
 
+use serde_json::{Value, json};
+
 use crate::mesh::{Cell, Mesh};
 use crate::{Error, Scale};
+
+/// The numbers that glTF has from OpenGL: of types, and of what a part of the buffer is for.
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 impl Mesh {
     /// The bytes of a `.glb` file, binary glTF 2.0: triangles and quadrilaterals in the colours of the first quantity, of points if
@@ -107,6 +115,45 @@ impl Buffer {
         }
     }
 
+    /// What a viewer reads first: the parts of the buffer, which have these lengths in bytes.
+    fn description(&self, [places, colours, corners]: [usize; 3]) -> Value {
+        let end = |pick: fn(f32, f32) -> f32| {
+            let all = self.places.iter().copied();
+            all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])))
+        };
+        let (count, indices) = (self.places.len(), self.corners.len());
+        let triples = |view: usize| json!({"bufferView": view, "componentType": FLOAT, "type": "VEC3", "count": count});
+        let mut positions = triples(0);
+        positions["min"] = json!(end(f32::min));
+        positions["max"] = json!(end(f32::max));
+        let turn = core::f64::consts::FRAC_1_SQRT_2;
+        json!({
+            "asset": {"version": "2.0", "generator": "fredholm"},
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            // From z to y, which points upwards in glTF.
+            "nodes": [{"mesh": 0, "rotation": [-turn, 0, 0, turn]}],
+            "meshes": [{"primitives": [{
+                "attributes": {"POSITION": 0, "COLOR_0": 1},
+                "indices": 2,
+                "material": 0,
+            }]}],
+            "materials": [{"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}}],
+            "accessors": [
+                positions,
+                triples(1),
+                {"bufferView": 2, "componentType": UNSIGNED_INT, "type": "SCALAR", "count": indices},
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteOffset": 0, "byteLength": places, "target": ARRAY_BUFFER},
+                {"buffer": 0, "byteOffset": places, "byteLength": colours, "target": ARRAY_BUFFER},
+                {"buffer": 0, "byteOffset": places + colours, "byteLength": corners, "target": ELEMENT_ARRAY_BUFFER},
+            ],
+            "buffers": [{"byteLength": places + colours + corners}],
+        })
+    }
+
     fn file(&self) -> Result<Vec<u8>, Error> {
         if self.corners.is_empty() {
             return Err(Error::NothingToDraw);
@@ -121,36 +168,8 @@ impl Buffer {
             .map_err(|_| Error::TooLarge)?;
         let numbers: Vec<u8> = numbers.iter().flat_map(|i| i.to_le_bytes()).collect();
         let parts = [floats(&self.places), floats(&self.colours), numbers];
-        let [places, colours, corners] = [0, 1, 2].map(|k| parts[k].len());
-        let end = |pick: fn(f32, f32) -> f32| {
-            let all = self.places.iter().copied();
-            let end = all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])));
-            let [x, y, z] = end.unwrap_or_default();
-            format!("[{x},{y},{z}]")
-        };
-        let (count, indices) = (self.places.len(), self.corners.len());
-        // 5126: floats, 5125: 32-bit numbers; 34962 and 34963: vertices and the numbers of corners. Turned from z to y, which
-        // points upwards in glTF.
-        let mut json = format!(
-            "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"fredholm\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0]}}],\
-             \"extensionsUsed\":[\"KHR_materials_unlit\"],\
-             \"nodes\":[{{\"mesh\":0,\"rotation\":[-0.7071067811865476,0,0,0.7071067811865476]}}],\
-             \"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":0,\"COLOR_0\":1}},\"indices\":2,\"material\":0}}]}}],\
-             \"materials\":[{{\"doubleSided\":true,\"extensions\":{{\"KHR_materials_unlit\":{{}}}}}}],\
-             \"accessors\":[\
-             {{\"bufferView\":0,\"componentType\":5126,\"type\":\"VEC3\",\"count\":{count},\"min\":{},\"max\":{}}},\
-             {{\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":{count}}},\
-             {{\"bufferView\":2,\"componentType\":5125,\"type\":\"SCALAR\",\"count\":{indices}}}],\
-             \"bufferViews\":[\
-             {{\"buffer\":0,\"byteOffset\":0,\"byteLength\":{places},\"target\":34962}},\
-             {{\"buffer\":0,\"byteOffset\":{places},\"byteLength\":{colours},\"target\":34962}},\
-             {{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{corners},\"target\":34963}}],\
-             \"buffers\":[{{\"byteLength\":{}}}]}}",
-            end(f32::min),
-            end(f32::max),
-            places + colours,
-            places + colours + corners,
-        );
+        let lengths = [0, 1, 2].map(|k| parts[k].len());
+        let mut json = self.description(lengths).to_string();
         // Chunks are multiples of four bytes.
         while !json.len().is_multiple_of(4) {
             json.push(' ');
@@ -208,11 +227,12 @@ mod tests {
             }],
         };
         let (json, body) = chunks(&mesh.glb().unwrap());
-        assert!(
-            json.contains("\"count\":7,\"min\":[0,0,2],\"max\":[1,1,2]"),
-            "{json}"
-        );
-        assert!(json.contains("\"count\":9"), "{json}");
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let accessors = &json["accessors"];
+        assert_eq!(accessors[0]["count"], 7);
+        assert_eq!(accessors[0]["min"], serde_json::json!([0.0, 0.0, 2.0]));
+        assert_eq!(accessors[0]["max"], serde_json::json!([1.0, 1.0, 2.0]));
+        assert_eq!(accessors[2]["count"], 9);
         let floats: Vec<f32> = body[..2 * 7 * 12]
             .chunks_exact(4)
             .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
