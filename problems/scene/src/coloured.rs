@@ -169,6 +169,7 @@ impl<F: Real> Channels for Coloured<'_, F> {
 
 impl<F: Real> Coloured<'_, F> {
     /// Estimates the light of lights that reaches x directly, in every channel, by a last step.
+    #[cfg(feature = "alloc")]
     pub(crate) fn direct<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U, to: &mut [F]) {
         let Some(on) = self.radiosity.receiver(x) else {
             to.fill(F::NAN);

@@ -84,6 +84,7 @@ pub use error::{Place, SceneError};
 pub use factors::{Factors, Groups, factors};
 pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::form_factor_of_point;
+pub use light::LastStepWork;
 pub use means::Mean;
 #[cfg(feature = "alloc")]
 pub use means::{FaceStarts, areas};

@@ -94,6 +94,28 @@ impl<F: Real> Choice<F> {
     }
 }
 
+/// What a last step to the light takes.
+#[derive(Clone, Copy, Debug)]
+pub struct LastStepWork {
+    /// The number of lights that shine towards the point, whatever is between: it looks at all of them.
+    pub lights: f64,
+    /// The number of rays to the one that it chooses: several in half-shadow.
+    pub rays: f64,
+}
+
+/// Rays to a light of which the cell sees this share.
+fn rays_of<F: Real>(share: F) -> u32 {
+    let is_partial = share > zero() && share < one();
+    if is_partial { PARTIAL } else { 1 }
+}
+
+/// Whether a light shines towards a point, whatever is between.
+#[inline]
+fn shines<F: Real>(light: &Face<F>, x: &Receiver<'_, F>) -> bool {
+    let is_in_front = dot(light.normal, sub(x.position, light.corners[0])) > zero();
+    is_in_front && x.on.is_none_or(|(_, plane)| plane != light.plane)
+}
+
 /// Where light falls: on a face, or on a surface between them that is too small to change anything.
 pub(crate) struct Receiver<'p, F> {
     pub(crate) position: Vector<F>,
@@ -156,27 +178,34 @@ impl<F: Real> Radiosity<'_, F> {
         shares
     }
 
-    /// The number of lights that shine towards a point, whatever is between, in the mean over the middles of faces by area: every
-    /// last step looks at so many. Of more than 256 faces some are looked at.
+    /// What a last step takes, in the mean over cells. Of more than 1,024 cells some are looked at.
     #[cfg(feature = "alloc")]
     #[must_use]
-    pub fn lights_in_front(&self) -> f64 {
-        let faces = self.geometry.faces();
-        let (mut lights, mut area) = (0.0, 0.0);
-        for face in faces.iter().step_by(faces.len().div_ceil(256).max(1)) {
-            let middle = face.middle();
-            let shines = |&&light: &&u32| {
-                let light = self.geometry.face(light);
-                light.is_some_and(|light| {
-                    dot(light.normal, sub(middle, light.corners[0])) > zero()
-                        && light.plane != face.plane
-                })
-            };
-            let own = face.area.to_f64();
-            lights += own * self.lights.iter().filter(shines).count() as f64;
-            area += own;
+    pub fn last_step_work(&self) -> LastStepWork {
+        let all = self.cells_of_faces();
+        let (mut lights, mut rays, mut cells) = (0.0, 0.0, 0.0);
+        for cell in (0..all).step_by(all.div_ceil(1024).max(1)) {
+            let x = self.point(cell, &[0.5, 0.5]);
+            let Some(x) = self.receiver(&x) else { continue };
+            let (mut own, mut weights) = (0.0, 0.0);
+            for place in 0..self.lights.len() {
+                let face = self.lights.get(place).and_then(|&l| self.geometry.face(l));
+                let Some(face) = face.filter(|face| shines(face, &x)) else {
+                    continue;
+                };
+                lights += 1.0;
+                let factor = self.light(&x, place).map_or(zero(), |light| light.factor);
+                let weight = (face.emission * factor).to_f64().abs();
+                own += weight * f64::from(rays_of(self.share(&x, place)));
+                weights += weight;
+            }
+            rays += if weights > 0.0 { own / weights } else { 0.0 };
+            cells += 1.0;
         }
-        lights / area
+        LastStepWork {
+            lights: lights / cells,
+            rays: rays / cells,
+        }
     }
 
     /// The point of a face as one on which light falls.
@@ -195,8 +224,7 @@ impl<F: Real> Radiosity<'_, F> {
     fn light(&self, x: &Receiver<'_, F>, place: usize) -> Option<Light<F>> {
         let face = *self.lights.get(place)?;
         let light = self.geometry.face(face)?;
-        let is_behind = dot(light.normal, sub(x.position, light.corners[0])) <= zero();
-        if is_behind || x.on.is_some_and(|(_, plane)| plane == light.plane) {
+        if !shines(light, x) {
             return None;
         }
         let seen = Seen::new(light, x.position, x.normal);
@@ -304,8 +332,7 @@ impl<F: Real> Radiosity<'_, F> {
     /// The mean of a + r (V − a) over a ray to a light, or over several in half-shadow.
     fn sample_visible(&self, x: &Receiver<'_, F>, light: &Light<F>, mut numbers: [F; 3]) -> F {
         let share = self.share(x, light.place);
-        let is_partial = share > zero() && share < one();
-        let rays = if is_partial { PARTIAL } else { 1 };
+        let rays = rays_of(share);
         let mut sum = zero::<F>();
         for ray in 0..rays {
             if ray > 0 {

@@ -23,6 +23,7 @@ pub struct ChannelNames {
     /// The names of the channels, and that of the sum.
     names: Vec<String>,
     weights: Vec<f64>,
+    unit: Option<&'static str>,
 }
 
 impl ChannelNames {
@@ -37,7 +38,26 @@ impl ChannelNames {
         let sum = if is_rgb { "luminance" } else { "sum" };
         let mut names = channels;
         names.push(sum.to_owned());
-        Self { names, weights }
+        Self {
+            names,
+            weights,
+            unit: None,
+        }
+    }
+
+    /// Bands of heat of these names: u is in W/m².
+    #[must_use]
+    pub fn of_heat(bands: Vec<String>) -> Self {
+        Self {
+            unit: Some("W/m2"),
+            ..Self::new(bands)
+        }
+    }
+
+    /// The unit of u, if there is one.
+    #[must_use]
+    pub const fn unit(&self) -> Option<&'static str> {
+        self.unit
     }
 
     /// The names of what shares the walks of a target: the channels, and last their sum.

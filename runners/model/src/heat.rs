@@ -7,6 +7,45 @@ use crate::{Derived, Flux, Goal, Heat, Region};
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
+/// The second radiation constant hc/k in µm K, exact since the SI of 2019 (CODATA 2018).
+const SECOND_RADIATION: f64 = 14_387.768_775;
+
+/// The part of the heat of a black body that has a shorter wavelength, from the wavelength λ in micrometres and the temperature T in
+/// kelvin.
+///
+/// With x = hc/(kλT),
+///
+/// ```text
+/// 15/π⁴ ∫_x^∞ t³/(eᵗ − 1) dt = 15/π⁴ Σ_n e^(−nx) (x³/n + 3x²/n² + 6x/n³ + 6/n⁴)
+/// ```
+///
+/// (Chang and Rhee 1984).
+///
+/// ```
+/// use fredholm_model::heat::part_below;
+///
+/// // λT = 2000 and 5000 µm K: the tables of Siegel and Howell, Thermal Radiation Heat Transfer.
+/// assert!((part_below(2.0, 1000.0) - 0.066_728).abs() < 1e-6);
+/// assert!((part_below(5.0, 1000.0) - 0.633_747).abs() < 1e-6);
+/// assert_eq!(part_below(5.0, 0.0), 0.0);
+/// ```
+#[must_use]
+pub fn part_below(wavelength: f64, temperature: f64) -> f64 {
+    let product = wavelength * temperature;
+    if product <= 0.0 {
+        return 0.0;
+    }
+    let x = SECOND_RADIATION / product;
+    let term = |n: u32| {
+        let n = f64::from(n);
+        let factor = x * (x * (x / n + 3.0 / (n * n)) + 6.0 / (n * n * n)) + 6.0 / (n * n * n * n);
+        libm::exp(-n * x) * factor
+    };
+    // A term behind the thirty thousandth is less than 10⁻¹⁷.
+    let sum: f64 = (1..30_000).map(term).take_while(|&term| term > 1e-18).sum();
+    15.0 / core::f64::consts::PI.powi(4) * sum
+}
+
 /// A material: u = F + ρ H, where H is the irradiance.
 ///
 /// ```

@@ -2,7 +2,7 @@
 
 /// The version of all bits of results. It grows with every change that CHANGELOG.md calls value-breaking: walks of different
 /// versions are not merged.
-pub const VALUE_VERSION: u32 = 18;
+pub const VALUE_VERSION: u32 = 19;
 
 pub mod answer;
 pub mod choice;
@@ -28,7 +28,7 @@ pub mod model {
 
 pub use fredholm_circle_model as circle;
 pub use fredholm_cube_model as cube;
-pub use fredholm_model::{channels, cost, memory, numbers};
+pub use fredholm_model::{channels, cost, heat, memory, numbers};
 pub use fredholm_room_model as room;
 pub use fredholm_scene_model as scene;
 pub use fredholm_sphere_model as sphere;

@@ -1,6 +1,7 @@
 //! The program, as a person or a script runs it.
 
 mod adjoint;
+mod bands;
 mod choice;
 mod colours;
 mod commands;

@@ -4,7 +4,7 @@ use fredholm::room::Surfaces;
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
-use crate::channels::{Lists, of_channel};
+use crate::channels::{Bands, Lists, of_channel};
 use crate::place::{InputError, Placed};
 use crate::section::Field;
 
@@ -20,6 +20,8 @@ pub enum Material {
     Flux(Numbers, Numbers),
     /// `reflectance` and `emission` in several channels.
     Coloured(Lists, Lists),
+    /// `emissivity` in several bands, and `temperature`.
+    Banded(Lists, Numbers),
 }
 
 impl Material {
@@ -91,6 +93,14 @@ pub(crate) fn is_emissivity(emissivity: f64) -> bool {
 pub(crate) const EMISSIVITY: &str = "an emissivity must be more than 0 and at most 1 (a surface that \
      gives and takes no heat has `net_flux = 0`)";
 
+/// What a temperature in kelvin is.
+pub(crate) fn is_temperature(kelvin: f64) -> bool {
+    (0.0..=1e6).contains(&kelvin)
+}
+
+/// What is said of one that is none.
+pub(crate) const TEMPERATURE: &str = "a temperature must be from 0 to a million kelvin";
+
 /// The numbers of a key, or a default.
 fn list(numbers: &Numbers, default: f64) -> Vec<f64> {
     numbers.as_ref().map_or(vec![default], |numbers| {
@@ -109,11 +119,11 @@ pub(super) fn set_material(all: &mut Surfaces, surface: usize, material: &Materi
 
 /// The materials of a surface in so many channels, of all of it or of every segment; `own` is its reflectance where nothing is
 /// said of it.
-pub(super) fn colours(material: &Material, own: f64, channels: usize) -> Vec<Vec<RoomMaterial>> {
-    let Material::Coloured(reflectance, emission) = material else {
-        let alone = materials(material, own).into_iter();
-        return alone.map(|one| vec![one; channels]).collect();
-    };
+pub(super) fn colours(
+    material: &Material,
+    own: f64,
+    (channels, bands): (usize, Option<&Bands>),
+) -> Vec<Vec<RoomMaterial>> {
     let lists = |lists: &Lists, default: f64| -> Vec<Vec<f64>> {
         lists.as_ref().map_or(vec![vec![default]], |lists| {
             let lists = lists.value.iter();
@@ -121,30 +131,55 @@ pub(super) fn colours(material: &Material, own: f64, channels: usize) -> Vec<Vec
             lists.map(list).collect()
         })
     };
-    let (reflectances, emissions) = (lists(reflectance, own), lists(emission, 0.0));
     let at = |lists: &[Vec<f64>], segment: usize, channel: usize| match lists {
         [one] => of_channel(one, channel),
         many => many
             .get(segment)
             .map_or(f64::NAN, |list| of_channel(list, channel)),
     };
-    let segments = 0..reflectances.len().max(emissions.len());
-    segments
-        .map(|segment| {
-            let of = |channel| RoomMaterial {
-                reflectance: at(&reflectances, segment, channel),
-                emission: at(&emissions, segment, channel),
+    match material {
+        Material::Coloured(reflectance, emission) => {
+            let (reflectances, emissions) = (lists(reflectance, own), lists(emission, 0.0));
+            let of = |segment: usize| {
+                let of = |channel| RoomMaterial {
+                    reflectance: at(&reflectances, segment, channel),
+                    emission: at(&emissions, segment, channel),
+                };
+                (0..channels).map(of).collect()
             };
-            (0..channels).map(of).collect()
-        })
-        .collect()
+            let segments = reflectances.len().max(emissions.len());
+            (0..segments).map(of).collect()
+        }
+        Material::Banded(emissivity, temperature) => {
+            let emissivities = lists(emissivity, 1.0 - own);
+            let temperatures = list(temperature, 0.0);
+            let of = |segment: usize| {
+                let kelvin = of_channel(&temperatures, segment);
+                let parts = bands.map_or_else(Vec::new, |bands| bands.parts(kelvin));
+                let of = |(band, part): (usize, f64)| {
+                    let grey = RoomMaterial::grey(at(&emissivities, segment, band), kelvin);
+                    RoomMaterial {
+                        emission: part * grey.emission,
+                        ..grey
+                    }
+                };
+                parts.into_iter().enumerate().map(of).collect()
+            };
+            let segments = emissivities.len().max(temperatures.len());
+            (0..segments).map(of).collect()
+        }
+        Material::Light(..) | Material::Grey(..) | Material::Flux(..) => {
+            let alone = materials(material, own).into_iter();
+            alone.map(|one| vec![one; channels]).collect()
+        }
+    }
 }
 
 /// The materials of a surface; `own` is its reflectance where nothing is said of it.
 fn materials(material: &Material, own: f64) -> Vec<RoomMaterial> {
     let (first, second, make): (_, _, fn(f64, f64) -> RoomMaterial) = match material {
         // These are made with their channels.
-        Material::Coloured(..) => return Vec::new(),
+        Material::Coloured(..) | Material::Banded(..) => return Vec::new(),
         Material::Light(reflectance, emission) => (
             list(reflectance, own),
             list(emission, 0.0),

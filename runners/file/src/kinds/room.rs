@@ -10,7 +10,7 @@ use fredholm_room::Material as RoomMaterial;
 use super::material::{COLD, colours, set_material};
 use super::surface::read_surfaces;
 use super::{Kind, KindEntry, compact, shared};
-use crate::channels::read_names;
+use crate::channels::Bands;
 use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
@@ -41,6 +41,8 @@ pub struct Room {
     pub net_fluxes: Placed<bool>,
     /// The names of the channels; none if there is one.
     pub channels: Vec<String>,
+    /// The bands of wavelengths, if the channels are such.
+    pub bands: Option<Bands>,
     /// The surfaces; with a deck, what is said of its own.
     pub surfaces: Vec<Surface>,
     /// The place of the section in the file.
@@ -56,10 +58,11 @@ fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
         .map(|f| f.boolean())
         .transpose()?;
     let channels = section.optional("channels");
-    let channels = channels.map(|field| read_names(&field)).transpose()?;
-    let channels = channels.unwrap_or_default();
+    let wavelengths = section.optional("wavelengths");
+    let (channels, bands) = Bands::or_names(channels.as_ref(), wavelengths.as_ref())?;
     let surfaces = section.optional("surface");
-    let surfaces = surfaces.map(|field| read_surfaces(field, channels.len()));
+    let kind = (channels.len(), bands.is_some());
+    let surfaces = surfaces.map(|field| read_surfaces(field, kind));
     let surfaces = surfaces.transpose()?;
     section.finish()?;
     Ok(Room {
@@ -67,6 +70,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
         open: open.unwrap_or_else(|| Placed::default(false)),
         net_fluxes: net_fluxes.unwrap_or_else(|| Placed::default(true)),
         channels,
+        bands,
         surfaces: surfaces.unwrap_or_default(),
         place: Place::File(section.span.clone()),
     })
@@ -92,17 +96,21 @@ impl Room {
         if self.channels.is_empty() {
             return Ok((all, None));
         }
-        let channels = self.channels.len();
+        let channels = (self.channels.len(), self.bands.as_ref());
         let of = |(name, materials): (&String, &Vec<RoomMaterial>)| {
             let own = self.surfaces.iter().find(|own| own.name.value == *name);
             let reflectance = materials.first().map_or(0.0, |m| m.reflectance);
             match own {
                 Some(own) => colours(&own.material, reflectance, channels),
-                None => materials.iter().map(|one| vec![*one; channels]).collect(),
+                None => materials.iter().map(|one| vec![*one; channels.0]).collect(),
             }
         };
         let materials = all.names.iter().zip(&all.materials).map(of).collect();
-        let colours = Colours::new(self.channels.clone(), materials);
+        let make = match self.bands {
+            Some(_) => Colours::of_heat,
+            None => Colours::new,
+        };
+        let colours = make(self.channels.clone(), materials);
         for (surface, materials) in all.materials.iter_mut().enumerate() {
             *materials = colours.largest(surface);
         }
@@ -134,7 +142,11 @@ impl Room {
             };
             let own = all.materials[i].first().map_or(0.0, |m| m.reflectance);
             // Of colours it is the deck's that serves where nothing is said.
-            if !matches!(surface.material, Material::Coloured(..)) {
+            let many = matches!(
+                surface.material,
+                Material::Coloured(..) | Material::Banded(..)
+            );
+            if !many {
                 set_material(&mut all, i, &surface.material, own);
             }
         }
@@ -305,7 +317,7 @@ impl Kind for Room {
                     |x| x < 0.0,
                     "this emission is negative: the surface takes light away",
                 ),
-                Material::Grey(_, temperature) => (
+                Material::Grey(_, temperature) | Material::Banded(_, temperature) => (
                     temperature,
                     |x| (0.0..COLD).contains(&x) && x > 0.0,
                     "this temperature is in kelvin, and cold: write \"20 C\" for degrees Celsius",

@@ -46,7 +46,11 @@ impl Scene {
         if !self.file.channels.is_empty() {
             let surfaces = self.file.surfaces.iter();
             let materials = surfaces.map(|surface| surface.colours.clone()).collect();
-            let colours = Colours::new(self.file.channels.clone(), materials);
+            let make = match self.file.in_bands {
+                true => Colours::of_heat,
+                false => Colours::new,
+            };
+            let colours = make(self.file.channels.clone(), materials);
             return model.with_colours(colours).map_err(InputError::new);
         }
         if !self.file.heat {

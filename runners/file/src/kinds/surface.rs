@@ -2,9 +2,13 @@
 
 use toml::de::DeValue;
 
-use super::material::{EMISSIVITY, Material, Numbers, is_emissivity, read_temperatures};
+use super::material::{
+    EMISSIVITY, Material, Numbers, TEMPERATURE, is_emissivity, is_temperature, read_temperatures,
+};
 use crate::ProblemFile;
-use crate::channels::{HEAT, NEGATIVE, read_lists, refuse_lists};
+use crate::channels::{
+    FLUX_IN_BANDS, HEAT, LIGHT_IN_BANDS, Lists, NEGATIVE, read_lists, refuse_lists,
+};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
@@ -19,10 +23,10 @@ pub struct Surface {
     pub material: Material,
 }
 
-/// Reads the surfaces of a room in so many channels; 0: nothing is said of channels.
+/// Reads the surfaces of a room in so many channels, and whether these are bands; 0: nothing is said of channels.
 pub(super) fn read_surfaces(
     field: Field<'_, '_>,
-    channels: usize,
+    channels: (usize, bool),
 ) -> Result<Vec<Surface>, InputError> {
     let DeValue::Array(array) = &field.value else {
         return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
@@ -36,7 +40,10 @@ pub(super) fn read_surfaces(
         .collect()
 }
 
-fn read_surface(mut section: Section<'_, '_>, channels: usize) -> Result<Surface, InputError> {
+fn read_surface(
+    mut section: Section<'_, '_>,
+    (channels, in_bands): (usize, bool),
+) -> Result<Surface, InputError> {
     let name = section.required("name")?.string()?;
     let points = section.optional("points").map(read_points).transpose()?;
     if channels > 0 {
@@ -44,10 +51,23 @@ fn read_surface(mut section: Section<'_, '_>, channels: usize) -> Result<Surface
             let lists = section.optional(key).map(|f| read_lists(&f, channels));
             lists.transpose()
         };
-        let material = Material::Coloured(lists("reflectance")?, lists("emission")?);
-        for key in ["emissivity", "temperature", "net_flux"] {
-            if let Some(field) = section.optional(key) {
-                return Err(section.source.error(field.key.clone(), HEAT));
+        let material = if in_bands {
+            let emissivity = lists("emissivity")?;
+            let temperature = section.optional("temperature");
+            let temperature = temperature.map(|field| read_temperatures(&field));
+            Material::Banded(emissivity, temperature.transpose()?)
+        } else {
+            Material::Coloured(lists("reflectance")?, lists("emission")?)
+        };
+        let (others, message): (&[&str], _) = match in_bands {
+            true => (&["reflectance", "emission"], LIGHT_IN_BANDS),
+            false => (&["emissivity", "temperature", "net_flux"], HEAT),
+        };
+        for (keys, message) in [(others, message), (&["net_flux"], FLUX_IN_BANDS)] {
+            for key in keys {
+                if let Some(field) = section.optional(key) {
+                    return Err(section.source.error(field.key.clone(), message));
+                }
             }
         }
         section.finish()?;
@@ -146,8 +166,9 @@ impl Surface {
         if !is_of_deck {
             let missing = match &self.material {
                 Material::Light(None, _) | Material::Coloured(None, _) => Some("`reflectance`"),
-                Material::Grey(None, _) => Some("`emissivity`"),
+                Material::Grey(None, _) | Material::Banded(None, _) => Some("`emissivity`"),
                 Material::Grey(_, None) => Some("`temperature` or `net_flux`"),
+                Material::Banded(_, None) => Some("`temperature`"),
                 _ => None,
             };
             if let Some(missing) = missing {
@@ -161,41 +182,33 @@ impl Surface {
                 .try_for_each(|number| file.demand(number, good(number.value), message))
         };
         let is_reflectance = |rho: f64| (0.0..=1.0).contains(&rho);
+        let each_of_lists = |lists: &Lists, good: &dyn Fn(f64) -> bool, message: &str| {
+            let Some(lists) = lists else { return Ok(()) };
+            let segments = self.points.as_ref().map(|p| p.value.len().max(2) - 1);
+            let count = lists.value.len();
+            let fits = count == 1 || segments.is_none_or(|segments| count == segments);
+            let of_count = "give one list for the surface, or one for each of its segments";
+            file.demand(lists, fits, of_count)?;
+            let mut numbers = lists.value.iter().flatten();
+            numbers.try_for_each(|number| file.demand(number, good(number.value), message))
+        };
         match &self.material {
             Material::Light(reflectance, emission) => {
                 each(reflectance, &is_reflectance, REFLECTANCE)?;
                 each(emission, &f64::is_finite, EMISSION)
             }
             Material::Coloured(reflectance, emission) => {
-                let segments = self.points.as_ref().map(|p| p.value.len().max(2) - 1);
-                for (lists, good, message) in [
-                    (
-                        reflectance,
-                        &is_reflectance as &dyn Fn(f64) -> bool,
-                        REFLECTANCE,
-                    ),
-                    (emission, &f64::is_finite, EMISSION),
-                    (emission, &|emission| emission >= 0.0, NEGATIVE),
-                ] {
-                    let Some(lists) = lists else { continue };
-                    let count = lists.value.len();
-                    let fits = count == 1 || segments.is_none_or(|segments| count == segments);
-                    let message_of_count =
-                        "give one list for the surface, or one for each of its segments";
-                    file.demand(lists, fits, message_of_count)?;
-                    let mut numbers = lists.value.iter().flatten();
-                    numbers
-                        .try_for_each(|number| file.demand(number, good(number.value), message))?;
-                }
-                Ok(())
+                each_of_lists(reflectance, &is_reflectance, REFLECTANCE)?;
+                each_of_lists(emission, &f64::is_finite, EMISSION)?;
+                each_of_lists(emission, &|emission| emission >= 0.0, NEGATIVE)
+            }
+            Material::Banded(emissivity, temperature) => {
+                each_of_lists(emissivity, &is_emissivity, EMISSIVITY)?;
+                each(temperature, &is_temperature, TEMPERATURE)
             }
             Material::Grey(emissivity, temperature) => {
                 each(emissivity, &is_emissivity, EMISSIVITY)?;
-                each(
-                    temperature,
-                    &|t| (0.0..=1e6).contains(&t),
-                    "a temperature must be from 0 to a million kelvin",
-                )
+                each(temperature, &is_temperature, TEMPERATURE)
             }
             Material::Flux(net_flux, emissivity) => {
                 each(emissivity, &is_emissivity, EMISSIVITY)?;

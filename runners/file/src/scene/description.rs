@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::material::Given;
 use super::{MAX_POLYGONS, SceneFile, SceneSurface, light, sky, symmetry};
+use crate::channels::Bands;
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -30,6 +31,8 @@ pub(super) struct Reader<'s> {
     known: HashMap<String, usize>,
     /// The number of channels, once it is known.
     pub(super) channels: Option<usize>,
+    /// The bands of wavelengths, if the channels are such.
+    pub(super) bands: Option<Bands>,
 }
 
 pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
@@ -75,6 +78,8 @@ pub(crate) fn of_problem(
         .transpose()?;
     let lights = light::read(&mut problem)?;
     let channels = problem.optional("channels");
+    let wavelengths = problem.optional("wavelengths");
+    let (names, bands) = Bands::or_names(channels.as_ref(), wavelengths.as_ref())?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -85,13 +90,19 @@ pub(crate) fn of_problem(
             sky,
             lights,
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
+            channels: names,
+            in_bands: bands.is_some(),
             ..SceneFile::default()
         },
         known: HashMap::new(),
         channels: None,
+        bands,
     };
-    if let Some(field) = &channels {
-        reader.channels(field)?;
+    if !reader.scene.channels.is_empty() {
+        reader.channels = Some(reader.scene.channels.len());
+    }
+    if let Some(field) = wavelengths.as_ref() {
+        reader.refuse_light_in_bands(field)?;
     }
     reader.scene.file(&source.name);
     if let Some(mesh) = mesh {

@@ -5,8 +5,12 @@ use fredholm_scene::Material;
 
 use super::SceneSurface;
 use super::description::Reader;
-use crate::channels::{HEAT, NEGATIVE, default_names, of_channel, read_names, wrong_count};
-use crate::kinds::material::{EMISSIVITY, is_emissivity, read_temperature};
+use crate::channels::{
+    FLUX_IN_BANDS, HEAT, LIGHT_IN_BANDS, NEGATIVE, default_names, of_channel, wrong_count,
+};
+use crate::kinds::material::{
+    EMISSIVITY, TEMPERATURE, is_emissivity, is_temperature, read_temperature,
+};
 use crate::place::InputError;
 use crate::section::{Field, Section};
 
@@ -46,6 +50,19 @@ fn number(
     }
 }
 
+/// A temperature in kelvin; 0 if none is given.
+fn kelvin(field: Option<&Field<'_, '_>>) -> Result<f64, InputError> {
+    let Some(field) = field else {
+        return Ok(0.0);
+    };
+    let kelvin = read_temperature(field)?.value;
+    if is_temperature(kelvin) {
+        Ok(kelvin)
+    } else {
+        Err(field.error(TEMPERATURE))
+    }
+}
+
 impl Reader<'_> {
     /// What a surface does with light; `None` if nothing is said.
     pub(super) fn material(
@@ -74,6 +91,22 @@ impl Reader<'_> {
                 "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
             ));
         }
+        if self.bands.is_some() {
+            if let Some(field) = light {
+                return Err(field.error(LIGHT_IN_BANDS));
+            }
+            if let Some(field) = &net_flux {
+                return Err(field.error(FLUX_IN_BANDS));
+            }
+            let given = grey.is_some();
+            let colours = self.in_bands(emissivity.as_ref(), temperature.as_ref())?;
+            return Ok(given.then(|| Given {
+                material: largest(&colours),
+                colours,
+                emissivity: None,
+                is_heat: false,
+            }));
+        }
         let emissivity = number(&emissivity, &is_emissivity, EMISSIVITY)?;
         if let Some(flux) = number(&net_flux, &f64::is_finite, "a net flux must be finite")? {
             return Ok(Some(Given {
@@ -84,19 +117,8 @@ impl Reader<'_> {
             }));
         }
         if grey.is_some() {
-            let kelvin = match &temperature {
-                Some(field) => {
-                    let kelvin = read_temperature(field)?.value;
-                    if !(0.0..=1e6).contains(&kelvin) {
-                        let message = "a temperature must be from 0 to a million kelvin";
-                        return Err(field.error(message));
-                    }
-                    kelvin
-                }
-                None => 0.0,
-            };
             return Ok(Some(Given {
-                material: Material::grey(emissivity.unwrap_or(1.0), kelvin),
+                material: Material::grey(emissivity.unwrap_or(1.0), kelvin(temperature.as_ref())?),
                 colours: Vec::new(),
                 emissivity: None,
                 is_heat: true,
@@ -129,11 +151,38 @@ impl Reader<'_> {
         }))
     }
 
-    /// The names of the channels.
-    pub(super) fn channels(&mut self, field: &Field<'_, '_>) -> Result<(), InputError> {
-        let all = read_names(field)?;
-        self.channels = Some(all.len());
-        self.scene.channels = all;
+    /// The material in every band: ε and, of the heat of its temperature, ε times the part in the band.
+    fn in_bands(
+        &mut self,
+        emissivity: Option<&Field<'_, '_>>,
+        temperature: Option<&Field<'_, '_>>,
+    ) -> Result<Vec<Material>, InputError> {
+        let emissivities = match emissivity {
+            Some(_) => self.of_channels(emissivity, &is_emissivity, EMISSIVITY)?,
+            None => vec![1.0],
+        };
+        let kelvin = kelvin(temperature)?;
+        let parts = self.bands.as_ref().map(|bands| bands.parts(kelvin));
+        let parts = parts.into_iter().flatten().enumerate();
+        Ok(parts
+            .map(|(band, part)| {
+                let grey = Material::grey(of_channel(&emissivities, band), kelvin);
+                Material {
+                    emission: part * grey.emission,
+                    ..grey
+                }
+            })
+            .collect())
+    }
+
+    /// Refuses light that is as strong in every channel, which that of bands is not.
+    pub(super) fn refuse_light_in_bands(&self, field: &Field<'_, '_>) -> Result<(), InputError> {
+        let has_sky = self.scene.sky.as_ref();
+        if has_sky.is_some_and(|sky| sky.emissions.is_some()) || !self.scene.lights.is_empty() {
+            return Err(field.error(
+                "the light of a sky and of lamps does not say in which bands it is: leave it out, or `wavelengths`",
+            ));
+        }
         Ok(())
     }
 

@@ -48,7 +48,9 @@ pub struct SceneFile {
     pub lights: Vec<Beam<f64>>,
     /// The names of the channels; none if there is one.
     pub channels: Vec<String>,
-    /// Whether temperatures or net fluxes are given: u is in W/m² then.
+    /// Whether the channels are bands of heat, in W/m².
+    pub in_bands: bool,
+    /// Whether temperatures or net fluxes are given in one channel: u is in W/m² then.
     pub heat: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
     pub without_fluxes: bool,

@@ -3,7 +3,7 @@
 use fredholm_scene::{STEFAN_BOLTZMANN, SceneError, Sky, SkyLight};
 use toml::de::DeValue;
 
-use crate::kinds::material::read_temperature;
+use crate::kinds::material::{TEMPERATURE, is_temperature, read_temperature};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
@@ -98,8 +98,8 @@ pub(super) fn read(
         (Some(emission), None) => sky.emissions = Some(emissions(&emission, sky.patches())?),
         (None, Some(temperature)) => {
             let kelvin = read_temperature(&temperature)?.value;
-            if !(0.0..=1e6).contains(&kelvin) {
-                return Err(temperature.error("a temperature must be from 0 to a million kelvin"));
+            if !is_temperature(kelvin) {
+                return Err(temperature.error(TEMPERATURE));
             }
             sky.emissions = Some(vec![STEFAN_BOLTZMANN * kelvin.powi(4); sky.patches()]);
             sky.is_heat = true;

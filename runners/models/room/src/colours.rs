@@ -38,6 +38,15 @@ impl Colours {
         }
     }
 
+    /// The same in bands of heat: u is in W/m².
+    #[must_use]
+    pub fn of_heat(bands: Vec<String>, materials: Vec<Vec<Vec<Material>>>) -> Self {
+        Self {
+            names: ChannelNames::of_heat(bands),
+            materials,
+        }
+    }
+
     /// The names of the channels.
     #[must_use]
     pub const fn names(&self) -> &ChannelNames {

@@ -273,7 +273,8 @@ impl Model for RoomModel {
     }
 
     fn unit(&self) -> Option<&'static str> {
-        self.surfaces.heat.then_some("W/m2")
+        let heat = self.surfaces.heat.then_some("W/m2");
+        heat.or_else(|| self.colours.as_ref()?.names().unit())
     }
 
     fn channels(&self) -> &[String] {

@@ -205,7 +205,10 @@ impl<'m> Partitioned<'m> for BackPartition<'m> {
     }
     fn cost(&self, pairs: Pairs) -> Cost {
         let mut cost = self.cells.cost(pairs);
-        cost.walk.start += f64::from(Sources::<f64>::LOOKS) * RAY;
+        // What a source gives to receivers directly is a score, and its first ray a step.
+        let first = cost.plain.score + cost.plain.step;
+        cost.plain.start += first;
+        cost.walk.start += first + f64::from(Sources::<f64>::LOOKS) * RAY;
         cost.shared(self.model.goals.len(), self.model.per_face.channels)
     }
     fn evaluations(&self, sweeps: u32) -> f64 {

@@ -263,7 +263,8 @@ impl Model for SceneModel {
     }
 
     fn unit(&self) -> Option<&'static str> {
-        self.heat.as_ref().map(|_| "W/m2")
+        let heat = self.heat.as_ref().map(|_| "W/m2");
+        heat.or_else(|| self.colours.as_ref()?.names().unit())
     }
 
     fn flux_unit(&self) -> &'static str {

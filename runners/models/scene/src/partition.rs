@@ -11,7 +11,7 @@ use fredholm_model::{
     Subject, System, Then, WalkOptions, in_scalar,
 };
 use fredholm_rayon::fill_rows;
-use fredholm_scene::{Cells, Radiosity, Scene, Tables};
+use fredholm_scene::{Cells, LastStepWork, Radiosity, Scene, Tables};
 
 use crate::of_degree;
 use crate::radius::{radius, second_moment_radius};
@@ -30,7 +30,7 @@ const SHARE_RAYS: u32 = 64;
 pub(crate) const RAY: f64 = 0.7e-6;
 /// Seconds of the form factor of a light that shines towards a point: in a last step for each of them.
 const LIGHT: f64 = 0.35e-6;
-/// Seconds of plain walks, but for lights.
+/// Seconds of plain walks, but for lights and for further rays to them.
 const PLAIN: WalkCost = WalkCost {
     start: 0.3e-6,
     step: 0.3e-6,
@@ -38,7 +38,7 @@ const PLAIN: WalkCost = WalkCost {
     pair: 0.0,
     hidden_pair: 0.0,
 };
-/// Seconds of walks that follow a neighbour equation, but for lights.
+/// Seconds of walks that follow a neighbour equation, but for the same.
 const WALK: WalkCost = WalkCost {
     score: 1.85e-6,
     ..PLAIN
@@ -50,8 +50,7 @@ pub(crate) struct Cut {
     tables: Tables<f64>,
     cells: Cells<f64>,
     pub(crate) shares: Vec<u8>,
-    /// The number of lights that shine towards a point, in the mean.
-    lights: f64,
+    last_step: LastStepWork,
     /// The number of cells that was asked for: in another scalar they are made by it again.
     wanted: usize,
     pub(crate) degree: usize,
@@ -116,18 +115,19 @@ impl<'m> ScenePartition<'m> {
             tables: Tables::new(scene),
             cells: Cells::new(scene, wanted)?,
             shares: Vec::new(),
-            lights: 0.0,
+            last_step: LastStepWork {
+                lights: 0.0,
+                rays: 0.0,
+            },
             wanted,
             degree: discretisation.degree,
             scalar: discretisation.scalar,
         };
         // q0 makes no difference to what is seen.
         let radiosity = Radiosity::new(cut.tables.geometry(), &cut.cells, 0.5)?;
-        let (shares, lights) = (
-            radiosity.visible_shares(SHARE_RAYS),
-            radiosity.lights_in_front(),
-        );
-        (cut.shares, cut.lights) = (shares, lights);
+        let shares = radiosity.visible_shares(SHARE_RAYS);
+        cut.last_step = radiosity.with_visible_shares(&shares)?.last_step_work();
+        cut.shares = shares;
         Ok(Self {
             model,
             cut: Arc::new(cut),
@@ -250,14 +250,17 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     }
 
     fn cost(&self, _: Pairs) -> Cost {
-        let lights = LIGHT * self.cut.lights;
+        let LastStepWork { lights, rays } = self.cut.last_step;
+        let (number, lights) = (lights, LIGHT * lights);
+        // The first ray is one of the score.
+        let further = RAY * (rays - 1.0).max(0.0);
         let with_lights = |cost: WalkCost| WalkCost {
-            score: cost.score + lights,
+            score: cost.score + lights + further,
             ..cost
         };
         // A ray, one to a light, and the two fits; and what share of every light is seen.
-        let shares = f64::from(SHARE_RAYS) * self.cut.lights * (RAY + LIGHT);
-        let of_cell = self.rays() as f64 * (3.0 * RAY + lights) + shares;
+        let shares = f64::from(SHARE_RAYS) * number * (RAY + LIGHT);
+        let of_cell = self.rays() as f64 * (3.0 * RAY + lights + further) + shares;
         let cost = Cost {
             setup: self.cells() as f64 * of_cell,
             source: 0.0,
