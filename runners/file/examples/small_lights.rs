@@ -3,7 +3,8 @@
 //! 0.1 % of all walls.
 //!
 //! `RAYON_NUM_THREADS=1 cargo run --release -p fredholm-file --example small_lights -- CASES SHARES`, from the folder of the
-//! repository, CASES of `circle,furnished,doorway,cornell,living` and SHARES of `0.1,0.01,0.001`.
+//! repository, CASES of `circle,furnished,doorway,cornell,living` and SHARES of `0.1,0.01,0.001`; behind them the number of cells of
+//! scenes, 600 if it is left out.
 //!
 //! Every row is the better one of both estimators. Numbers are of the mean over all walls, and behind the bar of a point. The
 //! last column is how many times less error a row has in the same time than the better one of plain walks with a last step
@@ -335,13 +336,14 @@ where
     scene_row((source, &neighbour), mean, (point, Some(sum / area)), false)
 }
 
-/// The rows of a scene.
-fn by_rays(case: &str, share: f64) -> Result<(), Failed> {
-    with_scene(&problem(case, share)?, |scene| rows_of(scene, case, share))
+/// The rows of a scene of about so many cells.
+fn by_rays(case: &str, share: f64, wanted: usize) -> Result<(), Failed> {
+    let rows = |scene: &Scene| rows_of(scene, (case, share), wanted);
+    with_scene(&problem(case, share)?, rows)
 }
 
-fn rows_of(scene: &Scene, case: &str, share: f64) -> Result<(), Failed> {
-    let (tables, cells) = (Tables::new(scene), Cells::new(scene, SCENE_CELLS)?);
+fn rows_of(scene: &Scene, (case, share): (&str, f64), wanted: usize) -> Result<(), Failed> {
+    let (tables, cells) = (Tables::new(scene), Cells::new(scene, wanted)?);
     let room = Radiosity::new(tables.geometry(), &cells, ABSORPTION)?;
     let shares = room.visible_shares(64);
     let room = room.with_visible_shares(&shares)?;
@@ -372,14 +374,20 @@ fn rows_of(scene: &Scene, case: &str, share: f64) -> Result<(), Failed> {
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [cases, shares] = arguments.as_slice() else {
-        return Err("give cases and shares".into());
+    let (cases, shares, cells) = match arguments.as_slice() {
+        [cases, shares] => (cases, shares, SCENE_CELLS),
+        [cases, shares, cells] => (cases, shares, cells.parse()?),
+        _ => {
+            return Err(
+                "give cases, shares and, if you like, the number of cells of scenes".into(),
+            );
+        }
     };
     for case in cases.split(',') {
         for share in shares.split(',') {
             let share = share.parse()?;
             match case {
-                "cornell" | "living" => by_rays(case, share)?,
+                "cornell" | "living" => by_rays(case, share, cells)?,
                 _ => by_solver(case, share)?,
             }
         }
