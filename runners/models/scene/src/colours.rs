@@ -35,7 +35,7 @@ impl Colours {
         }
     }
 
-    /// The same in bands of heat: u is in W/m².
+    /// The materials of every surface in bands of heat: u is in W/m².
     #[must_use]
     pub fn of_heat(bands: Vec<String>, materials: Vec<Vec<Material>>) -> Self {
         Self {
