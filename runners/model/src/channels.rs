@@ -2,10 +2,22 @@
 
 use fredholm_core::channels::MOST_CHANNELS;
 
-use crate::{BLANK, Error, Goal, Model, Spot, Subject};
+use fredholm_core::{Estimate, Statistics};
+
+use crate::heat::Optics;
+use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Spot, Subject};
 
 /// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// How the irradiance of a region follows from u there.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Exchange {
+    /// H = (u − F)/ρ, with the material in every channel.
+    Through(Vec<Optics>),
+    /// H = u in the mean over all surfaces, between which all light stays.
+    Arrives,
+}
 
 /// The names of channels, such as colours or bands of wavelengths, and the weights of a sum of them.
 ///
@@ -106,6 +118,69 @@ impl ChannelNames {
         } else {
             Err(Error::Internal("a target without all its channels"))
         }
+    }
+
+    /// Irradiances of every goal in its channel, and net fluxes of heat, from the statistics of u and how they follow from u in a
+    /// region. Those of the sum follow where all channels have one reflectance.
+    #[must_use]
+    pub fn derived(
+        &self,
+        goals: &[Goal],
+        statistics: &[Statistics],
+        exchange: &dyn Fn(&Region) -> Option<Exchange>,
+    ) -> Derived {
+        let shared = self.names.len();
+        let mut heat = Vec::with_capacity(goals.len());
+        // The goals of a target are those of all its channels.
+        for (goals, statistics) in goals.chunks(shared).zip(statistics.chunks(shared)) {
+            let exchange = goals.first().and_then(|goal| exchange(&goal.region));
+            for (goal, statistics) in goals.iter().zip(statistics) {
+                let u = statistics.preconditioned();
+                let own = exchange.as_ref().zip(goal.channel);
+                let own = own.and_then(|(exchange, channel)| self.heat(exchange, channel, u));
+                heat.push(own.unwrap_or_default());
+            }
+        }
+        Derived {
+            heat,
+            fluxes: Vec::new(),
+        }
+    }
+
+    /// What follows from u of a channel, or of the sum.
+    fn heat(&self, exchange: &Exchange, channel: usize, u: Estimate) -> Option<Heat> {
+        let Exchange::Through(materials) = exchange else {
+            return Some(Heat {
+                irradiance: Some(u),
+                ..Heat::default()
+            });
+        };
+        let own = match materials.get(channel) {
+            Some(own) => *own,
+            None => self.sum_of(materials)?,
+        };
+        if own.reflectance <= 0.0 {
+            return None;
+        }
+        let irradiance = own.irradiance(u);
+        Some(Heat {
+            irradiance: Some(irradiance),
+            net_flux: self.unit.map(|_| own.net_flux_of(irradiance)),
+            ..Heat::default()
+        })
+    }
+
+    /// The material of the sum, if all channels have one reflectance.
+    fn sum_of(&self, materials: &[Optics]) -> Option<Optics> {
+        let reflectance = materials.first()?.reflectance;
+        let emissions = materials.iter().map(|own| own.emission);
+        let emission = *self.with_sum(emissions).last()?;
+        let mut all = materials.iter();
+        all.all(|own| own.reflectance == reflectance)
+            .then_some(Optics {
+                reflectance,
+                emission,
+            })
     }
 
     /// Refuses materials, a reflectance and an emission for each channel, of which one is wrong.

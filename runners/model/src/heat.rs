@@ -69,8 +69,24 @@ impl Optics {
         self.emission - (1.0 - self.reflectance) * irradiance
     }
 
+    /// What has u = H: where all that leaves arrives.
+    pub(crate) const ARRIVES: Self = Self {
+        reflectance: 1.0,
+        emission: 0.0,
+    };
+
+    /// The net flux out of the surface from an estimate of the irradiance.
+    pub(crate) fn net_flux_of(&self, irradiance: Estimate) -> Estimate {
+        let scale = |x: Option<f64>| x.map(|x| (1.0 - self.reflectance) * x);
+        Estimate {
+            estimate: self.net_flux(irradiance.estimate),
+            std_error: scale(irradiance.std_error),
+            std_dev: scale(irradiance.std_dev),
+        }
+    }
+
     /// H = (u − F)/ρ.
-    fn irradiance(&self, u: Estimate) -> Estimate {
+    pub(crate) fn irradiance(&self, u: Estimate) -> Estimate {
         let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
         Estimate {
             estimate: (u.estimate - self.emission) / self.reflectance,
@@ -143,15 +159,9 @@ pub trait RadiativeExchange {
     fn through_radiosity(&self, region: &Region) -> Option<Optics> {
         match region {
             // All light that leaves surfaces of a closed room arrives at surfaces.
-            Region::Whole if self.is_closed() => Some(Optics {
-                emission: 0.0,
-                reflectance: 1.0,
-            }),
+            Region::Whole if self.is_closed() => Some(Optics::ARRIVES),
             // It is asked for itself.
-            Region::Facing { .. } => Some(Optics {
-                emission: 0.0,
-                reflectance: 1.0,
-            }),
+            Region::Facing { .. } => Some(Optics::ARRIVES),
             region => self
                 .optics(region)
                 .filter(|optics| optics.reflectance > 0.0),
@@ -273,11 +283,12 @@ pub trait RadiativeExchange {
     ) -> Option<Estimate> {
         let h = irradiance.filter(|_| self.is_heat())?;
         let optics = self.optics(region)?;
-        let scale = |x: Option<f64>| x.map(|x| (1.0 - optics.reflectance) * size * x);
+        let own = optics.net_flux_of(h);
+        let scale = |x: Option<f64>| x.map(|x| size * x);
         Some(Estimate {
-            estimate: size * optics.net_flux(h.estimate),
-            std_error: scale(h.std_error),
-            std_dev: scale(h.std_dev),
+            estimate: size * own.estimate,
+            std_error: scale(own.std_error),
+            std_dev: scale(own.std_dev),
         })
     }
 }

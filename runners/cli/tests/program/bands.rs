@@ -128,13 +128,19 @@ fn a_furnace_is_black_in_every_band() {
                 let z = (u - exact) / error;
                 assert!(z.abs() < 4.9, "{name}: {u} ± {error}, {exact}");
                 // v is u here, but for the rays that fit it.
-                let [u, error] = estimate(target, "preconditioned");
-                let off = (u - exact).abs();
-                assert!(
-                    off < 4.9 * error + 1e-9 * exact,
-                    "{name}: {u} ± {error}, {exact}"
-                );
-                assert!(error < 2e-2 * exact, "{name}: {u} ± {error}, {exact}");
+                let close = |kind: &str, exact: f64| {
+                    let [x, error] = estimate(target, kind);
+                    let off = (x - exact).abs();
+                    assert!(
+                        off < 4.9 * error + 1e-9 * u && error < 2e-2 * u,
+                        "{name}, {kind}: {x} ± {error}, {exact}"
+                    );
+                };
+                close("preconditioned", exact);
+                if target["channel"] != "sum" {
+                    close("irradiance", exact);
+                    close("net_flux", 0.0);
+                }
             }
         }
     }
@@ -155,6 +161,18 @@ fn bands_agree_with_runs_of_their_own() {
                     [&shared[band], one].map(|target| estimate(target, "preconditioned"));
                 let z = (a - b) / s.hypot(t);
                 assert!(z.abs() < 4.9, "{name}: {a} ± {s} and {b} ± {t}");
+                // H = (u − F)/ρ, so that it is as far off as u.
+                let [[g, p], [h, q]] =
+                    [&shared[band], one].map(|target| estimate(target, "irradiance"));
+                let of_h = (g - h) / p.hypot(q);
+                assert!((of_h - z).abs() < 1e-6, "{name}: {g} ± {p} and {h} ± {q}");
+                let emissivity = WALLS[band];
+                let black = STEFAN_BOLTZMANN * 290.0_f64.powi(4) * parts(290.0)[band];
+                let [flux, _] = estimate(&shared[band], "net_flux");
+                assert!(
+                    (flux / (emissivity * (black - g)) - 1.0).abs() < 1e-9,
+                    "{flux}"
+                );
                 sum += a;
             }
             assert_eq!(shared[3]["channel"], "sum");

@@ -3,6 +3,7 @@
 use fredholm_core::Real;
 use fredholm_model::Error;
 use fredholm_model::channels::{self, ChannelNames};
+use fredholm_model::heat::Optics;
 use fredholm_room::{Material, Scene, WallColours};
 
 use crate::Surfaces;
@@ -68,6 +69,22 @@ impl Colours {
         .collect()
     }
 
+    /// The one material of some surfaces in every channel, if they have one.
+    pub(crate) fn common(&self, surfaces: &[usize]) -> Option<Vec<Optics>> {
+        let own = surfaces
+            .iter()
+            .flat_map(|&surface| self.materials.get(surface));
+        let mut segments = own.flatten();
+        let first = segments.next()?;
+        segments.all(|other| other == first).then(|| optics(first))
+    }
+
+    /// The material of a segment of a surface in every channel.
+    pub(crate) fn of_segment(&self, surface: usize, vertex: usize) -> Option<Vec<Optics>> {
+        let own = self.materials.get(surface)?;
+        Some(optics(own.get(vertex).or(own.first())?))
+    }
+
     /// Refuses what is none of these surfaces.
     pub(crate) fn check(&self, surfaces: &Surfaces) -> Result<(), Error> {
         for (surface, segments) in self.materials.iter().enumerate() {
@@ -110,6 +127,14 @@ impl Colours {
             emissions,
         }
     }
+}
+
+fn optics(segment: &[Material]) -> Vec<Optics> {
+    let of = |one: &Material| Optics {
+        reflectance: one.reflectance,
+        emission: one.emission,
+    };
+    segment.iter().map(of).collect()
 }
 
 /// Reflectance and emission in every channel.

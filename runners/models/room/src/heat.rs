@@ -1,10 +1,12 @@
 //! What of a room tells its irradiances and net fluxes.
 
-use fredholm_model::Region;
+use fredholm_core::Statistics;
+use fredholm_model::channels::Exchange;
 use fredholm_model::heat::{Optics, RadiativeExchange};
+use fredholm_model::{Derived, Goal, Region};
 use fredholm_room::{Enclosure, Material};
 
-use super::RoomModel;
+use super::{Colours, RoomModel};
 
 impl RoomModel {
     /// The one material of a region, if it has one.
@@ -25,6 +27,27 @@ impl RoomModel {
             }
             _ => None,
         }
+    }
+
+    /// What several channels say besides u.
+    pub(crate) fn of_channels(
+        &self,
+        colours: &Colours,
+        goals: &[Goal],
+        statistics: &[Statistics],
+    ) -> Derived {
+        let materials = |region: &Region| match region {
+            Region::Whole if self.is_closed() => Some(Exchange::Arrives),
+            Region::On(surface, t) => {
+                let (wall, _) = self.scene.along(*surface, *t).ok()?;
+                let vertex = self.scene.place(wall)?.vertex;
+                colours.of_segment(*surface, vertex).map(Exchange::Through)
+            }
+            Region::Part(surface) => colours.common(&[*surface]).map(Exchange::Through),
+            Region::Parts(surfaces) => colours.common(surfaces).map(Exchange::Through),
+            _ => None,
+        };
+        colours.names().derived(goals, statistics, &materials)
     }
 }
 

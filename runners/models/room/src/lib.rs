@@ -26,13 +26,14 @@ pub use fredholm_model::Spot;
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
+use fredholm_core::Statistics;
 use fredholm_model::About;
 use fredholm_model::channels;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{
-    Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar, Subject,
-    in_scalar,
+    Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar,
+    Subject, in_scalar,
 };
 use light::Lights;
 use partition::{choice, memory};
@@ -428,7 +429,14 @@ impl Model for RoomModel {
         matches!(region, Region::On(..))
     }
 
-    /// None of several channels, of which nothing is derived yet.
+    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        match &self.colours {
+            Some(colours) => self.of_channels(colours, goals, statistics),
+            None => self.derived(goals, statistics),
+        }
+    }
+
+    /// None of several channels, of which all follows from u.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         self.colours.is_none().then_some(self)
     }

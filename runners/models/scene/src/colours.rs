@@ -2,6 +2,7 @@
 
 use fredholm_model::Error;
 use fredholm_model::channels::{self, ChannelNames};
+use fredholm_model::heat::Optics;
 use fredholm_scene::{Material, Scene};
 
 use crate::channels::PerFace;
@@ -82,6 +83,20 @@ impl Colours {
     fn numbers(&self, surface: usize) -> Vec<[f64; 2]> {
         let own = self.materials.get(surface).into_iter().flatten();
         own.map(|one| [one.reflectance, one.emission]).collect()
+    }
+
+    /// The one material of some surfaces in every channel, if they have one.
+    pub(crate) fn common(&self, surfaces: &[usize]) -> Option<Vec<Optics>> {
+        let (first, rest) = surfaces.split_first()?;
+        let first = self.materials.get(*first)?;
+        let is_same = |surface: &usize| self.materials.get(*surface) == Some(first);
+        let optics = |one: &Material| Optics {
+            reflectance: one.reflectance,
+            emission: one.emission,
+        };
+        rest.iter()
+            .all(is_same)
+            .then(|| first.iter().map(optics).collect())
     }
 
     /// Refuses what is none of a scene.

@@ -1,11 +1,13 @@
 //! What of a scene tells its irradiances and net fluxes.
 
+use fredholm_core::Statistics;
+use fredholm_model::channels::Exchange;
 use fredholm_model::heat::{Optics, RadiativeExchange};
-use fredholm_model::{Error, Region, Request};
+use fredholm_model::{Derived, Error, Goal, Region, Request};
 use fredholm_scene::{Enclosure, Face};
 
-use crate::SceneModel;
 use crate::regions::Place;
+use crate::{Colours, SceneModel};
 
 impl SceneModel {
     /// The places of the goals of a request, then those of surfaces whose net fluxes take walks.
@@ -36,6 +38,23 @@ impl SceneModel {
             },
             _ => Vec::new(),
         }
+    }
+
+    /// What several channels say besides u.
+    pub(crate) fn of_channels(
+        &self,
+        colours: &Colours,
+        goals: &[Goal],
+        statistics: &[Statistics],
+    ) -> Derived {
+        let materials = |region: &Region| match region {
+            Region::Whole if self.is_closed() => Some(Exchange::Arrives),
+            region if self.is_in_air(region) => None,
+            region => colours
+                .common(&self.surfaces_of(region))
+                .map(Exchange::Through),
+        };
+        colours.names().derived(goals, statistics, &materials)
     }
 
     /// What all of some things have in common.

@@ -18,11 +18,11 @@ mod whole;
 
 use core::fmt;
 
-use fredholm_core::Estimator;
+use fredholm_core::{Estimator, Statistics};
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
-    About, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar,
-    Subject, in_scalar,
+    About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region,
+    Scalar, Subject, in_scalar,
 };
 use fredholm_scene::Surface;
 
@@ -348,7 +348,14 @@ impl Model for SceneModel {
         Ok(Box::new(adjoint::BackModel::new(self, goals)?))
     }
 
-    /// The surfaces between which light or heat goes, of a scene with one channel: of several nobody derives anything yet.
+    fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        match &self.colours {
+            Some(colours) => self.of_channels(colours, goals, statistics),
+            None => self.derived(goals, statistics),
+        }
+    }
+
+    /// The surfaces between which light or heat goes, of a scene with one channel: of several all follows from u.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         self.colours.is_none().then_some(self)
     }
