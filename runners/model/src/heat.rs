@@ -24,9 +24,9 @@ const SECOND_RADIATION: f64 = 14_387.768_775;
 /// ```
 /// use fredholm_model::heat::part_below;
 ///
-/// // λT = 2000 and 5000 µm K: the tables of Siegel and Howell, Thermal Radiation Heat Transfer.
-/// assert!((part_below(2.0, 1000.0) - 0.066_728).abs() < 1e-6);
-/// assert!((part_below(5.0, 1000.0) - 0.633_747).abs() < 1e-6);
+/// // λT = 2000 and 5000 µm K: the tables of Siegel and Howell, Thermal Radiation Heat Transfer, whose constants are older.
+/// assert!((part_below(2.0, 1000.0) - 0.066_728).abs() < 3e-6);
+/// assert!((part_below(5.0, 1000.0) - 0.633_747).abs() < 3e-5);
 /// assert_eq!(part_below(5.0, 0.0), 0.0);
 /// ```
 #[must_use]
