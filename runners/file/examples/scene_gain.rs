@@ -1,9 +1,9 @@
 //! What the neighbour equation from rays gains in scenes: √Var, and the error at equal time, beside plain walks without a last
 //! step to the light, the paper's, and the best plain walks with one.
 //!
-//! `cargo run --release -p fredholm-file --example scene_gain -- CASES CELLS DEGREES FACES`, from the folder of the repository, CASES
-//! of `cube,box,cornell,living,furnace`, CELLS as `100,1000`, DEGREES of `0,1,2`, and the number of FACES in the control of a cell, 8
-//! if it is left out.
+//! `cargo run --release -p fredholm-file --example scene_gain -- CASES CELLS DEGREES FACES RAYS`, from the folder of the repository,
+//! CASES of `cube,box,cornell,living,furnace`, CELLS as `100,1000`, DEGREES of `0,1,2`, the number of FACES in the control of a cell,
+//! 8 if it is left out, and the set-up's RAYS of a cell, 256 to 4096 and four million in all if they are left out.
 //!
 //! Numbers are of the mean over all surfaces, and behind the bar of fifty points (root mean square). The best plain walks are
 //! those with the least variance × time: of both estimators, and of five absorption probabilities.
@@ -169,13 +169,14 @@ fn row<const B: usize>(
     room: &Equations<'_>,
     mean: &Mean<'_, f64>,
     points: &[Point<f64>],
-    ([paper, best], events): ([[Measured; 2]; 2], usize),
+    [paper, best]: [[Measured; 2]; 2],
+    (events, samples): (usize, Option<usize>),
 ) -> Result<(), Failed> {
     let last = LastStep(room);
     let cells = room.cells();
     let start = processor_seconds();
     let options = SetupOptions {
-        samples: (RAYS / cells).clamp(RAYS_OF_CELL[0], RAYS_OF_CELL[1]),
+        samples: samples.unwrap_or((RAYS / cells).clamp(RAYS_OF_CELL[0], RAYS_OF_CELL[1])),
         events,
         ..SetupOptions::default()
     };
@@ -219,7 +220,11 @@ fn row<const B: usize>(
     Ok(())
 }
 
-fn rows(scene: &Scene, cells: &str, degrees: &str, events: usize) -> Result<(), Failed> {
+fn rows(
+    scene: &Scene,
+    (cells, degrees): (&str, &str),
+    setup: (usize, Option<usize>),
+) -> Result<(), Failed> {
     let tables = Tables::new(scene);
     let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
     let ends = areas(tables.geometry(), &faces)?;
@@ -234,9 +239,9 @@ fn rows(scene: &Scene, cells: &str, degrees: &str, events: usize) -> Result<(), 
             let shares = room.visible_shares(64);
             let room = room.with_visible_shares(&shares)?;
             match degree {
-                "0" => row::<1>(&room, &mean, &points, (others, events))?,
-                "1" => row::<3>(&room, &mean, &points, (others, events))?,
-                "2" => row::<6>(&room, &mean, &points, (others, events))?,
+                "0" => row::<1>(&room, &mean, &points, others, setup)?,
+                "1" => row::<3>(&room, &mean, &points, others, setup)?,
+                "2" => row::<6>(&room, &mean, &points, others, setup)?,
                 _ => return Err("degrees are 0, 1 and 2".into()),
             }
         }
@@ -246,14 +251,15 @@ fn rows(scene: &Scene, cells: &str, degrees: &str, events: usize) -> Result<(), 
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [cases, cells, degrees, faces @ ..] = arguments.as_slice() else {
-        return Err("give cases, numbers of cells, degrees, and perhaps faces".into());
+    let [cases, cells, degrees, setup @ ..] = arguments.as_slice() else {
+        return Err("give cases, numbers of cells, degrees, and perhaps faces and rays".into());
     };
-    let events = faces.first().map_or(Ok(8), |faces| faces.parse())?;
+    let events = setup.first().map_or(Ok(8), |faces| faces.parse())?;
+    let samples = setup.get(1).map(|rays| rays.parse()).transpose()?;
     for case in cases.split(',') {
         println!("{case}");
         let file = |name: &str| std::fs::read_to_string(format!("examples/{name}.toml"));
-        let of = |scene: &Scene| rows(scene, cells, degrees, events);
+        let of = |scene: &Scene| rows(scene, (cells, degrees), (events, samples));
         match case {
             "cube" | "box" => of(&unit(case == "cube")?)?,
             "cornell" => with_scene(&file("cornell")?, of)?,
