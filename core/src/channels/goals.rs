@@ -98,7 +98,7 @@ pub struct ChannelGoals<'a, E, N: ?Sized, T> {
     pub options: WalkOptions,
 }
 
-/// So many channels, red, green and blue among them, have small arrays of their own: to fill those of the most takes longer than
+/// The channels that have small arrays of their own, red, green and blue among them: to fill those of the most takes longer than
 /// some walks.
 const FEW_CHANNELS: usize = 4;
 
