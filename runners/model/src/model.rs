@@ -86,6 +86,11 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The unit of irradiances, if it has one: that of u, unless what arrives has a unit of its own.
+    fn irradiance_unit(&self) -> Option<&'static str> {
+        self.unit()
+    }
+
     /// The unit of net fluxes of whole surfaces: watts, in the plane per metre of depth.
     fn flux_unit(&self) -> &'static str {
         "W/m"

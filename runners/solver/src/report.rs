@@ -374,11 +374,12 @@ impl Report {
             }
         }
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
-            let estimate = |estimate| EstimateReport::new(estimate, report.walks, model.unit());
-            report.irradiance = heat.irradiance.map(estimate);
-            report.net_flux = heat.net_flux.map(estimate);
+            let estimate = |estimate, unit| EstimateReport::new(estimate, report.walks, unit);
+            let arriving = model.irradiance_unit();
+            report.irradiance = heat.irradiance.map(|h| estimate(h, arriving));
+            report.net_flux = heat.net_flux.map(|q| estimate(q, model.unit()));
             report.is_flux_given = heat.is_flux_given;
-            let kelvin = |estimate| EstimateReport::new(estimate, report.walks, Some("K"));
+            let kelvin = |t| estimate(t, Some("K"));
             report.temperature = heat.temperature.map(kelvin);
             report.radiant_temperature = heat.radiant_temperature.map(kelvin);
         }
@@ -580,6 +581,14 @@ impl EndingsReport {
             absorbed: endings.absorbed,
             step_limit: endings.step_limit,
         }
+    }
+}
+
+/// The head of a column of numbers in this unit.
+fn with_unit(name: &str, unit: Option<&str>) -> String {
+    match unit {
+        Some(unit) => format!("{name}, {unit}"),
+        None => name.to_owned(),
     }
 }
 

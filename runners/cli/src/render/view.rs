@@ -65,7 +65,8 @@ pub(super) fn content(
         walk: &walk,
         beside_plain: args.side_by_side,
     };
-    let heat = scene.unit().is_some();
+    let unit = scene.unit();
+    let heat = unit == Some("W/m2");
     let progress = picturing.progress(walk.walks, (width * height) as u64);
     let cut = picturing.problem.resolved.settings.discretisation();
     let views = scene.view(&cut, &request, &progress, &|| progress.walking());
@@ -111,10 +112,11 @@ pub(super) fn content(
     let picture = ViewPicture {
         size: [width, height],
         scale: Scale::of_view(&seen, args.range, heat, args.log),
-        legend: match scene.channels().last() {
-            Some(sum) => sum,
-            None if heat => "W/m²",
-            None => "u",
+        legend: match (scene.channels().last(), unit) {
+            (Some(sum), _) => sum,
+            (None, Some("W/m2")) => "W/m²",
+            (None, Some("lm/m2")) => "lm/m²",
+            (None, _) => "u",
         },
         stefan_boltzmann: heat.then_some(STEFAN_BOLTZMANN),
         captions: Vec::new(),

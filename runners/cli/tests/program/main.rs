@@ -18,6 +18,7 @@ mod interruption;
 mod joint;
 mod manual;
 mod parts;
+mod photometry;
 mod rates;
 
 mod refusals;

@@ -53,6 +53,9 @@ impl Scene {
             let colours = make(self.file.channels.clone(), materials);
             return model.with_colours(colours).map_err(InputError::new);
         }
+        if self.file.is_photometric {
+            return model.with_photometry().map_err(InputError::new);
+        }
         if !self.file.heat {
             return Ok(model);
         }

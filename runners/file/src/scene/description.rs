@@ -76,6 +76,8 @@ pub(crate) fn of_problem(
         .optional("net_fluxes")
         .map(|f| f.boolean())
         .transpose()?;
+    let photometric = problem.optional("photometric");
+    let is_photometric = photometric.as_ref().map(|f| f.boolean()).transpose()?;
     let lights = light::read(&mut problem)?;
     let channels = problem.optional("channels");
     let wavelengths = problem.optional("wavelengths");
@@ -92,6 +94,7 @@ pub(crate) fn of_problem(
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
             channels: names,
             in_bands: bands.is_some(),
+            is_photometric: is_photometric.is_some_and(|wanted| wanted.value),
             ..SceneFile::default()
         },
         known: HashMap::new(),
@@ -126,7 +129,15 @@ pub(crate) fn of_problem(
     }
     symmetry::complete(&mut reader.scene, &planes)?;
     reader.finish_channels(channels.as_ref())?;
-    Ok(reader.scene)
+    let scene = reader.scene;
+    match photometric {
+        Some(field) if scene.is_photometric && (scene.heat || !scene.channels.is_empty()) => {
+            Err(field.error(
+                "photometric units are of light in one channel: leave `photometric` out, or temperatures and channels",
+            ))
+        }
+        _ => Ok(scene),
+    }
 }
 
 /// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved.

@@ -52,6 +52,8 @@ pub struct SceneFile {
     pub in_bands: bool,
     /// Whether temperatures or net fluxes are given in one channel: u is in W/m² then.
     pub heat: bool,
+    /// Whether emissions are in lumens per square metre.
+    pub is_photometric: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
     pub without_fluxes: bool,
     /// Whether it is a file that asks for more than form factors.

@@ -147,6 +147,9 @@ impl Model for BackModel<'_> {
     fn unit(&self) -> Option<&'static str> {
         self.forward.unit()
     }
+    fn irradiance_unit(&self) -> Option<&'static str> {
+        self.forward.irradiance_unit()
+    }
     fn flux_unit(&self) -> &'static str {
         self.forward.flux_unit()
     }

@@ -105,6 +105,7 @@ pub struct SceneModel {
     scene: Scene,
     heat: Option<Temperatures>,
     colours: Option<Colours>,
+    is_photometric: bool,
 }
 
 /// What a scene of temperatures and net fluxes has besides its materials.
@@ -166,6 +167,7 @@ impl SceneModel {
             scene,
             heat: None,
             colours: None,
+            is_photometric: false,
         }
     }
 
@@ -174,6 +176,7 @@ impl SceneModel {
     pub fn with_heat(self, of_heat: Temperatures) -> Self {
         Self {
             heat: Some(of_heat),
+            is_photometric: false,
             ..self
         }
     }
@@ -191,6 +194,24 @@ impl SceneModel {
         }
         Ok(Self {
             colours: Some(colours),
+            is_photometric: false,
+            ..self
+        })
+    }
+
+    /// The scene with emissions in lumens per square metre: u has this unit, too, and irradiances are illuminances in lux.
+    ///
+    /// # Errors
+    /// [`Error::Option`]: it is one of temperatures, or has several channels.
+    pub fn with_photometry(self) -> Result<Self, Error> {
+        if self.heat.is_some() || self.colours.is_some() {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "photometric units are of light in one channel: leave them out, or temperatures and channels".to_owned(),
+            });
+        }
+        Ok(Self {
+            is_photometric: true,
             ..self
         })
     }
@@ -265,6 +286,15 @@ impl Model for SceneModel {
     fn unit(&self) -> Option<&'static str> {
         let heat = self.heat.as_ref().map(|_| "W/m2");
         heat.or_else(|| self.colours.as_ref()?.names().unit())
+            .or(self.is_photometric.then_some("lm/m2"))
+    }
+
+    fn irradiance_unit(&self) -> Option<&'static str> {
+        if self.is_photometric {
+            Some("lx")
+        } else {
+            self.unit()
+        }
     }
 
     fn flux_unit(&self) -> &'static str {

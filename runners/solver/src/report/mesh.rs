@@ -21,7 +21,7 @@ impl WholeFunction<'_> {
             let goal = Goal::new(format!("{name}[{number}]"), Region::Part(cell.part));
             let heat = model.heat(&goal.region, estimate(&value), None);
             let mut report = WholeGoalReport::new(model, &goal, None, value);
-            report.add(&heat, model.unit());
+            report.add(&heat, model);
             WholeGoalReport {
                 position: Some(cell.middle().to_vec()),
                 corners: cell.corners.clone(),

@@ -1,6 +1,6 @@
 //! A report as a table for people, and remarks on its numbers.
 
-use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
+use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report, with_unit};
 use crate::chosen::draws;
 use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
@@ -78,10 +78,8 @@ impl Report {
         let places = any(|t| t.name.ends_with(']') && t.place().is_some());
         let errors = any(|t| t.error.is_some());
         let unit = self.goals.iter().find_map(|t| t.plain.unit);
-        let own = |name: &str| match unit {
-            Some(unit) => format!("{name}, {unit}"),
-            None => name.to_owned(),
-        };
+        let own = |name: &str| with_unit(name, unit);
+        let arriving = self.goals.iter().find_map(|t| t.irradiance.as_ref()?.unit);
         let mut head = vec!["target".to_owned()];
         if places {
             head.push("at".to_owned());
@@ -98,7 +96,7 @@ impl Report {
             any(|t| t.radiant_temperature.is_some()),
         ];
         let names = [
-            own("irradiance"),
+            with_unit("irradiance", arriving),
             own("net flux"),
             "temperature, K".to_owned(),
             "mean radiant temperature, K".to_owned(),

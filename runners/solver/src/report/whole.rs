@@ -6,7 +6,9 @@ use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
-use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
+use super::{
+    Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report, with_unit,
+};
 use crate::choice::Chosen;
 use crate::chosen::draws;
 use crate::{
@@ -133,11 +135,13 @@ impl WholeGoalReport {
     }
 
     /// Adds what follows from u and from the irradiance.
-    pub(super) fn add(&mut self, heat: &Heat, unit: Option<&'static str>) {
+    pub(super) fn add(&mut self, heat: &Heat, model: &dyn Model) {
         // An estimate is there however few walks there were.
         let estimate = |estimate, unit| EstimateReport::new(estimate, 1, unit);
-        self.irradiance = heat.irradiance.map(|h| estimate(h, unit));
-        self.net_flux = heat.net_flux.map(|q| estimate(q, unit));
+        self.irradiance = heat
+            .irradiance
+            .map(|h| estimate(h, model.irradiance_unit()));
+        self.net_flux = heat.net_flux.map(|q| estimate(q, model.unit()));
         self.is_flux_given = heat.is_flux_given;
         self.temperature = heat.temperature.map(|t| estimate(t, Some("K")));
         self.radiant_temperature = heat.radiant_temperature.map(|t| estimate(t, Some("K")));
@@ -284,10 +288,9 @@ impl WholeReport {
     pub fn table(&self) -> String {
         let has_errors = self.targets.iter().any(|target| target.error.is_some());
         let unit = self.unit;
-        let own = |name: &str| match unit {
-            Some(unit) => format!("{name}, {unit}"),
-            None => name.to_owned(),
-        };
+        let own = |name: &str| with_unit(name, unit);
+        let irradiances = self.targets.iter().map(|t| t.irradiance.as_ref());
+        let arriving = irradiances.flatten().find_map(|h| h.unit);
         let mut head: Vec<String> = ["target", "at"].map(str::to_owned).to_vec();
         let iterate = if self.mesh.is_empty() {
             "F + T_K v"
@@ -301,7 +304,7 @@ impl WholeReport {
         let any = |i: usize| self.targets.iter().any(|t| t.of_rooms()[i].is_some());
         let there: [bool; 4] = core::array::from_fn(any);
         let names = [
-            own("irradiance"),
+            with_unit("irradiance", arriving),
             own("net flux"),
             "temperature, K".to_owned(),
             "mean radiant temperature, K".to_owned(),
@@ -426,7 +429,7 @@ impl WholeFunction<'_> {
                 false => None,
             };
             let heat = model.heat(&goal.region, estimate(&target.value), own);
-            target.add(&heat, model.unit());
+            target.add(&heat, model);
         }
         Ok(())
     }
