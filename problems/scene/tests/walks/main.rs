@@ -20,6 +20,7 @@ mod coloured;
 #[path = "../common/mod.rs"]
 mod common;
 mod skylight;
+mod solutions;
 mod starts;
 use common::{Surfaces, closed_scenes};
 
@@ -185,7 +186,7 @@ fn furnaces() {
     }
 }
 
-/// The mean over all faces, without borrowing an equation.
+/// The mean over faces, without borrowing an equation.
 struct Everywhere<F> {
     tables: Tables<F>,
     faces: Vec<u32>,
@@ -194,8 +195,18 @@ struct Everywhere<F> {
 
 impl<F: Real> Everywhere<F> {
     fn new(scene: &Scene) -> Self {
+        Self::of(scene, (0..scene.faces().len() as u32).collect())
+    }
+
+    /// The mean over one surface.
+    fn over(scene: &Scene, surface: usize) -> Self {
+        let is_its = |face: &u32| scene.place(*face as usize).unwrap().surface == surface;
+        let faces = 0..scene.faces().len() as u32;
+        Self::of(scene, faces.filter(is_its).collect())
+    }
+
+    fn of(scene: &Scene, faces: Vec<u32>) -> Self {
         let tables = Tables::new(scene);
-        let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
         let ends = areas(tables.geometry(), &faces).unwrap();
         Self {
             tables,

@@ -37,7 +37,7 @@ over = "walls"
 fn light_has_units_if_they_are_asked_for() {
     let folder = Folder::new();
     let with = folder.file("office.toml", OFFICE);
-    let without = folder.file("plain.toml", &OFFICE.replace(KEY, ""));
+    let without = folder.file("plain.toml", OFFICE.replace(KEY, ""));
     let [with_units, plain] = [&with, &without].map(|file| {
         let ran = common::fredholm(&["solve", file, "--json"]);
         ran.quietly(0).json()
@@ -81,7 +81,7 @@ fn units_of_light_go_with_one_channel_of_light() {
     let heat = ("reflectance = 0.5\n[", "temperature = 300\n[");
     let colours = ("reflectance = 0.5\n[", "reflectance = [0.5, 0.4, 0.3]\n[");
     for (from, to) in [heat, colours] {
-        let file = folder.file("office.toml", &OFFICE.replace(from, to));
+        let file = folder.file("office.toml", OFFICE.replace(from, to));
         let ran = common::fredholm(&["check", &file]);
         let words = "photometric units are of light in one channel";
         assert!(
