@@ -584,14 +584,6 @@ impl EndingsReport {
     }
 }
 
-/// The head of a column of numbers in this unit.
-fn with_unit(name: &str, unit: Option<&str>) -> String {
-    match unit {
-        Some(unit) => format!("{name}, {unit}"),
-        None => name.to_owned(),
-    }
-}
-
 impl EstimateReport {
     /// The report of an estimate by this number of walks.
     fn new(estimate: Estimate, walks: u64, unit: Option<&'static str>) -> Self {

@@ -1,6 +1,6 @@
 //! A report as a table for people, and remarks on its numbers.
 
-use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report, with_unit};
+use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
 use crate::chosen::draws;
 use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
@@ -323,5 +323,13 @@ impl core::fmt::Display for Report {
             writeln!(f, "warning: {remark}")?;
         }
         Ok(())
+    }
+}
+
+/// The head of a column of numbers in this unit.
+pub(super) fn with_unit(name: &str, unit: Option<&str>) -> String {
+    match unit {
+        Some(unit) => format!("{name}, {unit}"),
+        None => name.to_owned(),
     }
 }

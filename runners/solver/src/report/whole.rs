@@ -6,9 +6,8 @@ use fredholm_model::{Flux, Heat, WholeQuantity};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
-use super::{
-    Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report, with_unit,
-};
+use super::text::with_unit;
+use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
 use crate::chosen::draws;
 use crate::{
