@@ -68,7 +68,8 @@ pub trait ChannelFunctional<E: Channels> {
         uniforms: &mut U,
     ) -> (E::Point, E::Scalar) {
         let mut known = [zero(); MOST_CHANNELS];
-        let known = known.get_mut(..equations.channels()).unwrap_or(&mut []);
+        let channels = equations.channels().min(MOST_CHANNELS);
+        let known = known.get_mut(..channels).unwrap_or(&mut []);
         self.start(equations, uniforms, known)
     }
 

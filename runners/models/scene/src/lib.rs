@@ -171,7 +171,7 @@ impl SceneModel {
         }
     }
 
-    /// The scene as one of heat: u is in W/m², and results are net fluxes and temperatures, too.
+    /// The scene as one of heat: u is in W/m², no longer in photometric units, and results are net fluxes and temperatures, too.
     #[must_use]
     pub fn with_heat(self, of_heat: Temperatures) -> Self {
         Self {
@@ -185,30 +185,48 @@ impl SceneModel {
     /// [the largest](Colours::largest) of them.
     ///
     /// # Errors
-    /// [`Error::Option`]: the scene has other surfaces or materials than these; it is one of temperatures; or the channels
-    /// are none, or more than a walk serves.
+    /// [`Error::Option`]: the scene has other surfaces or materials than these; it is one of temperatures or in photometric units; or
+    /// the channels are none, or more than a walk serves.
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
         colours.check(&self.scene)?;
         if self.heat.is_some() {
             return fredholm_model::channels::refuse_heat();
         }
+        if self.is_photometric {
+            return refuse_photometry();
+        }
         Ok(Self {
             colours: Some(colours),
-            is_photometric: false,
             ..self
         })
     }
 
     /// The scene with emissions in lumens per square metre: u has this unit, too, and irradiances are illuminances in lux.
     ///
+    /// ```
+    /// use fredholm::scene::{Colours, Enclosure, Material, NamedSurface, shapes};
+    /// use fredholm::{Scalar, SceneModel, Solver};
+    ///
+    /// // Walls of 50 lm/m² that reflect half of what arrives, 100 lx everywhere.
+    /// let material = Material { reflectance: 0.5, emission: 50.0 };
+    /// let polygons = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter().flatten().collect();
+    /// let walls = NamedSurface { name: "walls".to_owned(), polygons, material };
+    /// let cube = SceneModel::new(vec![walls], Enclosure::Closed, Scalar::F64)?.with_photometry()?;
+    /// let report = Solver::new(&cube).mean().cells(6).degree(0).walks(1000).solve()?;
+    /// let arriving = report.goals[0].irradiance.as_ref().unwrap();
+    /// assert!((arriving.estimate.unwrap() - 100.0).abs() < 5.0 * arriving.std_error.unwrap() + 1e-9);
+    /// assert_eq!((report.goals[0].plain.unit, arriving.unit), (Some("lm/m2"), Some("lx")));
+    ///
+    /// let two = Colours::new(vec!["a".to_owned(), "b".to_owned()], vec![vec![material; 2]]);
+    /// assert!(cube.with_colours(two).is_err());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Option`]: it is one of temperatures, or has several channels.
     pub fn with_photometry(self) -> Result<Self, Error> {
         if self.heat.is_some() || self.colours.is_some() {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "photometric units are of light in one channel: leave them out, or temperatures and channels".to_owned(),
-            });
+            return refuse_photometry();
         }
         Ok(Self {
             is_photometric: true,
@@ -251,6 +269,14 @@ impl SceneModel {
     pub const fn scene(&self) -> &Scene {
         &self.scene
     }
+}
+
+fn refuse_photometry() -> Result<SceneModel, Error> {
+    Err(Error::Option {
+        subject: Subject::Problem,
+        message: "photometric units are of light in one channel: leave them out, or temperatures and channels"
+            .to_owned(),
+    })
 }
 
 impl Model for SceneModel {
