@@ -293,12 +293,6 @@ impl Batch {
         self.statistics.set_control_error(error);
     }
 
-    /// Says of how many replicates the statistics are, if walks drew from a [`Sobol`](crate::Sobol) sequence: what a copy of
-    /// them in bytes does not say.
-    pub const fn set_replicates(&mut self, replicates: u32) {
-        self.statistics.set_replicates(replicates);
-    }
-
     /// The number of the walk that is next; `None`: all have been run.
     pub(crate) fn next_walk(&self) -> Option<u64> {
         (!self.is_done()).then_some(self.next)

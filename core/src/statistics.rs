@@ -142,10 +142,6 @@ impl Statistics {
         self.control_error = error as f32;
     }
 
-    pub(crate) const fn set_replicates(&mut self, replicates: u32) {
-        self.replicates = replicates;
-    }
-
     /// Makes these walks one sample, that of a replicate: walks that depend on each other tell of its error by nothing but
     /// the means of replicates.
     pub(crate) const fn become_replicate(&mut self) {

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
 use fredholm_file::KINDS;
-use fredholm_parts::{Share, options_of_the_problem};
+use fredholm_parts::Share;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -58,7 +58,7 @@ A part may come twice. Parts of another problem, seed or version are refused, wi
   fredholm merge part-*
 
 With --target-error the result is that of `solve` with the same number of walks and this target error: walks end after the \
-stage in which it is reached. If it is not, a command for as many more walks as it would take is printed.")]
+stage in which it is reached. If it is not, the number of walks that it would take is printed.")]
     Merge(MergeArgs),
     /// Validate a file; print cells, memory and predicted time
     #[command(after_help = "\
@@ -426,8 +426,8 @@ pub(crate) struct SolveArgs {
     /// `ParaView` or a viewer of glTF), or .svg for a picture of the grid targets
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Keep every batch of walks in this file as it is done. The same command goes on with it, whatever ended it, to the
-    /// bits of a run that nothing ended
+    /// Keep the batches of walks that are done in this file, which is written many times a second. The same command goes on with
+    /// it, whatever ended it, to the bits of a run that nothing ended
     #[arg(long, value_name = "FILE", conflicts_with = "whole")]
     pub(crate) save: Option<PathBuf>,
     /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
@@ -443,15 +443,6 @@ pub(crate) struct SolveArgs {
     /// With --part: the first walks of each target, so many, are in other parts already
     #[arg(long, value_name = "N", requires = "part", value_parser = count::<u64>)]
     pub(crate) after: Option<u64>,
-}
-
-impl SolveArgs {
-    /// The options of this process' command line that stand in place of the file's values.
-    pub(crate) fn options(&self) -> String {
-        let args = std::env::args().skip_while(|arg| arg != "solve").skip(1);
-        let file = self.file.to_string_lossy();
-        options_of_the_problem(args.filter(|arg| *arg != file))
-    }
 }
 
 /// Options of `merge`.

@@ -85,7 +85,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     let written = output.map_or(Ok(()), |(format, output)| {
         Ok(match format {
             Format::Json => output.finish(factors.json()?),
-            Format::Csv => output.finish_with(|file| factors.csv(file)),
+            Format::Csv => output.finish_with(|file| factors.csv(file)).map(drop),
             Format::Npz => output.finish(factors.npz()?),
             Format::View3d => output.finish(factors.view3d()),
         }?)

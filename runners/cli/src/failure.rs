@@ -5,12 +5,11 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use fredholm_parts::PartError;
-use fredholm_parts::output::OutputError;
+use fredholm_parts::FileError;
 
 use crate::file::{InputError, ProblemFile};
 
-/// Whether another process of the team says what there is to say.
+/// Whether another process says what there is to say.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Leaves what there is to say to another process.
@@ -28,7 +27,7 @@ pub(crate) fn say(line: impl Display) {
 
 /// Why a command did not do its work.
 #[derive(Debug)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// Bad usage or input: status 2.
     Input(String),
     /// Something failed on the way: status 1.
@@ -59,28 +58,22 @@ impl Failure {
         }
     }
 
-    /// A file that cannot be read or written; whether another one would help.
-    fn of_file(is_input: bool, error: impl Display) -> Self {
-        if is_input {
-            Self::input(error)
-        } else {
-            Self::run(error)
+    /// The status.
+    #[must_use]
+    pub fn status(&self) -> u8 {
+        match self {
+            Self::ClosedPipe => 0,
+            Self::Run(_) => 1,
+            Self::Input(_) => 2,
         }
     }
 
-    /// Says it on stderr and gives the status.
+    /// Says it on stderr, if there is something to say, and gives the status.
     pub(crate) fn report(&self) -> ExitCode {
-        match self {
-            Self::ClosedPipe => ExitCode::SUCCESS,
-            Self::Run(_) => {
-                say(format_args!("error: {self}"));
-                ExitCode::from(1)
-            }
-            Self::Input(_) => {
-                say(format_args!("error: {self}"));
-                ExitCode::from(2)
-            }
+        if !matches!(self, Self::ClosedPipe) {
+            say(format_args!("error: {self}"));
         }
+        ExitCode::from(self.status())
     }
 }
 
@@ -99,15 +92,13 @@ impl From<InputError> for Failure {
     }
 }
 
-impl From<PartError> for Failure {
-    fn from(error: PartError) -> Self {
-        Self::of_file(error.is_input, error)
-    }
-}
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        Self::of_file(error.is_input, error)
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        if error.is_input {
+            Self::input(error)
+        } else {
+            Self::run(error)
+        }
     }
 }
 

@@ -29,22 +29,49 @@ use std::process::ExitCode;
 
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
-use failure::{Ended, Failure};
+use failure::Ended;
 use fredholm::numbers;
 use fredholm_file::{self as file, deck};
+use fredholm_rayon::Crew;
 use progress::Signals;
 
-pub use fredholm_parts::{Alone, END, Team};
+pub use failure::Failure;
 
-/// Runs the command of this process' command line; the walks of `solve` with this team.
-pub fn program(team: &dyn Team) -> ExitCode {
-    failure::be_quiet(!team.leads());
-    let status = match Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command, team)) {
-        Ok(ended) => ended.status(),
-        Err(failure) => failure.report(),
-    };
+/// One of several processes that follow the same command: each of them reads the file and sets up, and they share the walks.
+#[derive(Clone, Copy)]
+pub struct Process<'a> {
+    /// The crew that all of them are.
+    pub crew: &'a dyn Crew,
+    /// Whether this one prints and writes.
+    pub leads: bool,
+}
+
+impl core::fmt::Debug for Process<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Process")
+            .field("leads", &self.leads)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Runs the command of this process' command line.
+pub fn program() -> ExitCode {
+    command(None).unwrap_or_else(|failure| failure.report())
+}
+
+/// Runs the command of this process' command line, which must be `solve`, as one of several processes.
+///
+/// # Errors
+/// [`Failure`], which is not yet said: the others wait for this process.
+pub fn program_of(process: Process<'_>) -> Result<ExitCode, Failure> {
+    failure::be_quiet(!process.leads);
+    command(Some(process))
+}
+
+fn command(process: Option<Process<'_>>) -> Result<ExitCode, Failure> {
+    let ended = Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command, process));
     fredholm_parts::output::remove_unfinished();
-    status
+    ended.map(Ended::status)
 }
 
 /// Prints what is asked for instead of a command, such as help, or says what is wrong with the command line.
@@ -57,11 +84,11 @@ fn not_parsed(error: clap::Error) -> Result<Ended, Failure> {
     Ok(Ended::Done)
 }
 
-fn run(command: &Command, team: &dyn Team) -> Result<Ended, Failure> {
+fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure> {
     let signals = &Signals::catch(stop_at_once)?;
     match command {
-        Command::Solve(args) => solve::solve(args, signals, team),
-        _ if !team.is_alone() => Err(Failure::input(
+        Command::Solve(args) => solve::solve(args, signals, process),
+        _ if process.is_some() => Err(Failure::input(
             "several processes have the command `solve` only: give this one to `fredholm`",
         )),
         Command::Paper(args) => paper::paper(args, signals),

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    fredholm_cli::program(&fredholm_cli::Alone)
+    fredholm_cli::program()
 }

@@ -38,8 +38,13 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
             "warning: the requested error was not reached{why}"
         ));
     }
-    for advice in merged.advice() {
-        say(format_args!("note: {advice}"));
+    if let Some(needed) = merged.needed() {
+        let batch = merged.job.settings.batch();
+        say(format_args!(
+            "note: the target error takes about {needed} walks of each target: make parts of them with `--walks {needed} \
+             --after {}`, and merge all",
+            merged.job.walks() / batch * batch
+        ));
     }
     let is_done = report.stop == "done";
     written.map(|()| {

@@ -13,8 +13,9 @@ use fredholm::{
 };
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
-use fredholm_parts::{END, Header, Keeper, Share, SystemFile, Team, TeamWork};
+use fredholm_parts::{Keeper, Share, SystemFile};
 
+use crate::Process;
 use crate::args::SolveArgs;
 use crate::drawing;
 use crate::failure::{Ended, Failure, say};
@@ -162,29 +163,26 @@ impl Problem {
 pub(crate) fn solve(
     args: &SolveArgs,
     signals: &Signals,
-    team: &dyn Team,
+    process: Option<Process<'_>>,
 ) -> Result<Ended, Failure> {
-    let begun = together(team, begin(args, team), |begun| begun.header.digest())?;
+    let begun = begin(args, process)?;
     if begun.problem.resolved.settings.whole == Some(true) {
         return whole::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
-    let work = TeamWork {
-        team,
-        keeper: begun.keeper.as_ref(),
-    };
     let parts = args.part.map_or(1, |part| part.of);
-    let answered = with_threads(args.common.threads, || {
-        answer(&begun, signals, &work, parts)
-    });
-    let answered = together(team, answered.and_then(|answered| answered), |_| END)?;
-    if !team.leads() {
-        return Ok(Ended::Done);
-    }
-    let Some((mut report, ended)) = answered else {
+    let answered = with_threads(args.common.threads, || answer(&begun, signals, parts))?;
+    let Some((mut report, ended)) = answered? else {
+        // Others may walk already, and wait for this one.
+        if process.is_some() {
+            return Err(Failure::run("interrupted before the walks"));
+        }
         say("warning: interrupted before the walks");
         return Ok(Ended::Interrupted);
     };
+    if !leads(process) {
+        return Ok(ended);
+    }
     report.part = args.part.map(|part| part.to_string());
     let written = show(&report, args.common.json, begun.output)?;
     match report.stop {
@@ -234,10 +232,9 @@ pub(crate) fn show(
 /// A command that is about to choose, to set up and to walk.
 pub(crate) struct Begun<'a> {
     pub(crate) problem: Problem,
-    header: Header,
     pub(crate) output: Vec<(Format, Output)>,
     keeper: Option<Keeper<'a>>,
-    systems: Option<SystemFile<'a>>,
+    systems: Option<SystemFile>,
 }
 
 impl Begun<'_> {
@@ -252,9 +249,15 @@ impl Begun<'_> {
     }
 }
 
-fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure> {
+/// Whether this process prints and writes.
+fn leads(process: Option<Process<'_>>) -> bool {
+    process.is_none_or(|process| process.leads)
+}
+
+fn begin<'a>(args: &SolveArgs, process: Option<Process<'a>>) -> Result<Begun<'a>, Failure> {
+    let (leads, is_alone) = (leads(process), process.is_none());
     let is_stdin = args.file == Path::new("-");
-    if !team.is_alone() && is_stdin {
+    if !is_alone && is_stdin {
         return Err(Failure::input(
             "several processes do not take the standard input: give this to `fredholm`",
         ));
@@ -271,51 +274,36 @@ fn begin<'a>(args: &SolveArgs, team: &'a dyn Team) -> Result<Begun<'a>, Failure>
         ));
     }
     let is_whole = settings.whole == Some(true);
-    if is_whole && (!team.is_alone() || args.save.is_some() || args.part.is_some()) {
+    if is_whole && (!is_alone || args.save.is_some() || args.part.is_some()) {
         return Err(Failure::input(
             "one set of walks for all targets (`whole = true`, `--whole`) is neither shared by processes nor kept in parts: \
              leave it out, or run `fredholm` without `--save` and `--part`",
         ));
     }
-    let output = Format::open_all(args.out.as_deref(), &problem, team.leads())?;
-    let header = problem.file.header(&problem.resolved, args.options())?;
+    let output = Format::open_all(args.out.as_deref(), &problem, leads)?;
+    let header = problem.file.header(&problem.resolved)?;
     let share = args.part.map(|share| Share {
         after: args.after.unwrap_or(0),
         ..share
     });
-    let keeper = match &args.save {
-        Some(path) if team.leads() => {
-            Some(Keeper::open(path, &header, share)?.with_crew(team.crew()))
-        }
-        _ => None,
+    let save = args.save.as_deref().filter(|_| leads);
+    let keeper = match process {
+        Some(process) => Some(Keeper::open(save, &header, share)?.with_crew(process.crew)),
+        None if save.is_some() => Some(Keeper::open(save, &header, share)?),
+        None => None,
     };
     let systems = match (&args.system, &args.save_system) {
-        (Some(path), _) => Some(SystemFile::open(path, &header, team)?),
-        (None, Some(path)) => Some(SystemFile::make(path, &header, team)?),
-        (None, None) => None,
+        (Some(path), _) => Some(SystemFile::open(path, &header)),
+        // Others set up by themselves until it is there.
+        (None, Some(path)) if leads || path.exists() => Some(SystemFile::make(path, &header)?),
+        _ => None,
     };
     Ok(Begun {
         problem,
-        header,
         output,
         keeper,
         systems,
     })
-}
-
-/// The result of this process, if that of no other is an error.
-pub(crate) fn together<T>(
-    team: &dyn Team,
-    result: Result<T, Failure>,
-    digest: impl FnOnce(&T) -> u64,
-) -> Result<T, Failure> {
-    let met = match &result {
-        Ok(value) => team.meet(Ok(digest(value))),
-        Err(failure) => team.meet(Err(&failure.to_string())),
-    };
-    let value = result?;
-    met.map_err(Failure::run)?;
-    Ok(value)
 }
 
 fn time_limit(seconds: f64) -> Result<Duration, Failure> {
@@ -333,7 +321,6 @@ fn time_limit(seconds: f64) -> Result<Duration, Failure> {
 fn answer(
     begun: &Begun<'_>,
     signals: &Signals,
-    work: &TeamWork<'_>,
     parts: u64,
 ) -> Result<Option<(Report, Ended)>, Failure> {
     let problem = &begun.problem;
@@ -356,7 +343,11 @@ fn answer(
     progress.say(doing.to_owned());
     let solver = begun.solver(targets.clone());
     let solver = solver.means_between(results::means_between(&begun.output));
-    let solved = solver.observer(&progress).execute(work).solve();
+    let solver = match &begun.keeper {
+        Some(keeper) => solver.execute(keeper),
+        None => solver,
+    };
+    let solved = solver.observer(&progress).solve();
     progress.done();
     Ok(match solved {
         Ok(report) => Some((report, Ended::Done)),

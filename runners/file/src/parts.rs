@@ -9,18 +9,17 @@ use crate::{InputError, ProblemFile, Resolved, read};
 
 impl ProblemFile {
     /// What a part of a run says of the problem, so that parts are merged without the file: its name and text besides what it
-    /// resolves to, and the options that stand in place of its values.
+    /// resolves to.
     ///
     /// # Errors
     /// A file that this one names cannot be read.
-    pub fn header(&self, resolved: &Resolved, options: String) -> Result<Header, InputError> {
+    pub fn header(&self, resolved: &Resolved) -> Result<Header, InputError> {
         let name = Path::new(&self.source.name);
         let path = std::path::absolute(name).unwrap_or_else(|_| name.to_owned());
         Ok(Header::new(
             self.identity(resolved)?,
             path.display().to_string(),
             self.source.text.clone(),
-            options,
         ))
     }
 }
@@ -33,7 +32,7 @@ pub fn merged(merged: &Merged) -> Result<(Report, ProblemFile), InputError> {
     let Header { name, text, .. } = &merged.header;
     let mut file = read(name, text)?;
     let resolved = file.resolve_for(merged.job.settings.clone())?;
-    let now = file.header(&resolved, String::new())?;
+    let now = file.header(&resolved)?;
     if let Some(what) = now.difference(&merged.header) {
         return Err(InputError::new(format_args!(
             "{name}: this problem is not what it was when the parts were made: {what}; a file that it names has changed, or \

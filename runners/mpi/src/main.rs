@@ -1,33 +1,26 @@
 //! `mpirun -n R fredholm-mpi solve FILE …`: the command `solve` of `fredholm` on many nodes, with the bits of one machine.
 //!
 //! Every rank reads the file and sets up by itself, as it would alone; one rank for each node, with all threads of it, sets up
-//! once for each node. They share the walks: rank 0 deals batches out to whoever is free, and sends all ranks the statistics
-//! of every stage, which each of them merges in batch order. So every rank knows what one machine would know, decides what it
-//! would decide, and only rank 0 prints and writes.
+//! once for each node. They share the walks: the batches of a stage are dealt out in turn, and every rank gets the statistics of
+//! all of them, which it merges in batch order. So every rank knows what one machine would know, decides what it would decide,
+//! and only rank 0 prints and writes. A rank that fails ends the job.
 
-mod dealing;
-mod message;
+mod ranks;
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
 use std::process::ExitCode;
+use std::thread::sleep;
 
-use fredholm_cli::{END, Team};
-use fredholm_rayon::Crew;
+use fredholm_cli::{Failure, Process, program, program_of};
 use mpi::Threading;
-use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::traits::Communicator;
 
-use dealing::{Dealing, world};
+use ranks::{Ranks, world};
 
 /// The status of a program that panicked.
 const PANICKED: i32 = 101;
-
-/// All ranks.
-struct Ranks {
-    dealing: Dealing,
-    /// Whether ranks go their own ways.
-    ended: AtomicBool,
-}
+/// How long another rank waits before it ends the job: what all ranks meet, rank 0 says.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 fn main() -> ExitCode {
     // One thread at a time calls MPI, but not always the same.
@@ -41,7 +34,7 @@ fn main() -> ExitCode {
         );
         return ExitCode::from(1);
     }
-    let rank = world().rank();
+    let (rank, size) = (world().rank(), world().size());
     let of_panics = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         eprint!("rank {rank}: ");
@@ -49,68 +42,30 @@ fn main() -> ExitCode {
         // Others would wait for it for ever.
         world().abort(PANICKED);
     }));
-    let ranks = Ranks {
-        dealing: Dealing,
-        ended: AtomicBool::new(false),
+    let status = if size == 1 {
+        program()
+    } else {
+        let process = Process {
+            crew: &Ranks,
+            leads: rank == 0,
+        };
+        program_of(process).unwrap_or_else(|failure| end_all(rank, &failure))
     };
-    let status = fredholm_cli::program(&ranks);
     drop(universe);
     status
 }
 
-impl Team for Ranks {
-    fn leads(&self) -> bool {
-        world().rank() == 0
+/// Says why this rank failed, and ends all others, which would wait for it for ever.
+fn end_all(rank: i32, failure: &Failure) -> ExitCode {
+    let status = failure.status();
+    if status == 0 {
+        return ExitCode::SUCCESS;
     }
-
-    fn is_alone(&self) -> bool {
-        world().size() == 1
-    }
-
-    fn crew(&self) -> &dyn Crew {
-        &self.dealing
-    }
-
-    fn meet(&self, state: Result<u64, &str>) -> Result<(), String> {
-        if self.ended.load(Ordering::Relaxed) {
-            return state.map(|_| ()).map_err(str::to_owned);
-        }
-        let met = meet_all(state);
-        let ends = met.is_err() || state == Ok(END);
-        self.ended.store(ends, Ordering::Relaxed);
-        met
-    }
-}
-
-/// Waits for all ranks, and compares.
-fn meet_all(state: Result<u64, &str>) -> Result<(), String> {
-    let world = world();
-    let size = world.size();
-    let own = if state.is_err() { world.rank() } else { size };
-    let mut failed = size;
-    world.all_reduce_into(&own, &mut failed, SystemOperation::min());
-    if failed < size {
-        let mut text = state.err().unwrap_or("").as_bytes().to_vec();
-        let root = world.process_at_rank(failed);
-        let mut length = text.len() as u64;
-        root.broadcast_into(&mut length);
-        text.resize(length as usize, 0);
-        root.broadcast_into(&mut text[..]);
-        let text = String::from_utf8_lossy(&text);
-        return Err(format!("rank {failed}: {text}"));
-    }
-    let own = state.unwrap_or(END);
-    let (mut least, mut most) = (own, own);
-    world.all_reduce_into(&own, &mut least, SystemOperation::min());
-    world.all_reduce_into(&own, &mut most, SystemOperation::max());
-    if least == most || own == END {
-        Ok(())
-    } else if most == END {
-        Err("other ranks have ended".to_owned())
+    if rank == 0 {
+        eprintln!("error: {failure}");
     } else {
-        Err(
-            "ranks differ in the problem file, or in the program: all nodes must have the same of both"
-                .to_owned(),
-        )
+        sleep(PATIENCE);
+        eprintln!("rank {rank}: error: {failure}");
     }
+    world().abort(status.into())
 }

@@ -1,56 +1,70 @@
-//! Why a file of batches is refused.
+//! Why a file is not read or written.
 
 use core::fmt::{self, Display};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Why a part is refused, with its path.
+/// Why a file is refused, or cannot be written.
 ///
 /// ```
-/// use fredholm_parts::Content;
+/// use fredholm_parts::Part;
 ///
-/// let error = Content::read("notes.txt".as_ref(), b"buy milk").unwrap_err();
+/// let error = Part::read("notes.txt".as_ref(), b"buy milk").unwrap_err();
 /// assert_eq!(error.to_string(), "notes.txt: this is no part of a run: its first bytes are others");
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct PartError {
-    /// The file.
-    pub path: PathBuf,
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileError {
+    /// Which file it is, as a message begins.
+    pub file: String,
     /// The reason, and what would help.
     pub message: String,
     /// Whether another file or other input would help, and not another machine or more room.
     pub is_input: bool,
 }
 
-impl PartError {
+impl FileError {
     /// A file that is refused.
     pub(crate) fn refused(path: &Path, message: impl Display) -> Self {
         Self {
-            path: path.to_owned(),
+            file: path.display().to_string(),
             // What a file says is not for a terminal as it is.
             message: message.to_string().replace(char::is_control, "\u{fffd}"),
             is_input: true,
         }
     }
 
-    /// A file that cannot be written.
-    pub(crate) fn failed(path: &Path, message: impl Display) -> Self {
+    /// A file that cannot be opened.
+    pub(crate) fn not_opened(path: &Path, error: impl Display) -> Self {
+        Self::refused(path, format_args!("cannot open it: {error}"))
+    }
+
+    /// The path of an option at which nothing can be written.
+    pub(crate) fn of_option(option: &str, path: &Path, message: impl Display) -> Self {
         Self {
+            file: format!("`{option} {}`", path.display()),
+            ..Self::refused(path, message)
+        }
+    }
+
+    /// A file that could not be written.
+    pub(crate) fn not_written(path: &Path, message: impl Display) -> Self {
+        Self {
+            file: format!("cannot write {}", path.display()),
             is_input: false,
             ..Self::refused(path, message)
         }
     }
 }
 
-impl Display for PartError {
+impl Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.path.display(), self.message)
+        write!(f, "{}: {}", self.file, self.message)
     }
 }
 
-impl core::error::Error for PartError {}
+impl core::error::Error for FileError {}
 
-impl From<PartError> for fredholm::Error {
-    fn from(error: PartError) -> Self {
+impl From<FileError> for fredholm::Error {
+    fn from(error: FileError) -> Self {
         Self::Kept {
             message: error.to_string(),
             is_input: error.is_input,

@@ -1,73 +1,68 @@
 //! Walks whose batches are kept in a file, of a whole run or of a part.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-use std::collections::HashMap;
-use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use core::time::Duration;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use fredholm::execute::{Execute, Walking};
 use fredholm::{Error, Observer};
 use fredholm_core::{Statistics, Tolerance};
-use fredholm_rayon::{BatchStore, Crew, Outcome, Runner, Tail, Threads};
+use fredholm_rayon::{BatchStore, Crew, Outcome, Runner, Threads};
 
-use crate::content::{Record, Run, Seconds};
-use crate::error::PartError;
-use crate::file::PartFile;
-use crate::identity::{Header, JobRecord};
+use crate::error::FileError;
+use crate::identity::{Header, JobRecord, digest};
+use crate::output::Output;
+use crate::part::{Part, Run, Seconds};
 use crate::share::Share;
 
-/// Runs walks and keeps every batch in a file that is done; batches that are there already are not run again. So a run that
-/// was killed goes on, and ends with the bits of one that never was.
+/// The option of the file.
+const OPTION: &str = "--save";
+/// The least time between two writes.
+const PAUSE: Duration = Duration::from_millis(50);
+/// How many times as long as a write took walks go on before the next one.
+const RATIO: u32 = 20;
+
+/// Runs walks, all or a share of them, and keeps every batch that is done in a file, if there is one; batches that are there
+/// already are not run again. So a run that was killed goes on, and ends with the bits of one that never was.
 ///
-/// ```
-/// use fredholm::{CubeModel, Solver};
-/// use fredholm_parts::{Header, Keeper};
-///
-/// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let problem = vec![("problem".to_owned(), "½ x y, x".to_owned())];
-/// let header = Header::new(problem, String::new(), String::new(), String::new());
-/// let path = std::env::temp_dir().join(format!("fredholm-doc-{}.part", std::process::id()));
-/// let solve = |walks| {
-///     let keeper = Keeper::open(&path, &header, None).unwrap();
-///     Solver::new(&u).mean().cells(4).walks(walks).execute(&keeper).solve().unwrap()
-/// };
-/// solve(10_000);
-/// // Two of five batches are there.
-/// let report = solve(20_000);
-/// let alone = Solver::new(&u).mean().cells(4).walks(20_000).solve().unwrap();
-/// assert_eq!(report.goals[0].preconditioned, alone.goals[0].preconditioned);
-/// # std::fs::remove_file(&path).unwrap();
-/// ```
+/// The file is written as a whole, under another name which then becomes its own: twenty times a second, or more seldom if that
+/// takes more than a twentieth of the time. A lock of the operating system keeps others from it.
 pub struct Keeper<'a> {
-    file: PartFile,
+    header: Header,
     share: Option<Share>,
     crew: &'a dyn Crew,
-    /// The runs that the file has, and how many of them were met.
-    known: Mutex<(Vec<Run>, usize)>,
+    file: Option<Mutex<PartFile>>,
 }
 
 impl core::fmt::Debug for Keeper<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Keeper")
-            .field("file", &self.file)
             .field("share", &self.share)
+            .field("file", &self.file)
             .finish_non_exhaustive()
     }
 }
 
 impl<'a> Keeper<'a> {
-    /// A keeper that goes on with a file, or begins it. With a share, only the batches of that are run.
+    /// A keeper that goes on with a file, or begins it. Without a file it keeps nothing: for a process whose batches another one
+    /// keeps.
     ///
     /// # Errors
-    /// [`PartError`]: see [`PartFile::open`].
-    pub fn open(path: &Path, header: &Header, share: Option<Share>) -> Result<Self, PartError> {
-        let (file, runs) = PartFile::open(path, header, share)?;
+    /// [`FileError`]: another process holds the file, it is of another problem or share, is no part, or cannot be written.
+    pub fn open(
+        path: Option<&Path>,
+        header: &Header,
+        share: Option<Share>,
+    ) -> Result<Self, FileError> {
+        let file = path.map(|path| PartFile::open(path, header, share));
         Ok(Self {
-            file,
+            header: header.clone(),
             share,
             crew: &Threads,
-            known: Mutex::new((runs, 0)),
+            file: file.transpose()?.map(Mutex::new),
         })
     }
 
@@ -76,92 +71,44 @@ impl<'a> Keeper<'a> {
     pub fn with_crew(self, crew: &'a dyn Crew) -> Self {
         Self { crew, ..self }
     }
-
-    /// The batches of a job that the file has, and the number of the job for others.
-    fn begin(&self, job: &JobRecord) -> Result<Kept<'_>, Error> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let (runs, met) = &mut *known;
-        let run = runs.get(*met);
-        *met += 1;
-        let (batches, number) = match run {
-            None => (HashMap::new(), None),
-            Some(run) => {
-                if let Some(what) = job.difference(&run.job) {
-                    return Err(Error::Kept {
-                        message: format!(
-                            "the file of `--save` has other walks: {what}; give another file"
-                        ),
-                        is_input: true,
-                    });
-                }
-                let key = |record: &Record| (record.goal as usize, record.batch);
-                let batches = run
-                    .records
-                    .iter()
-                    .map(|record| (key(record), record.statistics));
-                let is_asked = job.walks() <= run.job.walks();
-                (batches.collect(), is_asked.then_some(run.number))
-            }
-        };
-        let number = number.map_or_else(|| self.file.begin_job(job), Ok)?;
-        Ok(Kept {
-            file: &self.file,
-            batches,
-            job: number,
-            failed: AtomicBool::new(false),
-        })
-    }
-}
-
-/// Whoever else has to agree before walks begin: gets whether they go on with what the file has.
-pub type Ready<'a> = dyn Fn(Result<(), &Error>) -> Result<(), Error> + 'a;
-
-impl Keeper<'_> {
-    /// Runs the walks once it is known whether they go on with what the file has, and `ready` agrees.
-    ///
-    /// # Errors
-    /// [`Error`], or what `ready` says.
-    pub fn run_when(
-        &self,
-        walking: &Walking<'_>,
-        watch: &dyn Observer,
-        ready: &Ready<'_>,
-    ) -> Result<Outcome, Error> {
-        let start = Instant::now();
-        let kept = self.begin(&JobRecord::new(walking));
-        let is_ready = ready(kept.as_ref().map(|_| ()));
-        let kept = kept?;
-        is_ready?;
-        let runner = Runner {
-            crew: self.crew,
-            store: &kept,
-            ..walking.runner()
-        };
-        let watch = Ends {
-            watch,
-            failed: &kept.failed,
-        };
-        let outcome = match self.share {
-            None => runner.run(walking.job, &watch)?,
-            Some(share) => {
-                let batches = share.batches(&runner.options);
-                runner.run_batches(walking.job, batches, &watch)?
-            }
-        };
-        if let Some(error) = self.file.failure() {
-            return Err(error.into());
-        }
-        self.file.finish(Seconds {
-            set_up: walking.set_up.seconds,
-            walks: start.elapsed().as_secs_f64(),
-        })?;
-        Ok(outcome)
-    }
 }
 
 impl Execute for Keeper<'_> {
     fn run(&self, walking: &Walking<'_>, watch: &dyn Observer) -> Result<Outcome, Error> {
-        self.run_when(walking, watch, &|_| Ok(()))
+        let start = Instant::now();
+        let job = JobRecord::new(walking);
+        let kept = match &self.file {
+            Some(file) => Some(KeptRun {
+                number: locked(file).begin(&job)?,
+                file,
+            }),
+            None => None,
+        };
+        let all = [&self.header.problem[..], &job.named()].concat();
+        let agreed = self.crew.agree(digest(&all));
+        agreed.map_err(|message| Error::Kept {
+            message,
+            is_input: false,
+        })?;
+        let runner = Runner {
+            crew: self.crew,
+            store: kept.as_ref().map_or(&(), |kept| kept as &dyn BatchStore),
+            ..walking.runner()
+        };
+        let outcome = match self.share {
+            None => runner.run(walking.job, watch)?,
+            Some(share) => {
+                let batches = share.batches(&runner.options);
+                runner.run_batches(walking.job, batches, watch)?
+            }
+        };
+        if let Some(file) = &self.file {
+            locked(file).end(Seconds {
+                set_up: walking.set_up.seconds,
+                walks: start.elapsed().as_secs_f64(),
+            })?;
+        }
+        Ok(outcome)
     }
 
     /// A part walks on whatever error it reaches: only merged parts tell which is reached.
@@ -170,56 +117,154 @@ impl Execute for Keeper<'_> {
     }
 }
 
-/// The batches of one job.
-struct Kept<'a> {
-    file: &'a PartFile,
-    batches: HashMap<(usize, u64), Statistics>,
-    job: u32,
-    failed: AtomicBool,
+/// What a lock guards: a thread that panicked has ended the walks already.
+fn locked(file: &Mutex<PartFile>) -> MutexGuard<'_, PartFile> {
+    file.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl BatchStore for Kept<'_> {
+/// The batches of one run.
+struct KeptRun<'a> {
+    file: &'a Mutex<PartFile>,
+    number: usize,
+}
+
+impl BatchStore for KeptRun<'_> {
     fn known(&self, goal: usize, batch: u64) -> Option<Statistics> {
-        self.batches.get(&(goal, batch)).copied()
+        let file = locked(self.file);
+        let run = file.part.runs.get(self.number)?;
+        run.batches.get(&(batch, goal as u64)).copied()
     }
 
     fn keep(&self, goal: usize, batch: u64, statistics: &Statistics) {
-        self.file.append(&Record {
-            job: self.job,
-            goal: goal as u32,
-            batch,
-            statistics: *statistics,
-        });
-        if self.file.failure().is_some() {
-            self.failed.store(true, Ordering::Relaxed);
+        let mut file = locked(self.file);
+        if let Some(run) = file.part.runs.get_mut(self.number) {
+            run.batches.insert((batch, goal as u64), *statistics);
+        }
+        if file.failure.is_none() && file.written.elapsed() >= file.pause {
+            file.failure = file.write().err();
         }
     }
+
+    fn is_broken(&self) -> bool {
+        locked(self.file).failure.is_some()
+    }
 }
 
-/// An observer whose run ends if a batch cannot be kept.
-struct Ends<'a> {
-    watch: &'a dyn Observer,
-    failed: &'a AtomicBool,
+/// A file that this process holds, and nobody else.
+#[derive(Debug)]
+struct PartFile {
+    path: PathBuf,
+    part: Part,
+    /// How many runs have begun.
+    begun: usize,
+    /// The file, which is locked.
+    _held: Option<File>,
+    written: Instant,
+    pause: Duration,
+    failure: Option<FileError>,
 }
 
-impl Observer for Ends<'_> {
-    fn walked(&self, walks: u64) {
-        self.watch.walked(walks);
+impl PartFile {
+    fn open(path: &Path, header: &Header, share: Option<Share>) -> Result<Self, FileError> {
+        let cannot = |error: io::Error| FileError::not_opened(path, error);
+        let (held, bytes) = match OpenOptions::new().read(true).write(true).open(path) {
+            Ok(mut file) => {
+                file.try_lock().map_err(|error| match error {
+                    TryLockError::WouldBlock => FileError::refused(
+                        path,
+                        "another process is writing it: wait for that one, or give another file",
+                    ),
+                    TryLockError::Error(error) => cannot(error),
+                })?;
+                let mut bytes = Vec::new();
+                file.read_to_end(&mut bytes).map_err(cannot)?;
+                (Some(file), bytes)
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => (None, Vec::new()),
+            Err(error) => return Err(cannot(error)),
+        };
+        let part = if bytes.is_empty() {
+            Part::new(header.clone(), share)
+        } else {
+            let part = Part::read(path, &bytes)?;
+            check(path, &part, header, share)?;
+            part
+        };
+        let mut file = Self {
+            path: path.to_owned(),
+            part,
+            begun: 0,
+            _held: held,
+            written: Instant::now(),
+            pause: PAUSE,
+            failure: None,
+        };
+        file.write()?;
+        Ok(file)
     }
 
-    fn merged(&self, statistics: &[Statistics]) {
-        self.watch.merged(statistics);
+    /// The number of a run, which is the next one of the file, or new.
+    fn begin(&mut self, job: &JobRecord) -> Result<usize, Error> {
+        let number = self.begun;
+        self.begun += 1;
+        let Some(run) = self.part.runs.get_mut(number) else {
+            self.part.runs.push(Run {
+                job: job.clone(),
+                batches: Default::default(),
+            });
+            return Ok(number);
+        };
+        if let Some(what) = job.difference(&run.job) {
+            let message = format!("it has other walks: {what}; give another file to `{OPTION}`");
+            return Err(FileError::refused(&self.path, message).into());
+        }
+        if job.walks() > run.job.walks() {
+            run.job = job.clone();
+        }
+        Ok(number)
     }
 
-    fn merged_with_tails(&self, statistics: &[Statistics], tails: &[Tail]) {
-        self.watch.merged_with_tails(statistics, tails);
+    fn end(&mut self, seconds: Seconds) -> Result<(), FileError> {
+        if let Some(failure) = &self.failure {
+            return Err(failure.clone());
+        }
+        self.part.seconds.set_up += seconds.set_up;
+        self.part.seconds.walks += seconds.walks;
+        self.write()
     }
 
-    fn rounding_floor(&self, statistics: &Statistics) -> Option<f64> {
-        self.watch.rounding_floor(statistics)
+    /// Replaces the file by all that is known.
+    fn write(&mut self) -> Result<(), FileError> {
+        let start = Instant::now();
+        let output = Output::open(OPTION, &self.path)?;
+        let held = output.locked().finish_with(|to| self.part.write(to));
+        self._held = Some(held.map_err(|error| FileError {
+            message: format!(
+                "{}; it keeps what it had before: make room, and give the same command again",
+                error.message
+            ),
+            ..error
+        })?);
+        self.written = Instant::now();
+        self.pause = PAUSE.max(RATIO * start.elapsed());
+        Ok(())
     }
+}
 
-    fn cancelled(&self) -> bool {
-        self.failed.load(Ordering::Relaxed) || self.watch.cancelled()
-    }
+/// Refuses a file of another problem or share.
+fn check(path: &Path, part: &Part, header: &Header, share: Option<Share>) -> Result<(), FileError> {
+    let message = if let Some(what) = header.difference(&part.header) {
+        format!("it is of another problem: {what}")
+    } else if part.share != share {
+        let name = |share: Option<Share>| match share {
+            None => "a whole run".to_owned(),
+            Some(share) if share.after > 0 => format!("part {share} behind {} walks", share.after),
+            Some(share) => format!("part {share}"),
+        };
+        format!("it is {}, and not {}", name(part.share), name(share))
+    } else {
+        return Ok(());
+    };
+    let message = format!("{message}; give another file to `{OPTION}`");
+    Err(FileError::refused(path, message))
 }

@@ -1,25 +1,19 @@
 #![doc = include_str!("../README.md")]
 
-mod content;
+mod container;
 mod error;
-mod file;
-mod frames;
 mod identity;
 mod keep;
 mod merge;
-mod notes;
 pub mod output;
+mod part;
 mod share;
 mod system;
-mod team;
 
-pub use content::{Content, Record, Run, Seconds};
-pub use error::PartError;
-pub use file::PartFile;
-pub use identity::{Header, JobRecord};
-pub use keep::{Keeper, Ready};
-pub use merge::{Behind, Merged, merge};
-pub use notes::options_of_the_problem;
+pub use error::FileError;
+pub use identity::{Header, JobRecord, Named};
+pub use keep::Keeper;
+pub use merge::{Merged, merge};
+pub use part::{Batches, Part, Run, Seconds};
 pub use share::{Share, ShareError};
 pub use system::{SystemContent, SystemFile};
-pub use team::{Alone, END, Team, TeamWork};

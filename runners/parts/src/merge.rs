@@ -1,19 +1,27 @@
 //! Parts merged in batch order, whatever order they come in: the bits of one run.
 
 use core::ops::Range;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use fredholm::answer::{Answer, Of};
-use fredholm::{Goal, Model};
-use fredholm_core::{Batch, RunOptions, Schedule, Statistics, StopReason, Tail, Tolerance};
-use fredholm_rayon::{Outcome, stop};
+use fredholm::{Goal, Model, Observer};
+use fredholm_core::{Batch, Job, NotFinite, RunOptions, Statistics, StopReason, Tolerance};
+use fredholm_rayon::{BatchStore, Crew, Finished, Outcome, Piece, Runner, Work};
 
-use crate::content::{Content, Record, Seconds};
-use crate::error::PartError;
+use crate::error::FileError;
 use crate::identity::{Header, JobRecord};
+use crate::part::{Batches, Part, Seconds};
 use crate::share::Share;
+
+/// The most gaps and parts that are named.
+const NAMED: usize = 20;
+/// How many times as many walks as are told to be enough are proposed: the deviation is an estimate, too.
+const MORE: f64 = 1.1;
+/// More walks than anybody runs.
+const MOST: f64 = 1e17;
 
 /// Parts, merged as far as they go without a gap.
 #[derive(Clone, Debug)]
@@ -29,358 +37,174 @@ pub struct Merged {
     pub tolerance: Option<Tolerance>,
     /// The batches that some goal needs and no part has.
     pub missing: Vec<Range<u64>>,
-    /// Parts that are not there as a whole.
-    pub behind: Vec<Behind>,
+    /// The parts that should have had some of these, as far as other parts tell.
+    pub behind: Vec<Share>,
     /// Seconds of all parts together.
     pub seconds: Seconds,
-    /// The number of parts.
-    pub parts: usize,
 }
 
-/// A part of which batches are missing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Behind {
-    /// Which part it is.
-    pub share: Share,
-    /// The file, if there is one.
-    pub path: Option<PathBuf>,
-}
-
-/// What is known of a file before its batches are merged.
-struct Part {
-    path: PathBuf,
-    share: Option<Share>,
-    first: u64,
-}
-
-/// Merges parts of one run, in any order, and each as often as it comes. Only one file is in memory at a time, and batches
-/// that wait for others before them.
+/// Merges parts of one run, in any order, and each as often as it comes.
 ///
 /// # Errors
-/// [`PartError`]: a file is no part, is damaged, or belongs to other walks than the first one.
-pub fn merge(paths: &[PathBuf], tolerance: Option<Tolerance>) -> Result<Merged, PartError> {
-    let Surveyed {
-        header,
-        job,
-        mut parts,
-        seconds,
-    } = survey(paths)?;
-    parts.sort_by_key(|part| part.first);
-    let tolerance = tolerance.or(job.settings.tolerance);
-    let mut fold = Fold::new(&parts, job, tolerance)?;
-    for part in &parts {
-        let content = read(&part.path)?;
-        let run = content.as_ref().and_then(|content| content.runs.last());
-        for record in run.iter().flat_map(|run| &run.records) {
-            fold.add(&part.path, record)?;
-        }
-    }
-    Ok(fold.finish(header, &parts, tolerance, seconds))
-}
-
-/// What all parts have in common, and where each of them begins.
-struct Surveyed {
-    header: Header,
-    job: JobRecord,
-    parts: Vec<Part>,
-    seconds: Seconds,
-}
-
-/// Looks at all parts, and refuses those that are of other walks than the first.
-fn survey(paths: &[PathBuf]) -> Result<Surveyed, PartError> {
+/// [`FileError`]: a file is no part, is damaged, or belongs to other walks than the first one.
+pub fn merge(paths: &[PathBuf], tolerance: Option<Tolerance>) -> Result<Merged, FileError> {
     let first = paths.first().map_or(Path::new("no part"), PathBuf::as_path);
-    let mut all: Option<(Header, Option<JobRecord>)> = None;
-    let mut parts = Vec::new();
+    let mut known: Option<(Header, JobRecord)> = None;
+    let mut batches = Batches::new();
+    let mut shares = BTreeSet::new();
     let mut seconds = Seconds::default();
     for path in paths {
+        let bytes = fs::read(path).map_err(|error| FileError::not_opened(path, error))?;
+        let mut part = Part::read(path, &bytes)?;
         // What was begun only has nothing to merge.
-        let Some(mut content) = read(path)? else {
+        let Some(run) = part.runs.pop() else {
             continue;
         };
-        seconds.set_up += content.seconds.set_up;
-        seconds.walks += content.seconds.walks;
-        let run = content.runs.pop();
-        let batches = run.iter().flat_map(|run| &run.records);
-        parts.push(Part {
-            path: path.clone(),
-            share: content.share,
-            first: batches.map(|record| record.batch).min().unwrap_or(u64::MAX),
-        });
-        let job = run.map(|run| run.job);
-        match &mut all {
-            None => all = Some((content.header, job)),
-            Some((header, known)) => {
-                refuse_other(path, first, header.difference(&content.header))?;
-                join(path, first, known, job)?;
+        match &mut known {
+            None => known = Some((part.header, run.job)),
+            Some((header, job)) => {
+                let what = header.difference(&part.header);
+                if let Some(what) = what.or_else(|| job.difference(&run.job)) {
+                    let first = first.display();
+                    let message =
+                        format!("it is a part of other walks than {first}: {what} (here: {first})");
+                    return Err(FileError::refused(path, message));
+                }
+                if run.job.walks() > job.walks() {
+                    *job = run.job;
+                }
             }
         }
+        add(path, &mut batches, run.batches)?;
+        shares.extend(part.share);
+        seconds.set_up += part.seconds.set_up;
+        seconds.walks += part.seconds.walks;
     }
-    match all {
-        Some((header, Some(job))) => Ok(Surveyed {
-            header,
-            job,
-            parts,
-            seconds,
-        }),
-        _ => Err(PartError::refused(
-            first,
-            "no part has begun to walk: give their commands again",
-        )),
-    }
+    let Some((header, job)) = known else {
+        let message = "no part has begun to walk: give their commands again";
+        return Err(FileError::refused(first, message));
+    };
+    let tolerance = tolerance.or(job.settings.tolerance);
+    let mut options = RunOptions::new(job.walks());
+    options.batch = job.settings.batch();
+    options.tolerance = tolerance;
+    let kept = Kept {
+        job: &job,
+        batches: &batches,
+        active: Mutex::default(),
+    };
+    let runner = Runner {
+        crew: &kept,
+        store: &kept,
+        ..Runner::new(options)
+    };
+    let outcome = runner.run(&kept, &kept);
+    let outcome = outcome.map_err(|error| FileError::refused(first, error))?;
+    let missing = match outcome.stop {
+        StopReason::Cancelled => kept.missing(options.batches()),
+        _ => Vec::new(),
+    };
+    Ok(Merged {
+        behind: behind(&shares, &missing, &options),
+        header,
+        outcome,
+        tolerance,
+        missing,
+        seconds,
+        job,
+    })
 }
 
-/// Joins the job of a part with that of those before, the larger number of walks of both.
-fn join(
-    path: &Path,
-    first: &Path,
-    known: &mut Option<JobRecord>,
-    job: Option<JobRecord>,
-) -> Result<(), PartError> {
-    match (known, job) {
-        (Some(known), Some(job)) => {
-            refuse_other(path, first, known.difference(&job))?;
-            if job.walks() > known.walks() {
-                *known = job;
-            }
+/// Adds the batches of a file to those before. The last batch of a run may be short, and is whole in a longer one.
+fn add(path: &Path, all: &mut Batches, more: Batches) -> Result<(), FileError> {
+    for (key, statistics) in more {
+        let known = all.entry(key).or_insert(statistics);
+        if known.walks() < statistics.walks() {
+            *known = statistics;
+        } else if known.walks() == statistics.walks() && *known != statistics {
+            let (batch, goal) = key;
+            let message = format!(
+                "batch {batch} of goal {goal} has another result than in a file before: the programs that made them differ"
+            );
+            return Err(FileError::refused(path, message));
         }
-        (known, job) => *known = known.take().or(job),
     }
     Ok(())
 }
 
-/// The content of a part; `None`: not even its beginning was written.
-fn read(path: &Path) -> Result<Option<Content>, PartError> {
-    let bytes = fs::read(path)
-        .map_err(|error| PartError::refused(path, format_args!("cannot read it: {error}")))?;
-    Content::begun(path, &bytes)
+/// Walks that are all known, or not there: a runner merges them without running any.
+struct Kept<'a> {
+    job: &'a JobRecord,
+    batches: &'a Batches,
+    /// The goals of the last stage.
+    active: Mutex<BTreeSet<usize>>,
 }
 
-fn refuse_other(path: &Path, first: &Path, what: Option<String>) -> Result<(), PartError> {
-    what.map_or(Ok(()), |what| {
-        let first = first.display();
-        let message = format!("it is a part of other walks than {first}: {what} (here: {first})");
-        Err(PartError::refused(path, message))
-    })
-}
-
-/// One goal, merged up to its first gap.
-struct Front {
-    statistics: Statistics,
-    tail: Tail,
-    /// The batch that comes next.
-    next: u64,
-    schedule: Schedule,
-    stop: Option<StopReason>,
-}
-
-/// Batches on their way into the fronts of all goals.
-struct Fold {
-    job: JobRecord,
-    options: RunOptions,
-    fronts: Vec<Front>,
-    waiting: BTreeMap<(usize, u64), Statistics>,
-}
-
-impl Fold {
-    fn new(
-        parts: &[Part],
-        job: JobRecord,
-        tolerance: Option<Tolerance>,
-    ) -> Result<Self, PartError> {
-        let mut options = RunOptions::new(job.walks());
-        options.batch = job.settings.walk_options().batch;
-        options.tolerance = tolerance;
-        let schedule = Schedule::new(options).map_err(|error| {
-            let path = parts.first().map_or(Path::new(""), |part| &part.path);
-            PartError::refused(path, error)
-        })?;
-        let front = || Front {
-            statistics: Statistics::default(),
-            tail: Tail::default(),
-            next: 0,
-            schedule,
-            stop: None,
-        };
-        Ok(Self {
-            options,
-            fronts: (0..job.set_up.goals).map(|_| front()).collect(),
-            job,
-            waiting: BTreeMap::new(),
-        })
-    }
-
-    /// Adds a batch, and all that waited for it.
-    fn add(&mut self, path: &Path, record: &Record) -> Result<(), PartError> {
-        let Record {
-            goal,
-            batch,
-            statistics,
-            ..
-        } = *record;
-        let goal = goal as usize;
-        let RunOptions {
-            walks, batch: size, ..
-        } = self.options;
-        let Some(filled) = Batch::resume(batch, size, walks, statistics) else {
-            return Err(PartError::refused(
-                path,
-                format_args!(
-                    "batch {batch} has {} walks, more than it can have",
-                    statistics.walks()
-                ),
-            ));
-        };
-        let Some(front) = self.fronts.get(goal) else {
-            return Err(PartError::refused(
-                path,
-                format_args!("there is no goal {goal}"),
-            ));
-        };
-        // The last batch of a run may be short, and is whole in a longer one.
-        if !filled.is_done() || statistics.walks() == 0 || batch < front.next {
-            return Ok(());
-        }
-        match self.waiting.insert((goal, batch), statistics) {
-            Some(before) if before.to_bytes() != statistics.to_bytes() => {
-                return Err(PartError::refused(
-                    path,
-                    format_args!(
-                        "batch {batch} of goal {goal} has another result than in a file before: the programs that made \
-                         them differ"
-                    ),
-                ));
-            }
-            _ => {}
-        }
-        let shared = self.job.set_up.shared.max(1);
-        let first = goal - goal % shared;
-        self.merge_next(first..(first + shared).min(self.fronts.len()));
-        Ok(())
-    }
-
-    /// Merges the next batches of goals that share their walks while all of these have them.
-    fn merge_next(&mut self, sharing: Range<usize>) {
-        let (set_up, scalar) = (&self.job.set_up, self.job.settings.scalar);
-        let Some(fronts) = self.fronts.get_mut(sharing.clone()) else {
-            return;
-        };
-        while let Some(next) = fronts.first().map(|front| front.next)
-            && sharing
-                .clone()
-                .all(|goal| self.waiting.contains_key(&(goal, next)))
-        {
-            let goals = sharing.clone().zip(&mut *fronts);
-            let reasons = goals.map(|(goal, front)| {
-                let batch = self.waiting.remove(&(goal, next)).unwrap_or_default();
-                front.merge(&batch, |statistics| set_up.floor(scalar, statistics))
-            });
-            // They stop with the last of them, and no one before.
-            let reasons: Vec<Option<StopReason>> = reasons.collect();
-            if reasons.iter().all(Option::is_some) {
-                for (front, reason) in fronts.iter_mut().zip(reasons) {
-                    front.stop = front.stop.or(reason);
-                }
-            } else {
-                fronts.iter_mut().for_each(Front::go_on);
-            }
-        }
-    }
-
-    /// The batches that a goal needs and nobody has.
-    fn gaps(&self, goal: usize, front: &Front) -> Vec<Range<u64>> {
-        let end = self.options.batches();
-        let mut gaps = Vec::new();
-        let mut next = front.next;
-        for &(_, batch) in self
-            .waiting
-            .range((goal, next)..(goal, end))
-            .map(|(key, _)| key)
-        {
-            if batch > next {
-                gaps.push(next..batch);
-            }
-            next = batch + 1;
-        }
-        if next < end {
-            gaps.push(next..end);
-        }
-        gaps
-    }
-
-    /// The batches that some goal needs and nobody has, in order.
-    fn missing(&self) -> Vec<Range<u64>> {
-        let open = self
-            .fronts
-            .iter()
-            .enumerate()
-            .filter(|(_, front)| front.stop.is_none());
-        let mut gaps: Vec<_> = open
-            .flat_map(|(goal, front)| self.gaps(goal, front))
-            .collect();
-        gaps.sort_unstable_by_key(|gap| gap.start);
+impl Kept<'_> {
+    /// The batches up to this one that a goal lacks which has not stopped.
+    fn missing(&self, end: u64) -> Vec<Range<u64>> {
+        let active = self.active.lock().unwrap_or_else(PoisonError::into_inner);
+        let has = |goal: usize, batch: u64| self.batches.contains_key(&(batch, goal as u64));
         let mut missing: Vec<Range<u64>> = Vec::new();
-        for gap in gaps {
+        for batch in (0..end).filter(|&batch| !active.iter().all(|&goal| has(goal, batch))) {
             match missing.last_mut() {
-                Some(last) if gap.start <= last.end => last.end = last.end.max(gap.end),
-                _ => missing.push(gap),
+                Some(last) if last.end == batch => last.end += 1,
+                _ => missing.push(batch..batch + 1),
             }
         }
         missing
     }
+}
 
-    fn finish(
-        self,
-        header: Header,
-        parts: &[Part],
-        tolerance: Option<Tolerance>,
-        seconds: Seconds,
-    ) -> Merged {
-        let missing = self.missing();
-        let reasons = self.fronts.iter().map(|front| front.stop);
-        let stop = reasons
-            .map(|stop| stop.unwrap_or(StopReason::Cancelled))
-            .max();
-        Merged {
-            header,
-            behind: behind(parts, &missing, &self.options),
-            missing,
-            outcome: Outcome {
-                statistics: self.fronts.iter().map(|front| front.statistics).collect(),
-                tails: self.fronts.iter().map(|front| front.tail).collect(),
-                stop: stop.unwrap_or(StopReason::Done),
-            },
-            job: self.job,
-            tolerance,
-            seconds,
-            parts: parts.len(),
-        }
+impl Job for Kept<'_> {
+    fn goals(&self) -> usize {
+        self.job.set_up.goals
+    }
+
+    fn shared(&self) -> usize {
+        self.job.set_up.shared.max(1)
+    }
+
+    fn run(&self, _: usize, _: &mut Batch, _: u64) -> Result<(), NotFinite> {
+        Ok(())
+    }
+}
+
+impl BatchStore for Kept<'_> {
+    fn known(&self, goal: usize, batch: u64) -> Option<Statistics> {
+        self.batches.get(&(batch, goal as u64)).copied()
+    }
+}
+
+impl Crew for Kept<'_> {
+    fn stage(&self, known: Vec<Finished>, work: &Work<'_>) -> Vec<Finished> {
+        let open = work.pieces.iter().copied();
+        let pieces = known.iter().map(|finished| finished.piece).chain(open);
+        let goals = pieces.map(|Piece { goal, .. }| goal).collect();
+        *self.active.lock().unwrap_or_else(PoisonError::into_inner) = goals;
+        known
+    }
+}
+
+impl Observer for Kept<'_> {
+    fn rounding_floor(&self, statistics: &Statistics) -> Option<f64> {
+        let scalar = self.job.settings.scalar;
+        Some(self.job.set_up.floor(scalar, statistics))
     }
 }
 
 /// The shares, of the kinds that there are, which have some of the missing batches.
-fn behind(parts: &[Part], missing: &[Range<u64>], options: &RunOptions) -> Vec<Behind> {
-    let mut kinds: Vec<(u64, u64)> = Vec::new();
-    for share in parts.iter().filter_map(|part| part.share) {
-        if !kinds.contains(&(share.of, share.after)) {
-            kinds.push((share.of, share.after));
-        }
-    }
+fn behind(shares: &BTreeSet<Share>, missing: &[Range<u64>], options: &RunOptions) -> Vec<Share> {
+    // One of each number of parts and of walks before them.
+    let kinds: BTreeMap<_, _> = shares.iter().map(|s| ((s.of, s.after), *s)).collect();
     let all = kinds
-        .iter()
-        .flat_map(|&(of, after)| (1..=of).map(move |part| Share { part, of, after }));
+        .into_values()
+        .flat_map(|share| (1..=share.of).map(move |part| Share { part, ..share }));
     let lacks = |share: &Share| {
         let Range { start, end } = share.batches(options);
         missing.iter().any(|gap| gap.start < end && start < gap.end)
     };
-    let path = |share: &Share| {
-        let found = parts.iter().find(|part| part.share == Some(*share));
-        found.map(|part| part.path.clone())
-    };
-    let behind = |share: Share| Behind {
-        path: path(&share),
-        share,
-    };
-    all.filter(lacks).map(behind).collect()
+    all.filter(lacks).take(NAMED).collect()
 }
 
 impl Merged {
@@ -401,6 +225,30 @@ impl Merged {
         Answer::new(&of, &set_up, self.outcome.clone(), self.seconds.walks)
     }
 
+    /// The batches that are missing, and the parts that should have them, in words; `None`: none is missing.
+    #[must_use]
+    pub fn missing_text(&self) -> Option<String> {
+        if self.missing.is_empty() {
+            return None;
+        }
+        let one = |range: &Range<u64>| match range.end - range.start {
+            1 => format!("{}", range.start + 1),
+            _ => format!("{} to {}", range.start + 1, range.end),
+        };
+        let mut missing: Vec<String> = self.missing.iter().take(NAMED).map(one).collect();
+        if self.missing.len() > NAMED {
+            missing.push("…".to_owned());
+        }
+        let missing = missing.join(", ");
+        let all = self.job.walks().div_ceil(self.job.settings.batch().max(1));
+        let parts: Vec<String> = self.behind.iter().map(Share::to_string).collect();
+        let parts = match parts.is_empty() {
+            true => String::new(),
+            false => format!(", of parts {}", parts.join(", ")),
+        };
+        Some(format!("batches {missing} of {all} are missing{parts}"))
+    }
+
     /// The number of walks of each goal that its tolerance takes by the deviation so far, and a tenth more; `None`: there
     /// is no tolerance, or it is reached, or no number is enough.
     #[must_use]
@@ -416,44 +264,7 @@ impl Merged {
         });
         let most = MORE * needed.fold(0.0, f64::max);
         let batch = self.job.settings.batch();
-        (most < MOST).then(|| {
-            (most as u64)
-                .max(self.job.walks() + batch)
-                .next_multiple_of(batch)
-        })
-    }
-}
-
-/// How many times as many walks as are told to be enough are proposed: the deviation is an estimate, too.
-const MORE: f64 = 1.1;
-/// More walks than anybody runs.
-const MOST: f64 = 1e17;
-
-impl Front {
-    /// Merges the next batch, unless the goal has stopped before it, and says why it would stop now.
-    fn merge(
-        &mut self,
-        batch: &Statistics,
-        floor: impl Fn(&Statistics) -> f64,
-    ) -> Option<StopReason> {
-        self.next += 1;
-        if self.stop.is_some() {
-            return self.stop;
-        }
-        self.statistics.merge(batch);
-        self.tail.add(batch);
-        self.schedule.end_batch();
-        if !self.schedule.stage().is_empty() {
-            return None;
-        }
-        let floor = floor(&self.statistics);
-        stop(&self.schedule, &self.statistics, &self.tail, Some(floor))
-    }
-
-    /// Begins the next stage, if this one is over and the goal has not stopped.
-    fn go_on(&mut self) {
-        if self.stop.is_none() && self.schedule.stage().is_empty() {
-            self.schedule.begin_stage();
-        }
+        let least = self.job.walks() + batch;
+        (most < MOST).then(|| (most as u64).max(least).next_multiple_of(batch))
     }
 }

@@ -1,49 +1,14 @@
 //! Files that are written whole or not at all.
 
-use core::fmt::{self, Display};
-use std::fs;
-use std::io::Write;
+use core::fmt::Display;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf, is_separator};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-/// Why a file is not written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutputError {
-    /// Which file it is, as a message begins.
-    pub file: String,
-    /// The reason.
-    pub why: String,
-    /// Whether another path would help, and not more room.
-    pub is_input: bool,
-}
-
-impl Display for OutputError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.file, self.why)
-    }
-}
-
-impl core::error::Error for OutputError {}
-
-impl OutputError {
-    fn refused(option: &str, path: &Path, why: &dyn Display) -> Self {
-        Self {
-            file: format!("`{option} {}`", path.display()),
-            why: why.to_string(),
-            is_input: true,
-        }
-    }
-
-    fn failed(path: &Path, why: &dyn Display) -> Self {
-        Self {
-            file: format!("cannot write {}", path.display()),
-            why: why.to_string(),
-            is_input: false,
-        }
-    }
-}
+use crate::error::FileError;
 
 /// What an abrupt end must not leave behind: temporary files, and folders that were made for them.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -85,10 +50,10 @@ impl Output {
     /// Makes sure that the path of an option, `--out` for instance, can be written.
     ///
     /// # Errors
-    /// [`OutputError`]: it is a folder, or nothing can be written there.
-    pub fn open(option: &str, path: &Path) -> Result<Self, OutputError> {
+    /// [`FileError`]: it is a folder, or nothing can be written there.
+    pub fn open(option: &str, path: &Path) -> Result<Self, FileError> {
         let mut unfinished = unfinished();
-        let refuse = |why: &dyn Display| OutputError::refused(option, path, why);
+        let refuse = |why: &dyn Display| FileError::of_option(option, path, why);
         // A file's name does not end in a separator, though `Path` does not see it.
         let bytes = path.as_os_str().as_encoded_bytes();
         let separated = bytes.last().is_some_and(|&b| is_separator(char::from(b)));
@@ -125,34 +90,40 @@ impl Output {
     /// Writes the content and gives the file its name.
     ///
     /// # Errors
-    /// [`OutputError`]: it cannot be written.
-    pub fn finish(self, content: impl AsRef<[u8]>) -> Result<(), OutputError> {
-        self.finish_with(|file| file.write_all(content.as_ref()))
+    /// [`FileError`]: it cannot be written.
+    pub fn finish(self, content: impl AsRef<[u8]>) -> Result<(), FileError> {
+        self.finish_with(|file| file.write_all(content.as_ref()))?;
+        Ok(())
+    }
+
+    /// This file, locked for other processes as long as it is open. Where a file system has no such thing, it has none.
+    pub(crate) fn locked(self) -> Self {
+        let _ = self.file.as_file().try_lock();
+        self
     }
 
     /// Writes piece by piece what is too large to be kept, and gives the file its name.
     ///
     /// # Errors
-    /// [`OutputError`]: it cannot be written.
+    /// [`FileError`]: it cannot be written.
     pub fn finish_with(
         mut self,
-        write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> Result<(), OutputError> {
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<File, FileError> {
+        let temporary = self.file.path().to_owned();
         let path = self.path;
-        let fail = |error: &dyn Display| OutputError::failed(&path, error);
-        write(&mut self.file)
+        let finished = write(&mut self.file)
             .and_then(|()| self.file.as_file().sync_all())
             .and_then(|()| open_to_others(&self.file))
-            .map_err(|error| fail(&error))?;
-        self.file
-            .persist(&path)
-            .map_err(|error| fail(&error.error))?;
-        Ok(())
+            .and_then(|()| Ok(self.file.persist(&path)?))
+            .map_err(|error| FileError::not_written(&path, error));
+        unfinished().retain(|path| *path != temporary);
+        finished
     }
 }
 
 /// Temporary files are private; results are as other files.
-fn open_to_others(file: &NamedTempFile) -> std::io::Result<()> {
+fn open_to_others(file: &NamedTempFile) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -166,12 +137,12 @@ fn open_to_others(file: &NamedTempFile) -> std::io::Result<()> {
 /// The files of the folder of an option, which is made if it is not there.
 ///
 /// # Errors
-/// [`OutputError`]: nothing can be written there.
+/// [`FileError`]: nothing can be written there.
 pub fn open_all<const N: usize>(
     option: &str,
     folder: &Path,
     names: [&str; N],
-) -> Result<[Output; N], OutputError> {
+) -> Result<[Output; N], FileError> {
     let mut unfinished = unfinished();
     // Folders around it too, the outermost first.
     let new = folder
@@ -182,10 +153,10 @@ pub fn open_all<const N: usize>(
     // Before they are made: of several, one may be there when another cannot be.
     unfinished.extend(new);
     fs::create_dir_all(folder).map_err(|error| {
-        OutputError::refused(
+        FileError::of_option(
             option,
             folder,
-            &format_args!("cannot make this folder: {error}"),
+            format_args!("cannot make this folder: {error}"),
         )
     })?;
     drop(unfinished);
@@ -195,5 +166,5 @@ pub fn open_all<const N: usize>(
     }
     outputs
         .try_into()
-        .map_err(|_| OutputError::failed(folder, &"as many files as names"))
+        .map_err(|_| FileError::not_written(folder, &"as many files as names"))
 }

@@ -7,6 +7,9 @@ use core::str::FromStr;
 use fredholm_core::RunOptions;
 use serde::{Deserialize, Serialize};
 
+/// The most parts of a run.
+const MOST: u64 = 1_000_000;
+
 /// The share k/n of the batches of a run: consecutive ones, as many as the others have or one more.
 ///
 /// ```
@@ -23,14 +26,14 @@ use serde::{Deserialize, Serialize};
 /// assert!("4/3".parse::<Share>().is_err());
 /// # Ok::<(), fredholm_parts::ShareError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Share {
-    /// k, the number of the part, from 1.
-    pub part: u64,
     /// n, the number of parts.
     pub of: u64,
     /// Walks of each goal that other parts have: the batches behind these are shared out.
     pub after: u64,
+    /// k, the number of the part, from 1.
+    pub part: u64,
 }
 
 /// Why a text is no share.
@@ -51,12 +54,12 @@ impl FromStr for Share {
     fn from_str(text: &str) -> Result<Self, ShareError> {
         let (part, of) = text.split_once('/').ok_or(ShareError)?;
         let number = |text: &str| text.trim().parse::<u64>().map_err(|_| ShareError);
-        let share = Self {
-            part: number(part)?,
-            of: number(of)?,
-            after: 0,
-        };
-        share.checked()
+        let (part, of) = (number(part)?, number(of)?);
+        let is_there = (1..=of).contains(&part) && of <= MOST;
+        let after = 0;
+        is_there
+            .then_some(Self { of, after, part })
+            .ok_or(ShareError)
     }
 }
 
@@ -66,19 +69,7 @@ impl fmt::Display for Share {
     }
 }
 
-/// The most parts of a run.
-const MOST: u64 = 1_000_000;
-
 impl Share {
-    /// The share, if there is one of these numbers.
-    ///
-    /// # Errors
-    /// [`ShareError`]: there is none, or more than a million.
-    pub fn checked(self) -> Result<Self, ShareError> {
-        let is_there = (1..=self.of).contains(&self.part) && self.of <= MOST;
-        is_there.then_some(self).ok_or(ShareError)
-    }
-
     /// The batches of a run that are this share, of every goal.
     #[must_use]
     pub fn batches(&self, options: &RunOptions) -> Range<u64> {

@@ -1,17 +1,18 @@
 //! Solved systems in files: that they are used, shared, and never written in place.
 
+use std::borrow::Cow;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fredholm::systems::SystemStore;
 use fredholm::{CubeModel, Solver};
 use fredholm_core::Statistics;
-use fredholm_parts::{Alone, Header, PartError, SystemContent, SystemFile};
+use fredholm_parts::{Header, SystemContent, SystemFile};
 use tempfile::TempDir;
 
 fn header() -> Header {
     let problem = vec![("problem".to_owned(), "x y/2, x".to_owned())];
-    Header::new(problem, String::new(), String::new(), String::new())
+    Header::new(problem, String::new(), String::new())
 }
 
 /// The bytes of the statistics of a run of u = 6x/5 on this number of cells.
@@ -27,40 +28,63 @@ fn walks(cells: usize, systems: Option<&dyn SystemStore>) -> Vec<[u8; Statistics
     all.map(Statistics::to_bytes).collect()
 }
 
-fn open(path: &Path) -> Result<SystemFile<'static>, PartError> {
-    SystemFile::open(path, &header(), &Alone)
+/// A file with the system of four cells.
+fn made(folder: &TempDir) -> PathBuf {
+    let path = folder.path().join("system");
+    walks(4, Some(&SystemFile::make(&path, &header()).unwrap()));
+    path
+}
+
+/// The refusal of a run on this number of cells that follows this file.
+fn refusal(cells: usize, file: &SystemFile) -> String {
+    let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    let solver = Solver::new(&u).mean().cells(cells).systems(file);
+    solver.solve().unwrap_err().to_string()
+}
+
+fn write(path: &Path, content: &SystemContent<'_>) {
+    let mut bytes = Vec::new();
+    content.write(&mut bytes).unwrap();
+    fs::write(path, bytes).unwrap();
 }
 
 #[test]
 fn the_numbers_of_the_file_are_those_that_walks_follow() {
     let folder = TempDir::new().unwrap();
-    let path = folder.path().join("system");
+    let path = made(&folder);
     let expected = walks(4, None);
-    let file = SystemFile::make(&path, &header(), &Alone).unwrap();
-    assert_eq!(walks(4, Some(&file)), expected);
-    assert_eq!(walks(4, Some(&open(&path).unwrap())), expected);
+    let mapped = SystemFile::open(&path, &header());
+    assert_eq!(walks(4, Some(&mapped)), expected);
     // Another v, a good file otherwise: as right, with other bits.
     let bytes = fs::read(&path).unwrap();
     let mut content = SystemContent::read(&path, &bytes).unwrap();
     content.saved.solution.to_mut().v[0] += 0.1;
-    let mut changed = Vec::new();
-    content.write(&mut changed).unwrap();
-    let mapped = open(&path).unwrap();
     fs::remove_file(&path).unwrap();
-    fs::write(&path, &changed).unwrap();
-    assert_ne!(walks(4, Some(&open(&path).unwrap())), expected);
+    write(&path, &content);
+    let other = SystemFile::make(&path, &header()).unwrap();
+    assert_ne!(walks(4, Some(&other)), expected);
     // Whoever had the file mapped keeps what was there.
     assert_eq!(walks(4, Some(&mapped)), expected);
 }
 
 #[test]
+fn numbers_are_read_where_they_lie() {
+    let bytes = fs::read(made(&TempDir::new().unwrap())).unwrap();
+    // At every place of the memory, one of which is a multiple of 8.
+    let borrowed = (0..8).filter(|&offset| {
+        let moved = [&vec![0; offset][..], &bytes].concat();
+        let read = SystemContent::read(Path::new("a"), &moved[offset..]).unwrap();
+        let is_borrowed = matches!(read.saved.coefficients, Cow::Borrowed(_));
+        assert_eq!(is_borrowed, moved[offset..].as_ptr().addr() % 8 == 0);
+        is_borrowed
+    });
+    assert_eq!(borrowed.count(), 1);
+}
+
+#[test]
 fn numbers_that_do_not_fit_the_cells_are_refused() {
     let folder = TempDir::new().unwrap();
-    let path = folder.path().join("system");
-    walks(
-        4,
-        Some(&SystemFile::make(&path, &header(), &Alone).unwrap()),
-    );
+    let path = made(&folder);
     let bytes = fs::read(&path).unwrap();
     let changes: [fn(&mut SystemContent<'_>); 6] = [
         |content| content.saved.solution.to_mut().v.push(0.0),
@@ -73,51 +97,39 @@ fn numbers_that_do_not_fit_the_cells_are_refused() {
     for change in changes {
         let mut content = SystemContent::read(&path, &bytes).unwrap();
         change(&mut content);
-        let mut changed = Vec::new();
-        content.write(&mut changed).unwrap();
-        fs::write(&path, &changed).unwrap();
-        let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-        let file = open(&path).unwrap();
-        let error = Solver::new(&u)
-            .mean()
-            .cells(4)
-            .systems(&file)
-            .solve()
-            .unwrap_err();
-        assert!(
-            error.to_string().contains("do not fit these cells"),
-            "{error}"
-        );
+        write(&path, &content);
+        let error = refusal(4, &SystemFile::open(&path, &header()));
+        assert!(error.contains("do not fit these cells"), "{error}");
     }
 }
 
 #[test]
-fn a_system_of_other_cells_or_another_equation_is_refused() {
+fn a_system_that_is_damaged_or_of_other_cells_or_another_equation_is_refused() {
     let folder = TempDir::new().unwrap();
-    let path = folder.path().join("system");
-    walks(
-        4,
-        Some(&SystemFile::make(&path, &header(), &Alone).unwrap()),
-    );
-    let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-    let file = open(&path).unwrap();
-    let error = Solver::new(&u)
-        .mean()
-        .cells(5)
-        .systems(&file)
-        .solve()
-        .unwrap_err();
-    assert!(
-        error.to_string().contains("`cells` is 5 here and 4 there"),
-        "{error}"
-    );
+    let path = made(&folder);
+    let error = refusal(5, &SystemFile::open(&path, &header()));
+    assert!(error.contains("cells: 5 here and cells: 4"), "{error}");
     let other = vec![("problem".to_owned(), "x y/3, x".to_owned())];
-    let other = Header::new(other, String::new(), String::new(), String::new());
-    for open in [SystemFile::open, SystemFile::make] {
-        let error = open(&path, &other, &Alone).unwrap_err();
-        assert!(
-            error.is_input && error.message.contains("`problem` is x y/3"),
-            "{error}"
-        );
+    let other = Header::new(other, String::new(), String::new());
+    let files = [
+        SystemFile::open(&path, &other),
+        SystemFile::make(&path, &other).unwrap(),
+    ];
+    for file in files {
+        let error = refusal(4, &file);
+        assert!(error.contains("`problem` has x y/3"), "{error}");
+    }
+    let good = fs::read(&path).unwrap();
+    for place in 0..good.len() {
+        let mut spoilt = good.clone();
+        spoilt[place] ^= 1;
+        let error = SystemContent::read(&path, &spoilt).unwrap_err();
+        let expected = match place {
+            0..16 => "no solved system",
+            16..24 => "another version of the format",
+            _ => "cut off or damaged",
+        };
+        assert!(error.message.contains(expected), "{place}: {error}");
+        assert!(SystemContent::read(&path, &good[..place]).is_err());
     }
 }

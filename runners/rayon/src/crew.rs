@@ -29,7 +29,7 @@ pub struct Finished {
 /// The work of a stage, as a crew sees it.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
-    /// The pieces to run. They are taken in this order, so that those taken are a beginning without a gap.
+    /// The pieces to run, in this order.
     pub pieces: &'a [Piece],
     /// Runs a piece on this thread, to its end or until [`stopped`](Self::stopped): the results of all goals that share its walks.
     pub run: &'a (dyn Fn(Piece) -> Vec<Finished> + Sync),
@@ -65,9 +65,18 @@ impl core::fmt::Debug for Work<'_> {
 /// assert!(Alone.stage(Vec::new(), &work).is_empty());
 /// ```
 pub trait Crew: Sync {
-    /// The results of the pieces that were known before and of those that were run, in any order. Where several processes
-    /// follow the same run, each of them gets the same.
+    /// The results of the pieces that were known before and of those that were run, in any order: of a goal those count that are
+    /// a beginning without a gap. Where several processes follow the same run, each of them gets the same.
     fn stage(&self, known: Vec<Finished>, work: &Work<'_>) -> Vec<Finished>;
+
+    /// Compares what the processes are about to run, by a digest of all that the results depend on.
+    ///
+    /// # Errors
+    /// They are about to run different walks.
+    fn agree(&self, digest: u64) -> Result<(), String> {
+        let _ = digest;
+        Ok(())
+    }
 }
 
 /// The threads of the current rayon pool.

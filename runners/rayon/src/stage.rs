@@ -118,7 +118,7 @@ impl Stage<'_> {
         let work = Work {
             pieces: &open,
             run: &run,
-            stopped: &|| clock.stopped(),
+            stopped: &|| clock.stopped() || self.runner.store.is_broken(),
             came: &came,
         };
         let mut finished = self.runner.crew.stage(known, &work);
@@ -172,19 +172,19 @@ impl Stage<'_> {
 
     /// Merges the batches of every goal, and says how many of them had all their walks.
     fn merge(&self, finished: &[Finished], outcome: &mut Outcome) -> Result<usize, RunError> {
-        let mut open = vec![true; outcome.statistics.len()];
+        let mut next = vec![self.batches.start; outcome.statistics.len()];
         let mut complete = 0;
         for finished in finished {
             let Piece { batch, goal } = finished.piece;
             if let Some(NotFinite { walk }) = finished.not_finite {
                 return Err(RunError::NotFinite { goal, batch, walk });
             }
-            // Behind a batch that was cut short the walks have a gap.
-            if open[goal] {
+            // Behind a batch that is not there, or was cut short, the walks have a gap.
+            if next[goal] == batch {
                 outcome.statistics[goal].merge(&finished.statistics);
                 outcome.tails[goal].add(&finished.statistics);
+                next[goal] += u64::from(finished.is_whole);
             }
-            open[goal] &= finished.is_whole;
             complete += usize::from(finished.is_whole);
         }
         Ok(complete)

@@ -39,6 +39,10 @@ pub trait BatchStore: Sync {
     fn keep(&self, goal: usize, batch: u64, statistics: &Statistics) {
         let _ = (goal, batch, statistics);
     }
+    /// Whether batches cannot be kept any more, so that the run ends as if it were cancelled.
+    fn is_broken(&self) -> bool {
+        false
+    }
 }
 
 impl BatchStore for () {}
