@@ -2,5 +2,5 @@
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     fredholm_hostile::part(bytes);
-    fredholm_hostile::part_with_checksums(bytes);
+    fredholm_hostile::part_with_checksum(bytes);
 });

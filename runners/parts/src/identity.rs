@@ -162,9 +162,14 @@ pub(crate) fn difference(here: &[Named], there: &[Named]) -> Option<String> {
         let (here, there) = (of(here, name), of(there, name));
         // Lists of things with a name each are long: what differs is one of them.
         let (mut one, mut two) = (here.split(", "), there.split(", "));
-        let shown = |text: &str| match text.chars().take(SHOWN).collect::<String>() {
-            shown if shown.is_empty() => "nothing".to_owned(),
-            shown => shown,
+        let shown = |text: &str| {
+            let inner = text.rsplit("{ ").next().unwrap_or(text);
+            let shown: String = inner.trim_end_matches(" }").chars().take(SHOWN).collect();
+            if shown.is_empty() {
+                "nothing".to_owned()
+            } else {
+                shown
+            }
         };
         loop {
             match (one.next(), two.next()) {

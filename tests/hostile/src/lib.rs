@@ -6,12 +6,13 @@
 //! (`fuzz/`) call these functions, and so do the tests here, which need no fuzzer.
 
 mod bytes;
+mod container;
 mod memory;
 mod part;
 mod system;
 mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
-pub use part::{good_part, part, part_with_checksums};
+pub use part::{good_part, part, part_with_checksum};
 pub use system::{good_systems, system, system_of_numbers, system_with_checksum};
 pub use text::{deck, formula, problem_file, scene};

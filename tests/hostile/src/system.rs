@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use crc::{CRC_64_XZ, Crc, Table};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::model::Request;
 use fredholm::room::{Material, Surfaces};
@@ -15,13 +14,8 @@ use fredholm::{
 use fredholm_core::Batch;
 use fredholm_parts::SystemContent;
 
+use crate::container::mended;
 use crate::memory::Bound;
-
-static CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);
-
-/// Bytes of the checksum at the end, and of what stands before the head.
-const SUM: usize = 8;
-const START: usize = 32;
 
 /// What reading takes: the smallest named values become two texts each, in lists that grow to twice their size.
 const MEMORY: Bound = Bound {
@@ -183,18 +177,11 @@ fn numbers(saved: &SavedSystem<'_>) -> (Vec<u64>, Vec<u64>, Vec<u8>, u32, [u64; 
 /// # Panics
 /// As [`system`].
 pub fn system_with_checksum(bytes: &[u8]) {
-    let mut mended = bytes.to_vec();
-    let Some(end) = mended.len().checked_sub(SUM).filter(|&end| end >= START) else {
-        return;
-    };
-    mended[..24].copy_from_slice(b"fredholm system 1      \n");
     // The head ends with the first bracket that does, if there is one.
-    if let Some(length) = mended[START..end].windows(2).position(|two| two == b"]}") {
-        mended[24..START].copy_from_slice(&(length as u64 + 2).to_le_bytes());
+    let end = |head: &[u8]| head.windows(2).position(|two| two == b"]}");
+    if let Some(mended) = mended(bytes, b"fredholm system 2      \n", end) {
+        system(&mended);
     }
-    let sum = CRC.checksum(&mended[..end]);
-    mended[end..].copy_from_slice(&sum.to_le_bytes());
-    system(&mended);
 }
 
 /// The numbers of a good system of every kind.

@@ -1,7 +1,7 @@
 //! Ten million inputs, as many for each reader: good ones that are spoilt, by a loop without a fuzzer.
 
 use fredholm_hostile::{
-    deck, formula, good_part, good_systems, part, part_with_checksums, problem_file, scene, system,
+    deck, formula, good_part, good_systems, part, part_with_checksum, problem_file, scene, system,
     system_of_numbers, system_with_checksum, table, table_with_checksum,
 };
 
@@ -98,7 +98,7 @@ fn millions_of_inputs_are_read_or_refused() {
 fn millions_of_parts_are_read_or_refused() {
     let good = good_part();
     // The first bytes of the second are mended, too.
-    let readers: [(&[u8], usize, Reader); 2] = [(&good, 0, part), (&good, 16, part_with_checksums)];
+    let readers: [(&[u8], usize, Reader); 2] = [(&good, 0, part), (&good, 24, part_with_checksum)];
     feed(&readers, 29);
 }
 

@@ -9,12 +9,13 @@ use core::time::Duration;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::ExitStatusExt;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Instant;
 
 use common::{
-    CIRCLE, Folder, Ran, assert_svg, command, fredholm, is_long, list, number, signal, wait,
+    CIRCLE, Folder, Ran, assert_svg, command, fredholm, is_long, limited, list, number, signal,
+    wait,
 };
 
 /// More walks than anybody waits for.
@@ -102,27 +103,16 @@ fn an_interrupt_may_come_at_any_instant() {
     let mut seen = [0; 3];
     for (problem, args) in [(CHOSEN, &[][..]), (&many, &["--walks", "300"][..])] {
         let problem = folder.file("problem.toml", problem);
-        let solve = |out: &Folder| {
-            let result = out.at("result.json");
-            [&["solve", &problem, "--json", "--out", &result], args]
-                .concat()
-                .iter()
-                .map(|&arg| arg.to_owned())
-                .collect::<Vec<String>>()
-        };
-        let whole = {
-            let out = Folder::new();
-            let args = solve(&out);
-            let args: Vec<&str> = args.iter().map(String::as_str).collect();
-            fredholm(&args).quietly(0).time
-        };
+        let result = folder.at("result.json");
+        let solve = [&["solve", &problem, "--json", "--out", &result], args].concat();
+        let whole = fredholm(&solve).quietly(0).time;
         for instant in 0..instants {
             // As evenly spread as possible, and a little beyond the end.
             let share = (f64::from(instant) * 0.618_034 + 0.31).fract();
             let out = Folder::new();
-            let args = solve(&out);
-            let args: Vec<&str> = args.iter().map(String::as_str).collect();
-            let ran = signalled(&args, &out, whole.mul_f64(1.05 * share), "INT");
+            let result = out.at("result.json");
+            let solve = [&solve[..4], &[&result], args].concat();
+            let ran = signalled(&solve, &out, whole.mul_f64(1.05 * share), "INT");
             let files = out.names();
             let ended = match (ran.status, ran.stdout.is_empty()) {
                 (Some(0), false) => 0,
@@ -261,19 +251,10 @@ fn a_reader_may_leave() {
     serde_json::from_slice::<serde_json::Value>(&fs::read(result).unwrap()).unwrap();
 }
 
-/// The program in a shell in which no file may grow beyond 4 KiB: a full disk for everybody. With
-/// `trap '' XFSZ` a write fails, without it the system kills who writes.
-fn on_a_small_disk(trap: &str, args: &[&str]) -> Child {
-    Command::new("sh")
-        .args(["-c", &format!("ulimit -f 8; {trap} exec \"$@\""), "sh"])
-        .arg(env!("CARGO_BIN_EXE_fredholm"))
-        .args(args)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
+/// What lets no file grow beyond 4 KiB: a full disk for everybody.
+const SMALL_DISK: &str = "ulimit -f 4;";
+/// So that a write fails there.
+const FULL_DISK: &str = "ulimit -f 4; trap '' XFSZ;";
 
 /// The results are printed, the file is not there, one of that name stays as it was, and the status
 /// says that something failed.
@@ -291,7 +272,7 @@ fn a_full_disk_leaves_no_part_of_a_file() {
         let args = [
             "solve", &problem, "--json", "--walks", "100", "--out", &result,
         ];
-        let ran = wait(on_a_small_disk("trap '' XFSZ;", &args));
+        let ran = wait(limited(FULL_DISK, &args));
         assert_eq!(ran.status, Some(1), "{ran:?}");
         assert!(ran.stderr.contains("cannot write"), "{ran:?}");
         assert_eq!(list(&ran.json(), "targets").len(), 203);
@@ -302,7 +283,7 @@ fn a_full_disk_leaves_no_part_of_a_file() {
     let out = Folder::new();
     let target = out.at("new");
     let args = ["paper", "--max-walks", "100", "--out", &target];
-    let ran = wait(on_a_small_disk("trap '' XFSZ;", &args));
+    let ran = wait(limited(FULL_DISK, &args));
     assert_eq!(ran.status, Some(1), "{ran:?}");
     assert!(ran.stdout.contains("√Var"), "{ran:?}");
     for name in common::names(target.as_ref()) {
@@ -311,10 +292,8 @@ fn a_full_disk_leaves_no_part_of_a_file() {
         assert!(text.ends_with('\n'), "{name}: {text}");
     }
     let picture = out.at("field.csv");
-    let ran = wait(on_a_small_disk(
-        "trap '' XFSZ;",
-        &["render", &glowing, "--walks", "1", "--out", &picture],
-    ));
+    let args = ["render", &glowing, "--walks", "1", "--out", &picture];
+    let ran = wait(limited(FULL_DISK, &args));
     assert_eq!(ran.status, Some(1), "{ran:?}");
     assert_eq!(out.names(), ["new"]);
 }
@@ -333,7 +312,7 @@ fn killed_while_writing() {
         }
         let args = ["solve", &problem, "--walks", "1", "--out", &result];
         // By the system, at 4 KiB: between two writes, surely.
-        let mut child = on_a_small_disk("", &args);
+        let mut child = limited(SMALL_DISK, &args);
         // SIGXFSZ is 25 on Linux and on the BSDs.
         assert_eq!(child.wait().unwrap().signal(), Some(25));
         let left = out.names();

@@ -2,9 +2,9 @@
 
 use crate::common;
 
-use common::{CIRCLE, Folder, csv_rows, fredholm, keys, list, number};
+use common::{CIRCLE, Folder, csv_rows, fredholm, keys, list, number, refused};
 
-use crate::systems::{SCENE, refused};
+use crate::systems::SCENE;
 
 /// A cube in two dimensions whose solution is known: ∫ ½xy u = x (1/8 + 1/6), of u = 1 + x₁ + x₂ times ½x₁y₂.
 const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * x1 * y2'\n\

@@ -190,6 +190,28 @@ pub(crate) fn fredholm(args: &[&str]) -> Ran {
     wait(command(args).spawn().unwrap())
 }
 
+/// Starts the program in a shell behind these commands: `ulimit -f` with a number of KiB stands for a full disk. With
+/// `trap '' XFSZ` a write fails then, and without it the system kills who writes.
+pub(crate) fn limited(limits: &str, args: &[&str]) -> Child {
+    let mut command = Command::new("bash");
+    command
+        .args(["-c", &format!("{limits} exec \"$@\""), "bash"])
+        .arg(env!("CARGO_BIN_EXE_fredholm"))
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+/// Asserts that the input was refused, and with these words.
+pub(crate) fn refused(ran: &Ran, words: &[&str]) {
+    assert_eq!((ran.status, ran.stdout.as_str()), (Some(2), ""), "{ran:?}");
+    for word in words {
+        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+    }
+}
+
 /// Reads what a started program says until it ends; one that does not end is a failure.
 pub(crate) fn wait(mut child: Child) -> Ran {
     let start = Instant::now();
