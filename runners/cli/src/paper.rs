@@ -73,7 +73,7 @@ pub(crate) struct Row {
 
 /// The paper's row.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Printed {
+struct Printed {
     e_rad: f64,
     e_mc: f64,
     e_pmc: f64,
