@@ -250,7 +250,7 @@ fn experiment(args: &Common, signals: &Signals) -> Result<Vec<Row>, Failure> {
     let paper::Table { rows, rates, .. } = paper::compute(&experiment, signals)?;
     let mut found = vec![Row::exact("√Var^pmc ~ n^", rates.sd_pmc_against_n)];
     for row in rows.iter().filter(|row| row.walks == experiment.max_walks) {
-        let (n, plain, ours) = (row.n, Some(row.sd_mc), Some(row.sd_pmc));
+        let (n, [plain, ours]) = (row.n, row.deviations().map(Some));
         found.push(Row::exact(format!("√Var^mc, n = {n}"), plain));
         found.push(Row::exact(format!("√Var^pmc, n = {n}"), ours));
     }
