@@ -2,20 +2,18 @@
 
 mod report;
 
-use std::io::Write;
-
 use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict};
 use fredholm::{Choices, Pairs, Settings};
 use fredholm_file::Resolution;
 use fredholm_plot::ShareTable;
 
 use crate::args::DiagnoseArgs;
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::file::{Placed, ProblemFile};
 use crate::progress::{Sites, counting};
-use crate::render;
 use crate::solve::{Problem, cut, read};
 use crate::threads::with_threads;
+use crate::{render, table};
 use fredholm_parts::output::open_all;
 use report::Report;
 
@@ -87,17 +85,14 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         diagnosis: &diagnosis,
     };
     if let Some([json, map]) = output {
-        json.finish(report.json()?)?;
+        json.finish(table::json(&report)?)?;
         map.finish(picture(&diagnosis, &problem.resolved.model)?)?;
     }
-    let text = if args.common.json {
-        report.json()?
+    print(if args.common.json {
+        table::json(&report)?
     } else {
         report.text(&cells.cells_text())
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    })?;
     Ok(Ended::Done)
 }
 
@@ -105,13 +100,12 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
 fn picture(diagnosis: &Diagnosis, model: &Resolution) -> Result<String, Failure> {
     match (&diagnosis.picture, model) {
         (Picture::Table(names, shares), _) => {
-            let title = "share of the variance, by steps";
-            let table = ShareTable {
-                title,
+            let shares = ShareTable {
+                title: "share of the variance, by steps",
                 names,
                 shares,
             };
-            table.svg().map_err(Failure::run)
+            table::drawn(shares.draw())
         }
         (Picture::Walls(pieces), Resolution::Room(room)) => render::shares(room, pieces),
         _ => Err(Failure::run("there are no walls to draw")),

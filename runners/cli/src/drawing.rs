@@ -6,6 +6,7 @@ use fredholm_plot::Drawing;
 
 use crate::failure::Failure;
 use crate::file::ProblemFile;
+use crate::table;
 use fredholm_parts::output::Output;
 
 /// Draws the surfaces of a file.
@@ -27,12 +28,12 @@ pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
     } else {
         surfaces.leaving_ray()
     };
-    let label = if surfaces.heat { "m" } else { "" };
+    let unit = if surfaces.heat { "m" } else { "" };
     let parts = surfaces.parts_in_room();
     let drawing = Drawing {
         surfaces: surfaces.names.into_iter().zip(parts).collect(),
         ray,
-        label: label.to_owned(),
+        unit: unit.to_owned(),
     };
-    Ok(output.finish(drawing.svg().map_err(Failure::run)?)?)
+    Ok(output.finish(table::drawn(drawing.draw())?)?)
 }

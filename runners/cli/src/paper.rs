@@ -1,7 +1,6 @@
 //! `fredholm paper`: the experiment of Heinrich 1995, section 5, beside its printed numbers.
 
 use core::f64::consts::TAU;
-use std::io::Write;
 use std::time::Instant;
 
 use fredholm::answer::{Solved, Walks};
@@ -14,9 +13,10 @@ use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
 use crate::args::PaperArgs;
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::numbers::{aligned, short, slope};
 use crate::progress::{Progress, Signals};
+use crate::table;
 use crate::threads::with_threads;
 use fredholm_parts::output::{Output, open_all};
 
@@ -30,6 +30,8 @@ const LIGHT: Harmonic = Harmonic {
 const LARGEST_REFLECTANCE: f64 = 0.75;
 /// q0.
 const ABSORPTION: f64 = 0.2;
+/// The numbers n of cells.
+const SIZES: [usize; 3] = [10, 100, 1000];
 /// n0 arcs and m0 points.
 const ARCS: usize = 10;
 const POINTS: usize = 10;
@@ -55,30 +57,49 @@ const PRINTED: [(usize, u64, [f64; 5]); 16] = [
     (1000, 1_000_000, [0.003_44, 0.007_20, 0.000_006_60, 7.68, 0.008_80]),
 ];
 
-/// A row of the table: errors and standard deviations averaged over the points.
+/// Errors of the Galerkin solution, of plain and of preconditioned walks, and standard deviations of both walks.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Row {
-    pub(crate) n: usize,
-    pub(crate) walks: u64,
-    e_rad: f64,
-    e_mc: f64,
-    e_pmc: f64,
-    pub(crate) sd_mc: f64,
-    pub(crate) sd_pmc: f64,
-    /// Standard errors, averaged over the points.
-    se_mc: f64,
-    se_pmc: f64,
-    paper: Option<Printed>,
-}
-
-/// The paper's row.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Printed {
+struct Numbers {
     e_rad: f64,
     e_mc: f64,
     e_pmc: f64,
     sd_mc: f64,
     sd_pmc: f64,
+}
+
+impl Numbers {
+    const fn new([e_rad, e_mc, e_pmc, sd_mc, sd_pmc]: [f64; 5]) -> Self {
+        Self {
+            e_rad,
+            e_mc,
+            e_pmc,
+            sd_mc,
+            sd_pmc,
+        }
+    }
+
+    const fn all(&self) -> [f64; 5] {
+        [self.e_rad, self.e_mc, self.e_pmc, self.sd_mc, self.sd_pmc]
+    }
+}
+
+/// A row of the table, averaged over the points.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Row {
+    pub(crate) n: usize,
+    pub(crate) walks: u64,
+    #[serde(flatten)]
+    ours: Numbers,
+    se_mc: f64,
+    se_pmc: f64,
+    paper: Option<Numbers>,
+}
+
+impl Row {
+    /// √Var of plain and of preconditioned walks.
+    pub(crate) const fn deviations(&self) -> [f64; 2] {
+        [self.ours.sd_mc, self.ours.sd_pmc]
+    }
 }
 
 /// Fitted exponents; `None` where there are too few rows.
@@ -130,20 +151,13 @@ pub(crate) fn paper(args: &PaperArgs, signals: &Signals) -> Result<Ended, Failur
         None => None,
     };
     let table = with_threads(args.common.threads, || compute(args, signals))??;
-    let json = {
-        let mut text = serde_json::to_string_pretty(&table).map_err(Failure::run)?;
-        text.push('\n');
-        text
-    };
+    let json = table::json(&table)?;
     // An interrupted table may have no rows to draw: then there are no files either.
     let written = match outputs {
         Some(outputs) if !signals.interrupted() => table.write(outputs, &json),
         _ => Ok(()),
     };
-    let text = if args.common.json { json } else { table.text() };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    print(if args.common.json { json } else { table.text() })?;
     if signals.interrupted() {
         say("warning: interrupted; the rows that were finished are printed");
         return Ok(Ended::Interrupted);
@@ -154,7 +168,7 @@ pub(crate) fn paper(args: &PaperArgs, signals: &Signals) -> Result<Ended, Failur
 /// The rows of the table: 10, 100, … walks, up to 10⁵, at n = 1000 up to 10⁶.
 fn rows(most: u64) -> Vec<(usize, u64)> {
     let mut rows = Vec::new();
-    for n in [10, 100, 1000] {
+    for n in SIZES {
         let most = if n == 1000 { most } else { most.min(100_000) };
         let powers = core::iter::successors(Some(10_u64), |walks| walks.checked_mul(10));
         rows.extend(powers.take_while(|&walks| walks <= most).map(|w| (n, w)));
@@ -194,7 +208,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
     });
     let progress = Progress::new(walks, signals);
     let mut rows = Vec::new();
-    'all: for n in [10, 100, 1000] {
+    'all: for n in SIZES {
         let cells = model.partition(&cut.on(n)).map_err(Failure::run)?;
         let solved = Solved::new(&*cells, ABSORPTION).map_err(Failure::run)?;
         for &(_, walks) in wanted.iter().filter(|row| row.0 == n) {
@@ -213,30 +227,25 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
             }
             let mean =
                 |value: &dyn Fn(usize) -> f64| (0..POINTS).map(value).sum::<f64>() / POINTS as f64;
-            let exact = |i: usize| LIGHT.solution(points[i]);
+            let off = |i: usize, u: f64| (u - LIGHT.solution(points[i])).abs();
             let plain = |i: usize| outcome.statistics[i].plain();
             let preconditioned = |i: usize| outcome.statistics[i].preconditioned();
-            let printed = PRINTED
-                .iter()
-                .filter(|_| args.degree == 0)
-                .find(|row| (row.0, row.1) == (n, walks));
+            let or_nan = |number: Option<f64>| number.unwrap_or(f64::NAN);
+            let mut printed = PRINTED.iter().filter(|_| args.degree == 0);
+            let printed = printed.find(|row| (row.0, row.1) == (n, walks));
             rows.push(Row {
                 n,
                 walks,
-                e_rad: mean(&|i| (answer.galerkin[i] - exact(i)).abs()),
-                e_mc: mean(&|i| (plain(i).estimate - exact(i)).abs()),
-                e_pmc: mean(&|i| (preconditioned(i).estimate - exact(i)).abs()),
-                sd_mc: mean(&|i| plain(i).std_dev.unwrap_or(f64::NAN)),
-                sd_pmc: mean(&|i| preconditioned(i).std_dev.unwrap_or(f64::NAN)),
-                se_mc: mean(&|i| plain(i).std_error.unwrap_or(f64::NAN)),
-                se_pmc: mean(&|i| preconditioned(i).std_error.unwrap_or(f64::NAN)),
-                paper: printed.map(|&(_, _, [e_rad, e_mc, e_pmc, sd_mc, sd_pmc])| Printed {
-                    e_rad,
-                    e_mc,
-                    e_pmc,
-                    sd_mc,
-                    sd_pmc,
-                }),
+                ours: Numbers::new([
+                    mean(&|i| off(i, answer.galerkin[i])),
+                    mean(&|i| off(i, plain(i).estimate)),
+                    mean(&|i| off(i, preconditioned(i).estimate)),
+                    mean(&|i| or_nan(plain(i).std_dev)),
+                    mean(&|i| or_nan(preconditioned(i).std_dev)),
+                ]),
+                se_mc: mean(&|i| or_nan(plain(i).std_error)),
+                se_pmc: mean(&|i| or_nan(preconditioned(i).std_error)),
+                paper: printed.map(|row| Numbers::new(row.2)),
             });
         }
     }
@@ -255,65 +264,40 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
 fn rates(rows: &[Row]) -> Rates {
     let log = |x: f64, y: f64| (x.ln(), y.ln());
     let of = |n: usize| rows.iter().filter(move |row| row.n == n);
-    let common = [10, 100, 1000]
-        .into_iter()
-        .map(|n| of(n).map(|row| row.walks).max().unwrap_or(0))
-        .min();
+    let most = |n: usize| of(n).map(|row| row.walks).max().unwrap_or(0);
+    let common = SIZES.into_iter().map(most).min();
     let at_common = rows.iter().filter(|row| Some(row.walks) == common);
+    let errors = |n: usize, error: fn(&Numbers) -> f64| {
+        slope(of(n).map(|row| log(row.walks as f64, error(&row.ours))))
+    };
     Rates {
-        sd_pmc_against_n: slope(at_common.map(|row| log(row.n as f64, row.sd_pmc))),
-        errors_against_walks: [10, 100, 1000]
-            .into_iter()
+        sd_pmc_against_n: slope(at_common.map(|row| log(row.n as f64, row.ours.sd_pmc))),
+        errors_against_walks: SIZES
             .map(|n| ErrorRates {
                 n,
-                e_mc: slope(of(n).map(|row| log(row.walks as f64, row.e_mc))),
-                e_pmc: slope(of(n).map(|row| log(row.walks as f64, row.e_pmc))),
+                e_mc: errors(n, |ours| ours.e_mc),
+                e_pmc: errors(n, |ours| ours.e_pmc),
             })
-            .collect(),
+            .to_vec(),
     }
 }
 
 impl Table {
     /// The table for people.
     fn text(&self) -> String {
-        let mut lines = vec![
-            [
-                "n",
-                "N",
-                "",
-                "e^rad",
-                "e^mc",
-                "e^pmc",
-                "√Var^mc",
-                "√Var^pmc",
-            ]
-            .map(str::to_owned)
-            .to_vec(),
-        ];
+        let names = ["e^rad", "e^mc", "e^pmc", "√Var^mc", "√Var^pmc"];
+        let line = |first: [String; 3], rest: [String; 5]| [first.to_vec(), rest.to_vec()].concat();
+        let head = ["n", "N", ""].map(str::to_owned);
+        let mut lines = vec![line(head, names.map(str::to_owned))];
         for row in &self.rows {
-            let error = |e: f64, se: f64| with_spread(e, se);
-            lines.push(vec![
-                row.n.to_string(),
-                row.walks.to_string(),
-                "here".to_owned(),
-                short(row.e_rad),
-                error(row.e_mc, row.se_mc),
-                error(row.e_pmc, row.se_pmc),
-                short(row.sd_mc),
-                short(row.sd_pmc),
-            ]);
-            if let Some(paper) = row.paper {
-                let mut line = vec![String::new(), String::new(), "paper".to_owned()];
-                let values = [
-                    paper.e_rad,
-                    paper.e_mc,
-                    paper.e_pmc,
-                    paper.sd_mc,
-                    paper.sd_pmc,
-                ];
-                line.extend(values.map(short));
-                lines.push(line);
+            let mut texts = row.ours.all().map(short);
+            for (text, error) in texts[1..].iter_mut().zip([row.se_mc, row.se_pmc]) {
+                *text += &format!(" ({})", short(error));
             }
+            let head = [row.n.to_string(), row.walks.to_string(), "here".to_owned()];
+            lines.push(line(head, texts));
+            let paper = row.paper.map(|paper| paper.all().map(short));
+            lines.extend(paper.map(|texts| line(["", "", "paper"].map(str::to_owned), texts)));
         }
         let rate = |rate: Option<f64>| rate.map_or("-".to_owned(), |rate| format!("{rate:.2}"));
         let mut text = format!(
@@ -346,101 +330,71 @@ impl Table {
         text
     }
 
-    fn csv(&self) -> Result<String, Failure> {
+    fn csv(&self) -> Result<Vec<u8>, Failure> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let header = [
-            "n",
-            "walks",
-            "e_rad",
-            "e_mc",
-            "e_pmc",
-            "sd_mc",
-            "sd_pmc",
-            "se_mc",
-            "se_pmc",
-            "paper_e_rad",
-            "paper_e_mc",
-            "paper_e_pmc",
-            "paper_sd_mc",
-            "paper_sd_pmc",
-        ];
+        let header = "n walks e_rad e_mc e_pmc sd_mc sd_pmc se_mc se_pmc paper_e_rad paper_e_mc paper_e_pmc paper_sd_mc \
+                      paper_sd_pmc";
+        let header = header.split(' ');
         writer.write_record(header).map_err(Failure::run)?;
         for row in &self.rows {
-            let ours = [
-                row.e_rad, row.e_mc, row.e_pmc, row.sd_mc, row.sd_pmc, row.se_mc, row.se_pmc,
-            ];
-            let paper = row.paper.map_or([None; 5], |p| {
-                [p.e_rad, p.e_mc, p.e_pmc, p.sd_mc, p.sd_pmc].map(Some)
-            });
-            writer
-                .serialize((row.n, row.walks, ours, paper))
-                .map_err(Failure::run)?;
+            let paper = row.paper.map_or([None; 5], |paper| paper.all().map(Some));
+            let record = (
+                row.n,
+                row.walks,
+                row.ours.all(),
+                row.se_mc,
+                row.se_pmc,
+                paper,
+            );
+            writer.serialize(record).map_err(Failure::run)?;
         }
-        let bytes = writer.into_inner().map_err(Failure::run)?;
-        String::from_utf8(bytes).map_err(Failure::run)
+        writer.into_inner().map_err(Failure::run)
     }
 
     /// Writes table.csv, table.json and the two figures.
     fn write(&self, outputs: [Output; 4], json: &str) -> Result<(), Failure> {
         let [csv, json_file, error, deviation] = outputs;
-        csv.finish(&self.csv()?)?;
+        csv.finish(self.csv()?)?;
         json_file.finish(json)?;
-        error.finish(&self.error_figure().svg().map_err(Failure::run)?)?;
-        Ok(deviation.finish(&self.deviation_figure().svg().map_err(Failure::run)?)?)
+        error.finish(table::drawn(self.error_figure().draw())?)?;
+        Ok(deviation.finish(table::drawn(self.deviation_figure().draw())?)?)
     }
 
     /// The cells for which there are rows, with the row of the most walks.
     fn last_rows(&self) -> Vec<Row> {
-        let mut last: Vec<Row> = Vec::new();
-        for row in &self.rows {
-            match last.last_mut() {
-                Some(before) if before.n == row.n => *before = *row,
-                _ => last.push(*row),
-            }
-        }
-        last
+        let of_cells = self.rows.chunk_by(|a, b| a.n == b.n);
+        of_cells.filter_map(|rows| rows.last().copied()).collect()
     }
 
     /// Errors against N.
     fn error_figure(&self) -> LogLogPlot {
-        let mut curves = Vec::new();
         let last = self.last_rows();
-        let points = |n: usize, y: &dyn Fn(&Row) -> f64| {
+        let curve = |name: String, n: usize, style: Style, y: fn(&Numbers) -> f64| {
             let rows = self.rows.iter().filter(|row| row.n == n);
-            rows.map(|row| (row.walks as f64, y(row)))
-                .collect::<Vec<_>>()
+            let points = rows.map(|row| (row.walks as f64, y(&row.ours)));
+            Curve::new(name, style, points)
         };
+        let mut curves = Vec::new();
         // Plain walks do not know of n: the longest curve is every other's continuation.
         if let Some(longest) = last.last() {
-            curves.push(Curve {
-                name: "plain Monte Carlo".to_owned(),
-                points: points(longest.n, &|row| row.e_mc),
-                style: style(0, Some(1), false),
-            });
+            let name = "plain Monte Carlo".to_owned();
+            let plain = curve(name, longest.n, Style::marked(0, 1), |ours| ours.e_mc);
+            curves.push(plain);
         }
-        for (index, row) in last.iter().enumerate() {
-            curves.push(Curve {
-                name: format!("Galerkin, n = {}", row.n),
-                points: points(row.n, &|row| row.e_rad),
-                style: style(index + 1, None, true),
-            });
-            curves.push(Curve {
-                name: format!("preconditioned, n = {}", row.n),
-                points: points(row.n, &|row| row.e_pmc),
-                style: style(index + 1, Some([0, 2, 3][index % 3]), false),
-            });
+        for (index, Row { n, .. }) in last.iter().enumerate() {
+            let (name, style) = (format!("Galerkin, n = {n}"), Style::dashed(index + 1));
+            curves.push(curve(name, *n, style, |ours| ours.e_rad));
+            let marker = [0, 2, 3][index % 3];
+            let (name, style) = (
+                format!("preconditioned, n = {n}"),
+                Style::marked(index + 1, marker),
+            );
+            curves.push(curve(name, *n, style, |ours| ours.e_pmc));
         }
-        if let Some(first) = curves
-            .first()
-            .and_then(|curve| curve.points.first().copied())
-        {
-            let end = curves[0].points.last().map_or(first.0, |last| last.0);
-            curves.push(Curve::power_law(
-                "slope −1/2",
-                -0.5,
-                (first.0, 0.3 * first.1),
-                end,
-            ));
+        let plain = curves.first().map_or(&[][..], |plain| &plain.points[..]);
+        if let [first, ..] = *plain {
+            let (from, to) = ((first.0, 0.3 * first.1), plain[plain.len() - 1].0);
+            curves.push(Curve::power_law("slope −1/2", -0.5, from, to));
         }
         LogLogPlot {
             title: "Error against the number of walks".to_owned(),
@@ -453,37 +407,27 @@ impl Table {
     /// √Var against n.
     fn deviation_figure(&self) -> LogLogPlot {
         let last = self.last_rows();
-        let points = |y: &dyn Fn(&Row) -> f64| {
-            last.iter()
-                .map(|row| (row.n as f64, y(row)))
-                .collect::<Vec<_>>()
+        let curve = |name: &str, style: Style, y: fn(&Row) -> Option<f64>| {
+            let points = last.iter().filter_map(|row| Some((row.n as f64, y(row)?)));
+            Curve::new(name, style, points)
         };
-        let printed = |y: &dyn Fn(&Printed) -> f64| {
-            let rows = last.iter();
-            rows.filter_map(|row| Some((row.n as f64, y(&row.paper?))))
-                .collect::<Vec<_>>()
-        };
+        let plain = Style::marked(0, 1);
         let mut curves = vec![
-            Curve {
-                name: "plain Monte Carlo".to_owned(),
-                points: points(&|row| row.sd_mc),
-                style: style(0, Some(1), false),
-            },
-            Curve {
-                name: "preconditioned".to_owned(),
-                points: points(&|row| row.sd_pmc),
-                style: style(1, Some(0), false),
-            },
+            curve("plain Monte Carlo", plain, |row| Some(row.ours.sd_mc)),
+            curve("preconditioned", Style::marked(1, 0), |row| {
+                Some(row.ours.sd_pmc)
+            }),
         ];
         if self.degree == 0 {
-            curves.push(Curve {
-                name: "the paper's numbers".to_owned(),
-                points: printed(&|row| row.sd_pmc),
-                style: style(5, Some(2), true),
-            });
+            let style = Style {
+                dashed: true,
+                ..Style::marked(5, 2)
+            };
+            let printed = |row: &Row| Some(row.paper?.sd_pmc);
+            curves.push(curve("the paper's numbers", style, printed));
         }
         if let (Some(first), Some(end)) = (last.first(), last.last()) {
-            let from = (first.n as f64, 2.0 * first.sd_pmc);
+            let from = (first.n as f64, 2.0 * first.ours.sd_pmc);
             let slope = -(self.degree as f64 + 1.0);
             let name = format!("slope −{}", self.degree + 1);
             curves.push(Curve::power_law(&name, slope, from, end.n as f64));
@@ -495,17 +439,4 @@ impl Table {
             curves,
         }
     }
-}
-
-fn style(colour: usize, marker: Option<usize>, dashed: bool) -> Style {
-    Style {
-        colour,
-        marker,
-        dashed,
-    }
-}
-
-/// An error with its standard error in brackets.
-fn with_spread(error: f64, std_error: f64) -> String {
-    format!("{} ({})", short(error), short(std_error))
 }

@@ -6,16 +6,15 @@
 mod by_degree;
 mod figures;
 
-use std::io::Write;
-
 use fredholm::sweep::{PLAIN_WALKS, Rates, Row, Sweep, squared};
 use serde::Serialize;
 
 use crate::args::RatesArgs;
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::file::{Placed, ProblemFile};
 use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
+use crate::table;
 use crate::threads::with_threads;
 use by_degree::ByDegree;
 use figures::{deviation_figure, work_figure};
@@ -58,20 +57,16 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
         Ok([first]) => Report::Several(ByDegree::new(vec![first])),
         Err(all) => Report::Several(ByDegree::new(all)),
     };
-    let mut json = serde_json::to_string_pretty(&report).map_err(Failure::run)?;
-    json.push('\n');
+    let json = table::json(&report)?;
     let written = match outputs {
         Some(outputs) if ended == Ended::Done => report.write(outputs, &json),
         _ => Ok(()),
     };
-    let text = if args.common.json {
+    print(if args.common.json {
         json
     } else {
         report.text()
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    })?;
     if ended == Ended::Interrupted {
         say("warning: interrupted; these are the levels that were finished");
     }
@@ -134,28 +129,28 @@ impl Report {
 
     /// Writes the table and the two figures.
     fn write(&self, outputs: [Output; 4], json: &str) -> Result<(), Failure> {
-        let [csv_file, json_file, work_file, deviation_file] = outputs;
-        let (sweeps, work, deviation) = match self {
+        let (sweeps, figures) = match self {
             Self::One(rates) => (
                 core::slice::from_ref(rates),
-                work_figure(rates),
-                deviation_figure(rates),
+                [work_figure(rates), deviation_figure(rates)].map(Some),
             ),
             Self::Several(several) => (
                 several.sweeps(),
-                several.work_figure(),
-                several.deviation_figure(),
+                [several.work_figure(), several.deviation_figure()],
             ),
         };
         let mut writer = csv::Writer::from_writer(Vec::new());
         for row in sweeps.iter().flat_map(|sweep| &sweep.rows) {
             writer.serialize(row).map_err(Failure::run)?;
         }
-        let bytes = writer.into_inner().map_err(Failure::run)?;
-        csv_file.finish(&String::from_utf8(bytes).map_err(Failure::run)?)?;
+        let [csv_file, json_file, work_file, deviation_file] = outputs;
+        csv_file.finish(writer.into_inner().map_err(Failure::run)?)?;
         json_file.finish(json)?;
-        work_file.finish(&work.svg().map_err(Failure::run)?)?;
-        Ok(deviation_file.finish(&deviation.svg().map_err(Failure::run)?)?)
+        for (file, figure) in [work_file, deviation_file].into_iter().zip(figures) {
+            let figure = figure.ok_or(fredholm_plot::Error::NothingToDraw);
+            file.finish(table::drawn(figure.and_then(|figure| figure.draw()))?)?;
+        }
+        Ok(())
     }
 }
 
@@ -193,23 +188,17 @@ fn levels(problem: &Problem, asked: &[usize]) -> Result<Vec<usize>, Failure> {
     })
 }
 
-/// The fitted exponents of √Var in n and of the error in kernel evaluations, from so many walks on every
-/// one of these cells; `None` where the walks were interrupted.
+/// The fitted exponents of √Var in n and of the error in kernel evaluations, from the file's walks on every one of these cells.
 pub(crate) fn exponents(
-    file: &ProblemFile,
+    file: ProblemFile,
     cells: &[usize],
-    walks: u64,
     signals: &Signals,
-) -> Result<Option<[f64; 2]>, Failure> {
-    let problem = Problem::new(file.clone(), None)?;
+) -> Result<[Option<f64>; 2], Failure> {
+    let problem = Problem::new(file, None)?;
+    let walks = problem.resolved.settings.walk_options().walks;
     let sweeping = Sweeping::new(&problem, cells.to_vec(), Some(walks), false);
-    let (rates, ended) = sweeping.run(signals)?;
-    let fits = (rates.fits.std_dev, rates.fits.error_in_evaluations);
-    match (ended, fits) {
-        (Ended::Done, (Some(std_dev), Some(error))) => Ok(Some([std_dev, error])),
-        (Ended::Done, _) => Err(Failure::run("a sweep has no slope")),
-        _ => Ok(None),
-    }
+    let (rates, _) = sweeping.run(signals)?;
+    Ok([rates.fits.std_dev, rates.fits.error_in_evaluations])
 }
 
 /// What is to be measured.

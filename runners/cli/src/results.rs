@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fredholm::report::{Column, Columns, Report, WholeReport};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
-use fredholm_plot::{Cell, GridPicture, Mesh, Quantity, lattice, stacked};
+use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -33,7 +33,7 @@ pub(crate) struct Shown {
 /// What files are made of.
 pub(crate) trait Results: Serialize {
     fn csv(&self) -> Result<String, fredholm::Error>;
-    fn svg(&self, grid: &str) -> Result<String, Failure>;
+    fn svg(&self, grid: &str) -> Result<Figure, Failure>;
     fn columns(&self) -> Columns;
 }
 
@@ -113,11 +113,8 @@ impl Format {
                     Some(map) => maps(report, &grid.name, map),
                     None => report.svg(&grid.name),
                 };
-                let pictures: Vec<String> = all.iter().map(picture).collect::<Result<_, _>>()?;
-                match &pictures[..] {
-                    [picture] => picture.clone().into_bytes(),
-                    _ => stacked(&pictures).into_bytes(),
-                }
+                let figures = all.iter().map(picture).collect::<Result<_, _>>()?;
+                table::drawn(Ok(Figure::stacked(figures)))?.into_bytes()
             }
             Self::Mesh(places, written) => {
                 written(&places.mesh(report.columns())).map_err(Failure::run)?
@@ -137,7 +134,7 @@ fn maps(
     report: &impl Results,
     grid: &str,
     (first, counts): (usize, [usize; 2]),
-) -> Result<String, Failure> {
+) -> Result<Figure, Failure> {
     let all = first..first + counts[0] * counts[1];
     let columns = report.columns();
     let end = |i: usize| {
@@ -162,11 +159,11 @@ fn maps(
             legend,
             caption: format!("{grid}: {caption}, x1 to the right and x2 upwards"),
         }
-        .svg()
+        .draw()
         .map_err(Failure::run)
     };
-    let pictures = shown.map(picture).collect::<Result<Vec<_>, _>>()?;
-    Ok(stacked(&pictures))
+    let figures = shown.map(picture).collect::<Result<_, _>>()?;
+    Ok(Figure::stacked(figures))
 }
 
 /// An array for every column, and the names and coordinates of targets.
@@ -297,7 +294,7 @@ impl Results for Report {
         Self::csv(self)
     }
 
-    fn svg(&self, grid: &str) -> Result<String, Failure> {
+    fn svg(&self, grid: &str) -> Result<Figure, Failure> {
         match &self.whole {
             Some(whole) => table::whole_svg(whole, grid),
             None => table::svg(self, grid),
@@ -314,7 +311,7 @@ impl Results for WholeReport {
         Self::csv(self)
     }
 
-    fn svg(&self, grid: &str) -> Result<String, Failure> {
+    fn svg(&self, grid: &str) -> Result<Figure, Failure> {
         table::whole_svg(self, grid)
     }
 

@@ -1,6 +1,6 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -15,10 +15,11 @@ use rayon::prelude::*;
 
 use crate::args::FactorsArgs;
 use crate::factors::{Factors, SkyPatch, SkyTable, Space};
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::file;
 use crate::numbers::aligned;
 use crate::sparse::Rows;
+use crate::table;
 use crate::threads::with_threads;
 use fredholm_parts::output::Output;
 
@@ -128,7 +129,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     };
     let sky_error = of_sky.iter().flatten().map(|row| row.error);
     let (factors, areas) = match &groups {
-        Some(groups) => (Rows::Dense(table(groups, grey)?), groups.areas().to_vec()),
+        Some(groups) => (Rows::Dense(rows_of(groups, grey)?), groups.areas().to_vec()),
         None => (Rows::Sparse(SparseFactors::new(&all)), areas),
     };
     Ok(Factors {
@@ -149,7 +150,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
 }
 
 /// Form factors, or exchange factors of grey surfaces, row by row.
-fn table(groups: &Groups, grey: Option<&[f64]>) -> Result<Vec<Vec<f64>>, Failure> {
+fn rows_of(groups: &Groups, grey: Option<&[f64]>) -> Result<Vec<Vec<f64>>, Failure> {
     let n = groups.len();
     match grey {
         Some(emissivities) => {
@@ -282,7 +283,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
                 .map(|own| (own.name.clone(), polygons(own)))
                 .collect(),
         };
-        Output::open("--out", path)?.finish(drawing.svg())?;
+        Output::open("--out", path)?.finish(table::drawn(drawing.draw())?)?;
     }
     let scene = file.scene::<f64>()?;
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
@@ -323,9 +324,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
             },
         ]);
     }
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(aligned(&rows).as_bytes())?;
-    stdout.flush()?;
+    print(aligned(&rows))?;
     for remark in &file.remarks {
         say(format_args!("warning: {remark}"));
     }

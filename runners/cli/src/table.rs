@@ -1,22 +1,26 @@
 //! A report as JSON and as a picture.
 
 use fredholm::report::{Coordinates, Report, WholeReport};
-use fredholm_plot::{Axis, GridCurve, GridPoint};
+use fredholm_plot::{Axis, Figure, GridCurve, GridPoint};
 
 use crate::failure::Failure;
 
 /// One JSON document.
 pub(crate) fn json<R: serde::Serialize>(report: &R) -> Result<String, Failure> {
-    let mut text = serde_json::to_string_pretty(report).map_err(Failure::run)?;
-    text.push('\n');
-    Ok(text)
+    let text = serde_json::to_string_pretty(report).map_err(Failure::run)?;
+    Ok(text + "\n")
+}
+
+/// The text of an SVG file of a figure.
+pub(crate) fn drawn(figure: Result<Figure, fredholm_plot::Error>) -> Result<String, Failure> {
+    figure.and_then(Figure::svg).map_err(Failure::run)
 }
 
 /// The normal quantile that a picture multiplies standard errors by.
 const QUANTILE: f64 = 1.96;
 
 /// A picture of the grid target whose points are called `name[0]`, `name[1]`, …
-pub(crate) fn svg(report: &Report, name: &str) -> Result<String, Failure> {
+pub(crate) fn svg(report: &Report, name: &str) -> Result<Figure, Failure> {
     let goals = report.goals.iter().map(|target| {
         let (at, walks) = (target.at.as_ref(), &target.preconditioned);
         let numbers = (walks.estimate, walks.std_error, target.exact);
@@ -27,7 +31,7 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<String, Failure> {
 }
 
 /// A picture of the same target of a whole function, with its band.
-pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<String, Failure> {
+pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<Figure, Failure> {
     let goals = report.targets.iter().map(|target| {
         let value = &target.value;
         let error = value.band.map(|band| band / QUANTILE);
@@ -64,7 +68,7 @@ fn picture<'a>(
     all: impl Iterator<Item = (&'a String, Option<GridPoint>)>,
     (name, problem): (&str, &str),
     [values, band, known]: [&str; 3],
-) -> Result<String, Failure> {
+) -> Result<Figure, Failure> {
     let on_grid = all.filter(|(own, _)| *own != name && is_of(own, name));
     let curve = GridCurve {
         name,
@@ -78,5 +82,5 @@ fn picture<'a>(
         band,
         known,
     };
-    curve.svg().map_err(Failure::run)
+    curve.draw().map_err(Failure::run)
 }

@@ -1,6 +1,7 @@
 //! Where things are: pixels over a room, and its walls in pieces.
 
 use crate::Error;
+use crate::frame::bounds;
 use crate::strips::{Strip, strips};
 
 /// The length of a piece of wall in pixels.
@@ -41,12 +42,12 @@ impl Piece {
 pub struct Canvas {
     /// The lowest and the highest coordinates of walls.
     extent: [[f64; 2]; 2],
-    /// The lowest coordinates.
+    /// The lowest coordinates of pixels.
     low: [f64; 2],
     /// The width of a pixel.
     pixel: f64,
-    width: usize,
-    height: usize,
+    /// Pixels across and down.
+    size: [usize; 2],
     thickness: f64,
     strips: Vec<Strip>,
 }
@@ -60,10 +61,8 @@ impl Canvas {
         margin: usize,
         thickness: f64,
     ) -> Result<Self, Error> {
-        // A room that is higher than wide: the longer side counts.
-        let [width, height] = size(walls);
-        let pixel = width.max(height) / across as f64;
-        Self::of_pixels(walls, pixel, margin, thickness)
+        let canvas = Self::over(extent(walls), across, margin)?;
+        Ok(canvas.with_walls(walls, thickness))
     }
 
     /// A canvas over a room that is at most `width` pixels wide and twice as high, `margin` on every side included.
@@ -74,49 +73,61 @@ impl Canvas {
         thickness: f64,
     ) -> Result<Self, Error> {
         let own = |pixels: usize| pixels.saturating_sub(2 * margin).max(1) as f64;
-        let [across, high] = size(walls);
-        let pixel = (across / own(width)).max(high / own(2 * width));
-        Self::of_pixels(walls, pixel, margin, thickness)
+        let [low, high] = extent(walls);
+        let [across, down] = [high[0] - low[0], high[1] - low[1]];
+        let pixel = (across / own(width)).max(down / own(2 * width));
+        let canvas = Self::of_pixels([low, high], pixel, margin)?;
+        Ok(canvas.with_walls(walls, thickness))
     }
 
-    fn of_pixels(walls: &[Wall], pixel: f64, margin: usize, thickness: f64) -> Result<Self, Error> {
-        let [low, high] = bounds(walls);
-        let size = [high[0] - low[0], high[1] - low[1]];
+    /// A canvas without walls, over a box whose longer side is `across` pixels.
+    pub(crate) fn over(
+        [low, high]: [[f64; 2]; 2],
+        across: usize,
+        margin: usize,
+    ) -> Result<Self, Error> {
+        let longer = (high[0] - low[0]).max(high[1] - low[1]);
+        Self::of_pixels([low, high], longer / across as f64, margin)
+    }
+
+    fn of_pixels([low, high]: [[f64; 2]; 2], pixel: f64, margin: usize) -> Result<Self, Error> {
         if !(pixel > 0.0 && pixel.is_finite()) {
             return Err(Error::NothingToDraw);
         }
         // Rounding is no pixel more.
-        let count = |size: f64| (size / pixel * (1.0 - 1e-12)).ceil() as usize + 2 * margin;
-        let mut canvas = Self {
+        let count = |side: f64| (side / pixel * (1.0 - 1e-12)).ceil() as usize + 2 * margin;
+        Ok(Self {
             extent: [low, high],
             low: low.map(|low| low - margin as f64 * pixel),
             pixel,
-            width: count(size[0]),
-            height: count(size[1]),
-            thickness,
+            size: [0, 1].map(|k| count(high[k] - low[k])),
+            thickness: 0.0,
             strips: Vec::new(),
+        })
+    }
+
+    fn with_walls(mut self, walls: &[Wall], thickness: f64) -> Self {
+        self.strips = strips(walls, thickness, |at| self.place(at));
+        self.thickness = thickness;
+        self
+    }
+
+    /// The number of pixels in a row, and the number of rows.
+    pub const fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// The coordinates of the middles of all pixels, row by row.
+    pub fn middles(&self) -> Vec<[f64; 2]> {
+        let [width, height] = self.size;
+        let middle = |number: usize| {
+            let (column, row) = (number % width, number / width);
+            [
+                self.low[0] + (column as f64 + 0.5) * self.pixel,
+                self.low[1] + ((height - row) as f64 - 0.5) * self.pixel,
+            ]
         };
-        canvas.strips = strips(walls, thickness, |at| canvas.place(at));
-        Ok(canvas)
-    }
-
-    /// The number of pixels in a row.
-    pub const fn width(&self) -> usize {
-        self.width
-    }
-
-    /// The number of rows.
-    pub const fn height(&self) -> usize {
-        self.height
-    }
-
-    /// The coordinates of the middle of a pixel; pixels are numbered row by row.
-    pub fn middle(&self, number: usize) -> [f64; 2] {
-        let (column, row) = (number % self.width, number / self.width);
-        [
-            self.low[0] + (column as f64 + 0.5) * self.pixel,
-            self.low[1] + ((self.height - row) as f64 - 0.5) * self.pixel,
-        ]
+        (0..width * height).map(middle).collect()
     }
 
     /// The walls in pieces of some pixels, wall by wall.
@@ -149,28 +160,13 @@ impl Canvas {
     pub(crate) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             (x - self.low[0]) / self.pixel,
-            self.height as f64 - (y - self.low[1]) / self.pixel,
+            self.size[1] as f64 - (y - self.low[1]) / self.pixel,
         ]
     }
 }
 
-/// The lowest and the highest coordinates.
-fn bounds(walls: &[Wall]) -> [[f64; 2]; 2] {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    for end in walls.iter().flat_map(|wall| wall.ends) {
-        for axis in [0, 1] {
-            low[axis] = low[axis].min(end[axis]);
-            high[axis] = high[axis].max(end[axis]);
-        }
-    }
-    [low, high]
-}
-
-/// The width and the height.
-fn size(walls: &[Wall]) -> [f64; 2] {
-    let [low, high] = bounds(walls);
-    [high[0] - low[0], high[1] - low[1]]
+fn extent(walls: &[Wall]) -> [[f64; 2]; 2] {
+    bounds(walls.iter().flat_map(|wall| wall.ends))
 }
 
 #[cfg(test)]
@@ -192,9 +188,9 @@ mod tests {
     fn pixels_begin_on_the_upper_left() {
         let walls = walls([[1.0, 1.0], [9.0, 1.0], [1.0, 5.0]]);
         let canvas = Canvas::new(&walls, 8, 1, 3.0).unwrap();
-        assert_eq!([canvas.width(), canvas.height()], [10, 6]);
-        assert_eq!(canvas.middle(0), [0.5, 5.5]);
-        assert_eq!(canvas.middle(59), [9.5, 0.5]);
+        assert_eq!(canvas.size(), [10, 6]);
+        let middles = canvas.middles();
+        assert_eq!([middles[0], middles[59]], [[0.5, 5.5], [9.5, 0.5]]);
     }
 
     #[test]

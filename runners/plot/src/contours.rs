@@ -1,10 +1,9 @@
 //! Lines of equal temperature between the walls of a room.
 
-use kuva::render::color::Color;
-use kuva::render::render::{PathData, Primitive, TextAnchor};
+use kuva::render::render::{PathData, TextAnchor};
 
-use crate::picture::{CHARACTER, text};
-use crate::scale::ticks;
+use crate::page::{INK, Page, Place, WHITE, width_of};
+use crate::scale::{kelvin, ticks};
 
 /// The most pixels of a line's piece that is left out: noise has islands of that size.
 const ISLAND: usize = 24;
@@ -18,53 +17,51 @@ pub(crate) struct Isotherms<'a> {
     /// The size of the labels.
     pub(crate) size: f64,
     /// The place of the first pixel on the page.
-    pub(crate) at: [f64; 2],
+    pub(crate) at: Place,
 }
 
 impl Isotherms<'_> {
     /// Draws a line with its label for every round temperature that there is.
-    pub(crate) fn draw(&self, out: &mut Vec<Primitive>) {
+    pub(crate) fn draw(&self, page: &mut Page) {
         let smooth = smoothed(self.values, self.width);
-        let kelvin = |u: f64| (u.max(0.0) / self.stefan_boltzmann).powf(0.25);
         let known = || smooth.iter().copied().filter(|value| !value.is_nan());
-        let low = kelvin(known().fold(f64::INFINITY, f64::min));
-        let high = kelvin(known().fold(f64::NEG_INFINITY, f64::max));
+        let low = kelvin(known().fold(f64::INFINITY, f64::min), self.stefan_boltzmann);
+        let high = kelvin(
+            known().fold(f64::NEG_INFINITY, f64::max),
+            self.stefan_boltzmann,
+        );
         if low >= high {
             return;
         }
-        let mut labels: Vec<[f64; 2]> = Vec::new();
+        let end = [self.width, smooth.len() / self.width].map(|pixels| pixels as f64);
+        let [x, y] = self.at;
+        let mut labels: Vec<Place> = Vec::new();
         for t in ticks(low, high, false) {
             let all = segments(&smooth, self.width, self.stefan_boltzmann * t.powi(4));
             if all.len() < ISLAND {
                 continue;
             }
-            let [x, y] = self.at;
-            let mut d = String::new();
-            for [a, b] in &all {
-                let [a, b] = [a, b].map(|[s, t]| [s + x, t + y]);
-                d.push_str(&format!("M{:.1} {:.1}L{:.1} {:.1}", a[0], a[1], b[0], b[1]));
-            }
+            let line = |[a, b]: &[Place; 2]| {
+                let [a, b] = [a, b].map(|[s, t]| format!("{:.1} {:.1}", s + x, t + y));
+                format!("M{a}L{b}")
+            };
+            let d: String = all.iter().map(line).collect();
             // Dark on a light line, so that it is seen on any colour.
-            for (stroke, stroke_width) in [
-                (Color::Rgb(255, 255, 255), 2.4),
-                (Color::Rgb(34, 34, 34), 1.0),
-            ] {
-                out.push(Primitive::Path(Box::new(PathData {
+            for (stroke, stroke_width) in [(WHITE, 2.4), (INK, 1.0)] {
+                page.path(PathData {
                     d: d.clone(),
                     fill: None,
                     stroke,
                     stroke_width,
                     opacity: Some(0.7),
                     stroke_dasharray: None,
-                })));
+                });
             }
             let label = format!("{t} K");
-            let wide = CHARACTER * self.size * label.chars().count() as f64;
-            let half = [0.5 * wide, 0.6 * self.size];
-            let end = [self.width, smooth.len() / self.width].map(|pixels| pixels as f64);
-            let is_free = |at: &[f64; 2]| {
+            let half = [0.5 * width_of(&label, self.size), 0.6 * self.size];
+            let is_free = |at: &Place| {
                 let is_apart =
-                    |other: &[f64; 2]| (0..2).any(|k| (at[k] - other[k]).abs() > 2.0 * half[k]);
+                    |other: &Place| (0..2).any(|k| (at[k] - other[k]).abs() > 2.0 * half[k]);
                 (0..2).all(|k| at[k] > half[k] && at[k] < end[k] - half[k])
                     && labels.iter().all(is_apart)
             };
@@ -73,25 +70,13 @@ impl Isotherms<'_> {
             let mut places = after.iter().chain(before.iter().rev()).map(|[at, _]| *at);
             if let Some(at) = places.find(is_free) {
                 labels.push(at);
-                self.label(&label, [at[0] + x, at[1] + y], half, out);
+                let [x, y] = [x + at[0], y + at[1]];
+                let corner = |sign: f64| [x + sign * half[0], y + sign * half[1]];
+                page.rectangle([corner(-1.0), corner(1.0)], WHITE, 0.75);
+                let base = [x, y + 0.35 * self.size];
+                page.text(&label, base, self.size, TextAnchor::Middle);
             }
         }
-    }
-
-    fn label(&self, label: &str, [x, y]: [f64; 2], half: [f64; 2], out: &mut Vec<Primitive>) {
-        let [width, height] = half.map(|half| 2.0 * half);
-        out.push(Primitive::Rect {
-            x: x - 0.5 * width,
-            y: y - 0.5 * height,
-            width,
-            height,
-            fill: Color::Rgb(255, 255, 255),
-            stroke: None,
-            stroke_width: None,
-            opacity: Some(0.75),
-        });
-        let at = [x, y + 0.35 * self.size];
-        out.push(text(label, at, self.size, TextAnchor::Middle));
     }
 }
 
@@ -120,7 +105,7 @@ fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
 }
 
 /// The pieces of the lines on which values between the middles of pixels are this level, in pixels from the upper left.
-fn segments(values: &[f64], width: usize, level: f64) -> Vec<[[f64; 2]; 2]> {
+fn segments(values: &[f64], width: usize, level: f64) -> Vec<[Place; 2]> {
     let rows = values.len() / width.max(1);
     let corner = |x: usize, y: usize| {
         let value = values.get(y * width + x).copied().unwrap_or(f64::NAN);
@@ -150,7 +135,7 @@ fn segments(values: &[f64], width: usize, level: f64) -> Vec<[[f64; 2]; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{Isotherms, segments};
-    use kuva::render::render::Primitive;
+    use crate::page::Page;
 
     /// A plane's line of a level is straight, and ends where the room ends.
     #[test]
@@ -183,7 +168,7 @@ mod tests {
         let values: Vec<f64> = (0..width * rows)
             .map(|k| 5.67e-8 * kelvin(k % width).powi(4))
             .collect();
-        let mut out = Vec::new();
+        let mut page = Page::default();
         let isotherms = Isotherms {
             values: &values,
             width,
@@ -191,13 +176,10 @@ mod tests {
             size: 10.0,
             at: [7.0, 3.0],
         };
-        isotherms.draw(&mut out);
-        let named = |wanted: &str| {
-            out.iter().any(|of| {
-                matches!(of, Primitive::Text { content, x, .. } if content == wanted
-                    && (x - 7.5 - 99.0 * 0.4).abs() < 1.0)
-            })
-        };
-        assert!(named("320 K"));
+        isotherms.draw(&mut page);
+        let svg = page.figure([120.0, 80.0]).svg().unwrap();
+        let label = svg.lines().find(|line| line.contains(">320 K<")).unwrap();
+        let x = label.split('"').nth(1).unwrap().parse::<f64>().unwrap();
+        assert!((x - 7.5 - 99.0 * 0.4).abs() < 1.0, "{label}");
     }
 }

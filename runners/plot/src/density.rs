@@ -2,7 +2,8 @@
 
 use core::ops::Range;
 
-use crate::{Canvas, Error, Panel, Piece, RoomPicture, Scale, Wall};
+use crate::scale::sorted;
+use crate::{Canvas, Error, Figure, Overlay, Panel, Picture, Piece, Scale, Wall};
 
 /// Pixels along the longer side of the room.
 const ACROSS: usize = 700;
@@ -21,7 +22,7 @@ pub struct WallDensity<'a> {
 }
 
 impl WallDensity<'_> {
-    /// The text of an SVG file.
+    /// The picture.
     ///
     /// ```
     /// use fredholm_plot::{Wall, WallDensity};
@@ -33,13 +34,13 @@ impl WallDensity<'_> {
     ///     names: &[("floor".to_owned(), 0..1)],
     ///     caption: "six numbers",
     /// };
-    /// assert!(density.svg()?.contains("six numbers"));
+    /// assert!(density.draw()?.svg()?.contains("six numbers"));
     /// # Ok::<(), fredholm_plot::Error>(())
     /// ```
     ///
     /// # Errors
     /// [`Error`]: the walls have no extent.
-    pub fn svg(&self) -> Result<String, Error> {
+    pub fn draw(&self) -> Result<Figure, Error> {
         let values = self.values;
         let canvas = Canvas::new(self.walls, ACROSS, 2, ACROSS as f64 / 50.0)?;
         let of = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
@@ -50,30 +51,25 @@ impl WallDensity<'_> {
         };
         let pieces: Vec<Piece> = values.iter().map(of).collect();
         // A few short cells in corners would leave all others in the dark.
-        let mut sorted: Vec<f64> = values.iter().map(|&(.., value)| value).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let most = sorted.get(sorted.len() * 199 / 200).copied().unwrap_or(1.0);
+        let all = sorted(values.iter().map(|&(.., value)| value));
+        let most = all.get(all.len() * 199 / 200).copied().unwrap_or(1.0);
         let density = || values.iter().map(|&(.., value)| value.min(most));
-        let air = vec![f64::NAN; canvas.width() * canvas.height()];
-        let walls: Vec<f64> = density().collect();
-        let picture = RoomPicture {
-            canvas: &canvas,
-            pieces: &pieces,
-            scale: Scale::new(density(), density(), true),
-            legend: "density",
-            stefan_boltzmann: None,
+        let [width, height] = canvas.size();
+        let scale = Scale::new(density(), density(), true);
+        let picture = Picture {
+            overlay: Some(Overlay {
+                pieces: &pieces,
+                unit: Some(""),
+                names: self.names,
+                ..Overlay::bare(&canvas)
+            }),
             captions: vec![self.caption.to_owned()],
-            width: None,
-            unit: Some(""),
-            names: self.names,
-            marks: &[],
+            ..Picture::new([width, height], scale, "density")
         };
-        let panel = Panel {
-            heading: None,
-            air: &air,
-            walls: &walls,
-            colours: None,
-        };
-        picture.svg(&[panel])
+        picture.draw(&[Panel {
+            pixels: vec![f64::NAN; width * height].into(),
+            walls: density().collect::<Vec<_>>().into(),
+            ..Panel::default()
+        }])
     }
 }

@@ -1,12 +1,13 @@
-//! The surfaces of a room as they were drawn, to see what is wrong with them.
+//! Surfaces as they were drawn, with their names, to see what is wrong with them.
 
 use kuva::render::color::Color;
-use kuva::render::render::{Primitive, Scene, TextAnchor};
+use kuva::render::render::TextAnchor;
 
-use crate::scale::ticks;
-use crate::{Error, raster};
+use crate::frame::{Behind, Frame, Layout, bounds};
+use crate::page::{INK, Page, Place};
+use crate::{Canvas, Error, Figure, Wall};
 
-/// Surfaces with their names, their active sides, and the ray on which light leaves.
+/// The surfaces of a room with their active sides, and the ray on which light leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
     /// The name of every surface and the vertices of its parts, the active side on the left. What is between two parts is
@@ -14,203 +15,179 @@ pub struct Drawing {
     pub surfaces: Vec<(String, Vec<Vec<[f64; 2]>>)>,
     /// The start and the direction of a ray that leaves, if one does.
     pub ray: Option<[[f64; 2]; 2]>,
-    /// The label of both axes.
-    pub label: String,
+    /// The unit of lengths; empty if it is not known.
+    pub unit: String,
 }
 
-/// The longer side of the room, and what is around it, in pixels.
-const ACROSS: f64 = 800.0;
-const MARGIN: f64 = 90.0;
+/// The longer side of what is drawn, in pixels.
+const ACROSS: usize = 800;
 /// The length of a normal, and the size of the text.
-const NORMAL: f64 = 12.0;
-const TEXT: u32 = 13;
+const NORMAL: f64 = 9.0;
+const TEXT: f64 = 14.0;
 
-const INK: Color = Color::Rgb(34, 34, 34);
-const FAINT: Color = Color::Rgb(150, 150, 150);
 /// The vermilion of Okabe and Ito.
 const RAY: Color = Color::Rgb(213, 94, 0);
 /// Their blue.
 const SIDE: Color = Color::Rgb(0, 114, 178);
 
-/// From coordinates to pixels.
-struct View {
-    low: [f64; 2],
-    high: [f64; 2],
-    scale: f64,
-}
-
-impl View {
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [
-            MARGIN + (x - self.low[0]) * self.scale,
-            MARGIN + (self.high[1] - y) * self.scale,
-        ]
-    }
-
-    /// The width or the height of the page.
-    fn page(&self, axis: usize) -> f64 {
-        (self.high[axis] - self.low[axis]) * self.scale + 2.0 * MARGIN
-    }
-}
-
 impl Drawing {
-    /// The text of an SVG file.
+    /// The figure.
     ///
     /// # Errors
-    /// [`Error::NothingToDraw`] if the surfaces have no extent.
-    pub fn svg(&self) -> Result<String, Error> {
-        let view = self.view()?;
-        let mut out = Vec::new();
-        self.axes(&view, &mut out);
+    /// [`Error::NothingToDraw`]: the surfaces have no extent.
+    pub fn draw(&self) -> Result<Figure, Error> {
+        let mut walls = Vec::new();
+        let mut names = Vec::new();
         for (name, parts) in &self.surfaces {
-            surface(name, parts, &view, &mut out);
-        }
-        if let Some(ray) = self.ray {
-            leaving(ray, &view, &mut out);
-        }
-        let mut scene = Scene::new(view.page(0).ceil(), view.page(1).ceil());
-        scene.elements = out;
-        raster::svg(&[], scene)
-    }
-
-    fn view(&self) -> Result<View, Error> {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for point in self.surfaces.iter().flat_map(|(_, parts)| parts).flatten() {
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(point[axis]);
-                high[axis] = high[axis].max(point[axis]);
-            }
-        }
-        let size = (high[0] - low[0]).max(high[1] - low[1]);
-        if !(size > 0.0 && size.is_finite()) {
-            return Err(Error::NothingToDraw);
-        }
-        let scale = ACROSS / size;
-        Ok(View { low, high, scale })
-    }
-
-    /// Round coordinates below and on the left.
-    fn axes(&self, view: &View, out: &mut Vec<Primitive>) {
-        let bottom = view.page(1) - 0.5 * MARGIN;
-        let left = 0.5 * MARGIN;
-        for axis in [0, 1] {
-            for at in ticks(view.low[axis], view.high[axis], false) {
-                let mut point = view.low;
-                point[axis] = at;
-                let [x, y] = view.place(point);
-                let label = format!("{at}");
-                if axis == 0 {
-                    line([x, bottom], [x, bottom + 5.0], FAINT, 1.0, out);
-                    text(&label, [x, bottom + 20.0], TextAnchor::Middle, INK, out);
-                } else {
-                    line([left - 5.0, y], [left, y], FAINT, 1.0, out);
-                    text(&label, [left - 8.0, y + 4.0], TextAnchor::End, INK, out);
+            let first = walls.len();
+            for two in parts.iter().flat_map(|points| points.windows(2)) {
+                let (ends, number) = ([two[0], two[1]], 2 * walls.len() as u32);
+                let vertices = [number, number + 1];
+                if ends[0] != ends[1] {
+                    walls.push(Wall { vertices, ends });
                 }
             }
+            names.push((name.clone(), first..walls.len()));
         }
-        let [from, to] = [view.low, [view.high[0], view.low[1]]].map(|point| view.place(point)[0]);
-        line([from, bottom], [to, bottom], FAINT, 1.0, out);
-        let [from, to] = [view.low, [view.low[0], view.high[1]]].map(|point| view.place(point)[1]);
-        line([left, from], [left, to], FAINT, 1.0, out);
-        let end = [view.page(0) - 0.5 * MARGIN, bottom + 20.0];
-        text(&self.label, end, TextAnchor::Middle, INK, out);
-    }
-}
-
-/// A surface with a normal on the active side of every segment, and its name behind the longest.
-fn surface(name: &str, parts: &[Vec<[f64; 2]>], view: &View, out: &mut Vec<Primitive>) {
-    let mut longest = (0.0, None);
-    for two in parts.iter().flat_map(|points| points.windows(2)) {
-        let [a, b] = [two[0], two[1]].map(|point| view.place(point));
-        line(a, b, INK, 2.0, out);
-        let span = [b[0] - a[0], b[1] - a[1]];
-        let length = span[0].hypot(span[1]);
-        if !(length > 0.0) {
-            continue;
-        }
-        let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        // On the page y goes down: the left is where it is less on the way to the right.
-        let left = [span[1] / length, -span[0] / length];
-        let tip = [middle[0] + NORMAL * left[0], middle[1] + NORMAL * left[1]];
-        line(middle, tip, SIDE, 2.0, out);
-        if length > longest.0 {
-            longest = (length, Some((middle, left)));
-        }
-    }
-    if let (_, Some(([x, y], left))) = longest {
-        let at = [x - 1.4 * NORMAL * left[0], y - 1.4 * NORMAL * left[1] + 4.0];
-        let anchor = match left[0] {
-            across if across > 0.5 => TextAnchor::End,
-            across if across < -0.5 => TextAnchor::Start,
-            _ => TextAnchor::Middle,
+        let canvas = Canvas::new(&walls, ACROSS, 0, 1.0)?;
+        let ([width, height], [low, high]) = (canvas.size(), canvas.extent());
+        let layout = Layout::new(1.2 * TEXT, [low[1], high[1]], false);
+        let [left, top] = layout.origin(true).map(|x| x as f64);
+        let page_size = [
+            left + width as f64 + layout.band + TEXT,
+            top + height as f64 + layout.band + 3.5 * TEXT,
+        ];
+        let frame = Frame {
+            canvas: &canvas,
+            layout,
+            at: [left, top],
+            unit: Some(&self.unit),
         };
-        text(name, at, anchor, SIDE, out);
+        let mut page = Page::default();
+        frame.axes(true, &mut page);
+        for strip in canvas.strips() {
+            let [from, to, ..] = strip.corners(0.0, 1.0);
+            let [from, to] = [from, to].map(|[x, y]| [x + left, y + top]);
+            page.line(from, to, INK, 2.0);
+            let middle = [0, 1].map(|k| 0.5 * (from[k] + to[k]));
+            let tip = [0, 1].map(|k| middle[k] + NORMAL * strip.normal()[k]);
+            page.line(middle, tip, SIDE, 2.0);
+        }
+        for (strip, name) in frame.longest(&names) {
+            Behind::new(strip, frame.at, TEXT, 1.2 * TEXT).write(name, SIDE, &mut page);
+        }
+        if let Some([from, direction]) = self.ray {
+            leaving(frame.place(from), direction, page_size, &mut page);
+        }
+        Ok(page.figure(page_size.map(f64::ceil)))
     }
 }
 
-/// The ray as far as the page goes.
-fn leaving([from, direction]: [[f64; 2]; 2], view: &View, out: &mut Vec<Primitive>) {
-    let [x, y] = view.place(from);
+/// A ray as far as the page goes.
+fn leaving([x, y]: Place, direction: [f64; 2], page_size: Place, page: &mut Page) {
     let length = direction[0].hypot(direction[1]);
     let [dx, dy] = [direction[0] / length, -direction[1] / length];
-    let room = |at: f64, step: f64, page: f64| {
-        if step > 0.0 {
-            (page - at) / step
-        } else if step < 0.0 {
-            -at / step
-        } else {
-            f64::INFINITY
-        }
+    let far = |at: f64, step: f64, end: f64| {
+        let edge = if step > 0.0 { end } else { 0.0 };
+        let steps = (edge - at) / step;
+        if step == 0.0 { f64::INFINITY } else { steps }
     };
-    let far = room(x, dx, view.page(0)).min(room(y, dy, view.page(1)));
-    line([x, y], [x + far * dx, y + far * dy], RAY, 2.0, out);
-    line([x - 5.0, y - 5.0], [x + 5.0, y + 5.0], RAY, 2.0, out);
-    line([x - 5.0, y + 5.0], [x + 5.0, y - 5.0], RAY, 2.0, out);
+    let far = far(x, dx, page_size[0]).min(far(y, dy, page_size[1]));
+    page.line([x, y], [x + far * dx, y + far * dy], RAY, 2.0);
+    for slope in [-5.0, 5.0] {
+        page.line([x - 5.0, y - slope], [x + 5.0, y + slope], RAY, 2.0);
+    }
     let words = "light leaves here, or meets a wall from behind";
-    text(
-        words,
-        [0.5 * view.page(0), 24.0],
-        TextAnchor::Middle,
-        RAY,
-        out,
-    );
+    let above = [0.5 * page_size[0], 1.2 * TEXT];
+    page.label(words, above, TEXT, TextAnchor::Middle, RAY, None);
 }
 
-fn line(
-    [x1, y1]: [f64; 2],
-    [x2, y2]: [f64; 2],
-    stroke: Color,
-    width: f64,
-    out: &mut Vec<Primitive>,
-) {
-    out.push(Primitive::Line {
-        x1,
-        y1,
-        x2,
-        y2,
-        stroke,
-        stroke_width: width,
-        stroke_dasharray: None,
-    });
+/// Planar polygons in space, seen from the front, the right and above.
+///
+/// ```
+/// use fredholm_plot::SpaceDrawing;
+///
+/// let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+/// let drawing = SpaceDrawing { surfaces: vec![("floor".to_owned(), vec![floor.to_vec()])] };
+/// assert!(drawing.draw()?.svg()?.contains(">floor</text>"));
+/// # Ok::<(), fredholm_plot::Error>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct SpaceDrawing {
+    /// The name of each surface, and the vertices of its polygons, counterclockwise seen from the active side.
+    pub surfaces: Vec<(String, Vec<Vec<[f64; 3]>>)>,
 }
 
-fn text(
-    content: &str,
-    [x, y]: [f64; 2],
-    anchor: TextAnchor,
-    color: Color,
-    out: &mut Vec<Primitive>,
-) {
-    out.push(Primitive::Text {
-        x,
-        y,
-        content: content.to_owned(),
-        size: TEXT,
-        anchor,
-        rotate: None,
-        bold: false,
-        color: Some(color),
-    });
+/// A polygon on the paper.
+struct Drawn {
+    points: Vec<[f64; 2]>,
+    /// The largest is behind.
+    depth: f64,
+    surface: usize,
+    /// Twice its area, above 0 if its active side is seen.
+    area: f64,
+}
+
+impl Drawn {
+    fn new(surface: usize, polygon: &[[f64; 3]]) -> Self {
+        let points: Vec<_> = polygon.iter().map(|&point| project(point).0).collect();
+        let depths = polygon.iter().map(|&point| project(point).1);
+        let sides = points.iter().zip(points.iter().cycle().skip(1));
+        Self {
+            depth: depths.sum::<f64>() / polygon.len() as f64,
+            surface,
+            area: sides.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum(),
+            points,
+        }
+    }
+}
+
+/// Where a point is on the paper, in the scene's unit, and how far away: from the front, the right and above.
+fn project([x, y, z]: [f64; 3]) -> ([f64; 2], f64) {
+    let (cosine, sine) = (0.866_025_403_784_438_6, 0.5);
+    let (right, away) = (cosine * x + sine * y, cosine * y - sine * x);
+    ([right, sine * away + cosine * z], cosine * away - sine * z)
+}
+
+impl SpaceDrawing {
+    /// The figure. Active sides are pale, backs are grey and see-through.
+    ///
+    /// # Errors
+    /// [`Error::NothingToDraw`]: the surfaces have no extent.
+    pub fn draw(&self) -> Result<Figure, Error> {
+        let surfaces = self.surfaces.iter().enumerate();
+        let drawn = |(surface, (_, polygons)): (usize, &(String, Vec<Vec<[f64; 3]>>))| {
+            let own = polygons.iter().map(move |own| Drawn::new(surface, own));
+            own.collect::<Vec<_>>()
+        };
+        let mut all: Vec<Drawn> = surfaces.flat_map(drawn).collect();
+        let points = all.iter().flat_map(|drawn| &drawn.points);
+        let canvas = Canvas::over(bounds(points.copied()), ACROSS, 40)?;
+        all.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+        let mut page = Page::default();
+        for drawn in &all {
+            let points: Vec<Place> = drawn.points.iter().map(|&at| canvas.place(at)).collect();
+            let hue = 47 * drawn.surface % 360;
+            let (fill, opacity) = match drawn.area > 0.0 {
+                true => (format!("hsl({hue},60%,80%)").into(), 0.9),
+                false => (Color::Rgb(153, 153, 153), 0.12),
+            };
+            page.polygon(&points, fill, opacity, 0.6);
+        }
+        for (surface, (name, _)) in self.surfaces.iter().enumerate() {
+            let own = all.iter().filter(|drawn| drawn.surface == surface);
+            let largest = own.max_by(|a, b| a.area.abs().total_cmp(&b.area.abs()));
+            let Some(Drawn { points, .. }) = largest else {
+                continue;
+            };
+            let middle = [0, 1].map(|k| {
+                let sum: f64 = points.iter().map(|point| point[k]).sum();
+                sum / points.len() as f64
+            });
+            page.text(name, canvas.place(middle), TEXT, TextAnchor::Middle);
+        }
+        Ok(page.figure(canvas.size().map(|pixels| pixels as f64)))
+    }
 }
 
 #[cfg(test)]
@@ -223,21 +200,22 @@ mod tests {
         let drawing = Drawing {
             surfaces: vec![("floor <1>".to_owned(), vec![vec![[0.0, 0.0], [4.0, 0.0]]])],
             ray: Some([[2.0, 0.0], [0.0, 1.0]]),
-            label: "m".to_owned(),
+            unit: "m".to_owned(),
         };
-        let svg = drawing.svg().unwrap();
-        for word in ["floor &lt;1&gt;", ">4<", ">m<", "light leaves here"] {
-            assert!(svg.contains(word), "{word} in {svg}");
+        let svg = |drawing: &Drawing| drawing.draw().and_then(|figure| figure.svg());
+        let text = svg(&drawing).unwrap();
+        for word in ["floor &lt;1&gt;", ">4<", ">1 m<", "light leaves here"] {
+            assert!(text.contains(word), "{word} in {text}");
         }
         let closed = Drawing {
             ray: None,
             ..drawing
         };
-        assert!(!closed.svg().unwrap().contains("light leaves"));
+        assert!(!svg(&closed).unwrap().contains("light leaves"));
         let nothing = Drawing {
             surfaces: vec![],
             ..closed
         };
-        assert_eq!(nothing.svg(), Err(Error::NothingToDraw));
+        assert_eq!(svg(&nothing), Err(Error::NothingToDraw));
     }
 }

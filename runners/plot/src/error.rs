@@ -10,11 +10,11 @@ pub enum Error {
     NothingToDraw,
     /// The picture has more bytes than this machine can address.
     TooLarge,
-    /// A [`Panel`](crate::Panel) does not fit its canvas, or a [`Quantity`](crate::Quantity) its mesh.
+    /// There are more numbers than pixels, pieces of walls, points or cells, or fewer.
     WrongLength {
-        /// The slice of the panel, `air` or `walls`; of a mesh `PointData` or `CellData`.
+        /// What the numbers are of.
         slice: &'static str,
-        /// The number of values that the canvas or the mesh requires.
+        /// The number of values that is required.
         expected: usize,
         /// The number of values that are there.
         found: usize,
@@ -33,6 +33,19 @@ pub enum Error {
 impl Error {
     pub(crate) fn backend(error: impl fmt::Display) -> Self {
         Self::Backend(error.to_string())
+    }
+
+    pub(crate) fn unless_equal(
+        slice: &'static str,
+        expected: usize,
+        found: usize,
+    ) -> Result<(), Self> {
+        let wrong = Self::WrongLength {
+            slice,
+            expected,
+            found,
+        };
+        (expected == found).then_some(()).ok_or(wrong)
     }
 }
 

@@ -46,12 +46,8 @@ impl Mesh {
             Some(_) => self.points.len(),
             None => self.cells.len(),
         };
-        if (of_points.is_some() || of_cells.is_some()) && numbers.len() != expected {
-            return Err(Error::WrongLength {
-                slice: "glb",
-                expected,
-                found: numbers.len(),
-            });
+        if of_points.is_some() || of_cells.is_some() {
+            Error::unless_equal("glb", expected, numbers.len())?;
         }
         let scale = Scale::within(numbers.iter().copied(), 0.0);
         let mut buffer = Buffer::default();
@@ -251,14 +247,8 @@ mod tests {
             cells: vec![Cell::Line([0, 1])],
             ..mesh.clone()
         };
-        assert_eq!(
-            unsuited.glb(),
-            Err(Error::WrongLength {
-                slice: "glb",
-                expected: 1,
-                found: 2
-            })
-        );
+        let wrong = Error::unless_equal("glb", 1, 2).unwrap_err();
+        assert_eq!(unsuited.glb(), Err(wrong));
         let flat = Mesh {
             on_cells: Vec::new(),
             ..unsuited

@@ -1,6 +1,7 @@
 //! The picture of numbers on a grid of two axes.
 
-use crate::{Canvas, Error, Panel, RoomPicture, Scale, Wall};
+use crate::scale::sorted;
+use crate::{Canvas, Error, Figure, Overlay, Panel, Picture, Scale, Wall};
 
 /// Pixels of the longer side.
 const ACROSS: usize = 420;
@@ -21,7 +22,7 @@ pub struct GridPicture<'a> {
 }
 
 impl GridPicture<'_> {
-    /// The text of an SVG file.
+    /// The picture.
     ///
     /// ```
     /// use fredholm_plot::GridPicture;
@@ -33,23 +34,16 @@ impl GridPicture<'_> {
     ///     legend: "u",
     ///     caption: "six numbers".to_owned(),
     /// };
-    /// assert!(picture.svg()?.contains("six numbers"));
+    /// assert!(picture.draw()?.svg()?.contains("six numbers"));
     /// # Ok::<(), fredholm_plot::Error>(())
     /// ```
     ///
     /// # Errors
     /// [`Error::WrongLength`]: there are more points or fewer. [`Error::NothingToDraw`]: an axis has no length, or no number
     /// is finite.
-    pub fn svg(&self) -> Result<String, Error> {
+    pub fn draw(&self) -> Result<Figure, Error> {
         let ([rows, columns], [low, high]) = (self.counts, self.ends);
-        let expected = rows * columns;
-        if self.numbers.len() != expected {
-            return Err(Error::WrongLength {
-                slice: "numbers",
-                expected,
-                found: self.numbers.len(),
-            });
-        }
+        Error::unless_equal("numbers", rows * columns, self.numbers.len())?;
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
         let side = |i: usize| Wall {
             vertices: [i as u32, ((i + 1) % 4) as u32],
@@ -60,35 +54,26 @@ impl GridPicture<'_> {
             let part = (x - low[axis]) / (high[axis] - low[axis]);
             ((part * (count as f64 - 1.0)).round().max(0.0) as usize).min(count - 1)
         };
-        let value = |pixel: usize| {
-            let [x, y] = canvas.middle(pixel);
-            self.numbers[nearest(x, 0, rows) * columns + nearest(y, 1, columns)]
+        let value =
+            |[x, y]: [f64; 2]| self.numbers[nearest(x, 0, rows) * columns + nearest(y, 1, columns)];
+        let pixels: Vec<f64> = canvas.middles().into_iter().map(value).collect();
+        let finite = sorted(self.numbers.iter().copied().filter(|x| x.is_finite()));
+        let (Some(least), Some(most)) = (finite.first(), finite.last()) else {
+            return Err(Error::NothingToDraw);
         };
-        let air: Vec<f64> = (0..canvas.width() * canvas.height()).map(value).collect();
-        let finite = self.numbers.iter().copied().filter(|x| x.is_finite());
-        let least = finite.clone().fold(f64::INFINITY, f64::min);
-        let most = finite.fold(f64::NEG_INFINITY, f64::max);
         // Numbers that are all the same have a colour, too.
         let around = 0.5 * most.abs().max(f64::MIN_POSITIVE);
-        let scale = Scale::between(least, most, false)
+        let scale = Scale::between(*least, *most, false)
             .or_else(|| Scale::between(least - around, most + around, false));
-        let picture = RoomPicture {
-            canvas: &canvas,
-            pieces: &[],
-            scale: scale.ok_or(Error::NothingToDraw)?,
-            legend: self.legend,
-            stefan_boltzmann: None,
+        let scale = scale.ok_or(Error::NothingToDraw)?;
+        let picture = Picture {
+            overlay: Some(Overlay::bare(&canvas)),
             captions: vec![self.caption.clone()],
-            width: None,
-            unit: None,
-            names: &[],
-            marks: &[],
+            ..Picture::new(canvas.size(), scale, self.legend)
         };
-        picture.svg(&[Panel {
-            heading: None,
-            air: &air,
-            walls: &[],
-            colours: None,
+        picture.draw(&[Panel {
+            pixels: pixels.into(),
+            ..Panel::default()
         }])
     }
 }
@@ -108,14 +93,9 @@ mod tests {
                 legend: "u",
                 caption: String::new(),
             };
-            picture.svg()
+            picture.draw().map(|_| ())
         };
-        let wrong = Error::WrongLength {
-            slice: "numbers",
-            expected: 4,
-            found: 3,
-        };
-        assert_eq!(of([2, 2], &[1.0, 2.0, 3.0]), Err(wrong));
+        assert_eq!(of([2, 2], &[1.0; 3]), Error::unless_equal("numbers", 4, 3));
         assert_eq!(of([2, 2], &[f64::NAN; 4]), Err(Error::NothingToDraw));
         assert!(of([2, 2], &[7.0; 4]).is_ok());
     }

@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 
-mod along;
-mod base64;
+mod bands;
 mod canvas;
 mod contours;
 mod curves;
@@ -13,27 +12,22 @@ mod gltf;
 mod grid;
 mod legend;
 mod mesh;
+mod page;
 mod picture;
-mod profile;
-mod raster;
 mod scale;
 mod shares;
-mod space;
 mod strips;
-mod view;
 
-pub use along::{GridCurve, GridPoint};
+pub use bands::{Axis, GridCurve, GridPoint, ProfilePlot};
 pub use canvas::{Canvas, Piece, Wall};
-pub use curves::{Axis, BandPlot, Curve, LogLogPlot, Style, stacked};
+pub use curves::{Curve, LogLogPlot, Style};
 pub use density::WallDensity;
-pub use drawing::Drawing;
+pub use drawing::{Drawing, SpaceDrawing};
 pub use error::Error;
 pub use frame::panel_width;
 pub use grid::GridPicture;
 pub use mesh::{Cell, Mesh, Quantity, lattice};
-pub use picture::{Panel, RoomPicture};
-pub use profile::ProfilePlot;
+pub use page::Figure;
+pub use picture::{Overlay, Panel, Picture, Shades};
 pub use scale::Scale;
 pub use shares::ShareTable;
-pub use space::SpaceDrawing;
-pub use view::{ViewPanel, ViewPicture};

@@ -4,7 +4,8 @@
 
 use core::ops::Range;
 
-use crate::{Error, base64};
+use crate::Error;
+use crate::page::base64;
 
 /// A cell of a [`Mesh`]: the numbers of the points in its corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,14 +170,7 @@ fn quantities(of: &'static str, all: &[Quantity], expected: usize) -> Result<Str
     });
     let mut text = format!("<{of}{first}>\n");
     for quantity in all {
-        let found = quantity.numbers.len();
-        if found != expected {
-            return Err(Error::WrongLength {
-                slice: of,
-                expected,
-                found,
-            });
-        }
+        Error::unless_equal(of, expected, quantity.numbers.len())?;
         let numbers = doubles(quantity.numbers.iter());
         text += &array("Float64", &escaped(&quantity.name), &numbers);
     }
@@ -186,7 +180,7 @@ fn quantities(of: &'static str, all: &[Quantity], expected: usize) -> Result<Str
 /// An array, its number of bytes first.
 fn array(kind: &str, name: &str, bytes: &[u8]) -> String {
     let size = (bytes.len() as u64).to_le_bytes();
-    let text = base64::encode(&[&size, bytes].concat());
+    let text = base64(&[&size, bytes].concat());
     format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"binary\">{text}</DataArray>\n")
 }
 
@@ -260,7 +254,8 @@ pub fn lattice(counts: &[usize], points: Range<usize>, is_closed: bool) -> Vec<C
 #[cfg(test)]
 mod tests {
     use super::{Cell, Mesh, Quantity};
-    use crate::{Error, base64};
+    use crate::Error;
+    use crate::page::base64;
 
     fn quantity(name: &str, numbers: &[f64]) -> Quantity {
         Quantity {
@@ -286,7 +281,7 @@ mod tests {
                 .iter()
                 .flat_map(|i| i.to_le_bytes())
                 .collect();
-            base64::encode(&all)
+            base64(&all)
         };
         let bits =
             |numbers: &[f64]| whole(&numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
@@ -298,7 +293,7 @@ mod tests {
             ),
             ("connectivity", whole(&[0, 1, 2, 2, 0])),
             ("offsets", whole(&[3, 5])),
-            ("types", base64::encode(&kinds)),
+            ("types", base64(&kinds)),
             ("a &lt; &quot;b&quot;", bits(&[f64::NAN, 1e-300, 3.0])),
             ("error", bits(&[0.1, 0.2])),
         ] {
@@ -322,12 +317,7 @@ mod tests {
             on_cells: vec![quantity("u", &[])],
             ..mesh
         };
-        let (slice, expected, found) = ("CellData", 1, 0);
-        let wrong = Error::WrongLength {
-            slice,
-            expected,
-            found,
-        };
+        let wrong = Error::unless_equal("CellData", 1, 0).unwrap_err();
         assert_eq!(mesh.vtu(), Err(wrong));
         assert_eq!(Mesh::default().vtu(), Err(Error::NothingToDraw));
     }

@@ -24,25 +24,22 @@ impl Scale {
         walls: impl Iterator<Item = f64>,
         log: bool,
     ) -> Self {
-        let high = seen.clone().fold(0.0, f64::max);
-        let high = if high > 0.0 { high } else { 1.0 };
-        let low = if log {
-            let lowest = |values: &mut dyn Iterator<Item = f64>| {
-                let mut all: Vec<f64> = values.filter(|&value| value > 0.0).collect();
-                all.sort_unstable_by(f64::total_cmp);
-                all.get(all.len() / 1000).copied().unwrap_or(high)
-            };
-            let (mut seen, mut walls) = (seen, walls);
-            let low = lowest(&mut seen).min(lowest(&mut walls));
-            low.max(high * 10_f64.powi(-DECADES)).min(0.5 * high)
-        } else {
-            0.0
-        };
+        let largest = seen.clone().fold(0.0, f64::max);
+        let high = if largest > 0.0 { largest } else { 1.0 };
+        let mut low = 0.0;
+        if log {
+            let lowest = |all: Vec<f64>| all.get(all.len() / 1000).copied().unwrap_or(high);
+            let of_seen = lowest(sorted(seen.filter(|&value| value > 0.0)));
+            let of_walls = lowest(sorted(walls.filter(|&value| value > 0.0)));
+            let least = high * 10_f64.powi(-DECADES);
+            low = of_seen.min(of_walls).max(least).min(0.5 * high);
+        }
+        let grey = false;
         Self {
             low,
             high,
             log,
-            grey: false,
+            grey,
         }
     }
 
@@ -51,16 +48,11 @@ impl Scale {
     /// by a thousandth of the largest: there is one colour to show, and no picture of rounding.
     #[must_use]
     pub fn within(seen: impl Iterator<Item = f64>, noise: f64) -> Option<Self> {
-        let mut all: Vec<f64> = seen.filter(|value| !value.is_nan()).collect();
-        all.sort_unstable_by(f64::total_cmp);
+        let all = sorted(seen);
         let end = |fiftieths: usize| all.get(all.len() * fiftieths / 50).copied();
         let (low, high) = (end(1)?, end(49)?);
         let is_even = high - low < noise || high - low < 1e-3 * high.abs();
-        if is_even {
-            None
-        } else {
-            Self::between(low, high, false)
-        }
+        Self::between(low, high, false).filter(|_| !is_even)
     }
 
     /// The scale of a picture of these numbers: greys of light, colours of heat and of logarithms, between the ends of a `range` if
@@ -68,22 +60,19 @@ impl Scale {
     /// bright. NaN does not count.
     #[must_use]
     pub fn of_view(seen: &[f64], range: Option<[f64; 2]>, is_heat: bool, log: bool) -> Self {
-        let own = || {
-            let mut sorted: Vec<f64> = seen.iter().copied().filter(|x| !x.is_nan()).collect();
-            sorted.sort_unstable_by(f64::total_cmp);
-            let most = sorted.get(sorted.len() * 49 / 50).copied().unwrap_or(1.0);
-            if is_heat && !log {
-                // A room's temperatures are near each other, far from 0.
-                return Self::within(seen.iter().copied(), 0.0);
-            }
-            let darker = || seen.iter().map(move |x| x.min(most));
-            Some(Self::new(darker(), darker(), log))
-        };
+        let seen = || seen.iter().copied();
         let scale = match range {
             Some([low, high]) => Self::between(low, high, log),
-            None => own(),
+            // A room's temperatures are near each other, far from 0.
+            None if is_heat && !log => Self::within(seen(), 0.0),
+            None => {
+                let all = sorted(seen());
+                let most = all.get(all.len() * 49 / 50).copied().unwrap_or(1.0);
+                let darker = || seen().map(move |x| x.min(most));
+                Some(Self::new(darker(), darker(), log))
+            }
         };
-        let scale = scale.unwrap_or_else(|| Self::new(seen.iter().copied(), [].into_iter(), log));
+        let scale = scale.unwrap_or_else(|| Self::new(seen(), [].into_iter(), log));
         if is_heat || log {
             scale
         } else {
@@ -146,23 +135,11 @@ impl Scale {
         }
         let place = self.part(value) * LAST as f64;
         let below = place.floor().min(LAST as f64 - 1.0);
-        let entry = |i: usize| {
-            let colour = INFERNO.eval_rational(i, LAST + 1);
-            [colour.r, colour.g, colour.b]
-        };
-        let (from, to) = (entry(below as usize), entry(below as usize + 1));
-        core::array::from_fn(|k| {
-            let (from, to) = (f64::from(from[k]), f64::from(to[k]));
-            (from + (place - below) * (to - from)).round() as u8
-        })
-    }
-
-    /// The colour of a number, or, if red, green and blue of all numbers are given, that of its light.
-    pub(crate) fn shown(&self, value: f64, place: usize, light: Option<&[Vec<f64>; 3]>) -> [u8; 3] {
-        match light {
-            Some(own) => own.each_ref().map(|own| self.grey_level(own[place])),
-            None => self.colour(value),
-        }
+        let [from, to] = [0, 1].map(|next| {
+            let colour = INFERNO.eval_rational(below as usize + next, LAST + 1);
+            [colour.r, colour.g, colour.b].map(f64::from)
+        });
+        [0, 1, 2].map(|k| (from[k] + (place - below) * (to[k] - from[k])).round() as u8)
     }
 
     /// How bright a number shines: the level of its grey, as sRGB encodes it.
@@ -179,6 +156,18 @@ impl Scale {
     pub(crate) fn ticks(&self) -> Vec<f64> {
         ticks(self.low, self.high, self.log)
     }
+}
+
+/// The numbers from the least on, but for NaN.
+pub(crate) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut all: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    all
+}
+
+/// The temperature of a black body with this radiosity, by Stefan and Boltzmann's constant σ.
+pub(crate) fn kelvin(radiosity: f64, sigma: f64) -> f64 {
+    (radiosity.max(0.0) / sigma).powf(0.25)
 }
 
 /// The number that makes a screen this bright, from 0 to 1 (IEC 61966-2-1, sRGB).
@@ -288,5 +277,13 @@ mod tests {
         // Nothing but darkness has a scale too.
         let dark = Scale::new([0.0].into_iter(), none(), true);
         assert_eq!(dark.colour(0.0), [0, 0, 4]);
+    }
+
+    /// A fifth of white is a mid grey on a screen.
+    #[test]
+    fn greys_are_as_bright_as_numbers_are_large() {
+        let scale = Scale::between(0.0, 10.0, false).unwrap().in_greys();
+        let levels = [0.0, 2.0, 10.0, 20.0].map(|x| scale.colour(x)[0]);
+        assert_eq!(levels, [0, 124, 255, 255]);
     }
 }

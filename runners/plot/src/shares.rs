@@ -1,9 +1,10 @@
 //! A table of shares as colours.
 
 use kuva::prelude::{ColorMap, Heatmap, Plot};
+use kuva::render::render::render_multiple;
 
-use crate::Error;
 use crate::curves::layout;
+use crate::{Error, Figure};
 
 /// The share of every pair of places as a colour: rows are where a step starts, columns where it
 /// leads.
@@ -19,28 +20,27 @@ pub struct ShareTable<'a> {
 }
 
 impl ShareTable<'_> {
-    /// The text of an SVG file.
-    pub fn svg(&self) -> Result<String, Error> {
+    /// The figure.
+    ///
+    /// # Errors
+    /// [`Error::NothingToDraw`]: there are no places.
+    pub fn draw(&self) -> Result<Figure, Error> {
         if self.shares.is_empty() {
             return Err(Error::NothingToDraw);
         }
         let percent = |share: &f64| 100.0 * share.max(0.0);
-        let rows = self
-            .shares
-            .iter()
-            .rev()
-            .map(|row| row.iter().map(percent).collect::<Vec<_>>());
+        let row = |row: &Vec<f64>| row.iter().map(percent).collect();
+        let rows: Vec<Vec<f64>> = self.shares.iter().rev().map(row).collect();
         let heat = Heatmap::new()
-            .with_data(rows.collect::<Vec<_>>())
+            .with_data(rows)
             .with_color_map(ColorMap::Viridis)
             .with_legend("%");
         let plots = vec![Plot::Heatmap(heat)];
-        let mut columns = self.names.to_vec();
-        columns.push("source".to_owned());
+        let columns = [self.names, &["source".to_owned()]].concat();
         let layout = layout(&plots, self.title, "into", "from")
             .with_x_categories(columns)
             .with_y_categories(self.names.to_vec())
             .with_x_tick_rotate(-45.0);
-        Ok(kuva::render_to_svg(plots, layout))
+        Ok(render_multiple(plots, layout).into())
     }
 }

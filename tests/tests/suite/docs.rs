@@ -23,7 +23,6 @@ const PUBLISHED: [&str; 22] = [
     "runners/models/sphere/src",
     "runners/parts/src",
     "runners/plot/src",
-    "runners/published/src",
     "runners/rayon/src",
     "runners/solver/src",
     "tests/conformance/src",

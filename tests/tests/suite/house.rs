@@ -115,11 +115,11 @@ fn packages_import_what_they_may() {
             "core/variance" => other == "core",
             _ if folder.starts_with("problems/") => below,
             "runners/embedded" | "runners/rayon" => below,
-            "runners/plot" | "runners/published" => false,
+            "runners/plot" => false,
             "runners/formula" => below || other == "cube-model",
             // The library is below files, pictures and the program.
             _ if folder.starts_with("runners/model") || folder == "runners/solver" => {
-                !["file", "plot", "cli", "parts", "published"].contains(&other)
+                !["file", "plot", "cli", "parts"].contains(&other)
             }
             "runners/file" | "runners/parts" => !["plot", "cli", "published"].contains(&other),
             _ => true,

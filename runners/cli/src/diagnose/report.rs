@@ -4,8 +4,6 @@ use fredholm::diagnosis::{DETAILED, Diagnosis, PowerReport};
 use fredholm::numbers::{aligned, short};
 use serde::Serialize;
 
-use crate::failure::Failure;
-
 /// The whole report.
 #[derive(Debug, Serialize)]
 pub(super) struct Report<'a> {
@@ -21,12 +19,6 @@ pub(super) struct Report<'a> {
 }
 
 impl Report<'_> {
-    pub(super) fn json(&self) -> Result<String, Failure> {
-        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
-        text.push('\n');
-        Ok(text)
-    }
-
     pub(super) fn text(&self, cells: &str) -> String {
         let Diagnosis {
             sites,

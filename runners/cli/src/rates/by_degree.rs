@@ -1,11 +1,11 @@
-//! StoppingRule of several degrees side by side, by the clock: which degree pays.
+//! Sweeps of several degrees side by side, by the clock: which degree pays.
 
 use fredholm::numbers::{aligned, short};
 use fredholm::sweep::{Rates, Row, exponent};
 use fredholm_plot::{Curve, LogLogPlot, Style};
 use serde::Serialize;
 
-use super::figures::what;
+use super::figures::figure;
 
 /// The seconds of which the least errors are told.
 const SECONDS: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
@@ -76,115 +76,74 @@ impl ByDegree {
 
     /// All levels of all degrees.
     fn levels(&self) -> String {
-        let with = |first: String, rest: [String; 11]| [vec![first], rest.to_vec()].concat();
-        let columns = Row::columns("seconds").map(str::to_owned);
-        let mut lines = vec![with("degree".to_owned(), columns)];
+        let mut lines = vec![line("degree", Row::columns("seconds").map(str::to_owned))];
         for row in self.sweeps.iter().flat_map(|sweep| &sweep.rows) {
-            lines.push(with(row.degree.to_string(), row.texts()));
+            lines.push(line(row.degree, row.texts()));
         }
         aligned(&lines)
     }
 
     fn at_equal_time(&self) -> String {
-        let line =
-            |first: &str, rest: [String; 4]| [vec![first.to_owned()], rest.to_vec()].concat();
-        let mut lines = vec![line(
-            "degree",
-            SECONDS.map(|seconds| format!("{seconds} s")),
-        )];
+        let heads = SECONDS.map(|seconds| format!("{seconds} s"));
+        let mut lines = vec![line("degree", heads)];
         if let Some(first) = self.sweeps.iter().find_map(|sweep| sweep.rows.first()) {
             let [_, work, error] = first.work();
             let plain = SECONDS.map(|seconds| short(error * (work / seconds).sqrt()));
             lines.push(line("plain", plain));
         }
         for sweep in &self.sweeps {
-            let mut line = vec![sweep.degree.to_string()];
-            for seconds in SECONDS {
+            let least = SECONDS.map(|seconds| {
                 let mut all = self.equal_time.iter();
                 let least = all.find(|l| (l.degree, l.seconds) == (sweep.degree, seconds));
                 let text = least.map(|l| format!("{} (n = {})", short(l.error), l.unknowns));
-                line.push(text.unwrap_or("-".to_owned()));
-            }
-            lines.push(line);
+                text.unwrap_or("-".to_owned())
+            });
+            lines.push(line(sweep.degree, least));
         }
         aligned(&lines)
     }
 
     fn exponents(&self) -> String {
-        let columns = [
-            "degree",
-            "√Var ~ n^",
-            "theory",
-            "error ~ seconds^",
-            "theory",
-        ];
-        let mut lines = vec![columns.map(str::to_owned).to_vec()];
-        for sweep in &self.sweeps {
-            let fits = &sweep.fits;
-            lines.push(vec![
-                sweep.degree.to_string(),
-                exponent(fits.std_dev),
-                format!("{:.3}", fits.std_dev_theory),
-                exponent(fits.error_in_seconds),
-                format!("{:.3}", fits.error_theory),
-            ]);
+        let heads = ["√Var ~ n^", "theory", "error ~ seconds^", "theory"];
+        let mut lines = vec![line("degree", heads.map(str::to_owned))];
+        for Rates { degree, fits, .. } in &self.sweeps {
+            let theory = [fits.std_dev_theory, fits.error_theory].map(|x| format!("{x:.3}"));
+            let [of_deviation, of_error] = theory;
+            let found = [fits.std_dev, fits.error_in_seconds].map(exponent);
+            let [deviation, error] = found;
+            lines.push(line(degree, [deviation, of_deviation, error, of_error]));
         }
         aligned(&lines)
     }
 
-    /// A curve of every degree. Levels whose deviation is one of rounding are left out.
-    fn curves(&self, at: impl Fn(&Row) -> (f64, f64)) -> Vec<Curve> {
-        let curve = |sweep: &Rates| {
-            let rows = sweep.rows.iter().filter(|row| row.is_above_rounding());
-            Curve {
-                name: format!("degree {}", sweep.degree),
-                points: rows.map(&at).collect(),
-                style: Style {
-                    colour: sweep.degree + 1,
-                    marker: Some(sweep.degree),
-                    dashed: false,
-                },
-            }
-        };
-        self.sweeps.iter().map(curve).collect()
-    }
-
-    /// With the line of plain walks through the point that the first level has, as far as `x` goes.
+    /// A curve of every degree, but for levels whose deviation is one of rounding, and before them the line of plain walks
+    /// through the point that the first level has, as far as `x` goes.
     fn figure(
         &self,
         titles: [&str; 3],
         exponent: f64,
-        plain: impl Fn(&Row) -> f64,
-        at: impl Fn(&Row) -> (f64, f64),
-    ) -> LogLogPlot {
+        plain: fn(&Row) -> f64,
+        at: fn(&Row) -> (f64, f64),
+    ) -> Option<LogLogPlot> {
         let rows = || self.sweeps.iter().flat_map(|sweep| &sweep.rows);
-        let ends = rows().map(|row| at(row).0);
-        let (low, high) = ends.fold((f64::INFINITY, 0.0_f64), |(low, high), x| {
-            (low.min(x), high.max(x))
-        });
-        let mut curves = Vec::new();
-        if let Some(first) = rows().next() {
+        let low = rows().map(|row| at(row).0).fold(f64::INFINITY, f64::min);
+        let high = rows().map(|row| at(row).0).fold(0.0, f64::max);
+        let line = |first: &Row| {
             let from = plain(first) * (low / at(first).0).powf(exponent);
-            curves.push(Curve::power_law(
-                "plain Monte Carlo",
-                exponent,
-                (low, from),
-                high,
-            ));
-        }
-        curves.extend(self.curves(at));
-        let [title, x_label, y_label] = titles;
-        let what = self.sweeps.last().map_or(String::new(), what);
-        LogLogPlot {
-            title: format!("{title} ({what})"),
-            x_label: x_label.to_owned(),
-            y_label: y_label.to_owned(),
-            curves,
-        }
+            Curve::power_law("plain Monte Carlo", exponent, (low, from), high)
+        };
+        let curve = |sweep: &Rates| {
+            let rows = sweep.rows.iter().filter(|row| row.is_above_rounding());
+            let style = Style::marked(sweep.degree + 1, sweep.degree);
+            Curve::new(format!("degree {}", sweep.degree), style, rows.map(at))
+        };
+        let curves = rows().next().map(line).into_iter();
+        let curves = curves.chain(self.sweeps.iter().map(curve));
+        Some(figure(self.sweeps.last()?, titles, curves.collect()))
     }
 
     /// Errors against time, none below what rounding leaves.
-    pub(super) fn work_figure(&self) -> LogLogPlot {
+    pub(super) fn work_figure(&self) -> Option<LogLogPlot> {
         self.figure(
             [
                 "Error of the mean against time, by degree",
@@ -198,7 +157,7 @@ impl ByDegree {
     }
 
     /// √Var against the number of unknowns.
-    pub(super) fn deviation_figure(&self) -> LogLogPlot {
+    pub(super) fn deviation_figure(&self) -> Option<LogLogPlot> {
         self.figure(
             [
                 "Standard deviation against unknowns, by degree",
@@ -210,4 +169,9 @@ impl ByDegree {
             |row| (row.unknowns as f64, row.std_dev),
         )
     }
+}
+
+/// A line of a table.
+fn line<const N: usize>(first: impl ToString, rest: [String; N]) -> Vec<String> {
+    [vec![first.to_string()], rest.to_vec()].concat()
 }

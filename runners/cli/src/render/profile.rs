@@ -2,24 +2,28 @@
 
 use fredholm::Partitioned;
 use fredholm::numbers::short;
-use fredholm::room::{FieldRequest, RoomModel, Stretch};
+use fredholm::room::{FieldRequest, RoomModel};
 use fredholm_plot::{Piece, ProfilePlot};
 
-use super::output::number_or_nothing;
-use super::{Content, Cut, Format, PROFILE_WALKS, Picturing, root_mean_square};
+use super::output::{number_or_nothing, root_mean_square};
+use super::room::{field, stretches};
+use super::{Content, Cut, Drawn, Format, Picturing};
 use crate::failure::Failure;
+use crate::table;
 
 /// About so many points in all.
 const POINTS: f64 = 600.0;
+/// Walks for a point where nothing else is asked.
+const WALKS: u64 = 1000;
 
 /// The figure or its table, and what is said of it.
 pub(crate) fn content(
-    picturing: &Picturing<'_, RoomModel>,
+    picturing: &Picturing<'_>,
+    room: &RoomModel,
     cells: &dyn Partitioned<'_>,
-    format: Format,
 ) -> Result<Content, Cut> {
     let args = picturing.args;
-    let (surfaces, scene) = (picturing.model.surfaces(), picturing.model.scene());
+    let (surfaces, scene) = (room.surfaces(), room.scene());
     let geometry = scene.geometry();
     let walls = geometry.walls();
     let total: f64 = walls.iter().map(|wall| wall.length).sum();
@@ -34,21 +38,16 @@ pub(crate) fn content(
     };
     let lengths = walls.iter().map(|wall| wall.length).enumerate();
     let pieces: Vec<Piece> = lengths.flat_map(of).collect();
-    let walks = picturing.walks(PROFILE_WALKS);
-    let progress = picturing.progress(walks, pieces.len() as u64);
-    let mut walk = picturing.walk();
-    walk.walks = walks;
-    let stretches: Vec<Stretch> = pieces.iter().map(super::stretch).collect();
+    let walk = picturing.walk(WALKS);
+    let progress = picturing.progress(&walk, pieces.len() as u64);
     let request = FieldRequest {
         positions: &[],
-        stretches: &stretches,
+        stretches: &stretches(&pieces),
         walk: &walk,
         goals: &picturing.problem.goals,
         beside_plain: false,
     };
-    let fields = picturing.field(&request, &progress);
-    progress.done();
-    let (field, _) = fields?;
+    let (field, _) = field(picturing, room, &request, &progress)?;
 
     let mut along = ProfilePlot {
         title: "radiosity along the surfaces".to_owned(),
@@ -57,9 +56,8 @@ pub(crate) fn content(
         surfaces: Vec::new(),
         length: total,
     };
-    let mut table = csv::Writer::from_writer(Vec::new());
-    table
-        .write_record(["surface", "s", "x", "y", "u", "std_error"])
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    csv.write_record(["surface", "s", "x", "y", "u", "std_error"])
         .map_err(Failure::run)?;
     let (mut before, mut last) = (0.0, None);
     for (number, wall) in walls.iter().enumerate() {
@@ -71,7 +69,7 @@ pub(crate) fn content(
         last = surface;
         let own = pieces.iter().zip(&field.walls);
         for (piece, spot) in own.filter(|(piece, _)| piece.wall == number) {
-            let fraction = 0.5 * (piece.from + piece.to);
+            let fraction = piece.middle();
             let s = before + fraction * wall.length;
             let [a, b] = wall.ends;
             let [x, y] = [0, 1].map(|k| a[k] + fraction * (b[k] - a[k]));
@@ -79,26 +77,22 @@ pub(crate) fn content(
             let numbers = [s, x, y, spot.value, spot.error].map(number_or_nothing);
             let name = name.cloned().unwrap_or_default();
             let record = [name].into_iter().chain(numbers);
-            table.write_record(record).map_err(Failure::run)?;
+            csv.write_record(record).map_err(Failure::run)?;
         }
         before += wall.length;
     }
-    let noise = root_mean_square(field.walls.iter().map(|spot| spot.error));
+    let noise = root_mean_square(&field.walls);
     let text = if args.common.json {
-        let value = serde_json::json!({
-            "points": pieces.len(), "cells": cells.unknowns(), "walks": walks,
+        table::json(&serde_json::json!({
+            "points": pieces.len(), "cells": cells.unknowns(), "walks": walk.walks,
             "std_error": noise, "seconds": field.seconds,
-        });
-        let mut text = serde_json::to_string_pretty(&value).map_err(Failure::run)?;
-        text.push('\n');
-        text
+        }))?
     } else {
         format!(
-            "{} points on {} surfaces; {} walks {}, RMS standard error {}, \
-             {:.1} s\n",
+            "{} points on {} surfaces; {} walks {}, RMS standard error {}, {:.1} s\n",
             pieces.len(),
             surfaces.names.len(),
-            walks,
+            walk.walks,
             if args.whole {
                 "for all of them"
             } else {
@@ -108,10 +102,13 @@ pub(crate) fn content(
             field.seconds
         )
     };
-    let content = match format {
-        Format::Csv => table.into_inner().map_err(Failure::run)?,
-        Format::Svg => along.svg().map_err(Failure::run)?.into_bytes(),
-        Format::Png => along.png().map_err(Failure::run)?,
+    let drawn = match picturing.format {
+        Format::Csv => Drawn::Table(csv.into_inner().map_err(Failure::run)?),
+        _ => Drawn::Figure(along.draw().map_err(Failure::run)?),
     };
-    Ok((content, Vec::new(), text))
+    Ok(Content {
+        drawn,
+        errors: None,
+        text,
+    })
 }
