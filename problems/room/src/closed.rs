@@ -1,12 +1,14 @@
 //! Is a room closed? Exact, by signs; and if not, where light leaves.
 
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 use fredholm_core::array::Each;
+use fredholm_surfaces::Forest;
 
 use crate::error::Place;
 use crate::geometry::{Backs, Wall, nobody};
-use crate::scene::{Scene, middle, root, turn, unite};
+use crate::scene::{Scene, middle, turn};
 use crate::vector::{Vector, along, dot, sub};
 use crate::{Hit, RoomError};
 
@@ -52,9 +54,9 @@ pub(crate) fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> 
 pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Result<(), RoomError> {
     let mut spokes = spokes(&scene.walls);
     spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
-    let mut component: Vec<u32> = (0..scene.vertices.len() as u32).collect();
+    let mut component = Forest::new(scene.vertices.len());
     // Of walls, by the active region that they bound.
-    let mut region: Vec<u32> = (0..scene.walls.len() as u32).collect();
+    let mut region = Forest::new(scene.walls.len());
     for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
         let next = around.iter().cycle().skip(1);
         if let Some((bad, _)) = around.iter().zip(next).find(|(a, b)| a.leaves == b.leaves) {
@@ -62,20 +64,20 @@ pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Resu
         }
         let next = around.iter().cycle().skip(1);
         for (a, b) in around.iter().zip(next).filter(|(a, _)| a.leaves) {
-            unite(&mut region, a.wall, b.wall);
+            region.unite(a.wall, b.wall);
         }
     }
     for wall in &scene.walls {
-        unite(&mut component, wall.vertices[0], wall.vertices[1]);
+        component.unite(wall.vertices[0], wall.vertices[1]);
     }
     // The leftmost vertex of every set of connected walls, the lowest of these: its last spoke is
     // the one before the direction to the left.
-    let mut outermost: Vec<Option<Spoke>> = alloc::vec![None; component.len()];
+    let mut outermost: Vec<Option<Spoke>> = alloc::vec![None; scene.vertices.len()];
     for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
         let (Some(&last), Some(first)) = (around.last(), around.first()) else {
             continue;
         };
-        let set = root(&mut component, first.vertex);
+        let set = component.root(first.vertex);
         if let Some(place) = outermost.get_mut(set as usize) {
             let better = place.is_none_or(|best| {
                 let [bx, by] = best.hub;
@@ -88,7 +90,7 @@ pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Resu
     }
     for spoke in outermost.iter().flatten() {
         if let Some(around) = check_outside(scene, spoke)? {
-            unite(&mut region, spoke.wall, around);
+            region.unite(spoke.wall, around);
         }
     }
     check_absorption(scene, &mut region, absorbs)
@@ -97,19 +99,14 @@ pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Resu
 /// In every active region a wall must absorb.
 fn check_absorption(
     scene: &Scene,
-    region: &mut [u32],
+    region: &mut Forest,
     absorbs: &dyn Fn(&Wall<f64>) -> bool,
 ) -> Result<(), RoomError> {
-    let mut does = alloc::vec![false; region.len()];
-    for (w, wall) in (0..).zip(&scene.walls) {
-        if absorbs(wall)
-            && let Some(does) = does.get_mut(root(region, w) as usize)
-        {
-            *does = true;
-        }
-    }
-    let mut walls = 0..region.len() as u32;
-    let none = walls.find(|&w| does.get(root(region, w) as usize) == Some(&false));
+    let walls = (0..).zip(&scene.walls);
+    let absorbing = walls.filter(|(_, wall)| absorbs(wall));
+    let good: BTreeSet<u32> = absorbing.map(|(w, _)| region.root(w)).collect();
+    let mut walls = 0..scene.walls.len() as u32;
+    let none = walls.find(|&w| !good.contains(&region.root(w)));
     none.map_or(Ok(()), |wall| {
         Err(RoomError::NothingAbsorbs(place(scene, wall)))
     })

@@ -3,9 +3,11 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
+use fredholm_surfaces::Forest;
+
 use crate::closed::by_direction;
 use crate::error::Place;
-use crate::scene::{Scene, root, unite};
+use crate::scene::Scene;
 use crate::vector::{Vector, cross, norm, sub};
 
 /// A part of a surface that lies under another, and so is left out of the room.
@@ -99,9 +101,9 @@ impl Sides {
     /// The outside of a set of connected walls is to the left of its leftmost vertex, the lowest of these.
     fn find_outsides(&mut self, scene: &Scene, around: &[usize]) {
         let at = |v: u32| scene.vertices.get(v as usize).copied().unwrap_or_default();
-        let mut set: Vec<u32> = (0..scene.vertices.len() as u32).collect();
+        let mut set = Forest::new(scene.vertices.len());
         for &[from, to] in &self.ends {
-            unite(&mut set, from, to);
+            set.unite(from, to);
         }
         let mut leftmost: BTreeMap<u32, (Vector<f64>, usize)> = BTreeMap::new();
         for spokes in around.chunk_by(|&a, &b| self.start(a) == self.start(b)) {
@@ -109,7 +111,7 @@ impl Sides {
             let Some(&last) = spokes.last() else { continue };
             let vertex = self.start(last);
             let own = (at(vertex), last);
-            let best = leftmost.entry(root(&mut set, vertex)).or_insert(own);
+            let best = leftmost.entry(set.root(vertex)).or_insert(own);
             if (own.0[0], own.0[1]) < (best.0[0], best.0[1]) {
                 *best = own;
             }

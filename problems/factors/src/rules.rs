@@ -4,8 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
-
-use crate::vector::{Vector, cross, dot, norm, sub};
+use fredholm_surfaces::space::{Vector, cross, dot, norm, sub};
 
 /// The most points of a rule.
 pub(crate) const MOST: usize = 16;
@@ -30,43 +29,42 @@ impl Rules {
         rule.map_or(&[], Vec::as_slice)
     }
 
-    /// Calls `each` with points of a convex polygon and their weights, whose sum is its area. A
-    /// triangle's points are dense at its first vertex, a larger polygon is a fan around it, a
-    /// quadrilateral is mapped from a square.
+    /// Points of a convex polygon and their weights, whose sum is its area. A triangle's points are dense at its first vertex, a
+    /// larger polygon is a fan around it, a quadrilateral is mapped from a square.
     pub(crate) fn polygon(
         &self,
         points: usize,
         polygon: &[Vector<f64>],
-        each: &mut dyn FnMut(Vector<f64>, f64),
-    ) {
+    ) -> Vec<(Vector<f64>, f64)> {
         let rule = self.of(points);
+        let both = || {
+            let pairs = rule.iter();
+            pairs.flat_map(|&(s, ws)| rule.iter().map(move |&(t, wt)| (s, t, ws * wt)))
+        };
         match polygon {
-            [a, b, c, d] => {
-                for &(s, ws) in rule {
-                    for &(t, wt) in rule {
-                        let at = from_fn(|k| {
-                            (1.0 - t) * ((1.0 - s) * a[k] + s * b[k])
-                                + t * ((1.0 - s) * d[k] + s * c[k])
-                        });
-                        let u = from_fn(|k| (1.0 - t) * (b[k] - a[k]) + t * (c[k] - d[k]));
-                        let v = from_fn(|k| (1.0 - s) * (d[k] - a[k]) + s * (c[k] - b[k]));
-                        each(at, ws * wt * norm(cross(u, v)));
-                    }
-                }
-            }
-            [hub, rest @ ..] => {
-                for pair in rest.windows(2) {
+            [a, b, c, d] => both()
+                .map(|(s, t, weight)| {
+                    let at = from_fn(|k| {
+                        (1.0 - t) * ((1.0 - s) * a[k] + s * b[k])
+                            + t * ((1.0 - s) * d[k] + s * c[k])
+                    });
+                    let u = from_fn(|k| (1.0 - t) * (b[k] - a[k]) + t * (c[k] - d[k]));
+                    let v = from_fn(|k| (1.0 - s) * (d[k] - a[k]) + s * (c[k] - b[k]));
+                    (at, weight * norm(cross(u, v)))
+                })
+                .collect(),
+            [hub, rest @ ..] => rest
+                .windows(2)
+                .flat_map(|pair| {
                     let (u, v) = (sub(pair[0], *hub), sub(pair[1], *hub));
                     let double = norm(cross(u, v));
-                    for &(s, ws) in rule {
-                        for &(t, wt) in rule {
-                            let at = from_fn(|k| hub[k] + s * ((1.0 - t) * u[k] + t * v[k]));
-                            each(at, ws * wt * s * double);
-                        }
-                    }
-                }
-            }
-            [] => {}
+                    both().map(move |(s, t, weight)| {
+                        let at = from_fn(|k| hub[k] + s * ((1.0 - t) * u[k] + t * v[k]));
+                        (at, weight * s * double)
+                    })
+                })
+                .collect(),
+            [] => Vec::new(),
         }
     }
 }
@@ -115,23 +113,8 @@ pub(crate) fn double_area(polygon: &[Vector<f64>]) -> Vector<f64> {
 
 /// The largest distance of a vertex from a point.
 pub(crate) fn radius(polygon: &[Vector<f64>], from: Vector<f64>) -> f64 {
-    polygon
-        .iter()
-        .map(|&p| sub(p, from))
-        .map(|d| dot(d, d))
-        .fold(0.0, |m: f64, x| Real::max(m, x))
-        .sqrt_real()
-}
-
-/// The square root by name.
-trait Root {
-    fn sqrt_real(self) -> f64;
-}
-
-impl Root for f64 {
-    fn sqrt_real(self) -> f64 {
-        Real::sqrt(self)
-    }
+    let offsets = polygon.iter().map(|&p| sub(p, from));
+    Real::sqrt(offsets.fold(0.0, |m: f64, d| Real::max(m, dot(d, d))))
 }
 
 #[cfg(test)]

@@ -10,9 +10,9 @@
 //! the edges are parallel or have a vertex in common; otherwise the inner integral has one.
 
 use fredholm_core::Real;
+use fredholm_surfaces::space::{Vector, along, cross, dot, norm, ring, scale, sub};
 
 use crate::rules::Rules;
-use crate::vector::{Vector, along, cross, dot, norm, scale, sub};
 
 type Edge = [Vector<f64>; 2];
 
@@ -31,12 +31,10 @@ const HALVINGS: u32 = 48;
 
 /// A_1 F_12 of two polygons that see each other wholly.
 pub(crate) fn exchange(a: &[Vector<f64>], b: &[Vector<f64>], rules: &Rules) -> f64 {
-    let ends = |p: &[Vector<f64>], k: usize| [p[k], p[(k + 1) % p.len()]];
     let mut sum = 0.0;
-    for k in 0..a.len() {
-        let p = ends(a, k);
-        for l in 0..b.len() {
-            sum += term(p, ends(b, l), rules);
+    for p in ring(a) {
+        for q in ring(b) {
+            sum += term(p, q, rules);
         }
     }
     sum / core::f64::consts::TAU

@@ -3,15 +3,15 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
+use fredholm_surfaces::space::{Vector, centroid, dot, norm, sub};
 
 use crate::clear::{self, Amount, Sheet};
 use crate::clip::keep;
 use crate::edges;
-use crate::occluders::{Occluder, Occluders};
+use crate::occluders::Occluder;
 use crate::rules::{Rules, area, radius};
 use crate::shaft::Shaft;
 use crate::silhouette::View;
-use crate::vector::{Vector, centroid, dot, norm, sub};
 
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
@@ -19,7 +19,7 @@ const CLEAR: f64 = 1e-3;
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
     (a, b): (Sheet<'_>, Sheet<'_>),
-    (occluders, found): (&Occluders, &[u32]),
+    between: &[&Occluder],
     fronts: bool,
     error: f64,
     shaft: &Shaft,
@@ -28,8 +28,8 @@ pub(crate) fn exchange(
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
     let swap = !b.far && size(b) < size(a);
     let pair = if swap { (b, a) } else { (a, b) };
-    let between = found.iter().filter_map(|&number| {
-        let mut screen = screen(occluders.all.get(number as usize)?, pair, shaft.slack())?;
+    let between = between.iter().filter_map(|occluder| {
+        let mut screen = screen(occluder, pair, shaft.slack())?;
         // What is seen from the front is said of the first.
         if swap {
             screen.reverse();
@@ -64,16 +64,10 @@ fn screen(
     pair: (Sheet<'_>, Sheet<'_>),
     slack: f64,
 ) -> Option<Vec<Vector<f64>>> {
-    let (mut own, mut rest) = (Vec::new(), occluder.points.clone());
+    let mut rest = occluder.points.clone();
     for sheet in [pair.0, pair.1].into_iter().filter(|sheet| !sheet.far) {
         let first = sheet.points.first().copied().unwrap_or_default();
-        core::mem::swap(&mut own, &mut rest);
-        keep(
-            &own,
-            &|p| dot(sheet.normal, sub(p, first)),
-            slack,
-            &mut rest,
-        );
+        rest = keep(&rest, |p| dot(sheet.normal, sub(p, first)), slack);
     }
     let size = radius(&rest, rest.first().copied().unwrap_or_default());
     (rest.len() >= 3 && area(&rest) > slack * size).then_some(rest)

@@ -1,15 +1,12 @@
 //! The sky: patches of directions.
 
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 
 use fredholm_core::Real;
-
-use crate::SceneError;
-use crate::vector::{Vector, cross, dot};
-
-/// The most pieces of a sky. One of 145 patches has 480.
-const MOST: usize = 100_000;
+use fredholm_scene::{SceneError, SkyLight};
+use fredholm_surfaces::space::{Vector, cross, dot};
 
 /// A patch of a sky: the azimuths and altitudes between which it lies, and its solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +23,7 @@ impl Patch {
     /// The unit vector in the middle of altitude and azimuth; of a patch around the zenith, the zenith.
     ///
     /// ```
-    /// let sky = fredholm_scene::Sky::bands(&[0.0, 60.0, 90.0], &[4, 1])?;
+    /// let sky = fredholm_factors::Sky::bands(&[0.0, 60.0, 90.0], &[4, 1])?;
     /// let [x, y, z] = sky.patches()[0].middle();
     /// assert!((x - y).abs() < 1e-15 && (z - 0.5).abs() < 1e-15);
     /// assert_eq!(sky.patches()[4].middle(), [0.0, 0.0, 1.0]);
@@ -65,7 +62,7 @@ pub(crate) struct Piece {
 /// cut and at least every 15°, so that an arc is above its circle by 0.25° at most (at 45°).
 ///
 /// ```
-/// use fredholm_scene::Sky;
+/// use fredholm_factors::Sky;
 ///
 /// // 145 patches in eight bands, as Tregenza (1987) has them.
 /// let sky = Sky::bands(
@@ -94,37 +91,17 @@ impl Sky {
     /// `sectors` says, from north over east. Patches are numbered band by band.
     ///
     /// # Errors
-    /// As [`Sky::check`].
+    /// As [`SkyLight::check`].
     pub fn bands(altitudes: &[f64], sectors: &[u32]) -> Result<Self, SceneError> {
-        Self::check(altitudes, sectors)?;
+        SkyLight::check(altitudes, sectors)?;
         Ok(Self::cut(altitudes, sectors))
-    }
-
-    /// Whether there is such a sky, said without making it.
-    ///
-    /// # Errors
-    /// [`SceneError::Sky`]: altitudes do not ascend from 0 to 90, there are not as many sectors as bands, a band has none, or
-    /// all together may have more than 100,000 pieces.
-    pub fn check(altitudes: &[f64], sectors: &[u32]) -> Result<(), SceneError> {
-        // Written so that NaN fails.
-        let ascending = altitudes.windows(2).all(|w| w[0] < w[1]);
-        let whole = altitudes.first() == Some(&0.0) && altitudes.last() == Some(&90.0);
-        let matching = sectors.len() + 1 == altitudes.len() && !sectors.contains(&0);
-        let cuts = kinds(sectors)
-            .iter()
-            .fold(24, |sum: usize, &n| sum.saturating_add(n as usize));
-        if ascending && whole && matching && cuts.saturating_mul(sectors.len()) <= MOST {
-            Ok(())
-        } else {
-            Err(SceneError::Sky)
-        }
     }
 
     fn cut(altitudes: &[f64], sectors: &[u32]) -> Self {
         // From the horizon to the zenith there are no circles to follow.
         let least = if sectors.len() == 1 { 4 } else { 24 };
         let mut cuts: Vec<f64> = (0..=least).map(|k| azimuth(k, least)).collect();
-        for n in kinds(sectors) {
+        for &n in sectors.iter().collect::<BTreeSet<_>>() {
             cuts.extend((1..n).map(|k| azimuth(k, n)));
         }
         cuts.sort_unstable_by(f64::total_cmp);
@@ -195,14 +172,6 @@ impl Sky {
     }
 }
 
-/// The different numbers of sectors.
-fn kinds(sectors: &[u32]) -> Vec<u32> {
-    let mut kinds = sectors.to_vec();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds
-}
-
 fn azimuth(k: u32, of: u32) -> f64 {
     360.0 * f64::from(k) / f64::from(of)
 }
@@ -239,105 +208,6 @@ fn solid_angle_of(corners: &[Vector<f64>]) -> f64 {
         2.0 * Real::atan2(volume, 1.0 + dot(a, b) + dot(b, c) + dot(c, a))
     };
     rest.windows(2).map(triangle).sum()
-}
-
-/// What a face exchanges with the patches of a sky.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SkyRow {
-    /// A_i F_ik of every patch k and, last, of all directions below the horizon, in the unit of area.
-    pub exchange: Vec<f64>,
-    /// The largest estimated error of a form factor.
-    pub error: f64,
-}
-
-/// Form factors from faces, or groups of them, to the patches of a sky.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SkyFactors {
-    areas: Vec<f64>,
-    /// The number of patches, and 1 for what is below the horizon.
-    width: usize,
-    /// Row by row.
-    exchange: Vec<f64>,
-    error: f64,
-}
-
-impl SkyFactors {
-    /// Adds up the rows of all faces in groups: `groups` has the group of each face, below `count`.
-    ///
-    /// # Errors
-    /// [`SceneError::Length`] if groups, rows and faces are not equally many or rows are not equally long,
-    /// [`SceneError::Surface`] for a group that is none.
-    pub fn of_groups(
-        areas: &[f64],
-        rows: &[SkyRow],
-        groups: &[usize],
-        count: usize,
-    ) -> Result<Self, SceneError> {
-        let width = rows.first().map_or(1, |row| row.exchange.len());
-        let lengths = [(areas.len(), rows.len()), (areas.len(), groups.len())];
-        let odd = rows.iter().map(|row| (width, row.exchange.len()));
-        if let Some((expected, found)) = lengths.into_iter().chain(odd).find(|(e, f)| e != f) {
-            return Err(SceneError::Length { expected, found });
-        }
-        if let Some(&surface) = groups.iter().find(|&&g| g >= count) {
-            return Err(SceneError::Surface { surface });
-        }
-        let mut all = Self {
-            areas: alloc::vec![0.0; count],
-            width,
-            exchange: alloc::vec![0.0; count * width],
-            error: 0.0,
-        };
-        for ((&group, &area), row) in groups.iter().zip(areas).zip(rows) {
-            all.areas[group] += area;
-            all.error = Real::max(all.error, row.error);
-            let own = all.exchange.iter_mut().skip(group * width);
-            for (sum, amount) in own.zip(&row.exchange) {
-                *sum += amount;
-            }
-        }
-        Ok(all)
-    }
-
-    /// F_ik: the share of what leaves group i evenly and diffusely that arrives at patch k.
-    #[must_use]
-    pub fn factor(&self, i: usize, patch: usize) -> f64 {
-        let at = self.exchange.get(i * self.width + patch);
-        let inside = patch + 1 < self.width;
-        let area = self.areas.get(i).filter(|_| inside);
-        at.copied().unwrap_or(f64::NAN) / area.copied().unwrap_or(f64::NAN)
-    }
-
-    /// The share of what leaves group i evenly and diffusely that goes below the horizon without meeting anything.
-    #[must_use]
-    pub fn below(&self, i: usize) -> f64 {
-        let at = self.exchange.get((i + 1) * self.width - 1);
-        at.copied().unwrap_or(f64::NAN) / self.areas.get(i).copied().unwrap_or(f64::NAN)
-    }
-
-    /// The number of groups.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.areas.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.areas.is_empty()
-    }
-
-    /// The number of patches.
-    #[must_use]
-    pub const fn patches(&self) -> usize {
-        self.width - 1
-    }
-
-    /// The largest estimated error of a form factor of a face.
-    #[must_use]
-    pub const fn error(&self) -> f64 {
-        self.error
-    }
 }
 
 #[cfg(test)]

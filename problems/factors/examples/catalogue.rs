@@ -1,13 +1,14 @@
 //! Form factors that others computed or derived, with differences and seconds, on one thread.
 //!
 //! ```text
-//! cargo run --release -p fredholm-scene --features alloc --example catalogue
+//! cargo run --release -p fredholm-factors --example catalogue
 //! ```
 
 use core::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-use fredholm_scene::{Enclosure, Material, Polygon, Scene, Sights, Surface, shapes};
+use fredholm_factors::Sights;
+use fredholm_scene::{Enclosure, Material, Polygon, Scene, Surface, shapes};
 
 type Surfaces = Vec<Vec<Polygon>>;
 

@@ -11,11 +11,10 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
+use fredholm_surfaces::space::{Vector, along, cross, dot, norm, ring, sub, unit};
 
 use crate::clear::PARALLEL;
-use crate::clip::ring;
 use crate::silhouette::{Edge, INNER, View};
-use crate::vector::{Vector, along, cross, dot, norm, sub, unit};
 
 /// The number of P as a sheet; those after it are lines in P.
 const OUTER: usize = usize::MAX / 2;

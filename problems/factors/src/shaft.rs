@@ -4,12 +4,11 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
+use fredholm_surfaces::space::{Vector, along, cross, dot, norm, ring, scale, sub, unit};
+use fredholm_surfaces::{Bounds, Branch, hull, join};
 
 use crate::clear::{PARALLEL, Sheet};
-use crate::clip::ring;
-use crate::geometry::Node;
 use crate::occluders::{Occluder, Occluders};
-use crate::vector::{Box3, Vector, along, cross, dot, hull, join, norm, scale, sub, unit};
 
 /// The convex hull of two polygons as half-spaces (Haines and Wallace 1991): light between them
 /// stays in it.
@@ -17,19 +16,25 @@ use crate::vector::{Box3, Vector, along, cross, dot, hull, join, norm, scale, su
 pub(crate) struct Shaft {
     /// Unit normals outwards, and points.
     planes: Vec<(Vector<f64>, Vector<f64>)>,
-    bounds: Box3,
+    bounds: Bounds<3>,
     /// What is nearer than this to a plane is on it.
     slack: f64,
 }
 
 /// What hides two polygons from each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Between {
-    Nothing,
+#[derive(Clone, Debug)]
+pub(crate) enum Between<'o> {
     /// One polygon hides all.
     Hidden,
-    /// The faces that may hide something were listed.
+    /// These may hide something.
+    Some(Vec<&'o Occluder>),
+}
+
+/// What one polygon hides of two others from each other.
+enum Hides {
+    Nothing,
     Some,
+    All,
 }
 
 impl Shaft {
@@ -52,8 +57,7 @@ impl Shaft {
             if let Some(&point) = own.points.first() {
                 self.planes.push((own.normal.map(|x| -x), point));
             }
-            let next = own.points.iter().cycle().skip(1);
-            for (&from, &to) in own.points.iter().zip(next) {
+            for [from, to] in ring(own.points) {
                 // The plane through the edge that leans outwards as far as the other polygon asks.
                 let out = cross(sub(to, from), own.normal);
                 let length = norm(out);
@@ -94,19 +98,13 @@ impl Shaft {
     }
 
     /// Whether a box is off the shaft.
-    fn misses(&self, node: &Node<f64>) -> bool {
-        let [low, high] = self.bounds;
-        if (0..3).any(|k| node.low[k] > high[k] || node.high[k] < low[k]) {
+    fn misses(&self, node: &Branch<3>) -> bool {
+        let ([low, high], [from, to]) = (self.bounds, node.bounds);
+        if (0..3).any(|k| from[k] > high[k] || to[k] < low[k]) {
             return true;
         }
         self.planes.iter().any(|(normal, point)| {
-            let nearest: Vector<f64> = from_fn(|k| {
-                if normal[k] > 0.0 {
-                    node.low[k]
-                } else {
-                    node.high[k]
-                }
-            });
+            let nearest = from_fn(|k| if normal[k] > 0.0 { from[k] } else { to[k] });
             dot(*normal, sub(nearest, *point)) > 0.0
         })
     }
@@ -139,45 +137,25 @@ impl Shaft {
         (enter < leave).then_some([enter, leave])
     }
 
-    /// Lists what may hide something of two polygons from each other, out of `candidates`, or out of
-    /// all. With `fronts` only what the first one sees from the front counts.
-    pub(crate) fn between(
+    /// What may hide something of two polygons from each other. With `fronts` only what the first one sees from the front counts.
+    pub(crate) fn between<'o>(
         &self,
-        occluders: &Occluders,
-        candidates: Option<&[u32]>,
+        occluders: &'o Occluders,
         (a, b): (Sheet<'_>, Sheet<'_>),
         fronts: bool,
-        found: &mut Vec<u32>,
-    ) -> Between {
-        found.clear();
-        let mut hidden = false;
-        let mut test = |number: u32| {
-            let Some(occluder) = occluders.all.get(number as usize) else {
-                return;
-            };
-            if hidden {
-                return;
-            }
+    ) -> Between<'o> {
+        let mut found = Vec::new();
+        for occluder in occluders.but(|node| self.misses(node)) {
             match self.of_one(occluder, a, b, fronts) {
-                Between::Nothing => {}
-                Between::Some => found.push(number),
-                Between::Hidden => hidden = true,
+                Hides::Nothing => {}
+                Hides::Some => found.push(occluder),
+                Hides::All => return Between::Hidden,
             }
-        };
-        match candidates {
-            Some(all) => all.iter().for_each(|&o| test(o)),
-            None => occluders.visit(&mut |node| self.misses(node), &mut test),
         }
-        if hidden {
-            Between::Hidden
-        } else if found.is_empty() {
-            Between::Nothing
-        } else {
-            Between::Some
-        }
+        Between::Some(found)
     }
 
-    fn of_one(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>, fronts: bool) -> Between {
+    fn of_one(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>, fronts: bool) -> Hides {
         let sides = |s: Sheet<'_>| {
             let (mut above, mut below) = (false, false);
             for &p in s.points {
@@ -195,13 +173,13 @@ impl Shaft {
         // Both on one side of its plane, or, to be seen from the front, none in front of it.
         let pass = !((above && under) || (below && over));
         if pass || (fronts && !(above && under)) || self.excludes(&o.points) {
-            return Between::Nothing;
+            return Hides::Nothing;
         }
         let across = (!below && !over) || (!above && !under);
         if across && self.covers(o, a, b) {
-            Between::Hidden
+            Hides::All
         } else {
-            Between::Some
+            Hides::Some
         }
     }
 
@@ -221,8 +199,7 @@ impl Shaft {
                 } else {
                     along(p, from / fall, aim)
                 };
-                let next = o.points.iter().cycle().skip(1);
-                o.points.iter().zip(next).all(|(&c, &d)| {
+                ring(&o.points).all(|[c, d]| {
                     let edge = sub(d, c);
                     let inward = cross(o.normal, edge);
                     dot(inward, sub(at, c)) >= -self.slack * norm(edge)
@@ -233,7 +210,7 @@ impl Shaft {
 }
 
 /// A box without ends on the sides to which directions point.
-fn open([mut low, mut high]: Box3, directions: &[Vector<f64>]) -> Box3 {
+fn open([mut low, mut high]: Bounds<3>, directions: &[Vector<f64>]) -> Bounds<3> {
     for d in directions {
         for k in 0..3 {
             if d[k] < 0.0 {

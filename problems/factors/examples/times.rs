@@ -3,15 +3,14 @@
 //! `times obj N` prints the canyon as an OBJ file: groups `ground` and `building1` to `building14`.
 //!
 //! ```text
-//! cargo run --release -p fredholm-scene --features alloc --example times -- cube 8 1e-9
+//! cargo run --release -p fredholm-factors --example times -- cube 8 1e-9
 //! ```
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use fredholm_scene::{
-    Enclosure, Factors, Material, Polygon, Row, Scene, Sights, Surface, factors, shapes,
-};
+use fredholm_factors::{Factors, Row, Sights, scene_factors};
+use fredholm_scene::{Enclosure, Material, Polygon, Scene, Surface, shapes};
 
 /// Every quadrilateral of a shape in n × n.
 fn meshed(shape: &shapes::Shape, n: usize) -> Vec<Vec<Polygon>> {
@@ -47,7 +46,7 @@ fn cube(m: usize, error: f64, finer: f64) {
     all.extend(meshed(&shapes::block([0.25; 3], [0.75; 3]), m / 2));
     let scene = scene(&all, Enclosure::Closed);
     let start = Instant::now();
-    let f = factors(&scene, error).unwrap();
+    let f = scene_factors(&scene, error).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     let off = f
         .row_sums()
@@ -61,7 +60,7 @@ fn cube(m: usize, error: f64, finer: f64) {
         f.error()
     );
     if finer > 0.0 {
-        let best = factors(&scene, finer).unwrap();
+        let best = scene_factors(&scene, finer).unwrap();
         let mut worst: f64 = 0.0;
         for i in 0..scene.faces().len() {
             for &(j, exchange) in best.row(i) {

@@ -1,12 +1,12 @@
 //! What two polygons exchange that others hide from each other in part, as a sum of integrals along edges.
 
 use fredholm_core::Real;
+use fredholm_surfaces::space::norm;
 
 use crate::clear::Amount;
 use crate::events;
 use crate::rules::{Rules, radius};
 use crate::silhouette::{Edge, View};
-use crate::vector::norm;
 
 /// How many times a piece of an edge may be halved.
 const HALVINGS: u32 = 44;

@@ -1,10 +1,7 @@
 //! Half-planes of P's plane, and integrals over what they cut out.
 
-use alloc::vec::Vec;
-
 use fredholm_core::Real;
-
-use crate::vector::{Vector, cross, sub};
+use fredholm_surfaces::space::{Vector, cross, sub};
 
 /// A place in P's plane, as seen from y.
 pub(crate) type Point = [f64; 2];
@@ -33,43 +30,6 @@ pub(crate) fn half(a: Vector<f64>, b: Vector<f64>, y: Vector<f64>) -> Half {
 
 pub(crate) fn at(half: Half, p: Point) -> f64 {
     half[0] * p[0] + half[1] * p[1] + half[2]
-}
-
-/// Cuts a convex polygon by a half-plane. A part without area has no vertices.
-pub(crate) fn cut(
-    polygon: &[Point],
-    half: Half,
-    inside: &mut Vec<Point>,
-    outside: &mut Vec<Point>,
-) {
-    inside.clear();
-    outside.clear();
-    let Some(&last) = polygon.last() else { return };
-    let (mut before, mut low) = (last, at(half, last));
-    for &p in polygon {
-        let high = at(half, p);
-        if (low < 0.0 && high > 0.0) || (low > 0.0 && high < 0.0) {
-            let t = low / (low - high);
-            let both = [
-                before[0] + t * (p[0] - before[0]),
-                before[1] + t * (p[1] - before[1]),
-            ];
-            inside.push(both);
-            outside.push(both);
-        }
-        if high >= 0.0 {
-            inside.push(p);
-        }
-        if high <= 0.0 {
-            outside.push(p);
-        }
-        (before, low) = (p, high);
-    }
-    for part in [inside, outside] {
-        if part.len() < 3 {
-            part.clear();
-        }
-    }
 }
 
 /// ∮ ln √(u² + v² + h²) times the cosine with a direction, along the outline of a polygon.

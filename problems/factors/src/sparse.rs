@@ -9,14 +9,15 @@ use crate::Factors;
 /// SciPy's `csr_matrix((factors, columns, first))` takes them.
 ///
 /// ```
-/// use fredholm_scene::{Enclosure, Scene, SparseFactors, factors, shapes};
+/// use fredholm_factors::{SparseFactors, scene_factors};
+/// use fredholm_scene::{Enclosure, Scene, shapes};
 ///
 /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
-/// let sparse = SparseFactors::new(&factors(&scene, 1e-9)?);
+/// let sparse = SparseFactors::new(&scene_factors(&scene, 1e-9)?);
 /// // A face of a box sees all others and not itself.
 /// assert_eq!(sparse.row(0).map(|(column, _)| column).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
 /// assert!((sparse.row(0).map(|(_, factor)| factor).sum::<f64>() - 1.0).abs() < 1e-12);
-/// # Ok::<(), fredholm_scene::SceneError>(())
+/// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseFactors {

@@ -19,14 +19,15 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::array::from_fn;
+use fredholm_surfaces::space::{
+    Vector, along, centroid, cross, dot, least_axis, norm, ring, scale, sub, unit,
+};
 
 use crate::clear::{PARALLEL, Sheet};
-use crate::clip::ring;
-use crate::plane::{Half, Point, area, around, at, cut, half};
+use crate::clip::{Pieces, Rest, cut};
+use crate::flat::{Half, Point, area, around, at, half};
 use crate::rules::double_area;
 use crate::shaft::Shaft;
-use crate::vector::{Vector, along, centroid, cross, dot, norm, scale, sub, unit};
 
 /// The number of the sheet that is Q.
 pub(crate) const INNER: usize = 0;
@@ -144,42 +145,12 @@ impl Edge {
     }
 }
 
-/// Convex polygons in P's plane.
-#[derive(Clone, Debug, Default)]
-struct Pieces {
-    points: Vec<Point>,
-    /// Where each ends, and whether what touches the edge hides its left and its right.
-    ends: Vec<(usize, [bool; 2])>,
-}
-
-impl Pieces {
-    fn clear(&mut self) {
-        self.points.clear();
-        self.ends.clear();
-    }
-
-    fn push(&mut self, piece: &[Point], hidden: [bool; 2]) {
-        if piece.len() >= 3 {
-            self.points.extend_from_slice(piece);
-            self.ends.push((self.points.len(), hidden));
-        }
-    }
-
-    fn each(&self) -> impl Iterator<Item = (&[Point], [bool; 2])> {
-        let mut from = 0;
-        self.ends.iter().filter_map(move |&(to, hidden)| {
-            let piece = self.points.get(from..to)?;
-            from = to;
-            Some((piece, hidden))
-        })
-    }
-}
-
 /// Buffers, kept from point to point.
 #[derive(Clone, Debug, Default)]
 struct Buffers {
-    sectors: [Pieces; 2],
-    pieces: [Pieces; 2],
+    /// Whether what touches the edge hides the left and the right of each.
+    sectors: [Pieces<2, [bool; 2]>; 2],
+    rest: Rest<2>,
     halves: Vec<Half>,
     own: Vec<Point>,
     inside: Vec<Point>,
@@ -215,10 +186,7 @@ impl View {
     ) -> Self {
         let origin = centroid(outer.points);
         let z = outer.normal;
-        // The axis that is furthest from the normal.
-        let least = (0..3).min_by(|&a, &b| z[a].abs().total_cmp(&z[b].abs()));
-        let axis = from_fn(|k| f64::from(u8::from(Some(k) == least)));
-        let x = unit(cross(axis, z));
+        let x = unit(cross(least_axis(z), z));
         let y = cross(z, x);
         let turned = |p: Vector<f64>| [dot(x, p), dot(y, p), dot(z, p)];
         let place = |p: &Vector<f64>| turned(sub(*p, origin)).map(|x| x / size);
@@ -420,7 +388,7 @@ impl View {
                 } else {
                     half(a, b, y)
                 };
-                cut(own, half, inside, outside);
+                cut(own, |p| at(half, p), inside, outside);
                 core::mem::swap(own, inside);
             }
         }
@@ -435,7 +403,8 @@ impl View {
             let n = sheet.normal;
             to.clear();
             for (piece, hidden) in from.each() {
-                cut(piece, [n[0], n[1], -n[2] * y[2]], inside, outside);
+                let above = [n[0], n[1], -n[2] * y[2]];
+                cut(piece, |p| at(above, p), inside, outside);
                 let [left, right] = [touch.side != Side::Right, touch.side != Side::Left];
                 to.push(inside, [hidden[0] | left, hidden[1] | right]);
                 let behind = !self.fronts;
@@ -457,16 +426,8 @@ impl View {
         buffers: &mut Buffers,
         measure: impl Fn(&[Point]) -> f64,
     ) -> f64 {
-        let Buffers {
-            pieces: [from, to],
-            halves,
-            own,
-            inside,
-            outside,
-            ..
-        } = buffers;
-        from.clear();
-        from.push(sector, [false; 2]);
+        let Buffers { rest, halves, .. } = buffers;
+        rest.begin(sector);
         let mut sum = 0.0;
         for (number, screen) in self.sheets.iter().enumerate().skip(1) {
             let (height, slack) = if edge.far {
@@ -477,36 +438,25 @@ impl View {
             if height.abs() <= slack || edge.touches(number) {
                 continue;
             }
+            let half = |ends| match edge.far {
+                true => self.far_half(screen, ends, y),
+                false => self.half(screen, ends, y, height),
+            };
             halves.clear();
-            let ends = ring(&screen.points);
-            if edge.far {
-                halves.extend(ends.map(|ends| self.far_half(screen, ends, y)));
+            halves.extend(ring(&screen.points).map(half));
+            let signs = if self.fronts {
+                &[1.0][..]
             } else {
-                halves.extend(ends.map(|ends| self.half(screen, ends, y, height)));
-            }
-            for sign in [1.0, -1.0]
-                .into_iter()
-                .take(if self.fronts { 1 } else { 2 })
-            {
-                to.clear();
-                for (piece, hidden) in from.each() {
-                    if halves
-                        .iter()
-                        .any(|h| piece.iter().all(|&p| sign * at(*h, p) <= 0.0))
-                    {
-                        to.push(piece, hidden);
-                        continue;
-                    }
-                    own.clear();
-                    own.extend_from_slice(piece);
-                    for h in halves.iter() {
-                        cut(own, h.map(|x| sign * x), inside, outside);
-                        to.push(outside, hidden);
-                        core::mem::swap(own, inside);
-                    }
-                    sum += measure(own);
-                }
-                core::mem::swap(from, to);
+                &[1.0, -1.0]
+            };
+            for sign in signs {
+                rest.take(
+                    halves,
+                    |half, p| sign * at(half, p),
+                    |taken| {
+                        sum += measure(taken);
+                    },
+                );
             }
         }
         sum

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 
-use crate::{Factors, SceneError};
+use crate::{Factors, FactorsError};
 
 /// The largest difference of a row's sum from 1 that counts as none: rounding of a sum.
 const CLOSED: f64 = 1e-15;
@@ -25,22 +25,23 @@ impl Factors {
     /// which is what makes heat appear or vanish.
     ///
     /// ```
-    /// use fredholm_scene::{Enclosure, Scene, factors, shapes};
+    /// use fredholm_factors::scene_factors;
+    /// use fredholm_scene::{Enclosure, Scene, shapes};
     ///
     /// let both = shapes::room([0.0; 3], [1.0; 3]).and(shapes::block([0.25; 3], [0.75; 3]));
     /// let scene = Scene::new::<f64>(&both.surfaces(), Enclosure::Closed)?;
-    /// let mut f = factors(&scene, 1e-3)?;
+    /// let mut f = scene_factors(&scene, 1e-3)?;
     /// let off = f.close()?;
     /// assert!(off < 1e-3);
     /// assert!(f.row_sums().iter().all(|sum| (sum - 1.0).abs() < 1e-14));
-    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// [`SceneError::Leaves`] if the scene is open.
-    pub fn close(&mut self) -> Result<f64, SceneError> {
+    /// [`FactorsError::Leaves`] if the scene is open.
+    pub fn close(&mut self) -> Result<f64, FactorsError> {
         if self.is_open() {
-            return Err(SceneError::Leaves);
+            return Err(FactorsError::Leaves);
         }
         let before = self.gap();
         for _ in 0..PASSES {

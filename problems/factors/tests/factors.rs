@@ -2,10 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_scene::{Enclosure, Factors, Polygon, Scene, SceneError, Sights, factors, shapes};
+use fredholm_factors::{Factors, FactorsError, Sights, scene_factors};
+use fredholm_scene::{Enclosure, Polygon, Scene, shapes};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
+#[path = "../../scene/tests/common/mod.rs"]
 mod common;
 use common::{Surfaces, map, meshed, prism, rotation, scene_of, sphere, triangulated};
 
@@ -69,7 +71,7 @@ fn squares_of_the_catalogue() {
         vec![square(0.0, 1.0, true)],
         vec![square(1.0, 1.0, false)],
     ]);
-    let f = factors(&two, 1e-9).unwrap();
+    let f = scene_factors(&two, 1e-9).unwrap();
     assert!((f.factor(0, 1) - C_11).abs() < 1e-15, "{}", f.factor(0, 1));
     assert_eq!((f.pairs(), f.partial()), (1, 0));
     let wall = Polygon::Quad([
@@ -79,7 +81,7 @@ fn squares_of_the_catalogue() {
         [0.0, 0.0, 1.0],
     ]);
     let two = open(&vec![vec![square(0.0, 1.0, true)], vec![wall]]);
-    let f = factors(&two, 1e-9).unwrap();
+    let f = scene_factors(&two, 1e-9).unwrap();
     assert!((f.factor(0, 1) - C_14).abs() < 1e-15, "{}", f.factor(0, 1));
     // The same in triangles and in pieces: edges in common, vertices in common, skew edges.
     for n in [1, 2, 5] {
@@ -188,7 +190,7 @@ fn all_that_leaves_a_convex_body_meets_what_is_around_it() {
     let mut both = sphere(3 + finer, 1.0, false);
     both.extend(sphere(4 + finer, 3.0, true));
     let scene = closed(&both);
-    let f = factors(&scene, 1e-8).unwrap();
+    let f = scene_factors(&scene, 1e-8).unwrap();
     for (i, sum) in f.row_sums().iter().enumerate() {
         assert!((sum - 1.0).abs() < 3e-8, "{i} {sum}");
     }
@@ -247,7 +249,7 @@ fn a_cube_with_a_block() {
     let mut all = Vec::new();
     for scene in &scenes {
         for error in errors {
-            let f = factors(scene, error).unwrap();
+            let f = scene_factors(scene, error).unwrap();
             assert!(f.error() <= error);
             // Every row has some hundred entries.
             for sum in f.row_sums() {
@@ -330,7 +332,7 @@ fn scenes_that_are_turned_mirrored_scaled_and_cut_otherwise_have_the_same_factor
         ];
         let sums = |s: &Surfaces| {
             let scene = closed(s);
-            let f = factors(&scene, error).unwrap();
+            let f = scene_factors(&scene, error).unwrap();
             let areas: Vec<f64> = (0..scene.surfaces())
                 .map(|s| scene.area(s).unwrap())
                 .collect();
@@ -368,8 +370,8 @@ fn scenes_that_are_turned_mirrored_scaled_and_cut_otherwise_have_the_same_factor
 fn rows_close() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let scene = closed(&voxels(&mut rng, 3, 0.35));
-    let best = factors(&scene, 1e-11).unwrap();
-    let mut rough = factors(&scene, 1e-2).unwrap();
+    let best = scene_factors(&scene, 1e-11).unwrap();
+    let mut rough = scene_factors(&scene, 1e-2).unwrap();
     let before = rough.row_sums();
     let off = before.iter().map(|s| (s - 1.0).abs()).fold(0.0, f64::max);
     assert_eq!(rough.close(), Ok(off));
@@ -383,20 +385,20 @@ fn rows_close() {
         }
     }
     let plate = vec![vec![square(0.0, 1.0, true)], vec![square(1.0, 1.0, false)]];
-    let refused = factors(&open(&plate), 1e-9).unwrap().close();
-    assert_eq!(refused, Err(SceneError::Leaves));
+    let refused = scene_factors(&open(&plate), 1e-9).unwrap().close();
+    assert_eq!(refused, Err(FactorsError::Leaves));
 }
 
 #[test]
 fn an_error_that_is_none_is_refused() {
     let cube = closed(&shapes::room([0.0; 3], [1.0; 3]).surfaces);
     for error in [0.0, -1.0, 1e-14, 0.2, f64::NAN] {
-        assert_eq!(factors(&cube, error), Err(SceneError::Tolerance));
+        assert_eq!(scene_factors(&cube, error), Err(FactorsError::Tolerance));
     }
     let rows = vec![];
     assert_eq!(
         Factors::new(&cube, rows),
-        Err(SceneError::Length {
+        Err(FactorsError::Length {
             expected: 6,
             found: 0
         })
@@ -458,7 +460,7 @@ fn voxels(rng: &mut ChaCha8Rng, n: usize, solid: f64) -> Surfaces {
 fn a_long_corridor() {
     for length in [1e3, 1e6] {
         let corridor = closed(&shapes::room([0.0; 3], [length, 1.0, 1.0]).surfaces);
-        let f = factors(&corridor, 1e-9).unwrap();
+        let f = scene_factors(&corridor, 1e-9).unwrap();
         // An edge's length times the rounding of the other's, per area 1 of an end.
         assert!(f.error() < 16.0 * length * f64::EPSILON, "{:e}", f.error());
         for (i, sum) in f.row_sums().iter().enumerate() {
@@ -496,7 +498,7 @@ fn small_boxes_in_a_large_room() {
             }
             let mut all = shapes::room([0.0; 3], [1.0; 3]).surfaces;
             all.extend(own);
-            let f = factors(&closed(&map(&all, rotation(&mut rng))), error).unwrap();
+            let f = scene_factors(&closed(&map(&all, rotation(&mut rng))), error).unwrap();
             let rounding = 16.0 * f64::EPSILON / size;
             for (i, sum) in f.row_sums().iter().enumerate() {
                 let off = (sum - 1.0).abs();
@@ -539,7 +541,7 @@ fn a_tower() {
         quad([2, 6, 4, 0]),
     ];
     for error in [1e-3, 1e-6] {
-        for (i, sum) in factors(&closed(&tower), error)
+        for (i, sum) in scene_factors(&closed(&tower), error)
             .unwrap()
             .row_sums()
             .iter()
@@ -563,7 +565,8 @@ fn rows_of_blocks_that_touch_each_other_close() {
         let turn = rotation(&mut rng);
         let turned = map(&base, turn);
         let scenes = [&base, &turned, &triangulated(&turned)].map(closed);
-        let [plain, turned, triangles] = scenes.each_ref().map(|s| factors(s, error).unwrap());
+        let [plain, turned, triangles] =
+            scenes.each_ref().map(|s| scene_factors(s, error).unwrap());
         let [own, others] =
             [(&scenes[0], &plain), (&scenes[1], &turned)].map(|(s, f)| between(s, f));
         for (a, b) in own.iter().zip(&others) {
@@ -571,7 +574,7 @@ fn rows_of_blocks_that_touch_each_other_close() {
             assert!((a - b).abs() < 2.0 * error, "{seed} {a} {b}");
         }
         // Backs hide as fronts do, and nobody sees them.
-        let open = factors(&open(&base), error).unwrap();
+        let open = scene_factors(&open(&base), error).unwrap();
         for i in 0..open.areas().len() {
             for j in 0..i {
                 let off = (plain.factor(i, j) - open.factor(i, j)).abs();

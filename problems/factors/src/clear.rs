@@ -1,12 +1,14 @@
 //! What two polygons exchange that see each other wholly.
 
+use alloc::vec::Vec;
+
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
+use fredholm_scene::form_factor_from_origin as from_origin;
+use fredholm_surfaces::space::{Vector, centroid, dot, norm, sub};
 
 use crate::contour;
-use crate::lambert::from_origin;
 use crate::rules::{Rules, area, radius};
-use crate::vector::{Vector, centroid, dot, norm, sub};
 
 /// The number of unit roundings that a rule is allowed to be off.
 const ACCURATE: f64 = 3e-14;
@@ -36,6 +38,15 @@ pub(crate) struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
+    /// Directions that this sheet sees.
+    pub(crate) const fn directions<'d>(&self, points: &'d [Vector<f64>]) -> Sheet<'d> {
+        Sheet {
+            points,
+            normal: self.normal,
+            far: true,
+        }
+    }
+
     /// Where a point of the sheet is as seen from another point.
     pub(crate) fn aim(&self, from: Vector<f64>, point: Vector<f64>) -> Vector<f64> {
         if self.far { point } else { sub(point, from) }
@@ -90,43 +101,39 @@ pub(crate) fn exchange(a: Sheet<'_>, b: Sheet<'_>, error: f64, rules: &Rules) ->
 
 /// By contours, in units of the polygons' own size.
 fn near(a: Sheet<'_>, b: Sheet<'_>, origin: Vector<f64>, size: f64, rules: &Rules) -> f64 {
-    const MOST: usize = 16;
-    if a.points.len() > MOST || b.points.len() > MOST {
-        return contour::exchange(a.points, b.points, rules);
-    }
-    let mut own = [[[0.0; 3]; MOST]; 2];
-    for (to, from) in own.iter_mut().zip([a.points, b.points]) {
-        for (to, from) in to.iter_mut().zip(from) {
-            *to = from_fn(|k| (from[k] - origin[k]) / size);
-        }
-    }
-    let [p, q] = [&own[0][..a.points.len()], &own[1][..b.points.len()]];
-    size * size * contour::exchange(p, q, rules)
+    let own = |sheet: Sheet<'_>| -> Vec<Vector<f64>> {
+        let points = sheet.points.iter();
+        points
+            .map(|p| from_fn(|k| (p[k] - origin[k]) / size))
+            .collect()
+    };
+    size * size * contour::exchange(&own(a), &own(b), rules)
 }
 
 /// By points of one polygon.
 fn single(outer: Sheet<'_>, inner: Sheet<'_>, points: usize, rules: &Rules) -> f64 {
     let mut sum = 0.0;
-    let mut relative = alloc::vec::Vec::with_capacity(inner.points.len());
-    rules.polygon(points, outer.points, &mut |x, weight| {
+    let mut relative = Vec::with_capacity(inner.points.len());
+    for (x, weight) in rules.polygon(points, outer.points) {
         relative.clear();
         relative.extend(inner.points.iter().map(|&p| sub(p, x)));
         sum += weight * from_origin(outer.normal, &relative);
-    });
+    }
     sum
 }
 
 /// By points of both: cos θ cos θ'/(π r²).
 fn double(a: Sheet<'_>, b: Sheet<'_>, points: usize, rules: &Rules) -> f64 {
     let mut sum = 0.0;
-    rules.polygon(points, a.points, &mut |x, weight| {
+    let others = rules.polygon(points, b.points);
+    for (x, weight) in rules.polygon(points, a.points) {
         let mut inner = 0.0;
-        rules.polygon(points, b.points, &mut |y, weight| {
+        for &(y, weight) in &others {
             let r = sub(y, x);
             let square = dot(r, r);
             inner -= weight * dot(a.normal, r) * dot(b.normal, r) / (square * square);
-        });
+        }
         sum += weight * inner;
-    });
+    }
     sum / core::f64::consts::PI
 }
