@@ -2,7 +2,6 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::Real;
 use fredholm_core::galerkin::buffer;
 use fredholm_scene::Scene;
 
@@ -250,10 +249,7 @@ impl Groups {
 
 /// Form factors from faces, or groups of them, to the patches of a sky.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SkyFactors {
-    table: Table,
-    error: f64,
-}
+pub struct SkyFactors(Table);
 
 impl SkyFactors {
     /// Adds up the rows of all faces in groups: `groups` has the group of each face, below `count`.
@@ -276,41 +272,31 @@ impl SkyFactors {
                 table.add(group, patch, amount);
             }
         }
-        let errors = rows.iter().map(|row| row.error);
-        Ok(Self {
-            table,
-            error: errors.fold(0.0, Real::max),
-        })
+        Ok(Self(table))
     }
 
     /// F_ik: the share of what leaves group i evenly and diffusely that arrives at patch k. After all patches comes what is below the
     /// horizon.
     #[must_use]
     pub fn factor(&self, i: usize, patch: usize) -> f64 {
-        self.table.factor(i, patch)
+        self.0.factor(i, patch)
     }
 
     /// The number of groups.
     #[must_use]
     pub const fn len(&self) -> usize {
-        self.table.areas.len()
+        self.0.areas.len()
     }
 
     /// Whether there are none.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.table.areas.is_empty()
+        self.0.areas.is_empty()
     }
 
     /// The number of patches.
     #[must_use]
     pub const fn patches(&self) -> usize {
-        self.table.width - 1
-    }
-
-    /// The largest estimated error of a form factor of a face.
-    #[must_use]
-    pub const fn error(&self) -> f64 {
-        self.error
+        self.0.width - 1
     }
 }

@@ -19,29 +19,6 @@ pub struct Patch {
     pub solid_angle: f64,
 }
 
-impl Patch {
-    /// The unit vector in the middle of altitude and azimuth; of a patch around the zenith, the zenith.
-    ///
-    /// ```
-    /// let sky = fredholm_factors::Sky::bands(&[0.0, 60.0, 90.0], &[4, 1])?;
-    /// let [x, y, z] = sky.patches()[0].middle();
-    /// assert!((x - y).abs() < 1e-15 && (z - 0.5).abs() < 1e-15);
-    /// assert_eq!(sky.patches()[4].middle(), [0.0, 0.0, 1.0]);
-    /// # Ok::<(), fredholm_scene::SceneError>(())
-    /// ```
-    #[must_use]
-    pub fn middle(&self) -> [f64; 3] {
-        let [from, to] = self.azimuths;
-        if to - from >= 360.0 && self.altitudes[1] >= 90.0 {
-            return [0.0, 0.0, 1.0];
-        }
-        direction(
-            0.5 * (from + to),
-            0.5 * (self.altitudes[0] + self.altitudes[1]),
-        )
-    }
-}
-
 /// A convex cone of directions, a part of a patch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Piece {

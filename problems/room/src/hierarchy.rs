@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_core::array::{Each, from_fn};
-use fredholm_surfaces::{Branch, Item, Part, Spread, cost, hull};
+use fredholm_surfaces::{Branch, Cutting, Item, hull};
 
 use crate::geometry::{LANES, LEAF, NO_WALL, Node, Segment, Strip, links};
 use crate::vector::Vector;
@@ -22,18 +22,19 @@ pub(crate) fn build(segments: &[Segment<f64>], margin: f64) -> (Vec<Strip<f64>>,
         number,
     };
     let mut items: Vec<Item<2>> = (0..).zip(segments).map(item).collect();
-    let branches = fredholm_surfaces::build(&mut items, |own, _, level| {
-        // Unevenly, as long as equal halves could still end in time.
-        let uneven = level + own.len().max(1).ilog2() as usize + 1 < LEVELS;
-        let leaf = leaf(segments, own);
-        split(own, uneven, leaf.as_ref().map(Vec::len)).map_or_else(
-            || {
-                let first = strips.len();
-                strips.extend(leaf.unwrap_or_default());
-                Part::Leaf(first..strips.len())
-            },
-            Part::Children,
-        )
+    let cutting = Cutting {
+        least: 0,
+        levels: LEVELS,
+        all_axes: false,
+    };
+    let branches = fredholm_surfaces::build(&mut items, cutting, |own, _, costs| {
+        let leaf = leaf(segments, own)?;
+        let count = leaf.len() as f64;
+        let first = strips.len();
+        (count <= BOXES + count * costs.cut / costs.whole).then(|| {
+            strips.extend(leaf);
+            first..strips.len()
+        })
     });
     let node = |branch: Branch<2>| {
         let [low, high] = branch.bounds;
@@ -100,19 +101,4 @@ fn leaf(segments: &[Segment<f64>], items: &[Item<2>]) -> Option<Vec<Strip<f64>>>
         }
     };
     Some(vertices.chunks(LANES).map(strip).collect())
-}
-
-/// Puts the items of the first child before those of the second, and says how many they are: at least one, and not all. `None`:
-/// they are better off in one leaf, which is one of so many `strips`.
-fn split(items: &mut [Item<2>], uneven: bool, strips: Option<usize>) -> Option<usize> {
-    let spread = Spread::new(items);
-    let axis = usize::from(spread.extent[1] > spread.extent[0]);
-    let best = spread.best_cut(items, axis);
-    if let Some(strips) = strips.map(|strips| strips as f64) {
-        let own = cost(items);
-        if best.is_none_or(|best| strips <= BOXES + strips * best.cost / own) {
-            return None;
-        }
-    }
-    Some(spread.split(items, best.filter(|_| uneven), axis))
 }

@@ -54,6 +54,8 @@ mod scene;
 #[cfg(feature = "alloc")]
 mod shadows;
 #[cfg(feature = "alloc")]
+mod sides;
+#[cfg(feature = "alloc")]
 mod solution;
 mod starts;
 #[cfg(feature = "alloc")]

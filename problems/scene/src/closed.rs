@@ -196,39 +196,27 @@ fn near_edge(scene: &Scene, spoke: &Spoke) -> Option<(u32, Vector<f64>, f64)> {
 /// A ray that leaves at an edge: from the faces at it and from everywhere, to points next to it.
 fn leaving(scene: &Scene, around: &[Spoke], middle: Vector<f64>) -> SceneError {
     let at = around.first().map_or(0, |s| s.face);
-    let mut fallback = None;
-    for power in 1..=12 {
+    let near = (1..=12).flat_map(|power| {
         let share = 1.0 / 10_u64.pow(power) as f64;
-        for spoke in around {
-            let Some(face) = scene.faces.get(spoke.face as usize) else {
-                continue;
-            };
+        around.iter().flat_map(move |spoke| {
+            let face = scene.faces[spoke.face as usize];
             let from = face.middle();
             // Beyond the edge, and a little above.
             let beyond = along(middle, share, sub(middle, from));
             let above = along(beyond, share * norm(sub(middle, from)), face.normal);
-            fallback = fallback.or(Some((from, sub(above, from))));
-            if let Some(error) = leaves(scene, at, spoke.face, from, sub(above, from)) {
-                return error;
-            }
-            for (other, from, _) in spread(scene).take(200) {
-                if let Some(error) = leaves(scene, at, other, from, sub(beyond, from)) {
-                    return error;
-                }
-            }
-        }
-    }
-    for (face, from, direction) in spread(scene) {
-        if let Some(error) = leaves(scene, at, face, from, direction) {
-            return error;
-        }
-    }
-    let (from, direction) = fallback.unwrap_or((middle, [0.0; 3]));
-    SceneError::Open {
+            let others = spread(scene).take(200);
+            let others = others.map(move |(other, from, _)| (other, from, sub(beyond, from)));
+            core::iter::once((spoke.face, from, sub(above, from))).chain(others)
+        })
+    });
+    let mut rays = near.chain(spread(scene)).peekable();
+    let (_, from, direction) = rays.peek().copied().unwrap_or((at, middle, [0.0; 3]));
+    let found = rays.find_map(|(face, from, to)| leaves(scene, at, face, from, to));
+    found.unwrap_or_else(|| SceneError::Open {
         at: scene.place_of(at),
         from,
         direction,
-    }
+    })
 }
 
 /// The error, if this ray from a face leaves or meets a back.

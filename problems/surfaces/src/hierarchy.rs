@@ -1,6 +1,7 @@
 //! Building trees of boxes by the surface-area heuristic.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
@@ -87,20 +88,33 @@ impl<const D: usize> TreeNode for Branch<D> {
     }
 }
 
-/// What becomes of the items of a node.
-#[derive(Clone, Debug)]
-pub enum Part {
-    /// They are a leaf, which holds what has these numbers.
-    Leaf(core::ops::Range<usize>),
-    /// As many as said are in the first child, the others in the second: at least one in each.
-    Children(usize),
+/// How nodes are cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Cutting {
+    /// The most items of nodes for which no cut is looked for.
+    pub least: usize,
+    /// The levels that a tree may have.
+    pub levels: usize,
+    /// Whether all axes are looked at, or that one alone along which the middles of items are furthest apart.
+    pub all_axes: bool,
 }
 
-/// A tree over items. `part` says what becomes of those of a node, which it may put into another order, where they begin among all
-/// items, and on which level they are.
+/// What rays take, in the number of items times the surface of their box, to which the number of rays that meet it is proportional
+/// (Goldsmith and Salmon 1987).
+#[derive(Clone, Copy, Debug)]
+pub struct Costs {
+    /// In both parts after the best cut; infinite, if there is none.
+    pub cut: f64,
+    /// Without a cut.
+    pub whole: f64,
+}
+
+/// A tree over items, which it puts in the order of leaves. `leaf` says what a leaf of these items holds, of which the first has this
+/// number in the order, or that there is none.
 pub fn build<const D: usize>(
     items: &mut [Item<D>],
-    mut part: impl FnMut(&mut [Item<D>], usize, usize) -> Part,
+    cutting: Cutting,
+    mut leaf: impl FnMut(&[Item<D>], usize, Costs) -> Option<Range<usize>>,
 ) -> Vec<Branch<D>> {
     let mut nodes = Vec::with_capacity(items.len());
     let empty = Branch {
@@ -118,21 +132,32 @@ pub fn build<const D: usize>(
         let bounds = own
             .iter()
             .fold(nothing(), |all, item| join(all, item.bounds));
-        let (first, count) = match part(own, range.start, level) {
-            Part::Leaf(held) => (held.start as u32, held.len() as u32),
-            Part::Children(count) => {
-                let (first, middle) = (nodes.len(), range.start + count);
-                open.push((first, range.start..middle, level + 1));
-                open.push((first + 1, middle..range.end, level + 1));
-                nodes.extend([empty, empty]);
-                (first as u32, 0)
-            }
+        let spread = Spread::new(own);
+        let axes = 0..if own.len() > cutting.least { D } else { 0 };
+        let axes = axes.filter(|&axis| cutting.all_axes || axis == spread.widest());
+        let cuts = axes.filter_map(|axis| spread.best_cut(own, axis));
+        let cut = cuts.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let costs = Costs {
+            cut: cut.map_or(f64::INFINITY, |cut| cut.cost),
+            whole: surface(bounds) * own.len() as f64,
+        };
+        let (first, count) = if let Some(held) = leaf(own, range.start, costs) {
+            (held.start, held.len())
+        } else {
+            // Unevenly, as long as equal halves could still end in time.
+            let uneven = level + own.len().max(1).ilog2() as usize + 1 < cutting.levels;
+            let middle = range.start + spread.split(own, cut.filter(|_| uneven));
+            let first = nodes.len();
+            open.push((first, range.start..middle, level + 1));
+            open.push((first + 1, middle..range.end, level + 1));
+            nodes.extend([empty, empty]);
+            (first, 0)
         };
         if let Some(node) = nodes.get_mut(at) {
             *node = Branch {
                 bounds,
-                first,
-                count,
+                first: first as u32,
+                count: count as u32,
             };
         }
     }
@@ -140,36 +165,22 @@ pub fn build<const D: usize>(
 }
 
 /// A cut between bins of an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Cut {
-    /// The number of items on either side times the surface of their box, to which the number of rays that meet it is
-    /// proportional (Goldsmith and Salmon 1987).
-    pub cost: f64,
+#[derive(Clone, Copy)]
+struct Cut {
+    cost: f64,
     axis: usize,
     bin: usize,
 }
 
-/// What items in one box cost: see [`Cut::cost`].
-#[must_use]
-pub fn cost<const D: usize>(items: &[Item<D>]) -> f64 {
-    let bounds = items
-        .iter()
-        .fold(nothing(), |all, item| join(all, item.bounds));
-    surface(bounds) * items.len() as f64
-}
-
 /// Where the middles of items are.
-#[derive(Clone, Copy, Debug)]
-pub struct Spread<const D: usize> {
+struct Spread<const D: usize> {
     low: [f64; D],
     /// Twice how far the middles are apart on every axis.
-    pub extent: [f64; D],
+    extent: [f64; D],
 }
 
 impl<const D: usize> Spread<D> {
-    /// Of these items.
-    #[must_use]
-    pub fn new(items: &[Item<D>]) -> Self {
+    fn new(items: &[Item<D>]) -> Self {
         let [low, high] = items.iter().fold(nothing(), |all, item| {
             let m = from_fn(|k| item.middle(k));
             join(all, [m, m])
@@ -178,14 +189,23 @@ impl<const D: usize> Spread<D> {
         Self { low, extent }
     }
 
+    fn widest(&self) -> usize {
+        (1..D).fold(0, |a, b| {
+            if self.extent[b] > self.extent[a] {
+                b
+            } else {
+                a
+            }
+        })
+    }
+
     fn bin(&self, item: &Item<D>, axis: usize) -> usize {
         let share = (item.middle(axis) - self.low[axis]) / self.extent[axis];
         ((share * BINS as f64) as usize).min(BINS - 1)
     }
 
     /// The cut of an axis of least cost.
-    #[must_use]
-    pub fn best_cut(&self, items: &[Item<D>], axis: usize) -> Option<Cut> {
+    fn best_cut(&self, items: &[Item<D>], axis: usize) -> Option<Cut> {
         if !(self.extent[axis] > 0.0) {
             return None;
         }
@@ -212,9 +232,9 @@ impl<const D: usize> Spread<D> {
         cuts.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// Puts the items below a cut first, or without one those in the lower half of an axis, and says how many they are: at least
-    /// one, and not all of two or more.
-    pub fn split(&self, items: &mut [Item<D>], cut: Option<Cut>, axis: usize) -> usize {
+    /// Puts the items below a cut first, or without one those in the lower half of the widest axis, and says how many they are: at
+    /// least one, and not all of two or more.
+    fn split(&self, items: &mut [Item<D>], cut: Option<Cut>) -> usize {
         if let Some(cut) = cut {
             let mut first = 0;
             for i in 0..items.len() {
@@ -227,7 +247,7 @@ impl<const D: usize> Spread<D> {
                 return first;
             }
         }
-        let half = items.len() / 2;
+        let (half, axis) = (items.len() / 2, self.widest());
         items.select_nth_unstable_by(half, |a, b| a.middle(axis).total_cmp(&b.middle(axis)));
         half
     }
@@ -236,21 +256,14 @@ impl<const D: usize> Spread<D> {
 /// The most items of a leaf.
 const LEAF: usize = 4;
 
-/// A tree over items, which it puts in the order of its leaves: cut where it costs least of all axes, as long as equal halves could
-/// still end in time.
+/// A tree over items, which it puts in the order of its leaves.
 pub fn balanced<const D: usize>(items: &mut [Item<D>]) -> Vec<Branch<D>> {
-    build(items, |own, from, level| {
-        if own.len() <= LEAF {
-            return Part::Leaf(from..from + own.len());
-        }
-        let spread = Spread::new(own);
-        let uneven = level + own.len().ilog2() as usize + 2 < DEPTH;
-        let cuts = (0..D).filter_map(|axis| spread.best_cut(own, axis));
-        let cut = cuts
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))
-            .filter(|_| uneven);
-        let extent = spread.extent;
-        let widest = (0..D).max_by(|&a, &b| extent[a].total_cmp(&extent[b]));
-        Part::Children(spread.split(own, cut, widest.unwrap_or(0)))
+    let cutting = Cutting {
+        least: LEAF,
+        levels: DEPTH - 1,
+        all_axes: true,
+    };
+    build(items, cutting, |own, from, _| {
+        (own.len() <= LEAF).then(|| from..from + own.len())
     })
 }

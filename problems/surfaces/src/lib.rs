@@ -16,9 +16,7 @@ mod tree;
 #[cfg(feature = "alloc")]
 pub use forest::Forest;
 #[cfg(feature = "alloc")]
-pub use hierarchy::{
-    Bounds, Branch, Cut, Item, Part, Spread, balanced, build, cost, hull, join, nothing,
-};
+pub use hierarchy::{Bounds, Branch, Costs, Cutting, Item, balanced, build, hull, join, nothing};
 pub use limits::{Limits, margin};
 pub use material::{Material, MaterialFault, STEFAN_BOLTZMANN};
 pub use tree::{DEPTH, TreeNode, is_tree, leaves};
