@@ -1,48 +1,21 @@
 //! Is a room closed? Exact, by signs; and if not, where light leaves.
 
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
-use core::cmp::Ordering;
 use fredholm_core::array::Each;
+use fredholm_surfaces::Forest;
+use fredholm_surfaces::space::ring;
 
 use crate::error::Place;
 use crate::geometry::{Backs, Wall, nobody};
-use crate::scene::{Scene, middle, root, turn, unite};
+use crate::scene::{Scene, middle, turn};
+use crate::sides::Sides;
 use crate::vector::{Vector, along, dot, sub};
 use crate::{Hit, RoomError};
 
-/// A wall at one of its vertices.
-#[derive(Clone, Copy, Debug)]
-struct Spoke {
-    vertex: u32,
-    /// Where the wall begins at the vertex: its active side is to the left of the spoke, otherwise
-    /// to the right.
-    leaves: bool,
-    wall: u32,
-    hub: Vector<f64>,
-    end: Vector<f64>,
-}
-
-/// By angle, at one angle the wall that arrives first.
-fn by_angle(a: &Spoke, b: &Spoke) -> Ordering {
-    by_direction(a.hub, a.end, b.end).then(a.leaves.cmp(&b.leaves))
-}
-
-/// By the angles in (−π, π] of the directions from `hub` to two points: exact signs.
-pub(crate) fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> Ordering {
-    // Below, or to the left on the level of the hub: −π is no angle, π is.
-    let lower = |end: Vector<f64>| end[1] < hub[1];
-    let left = |end: Vector<f64>| end[1] == hub[1] && end[0] < hub[0];
-    let half = |end| {
-        if lower(end) {
-            0
-        } else {
-            1 + u8::from(left(end))
-        }
-    };
-    let turn = turn(hub, a, b);
-    half(a)
-        .cmp(&half(b))
-        .then(0.0.partial_cmp(&turn).unwrap_or(Ordering::Equal))
+/// Whether what is to the left of a side, and what is to the right of the next around their start, are both active or both backs.
+fn agrees(sides: &Sides, [right, left]: [usize; 2]) -> bool {
+    sides.walls[right].is_some() == sides.walls[left ^ 1].is_some()
 }
 
 /// Around every vertex active sectors, between a wall that leaves and the next to the left, which
@@ -50,119 +23,71 @@ pub(crate) fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> 
 /// active region of another exactly where its own outside is active. Then every active region is
 /// bounded, and by active sides only. In each a wall must absorb.
 pub(crate) fn check(scene: &Scene, absorbs: &dyn Fn(&Wall<f64>) -> bool) -> Result<(), RoomError> {
-    let mut spokes = spokes(&scene.walls);
-    spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
-    let mut component: Vec<u32> = (0..scene.vertices.len() as u32).collect();
-    // Of walls, by the active region that they bound.
-    let mut region: Vec<u32> = (0..scene.walls.len() as u32).collect();
-    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
-        let next = around.iter().cycle().skip(1);
-        if let Some((bad, _)) = around.iter().zip(next).find(|(a, b)| a.leaves == b.leaves) {
-            return Err(open(scene, around, bad.wall));
-        }
-        let next = around.iter().cycle().skip(1);
-        for (a, b) in around.iter().zip(next).filter(|(a, _)| a.leaves) {
-            unite(&mut region, a.wall, b.wall);
+    let sides = Sides::new(scene);
+    for fan in sides.fans() {
+        if let Some([bad, _]) = ring(fan).find(|&sector| !agrees(&sides, sector)) {
+            let bad = sides.walls[bad].or_else(|| sides.walls[bad ^ 1]);
+            return Err(open(scene, &sides, fan, bad.unwrap_or(u32::MAX)));
         }
     }
-    for wall in &scene.walls {
-        unite(&mut component, wall.vertices[0], wall.vertices[1]);
-    }
-    // The leftmost vertex of every set of connected walls, the lowest of these: its last spoke is
-    // the one before the direction to the left.
-    let mut outermost: Vec<Option<Spoke>> = alloc::vec![None; component.len()];
-    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
-        let (Some(&last), Some(first)) = (around.last(), around.first()) else {
-            continue;
-        };
-        let set = root(&mut component, first.vertex);
-        if let Some(place) = outermost.get_mut(set as usize) {
-            let better = place.is_none_or(|best| {
-                let [bx, by] = best.hub;
-                last.hub[0] < bx || (last.hub[0] == bx && last.hub[1] < by)
-            });
-            if better {
-                *place = Some(last);
-            }
+    let mut regions = Forest::new(sides.cycles);
+    for &side in &sides.outermost {
+        if let Some(around) = check_outside(scene, &sides, side)? {
+            regions.unite(
+                sides.cycle[side] as u32,
+                sides.cycle[sides.of_walls[around as usize]] as u32,
+            );
         }
     }
-    for spoke in outermost.iter().flatten() {
-        if let Some(around) = check_outside(scene, spoke)? {
-            unite(&mut region, spoke.wall, around);
-        }
-    }
-    check_absorption(scene, &mut region, absorbs)
-}
-
-/// In every active region a wall must absorb.
-fn check_absorption(
-    scene: &Scene,
-    region: &mut [u32],
-    absorbs: &dyn Fn(&Wall<f64>) -> bool,
-) -> Result<(), RoomError> {
-    let mut does = alloc::vec![false; region.len()];
-    for (w, wall) in (0..).zip(&scene.walls) {
-        if absorbs(wall)
-            && let Some(does) = does.get_mut(root(region, w) as usize)
-        {
-            *does = true;
-        }
-    }
-    let mut walls = 0..region.len() as u32;
-    let none = walls.find(|&w| does.get(root(region, w) as usize) == Some(&false));
+    let mut region = |wall: u32| regions.root(sides.cycle[sides.of_walls[wall as usize]] as u32);
+    let walls = (0..).zip(&scene.walls);
+    let absorbing = walls.filter(|(_, wall)| absorbs(wall));
+    let good: BTreeSet<u32> = absorbing.map(|(w, _)| region(w)).collect();
+    let mut walls = 0..scene.walls.len() as u32;
+    let none = walls.find(|&w| !good.contains(&region(w)));
     none.map_or(Ok(()), |wall| {
         Err(RoomError::NothingAbsorbs(place(scene, wall)))
     })
 }
 
 /// What is to the left of the leftmost vertex of a set? A wall of the active region around it, if it is in one.
-fn check_outside(scene: &Scene, last: &Spoke) -> Result<Option<u32>, RoomError> {
-    let left = [-1.0, 0.0];
-    let nobody = nobody(last.hub);
-    let geometry = scene.geometry();
-    let hit = geometry.nearest(&nobody, u32::MAX, last.hub, left, Backs::Block);
+fn check_outside(scene: &Scene, sides: &Sides, last: usize) -> Result<Option<u32>, RoomError> {
+    let (left, hub) = ([-1.0, 0.0], sides.place(scene, last));
+    let hit = scene
+        .geometry()
+        .nearest(&nobody(hub), u32::MAX, hub, left, Backs::Block);
     let sees_active = hit.is_some_and(|hit| !hit.back);
-    if sees_active == last.leaves {
+    let own = sides.walls[last];
+    if sees_active == own.is_some() {
         return Ok(hit.filter(|_| sees_active).map(|hit| hit.wall));
     }
     let (from, direction) = match hit {
-        Some(Hit { distance, back, .. }) if !back => (along(last.hub, distance, left), [1.0, 0.0]),
-        _ => (last.hub, left),
+        Some(Hit { distance, back, .. }) if !back => (along(hub, distance, left), [1.0, 0.0]),
+        _ => (hub, left),
     };
+    let wall = own.or_else(|| sides.walls[last ^ 1]).unwrap_or(u32::MAX);
     Err(RoomError::Open {
-        at: place(scene, last.wall),
+        at: place(scene, wall),
         from,
         direction,
     })
 }
 
-fn spokes(walls: &[Wall<f64>]) -> Vec<Spoke> {
-    let of = |(w, wall): (usize, &Wall<f64>)| {
-        [(0, 1, true), (1, 0, false)].each(|(at, to, leaves)| Spoke {
-            vertex: wall.vertices[at],
-            leaves,
-            wall: w as u32,
-            hub: wall.ends[at],
-            end: wall.ends[to],
-        })
-    };
-    walls.iter().enumerate().flat_map(of).collect()
-}
-
 /// Which vertices stand out into the room: an active sector of more than a half turn is around
 /// them.
 pub(crate) fn standing_out(scene: &Scene) -> Vec<bool> {
+    let sides = Sides::new(scene);
     let mut out = alloc::vec![false; scene.vertices.len()];
-    let mut spokes = spokes(&scene.walls);
-    spokes.sort_by(|a, b| a.vertex.cmp(&b.vertex).then_with(|| by_angle(a, b)));
-    for around in spokes.chunk_by(|a, b| a.vertex == b.vertex) {
-        let next = around.iter().cycle().skip(1);
-        let stands = around.iter().zip(next).any(|(a, b)| {
-            let turn = turn(a.hub, a.end, b.end);
-            let ahead = dot(sub(a.end, a.hub), sub(b.end, b.hub)) > 0.0;
-            a.leaves && (turn < 0.0 || (turn == 0.0 && ahead)) || a.leaves == b.leaves
+    let at = |side: usize| sides.place(scene, side);
+    for fan in sides.fans() {
+        let stands = ring(fan).any(|[a, b]| {
+            let (hub, right, left) = (at(a), at(a ^ 1), at(b ^ 1));
+            let turn = turn(hub, right, left);
+            let ahead = dot(sub(right, hub), sub(left, hub)) > 0.0;
+            let is_wide = turn < 0.0 || (turn == 0.0 && ahead);
+            sides.walls[a].is_some() && is_wide || !agrees(&sides, [a, b])
         });
-        let vertex = around.first().map_or(u32::MAX, |s| s.vertex);
+        let vertex = fan.first().map_or(u32::MAX, |&side| sides.starts[side]);
         if let Some(place) = out.get_mut(vertex as usize) {
             *place = stands;
         }
@@ -177,11 +102,27 @@ fn place(scene: &Scene, wall: u32) -> Place {
     })
 }
 
+/// A wall at one of its vertices.
+#[derive(Clone, Copy, Debug)]
+struct Spoke {
+    wall: u32,
+    hub: Vector<f64>,
+    end: Vector<f64>,
+}
+
 /// The way out near a vertex around which active sides and backs do not alternate: the first of
 /// some promising rays that leaves, or meets a back.
-fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
+fn open(scene: &Scene, sides: &Sides, fan: &[usize], bad: u32) -> RoomError {
+    // At one angle the wall that arrives first.
+    let spokes = fan.iter().flat_map(|&side| {
+        let walls = [side ^ 1, side].map(|own| sides.walls[own]);
+        let [hub, end] = [side, side ^ 1].map(|own| sides.place(scene, own));
+        let spoke = move |wall| Spoke { wall, hub, end };
+        walls.into_iter().flatten().map(spoke)
+    });
+    let around: Vec<Spoke> = spokes.collect();
     let mut rays: Vec<(u32, Vector<f64>, Vector<f64>)> = Vec::new();
-    for spoke in around {
+    for spoke in &around {
         let Some(wall) = scene.walls.get(spoke.wall as usize) else {
             continue;
         };
@@ -213,7 +154,7 @@ fn open(scene: &Scene, around: &[Spoke], bad: u32) -> RoomError {
     // Into a gap beyond the vertex, from all over the room.
     for power in 1..=12 {
         let share = 1.0 / (10_u64.pow(power) as f64);
-        for spoke in around {
+        for spoke in &around {
             let beyond = along(spoke.hub, share, sub(spoke.hub, spoke.end));
             let from = spread(scene).take(64);
             rays.extend(from.map(|(wall, from, _)| (wall, from, sub(beyond, from))));

@@ -1,11 +1,10 @@
 //! Parts of walls on which obstacles stand: nothing sees them, and they are left out. Exact, by signs.
 
-use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use crate::closed::by_direction;
 use crate::error::Place;
-use crate::scene::{Scene, root, unite};
+use crate::scene::Scene;
+use crate::sides::Sides;
 use crate::vector::{Vector, cross, norm, sub};
 
 /// A part of a surface that lies under another, and so is left out of the room.
@@ -19,118 +18,6 @@ pub struct Covered {
     pub by: usize,
 }
 
-/// The regions into which walls cut the plane, by the cycles of sides around them.
-///
-/// Of two vertices between which there are walls, one on each side at most, side 2e has the first vertex e at its start, and
-/// side 2e + 1 the second; both have their region on the left.
-struct Sides {
-    ends: Vec<[u32; 2]>,
-    /// The wall whose active side it is, if it is one's.
-    walls: Vec<Option<u32>>,
-    /// The number of the cycle of each.
-    cycle: Vec<u32>,
-    /// Which cycles go round a set of connected walls from outside.
-    outside: Vec<bool>,
-}
-
-impl Sides {
-    fn new(scene: &Scene) -> Self {
-        let (mut numbers, mut ends, mut walls) = (BTreeMap::new(), Vec::new(), Vec::new());
-        for (w, wall) in (0..).zip(&scene.walls) {
-            let [from, to] = wall.vertices;
-            let key = [from.min(to), from.max(to)];
-            let edge = *numbers.entry(key).or_insert_with(|| {
-                ends.push(key);
-                walls.extend([None; 2]);
-                ends.len() - 1
-            });
-            if let Some(side) = walls.get_mut(2 * edge + usize::from(from > to)) {
-                *side = Some(w);
-            }
-        }
-        let mut sides = Self {
-            ends,
-            walls,
-            cycle: Vec::new(),
-            outside: Vec::new(),
-        };
-        sides.go_round(scene);
-        sides
-    }
-
-    /// The vertex at which a side starts.
-    fn start(&self, side: usize) -> u32 {
-        let ends = self.ends.get(side / 2).copied().unwrap_or_default();
-        ends[side % 2]
-    }
-
-    /// Follows all cycles: at the end of a side comes the next to the right of the way back.
-    fn go_round(&mut self, scene: &Scene) {
-        let at = |v: u32| scene.vertices.get(v as usize).copied().unwrap_or_default();
-        let mut around: Vec<usize> = (0..self.walls.len()).collect();
-        around.sort_by(|&a, &b| {
-            let [from, other] = [a, b].map(|side| self.start(side));
-            let [to, towards] = [a, b].map(|side| at(self.start(side ^ 1)));
-            from.cmp(&other)
-                .then_with(|| by_direction(at(from), to, towards))
-        });
-        let mut next = alloc::vec![0; around.len()];
-        for spokes in around.chunk_by(|&a, &b| self.start(a) == self.start(b)) {
-            for (&right, &left) in spokes.iter().zip(spokes.iter().cycle().skip(1)) {
-                if let Some(next) = next.get_mut(left ^ 1) {
-                    *next = right;
-                }
-            }
-        }
-        self.cycle = alloc::vec![u32::MAX; around.len()];
-        let mut count = 0;
-        for first in 0..around.len() {
-            let mut side = first;
-            while let Some(cycle) = self.cycle.get_mut(side).filter(|c| **c == u32::MAX) {
-                *cycle = count;
-                side = next.get(side).copied().unwrap_or(first);
-            }
-            count += u32::from(self.cycle.get(first) == Some(&count));
-        }
-        self.outside = alloc::vec![false; count as usize];
-        self.find_outsides(scene, &around);
-    }
-
-    /// The outside of a set of connected walls is to the left of its leftmost vertex, the lowest of these.
-    fn find_outsides(&mut self, scene: &Scene, around: &[usize]) {
-        let at = |v: u32| scene.vertices.get(v as usize).copied().unwrap_or_default();
-        let mut set: Vec<u32> = (0..scene.vertices.len() as u32).collect();
-        for &[from, to] in &self.ends {
-            unite(&mut set, from, to);
-        }
-        let mut leftmost: BTreeMap<u32, (Vector<f64>, usize)> = BTreeMap::new();
-        for spokes in around.chunk_by(|&a, &b| self.start(a) == self.start(b)) {
-            // The last before the direction to the left.
-            let Some(&last) = spokes.last() else { continue };
-            let vertex = self.start(last);
-            let own = (at(vertex), last);
-            let best = leftmost.entry(root(&mut set, vertex)).or_insert(own);
-            if (own.0[0], own.0[1]) < (best.0[0], best.0[1]) {
-                *best = own;
-            }
-        }
-        for (_, side) in leftmost.values() {
-            let cycle = self.cycle.get(*side).copied().unwrap_or(u32::MAX);
-            if let Some(outside) = self.outside.get_mut(cycle as usize) {
-                *outside = true;
-            }
-        }
-    }
-
-    fn wall(&self, side: usize) -> Option<u32> {
-        self.walls.get(side).copied().flatten()
-    }
-
-    fn cycle(&self, side: usize) -> usize {
-        self.cycle.get(side).copied().unwrap_or(u32::MAX) as usize
-    }
-}
-
 /// What is around a region.
 #[derive(Clone, Debug, Default)]
 struct Region {
@@ -138,6 +25,7 @@ struct Region {
     active: Vec<usize>,
     /// The sides that are backs.
     backs: Vec<usize>,
+    /// Whether it goes round a set of connected walls from outside.
     is_outside: bool,
 }
 
@@ -169,17 +57,16 @@ fn split(scene: &Scene) -> Vec<bool> {
 /// a room: a wall that was drawn with the wrong active side is none.
 pub(crate) fn find(scene: &Scene, is_open: bool) -> Vec<(usize, usize)> {
     let sides = Sides::new(scene);
-    let mut regions = alloc::vec![Region::default(); sides.outside.len()];
+    let mut regions = alloc::vec![Region::default(); sides.cycles];
     for side in 0..sides.walls.len() {
-        if let Some(region) = regions.get_mut(sides.cycle(side)) {
-            match sides.wall(side) {
-                Some(_) => region.active.push(side),
-                None => region.backs.push(side),
-            }
+        let region = &mut regions[sides.cycle[side]];
+        match sides.walls[side] {
+            Some(_) => region.active.push(side),
+            None => region.backs.push(side),
         }
     }
-    for (region, &outside) in regions.iter_mut().zip(&sides.outside) {
-        region.is_outside = outside;
+    for &side in &sides.outermost {
+        regions[sides.cycle[side]].is_outside = true;
     }
     if !regions.iter().any(Region::is_mixed) {
         return Vec::new();
@@ -205,13 +92,13 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     /// The region on the other side.
-    fn beyond(&self, side: usize) -> Option<&Region> {
-        self.regions.get(self.sides.cycle(side ^ 1))
+    fn beyond(&self, side: usize) -> &Region {
+        &self.regions[self.sides.cycle[side ^ 1]]
     }
 
     /// The surface of the wall whose active side this is.
     fn surface(&self, side: usize) -> Option<usize> {
-        let place = self.scene.place(self.sides.wall(side)? as usize)?;
+        let place = self.scene.place(self.sides.walls[side]? as usize)?;
         Some(place.surface)
     }
 
@@ -225,9 +112,9 @@ impl Judge<'_> {
         if !region.is_mixed() || region.is_outside {
             return false;
         }
-        let is_room = |side: &usize| self.beyond(*side).is_some_and(Region::is_room);
-        let is_other = |side: &usize| self.sides.cycle(side ^ 1) != number;
-        let is_bounded = |side: &usize| self.beyond(*side).is_some_and(|r| !r.is_outside);
+        let is_room = |side: &usize| self.beyond(*side).is_room();
+        let is_other = |side: &usize| self.sides.cycle[side ^ 1] != number;
+        let is_bounded = |side: &usize| !self.beyond(*side).is_outside;
         let is_held = if self.is_open {
             region.backs.iter().all(is_other)
         } else {
@@ -235,20 +122,18 @@ impl Judge<'_> {
                 && region.backs.iter().all(|s| is_room(s) || is_bounded(s))
         };
         let is_part = |side: &usize| {
-            let wall = self.sides.wall(*side).unwrap_or(u32::MAX) as usize;
+            let wall = self.sides.walls[*side].unwrap_or(u32::MAX) as usize;
             self.split.get(wall) == Some(&true)
         };
-        let lies_on = |side: &usize| {
-            let other = self.beyond(*side).is_some_and(Region::is_mixed);
-            self.sides.wall(side ^ 1).is_some() && other
-        };
+        let lies_on =
+            |side: &usize| self.sides.walls[side ^ 1].is_some() && self.beyond(*side).is_mixed();
         let lie = region.active.iter().all(|s| is_part(s) || lies_on(s));
         is_held && (lie || !self.is_open && self.are_in_line(&region.active))
     }
 
     /// Whether walls lie on one line, up to the scene's smallest distance.
     fn are_in_line(&self, sides: &[usize]) -> bool {
-        let wall = |side: &usize| self.scene.walls.get(self.sides.wall(*side)? as usize);
+        let wall = |side: &usize| self.scene.walls.get(self.sides.walls[*side]? as usize);
         let mut walls = sides.iter().filter_map(wall);
         let longest = walls.clone().max_by(|a, b| a.length.total_cmp(&b.length));
         let Some(longest) = longest else { return false };
@@ -265,7 +150,7 @@ impl Judge<'_> {
     fn covered(&self) -> Vec<(usize, usize)> {
         let numbered = self.regions.iter().enumerate();
         let inside: Vec<bool> = numbered.map(|(i, r)| self.is_inside(i, r)).collect();
-        let is_inside = |side: usize| inside.get(self.sides.cycle(side)) == Some(&true);
+        let is_inside = |side: usize| inside[self.sides.cycle[side]];
         let mut covered = Vec::new();
         for region in self.regions.iter().filter(|region| region.is_mixed()) {
             for &side in &region.active {
@@ -277,7 +162,7 @@ impl Judge<'_> {
                 } else {
                     None
                 };
-                if let (Some(by), Some(wall)) = (by, self.sides.wall(side)) {
+                if let (Some(by), Some(wall)) = (by, self.sides.walls[side]) {
                     covered.push((wall as usize, by));
                 }
             }
@@ -292,8 +177,7 @@ impl Judge<'_> {
         let (Some(own), Some(_)) = (self.surface(side), self.surface(side ^ 1)) else {
             return false;
         };
-        let inner = self.beyond(side);
-        let mut around = inner.into_iter().flat_map(|region| &region.backs);
+        let mut around = self.beyond(side).backs.iter();
         !self.is_open || around.any(|back| self.surface(back ^ 1) == Some(own))
     }
 }

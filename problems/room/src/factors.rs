@@ -1,4 +1,4 @@
-//! Form factors between walls, exact with occlusion.
+//! What walls exchange, exact with occlusion.
 
 use alloc::vec::Vec;
 use fredholm_core::array::Each;
@@ -7,8 +7,7 @@ use crate::geometry::Backs;
 use crate::scene::Scene;
 use crate::shadows::{kinks, used};
 use crate::vector::{Vector, along, cross, dot, norm, sub};
-use crate::{Geometry, RoomError, Wall};
-use fredholm_core::galerkin::buffer;
+use crate::{Geometry, Wall};
 
 /// What bounds a visible interval of directions: a vertex, or the wall's own plane.
 const HORIZON: u32 = u32::MAX;
@@ -21,8 +20,8 @@ struct Glimpse {
     left: u32,
 }
 
-/// The form factors F_IJ between all surfaces, row by row: of the energy that leaves surface I, the
-/// share that arrives at J. The rows of a closed room sum to 1; nothing is normalised.
+/// Calls `each` with one of some walls, a wall that it sees, and a part of ∫ F_y→w dy over the former: the length times the
+/// form factor, which is the same from either side. A wall that is seen in several pieces comes several times.
 ///
 /// Exact up to rounding, with occlusion. Between two neighbouring places where vertices of the
 /// scene are in line, a point sees the same walls between the same vertices V, and the integral
@@ -32,30 +31,7 @@ struct Glimpse {
 /// it is halved.
 ///
 /// O(W²) for each wall of W and each such place on it.
-///
-/// # Errors
-/// [`RoomError::Memory`].
-pub fn factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
-    let surfaces = scene.surfaces();
-    let entries = surfaces
-        .checked_mul(surfaces)
-        .ok_or(RoomError::Memory { bytes: None })?;
-    let mut out: Vec<f64> = buffer(entries)?;
-    let surface = |wall: u32| scene.place(wall as usize).map_or(0, |place| place.surface);
-    let all: Vec<u32> = (0..scene.walls.len() as u32).collect();
-    exchanges(scene, &all, &mut |w, seen, exchange| {
-        let row = surface(w);
-        let entry = out.get_mut(row * surfaces + surface(seen));
-        if let (Some(entry), Ok(length)) = (entry, scene.length(row)) {
-            *entry += exchange * (1.0 / length);
-        }
-    });
-    Ok(out)
-}
-
-/// Calls `each` with one of some walls, a wall that it sees, and a part of ∫ F_y→w dy over the former: the length times the
-/// form factor, which is the same from either side. A wall that is seen in several pieces comes several times.
-pub(crate) fn exchanges(scene: &Scene, walls: &[u32], each: &mut dyn FnMut(u32, u32, f64)) {
+pub fn exchanges(scene: &Scene, walls: &[u32], mut each: impl FnMut(u32, u32, f64)) {
     let used = used(scene);
     let places = kinks(scene);
     for &w in walls {

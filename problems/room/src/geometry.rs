@@ -1,6 +1,8 @@
 //! Walls, the hierarchy over them, and what a ray meets.
 
 use fredholm_core::Real;
+pub(crate) use fredholm_surfaces::Backs;
+use fredholm_surfaces::{TreeNode, is_tree};
 use num_traits::{one, zero};
 
 use crate::RoomError;
@@ -144,6 +146,16 @@ pub struct Node<F> {
     pub links: [u32; 2],
 }
 
+impl<F> TreeNode for Node<F> {
+    fn first(&self) -> u32 {
+        self.first
+    }
+
+    fn count(&self) -> u32 {
+        self.count
+    }
+}
+
 /// The levels that a hierarchy may have.
 pub(crate) const DEPTH: usize = 40;
 
@@ -167,13 +179,6 @@ pub struct Hit<F> {
     pub distance: F,
     /// Whether it came from behind.
     pub back: bool,
-}
-
-/// Which walls a ray meets, beside the active sides of walls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Backs {
-    Pass,
-    Block,
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
@@ -202,23 +207,16 @@ impl<'a, F: Real> Geometry<'a, F> {
         let materials = walls
             .iter()
             .all(|w| possible.contains(&w.reflectance) && w.emission.is_finite());
-        let nodes_lead = nodes.iter().enumerate().all(|(i, node)| {
+        let leads = |node: &Node<F>| {
             let first = node.first as usize;
-            if node.count == 0 {
-                first > i && first + 1 < nodes.len()
-            } else {
-                let leaf = strips.get(first..first + node.count as usize);
-                // No wall leads out of a leaf.
-                let last = leaf.and_then(|leaf| leaf.last());
-                node.count as usize <= LEAF
-                    && last.is_some_and(|last| last.walls[3] == NO_WALL)
-                    && leaf.is_some_and(|leaf| node.links == links(leaf))
-            }
-        });
-        // In a tree no node has two parents: the children of all others are as many as its nodes.
-        let inner = nodes.iter().filter(|node| node.count == 0).count();
-        let tree = 2 * inner + 1 == nodes.len();
-        if materials && nodes_lead && tree && geometry.depth() <= DEPTH && geometry.strips_lead() {
+            let leaf = strips.get(first..first + node.count as usize);
+            // No wall leads out of a leaf.
+            let last = leaf.and_then(|leaf| leaf.last());
+            node.count as usize <= LEAF
+                && last.is_some_and(|last| last.walls[3] == NO_WALL)
+                && leaf.is_some_and(|leaf| node.links == links(leaf))
+        };
+        if materials && is_tree(nodes, DEPTH, leads) && geometry.strips_lead() {
             Ok(geometry)
         } else {
             Err(RoomError::Tables)
@@ -256,31 +254,6 @@ impl<'a, F: Real> Geometry<'a, F> {
             })
         });
         lead && met == self.walls.len()
-    }
-
-    /// The largest number of nodes that wait on the stack.
-    fn depth(&self) -> usize {
-        let mut stack = [(0, 0); DEPTH + 2];
-        let (mut top, mut deepest) = (1, 0);
-        while top > 0 {
-            top -= 1;
-            let Some(&(node, level)) = stack.get(top) else {
-                return usize::MAX;
-            };
-            deepest = if level > deepest { level } else { deepest };
-            let Some(node) = self.nodes.get(node) else {
-                return usize::MAX;
-            };
-            if node.count == 0 {
-                let first = node.first as usize;
-                let Some(places) = stack.get_mut(top..top + 2) else {
-                    return usize::MAX;
-                };
-                places.copy_from_slice(&[(first, level + 1), (first + 1, level + 1)]);
-                top += 2;
-            }
-        }
-        deepest
     }
 
     /// The walls.

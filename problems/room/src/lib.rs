@@ -32,8 +32,6 @@ mod geometry;
 mod hierarchy;
 mod light;
 #[cfg(feature = "alloc")]
-mod material;
-#[cfg(feature = "alloc")]
 mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
@@ -56,6 +54,8 @@ mod scene;
 #[cfg(feature = "alloc")]
 mod shadows;
 #[cfg(feature = "alloc")]
+mod sides;
+#[cfg(feature = "alloc")]
 mod solution;
 mod starts;
 #[cfg(feature = "alloc")]
@@ -76,13 +76,12 @@ pub use coloured_rays::{ChannelControl, ColouredRays};
 pub use covered::Covered;
 pub use error::{Place, RoomError};
 #[cfg(feature = "alloc")]
-pub use factors::factors;
+pub use factors::exchanges;
+pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Strip, Wall};
 #[cfg(feature = "alloc")]
 pub use light::DirectLight;
-#[cfg(feature = "alloc")]
-pub use material::{Material, STEFAN_BOLTZMANN};
 #[cfg(feature = "alloc")]
 pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
 #[cfg(feature = "alloc")]
@@ -100,7 +99,7 @@ pub use ray_tables::RayTables;
 pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Share, Stretch};
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
-pub use scene::{Enclosure, Scene, Surface};
+pub use scene::{Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use shadows::Shadows;
 #[cfg(feature = "alloc")]

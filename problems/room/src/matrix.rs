@@ -36,7 +36,7 @@ pub const fn min_mass_ratio(degree: usize) -> f64 {
 /// better (crossed strings, Hottel 1954, where the cells are as large as their distance, a rule of
 /// three points elsewhere); of others a mean over four points of one cell, exact in the other, and
 /// less where a row would sum to more than ρ: an error that costs variance and no correctness.
-/// [`factors`](crate::factors) are exact.
+/// [`exchanges`](crate::exchanges) are exact.
 ///
 /// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the
 /// smaller one by Gauss points: to rounding where the cells are apart, in halves of halves down to

@@ -6,6 +6,7 @@ use core::cell::Cell;
 use fredholm_core::array::Each;
 
 use fredholm_core::Real;
+use fredholm_surfaces::{Enclosure, Forest, Limits, Material, MaterialFault, hull, margin};
 use robust::{Coord, orient2d};
 
 use crate::RoomError;
@@ -13,8 +14,7 @@ use crate::covered::{self, Covered};
 use crate::error::Place;
 use crate::geometry::{Backs, Geometry, Node, Segment, Strip, Wall};
 use crate::hierarchy;
-use crate::material::Material;
-use crate::vector::{Vector, along, bounds, cross, dot, norm, sub};
+use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// A surface: a polyline, its active side on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,15 +23,6 @@ pub struct Surface<'a> {
     pub points: &'a [[f64; 2]],
     /// One material, or one for every segment.
     pub materials: &'a [Material],
-}
-
-/// Whether light may leave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Enclosure {
-    /// The room must be closed: a room from which a ray leaves is refused.
-    Closed,
-    /// Light that leaves, or that meets a wall from behind, is absorbed.
-    Open,
 }
 
 /// A piece of a segment of a surface: walls are numbered in the order of surfaces and, within one,
@@ -64,28 +55,8 @@ pub struct Scene {
     pub(crate) smallest: f64,
 }
 
-/// How far coordinates may be from 0, and how near to each other their extremes, and the smallest
-/// distance as a share of the extremes' distance.
-struct Limits {
-    largest: f64,
-    narrowest: f64,
-    smallest: f64,
-}
-
 fn limits<F: Real>() -> Limits {
-    if F::EPSILON.to_f64() > 1e-10 {
-        Limits {
-            largest: 1e12,
-            narrowest: 1e-6,
-            smallest: 1.0 / 65_536.0,
-        }
-    } else {
-        Limits {
-            largest: 1e100,
-            narrowest: 1e-100,
-            smallest: 1.0 / (1_u64 << 40) as f64,
-        }
-    }
+    Limits::of::<F>([1e12, 1e100], [1e-6, 1e-100])
 }
 
 /// A segment of a surface before it is split.
@@ -171,9 +142,8 @@ impl Scene {
             }
         }
         self.first.resize(surfaces + 1, self.pieces.len() as u32);
-        let mut segments = segments(&self.walls);
-        let margin = margin(&self.walls, epsilon);
-        (self.strips, self.nodes) = hierarchy::build(&mut segments, margin);
+        let margin = rounding(&self.walls, epsilon);
+        (self.strips, self.nodes) = hierarchy::build(&segments(&self.walls), margin);
     }
 
     /// Leaves out the parts of walls on which obstacles stand.
@@ -328,13 +298,10 @@ impl Scene {
     }
 }
 
-/// What the tests of boxes may be wrong by: a few rounding errors of the largest coordinate.
-pub(crate) fn margin(walls: &[Wall<f64>], epsilon: f64) -> f64 {
-    let largest = walls
-        .iter()
-        .flat_map(|w| w.ends.into_iter().flatten())
-        .fold(0.0, |m: f64, x| Real::max(m, x.abs()));
-    32.0 * epsilon * largest
+/// What the tests of boxes may be wrong by.
+pub(crate) fn rounding(walls: &[Wall<f64>], epsilon: f64) -> f64 {
+    let ends = walls.iter().flat_map(|wall| wall.ends);
+    margin(ends.flatten(), epsilon)
 }
 
 fn wall(piece: &Piece, points: &[Vector<f64>], material: Material) -> Wall<f64> {
@@ -388,13 +355,10 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>
         let materials = surface.materials.iter().cycle();
         let base = points.len() - surface.points.len();
         for ((v, pair), &material) in (0..).zip(surface.points.windows(2)).zip(materials) {
-            let reflectance = F::from_f64(material.reflectance);
-            if !(reflectance >= F::zero() && reflectance <= F::one()) {
-                return Err(RoomError::Reflectance(place(v)));
-            }
-            if !F::from_f64(material.emission).is_finite() {
-                return Err(RoomError::Emission(place(v)));
-            }
+            material.check::<F>().map_err(|fault| match fault {
+                MaterialFault::Reflectance => RoomError::Reflectance(place(v)),
+                MaterialFault::Emission => RoomError::Emission(place(v)),
+            })?;
             let ends = [pair[0].each(round), pair[1].each(round)];
             let number = u32::try_from(base + v).map_err(|_| RoomError::Cells)?;
             raw.push(Raw {
@@ -410,11 +374,8 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>
 
 /// The larger side of the bounding box.
 fn extent<F: Real>(raw: &[Raw]) -> Result<f64, RoomError> {
-    let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    for [x, y] in raw.iter().flat_map(|r| r.ends) {
-        low = [low[0].min(x), low[1].min(y)];
-        high = [high[0].max(x), high[1].max(y)];
-    }
+    let ends: Vec<Vector<f64>> = raw.iter().flat_map(|r| r.ends).collect();
+    let [low, high] = hull(&ends);
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     let first = raw.first().map_or(
         Place {
@@ -438,7 +399,7 @@ fn join(
     points: &[Vector<f64>],
     smallest: f64,
 ) -> Result<(Vec<Piece>, Vec<Material>), RoomError> {
-    let mut segments: Vec<Segment<f64>> = raw
+    let segments: Vec<Segment<f64>> = raw
         .iter()
         .enumerate()
         .map(|(i, r)| Segment {
@@ -447,11 +408,10 @@ fn join(
             wall: i as u32,
         })
         .collect();
-    let (strips, nodes) = hierarchy::build(&mut segments, smallest);
+    let (strips, nodes) = hierarchy::build(&segments, smallest);
     let walls: Vec<Wall<f64>> = raw.iter().map(Raw::wall).collect();
     let geometry = Geometry::made(&walls, &strips, &nodes, false);
-    // A forest: every vertex points to one of a smaller number that it is one with.
-    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
+    let mut parts = Forest::new(points.len());
     // Raw segment, distance along it, vertex.
     let mut splits: Vec<(u32, f64, u32)> = Vec::new();
     for (v, &point) in points.iter().enumerate() {
@@ -469,7 +429,7 @@ fn join(
             let mut at_end = false;
             for (_, other) in near {
                 at_end = true;
-                unite(&mut parent, v, other);
+                parts.unite(v, other);
             }
             let span = sub(segment.ends[1], segment.ends[0]);
             let length = norm(span);
@@ -484,7 +444,7 @@ fn join(
     let (mut pieces, mut materials) = (Vec::with_capacity(raw.len()), Vec::new());
     let mut splits = splits.into_iter().peekable();
     for (i, r) in raw.iter().enumerate() {
-        let [start, end] = r.vertices.each(|v| root(&mut parent, v));
+        let [start, end] = r.vertices.each(|v| parts.root(v));
         let mut from = start;
         let mut push = |from: u32, to: u32| {
             pieces.push(Piece {
@@ -494,7 +454,7 @@ fn join(
             materials.push(r.material);
         };
         while let Some((_, _, v)) = splits.next_if(|s| s.0 as usize == i) {
-            let v = root(&mut parent, v);
+            let v = parts.root(v);
             if v != from && v != start && v != end {
                 push(from, v);
                 from = v;
@@ -511,30 +471,9 @@ fn join(
     Ok((pieces, materials))
 }
 
-pub(crate) fn root(parent: &mut [u32], mut v: u32) -> u32 {
-    while let Some(&up) = parent.get(v as usize) {
-        if up == v {
-            break;
-        }
-        let over = parent.get(up as usize).copied().unwrap_or(up);
-        if let Some(place) = parent.get_mut(v as usize) {
-            *place = over;
-        }
-        v = over;
-    }
-    v
-}
-
-pub(crate) fn unite(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    if let Some(place) = parent.get_mut(a.max(b) as usize) {
-        *place = a.min(b);
-    }
-}
-
 /// Whether the box is off the wall.
 fn passes(node: &Node<f64>, wall: &Wall<f64>) -> bool {
-    let [low, high] = bounds(wall.ends[0], wall.ends[1]);
+    let [low, high] = hull(&wall.ends);
     let apart = |k: usize| {
         node.centre[k] + node.half[k] < low[k] || node.centre[k] - node.half[k] > high[k]
     };
@@ -549,8 +488,8 @@ fn touch(a: [Vector<f64>; 2], b: [Vector<f64>; 2]) -> bool {
         let signs = t.each(|p| turn(s[0], s[1], p));
         (signs[0] > 0.0 && signs[1] > 0.0) || (signs[0] < 0.0 && signs[1] < 0.0)
     };
-    let [la, ha] = bounds(a[0], a[1]);
-    let [lb, hb] = bounds(b[0], b[1]);
+    let [la, ha] = hull(&a);
+    let [lb, hb] = hull(&b);
     let boxes = (0..2).any(|k| ha[k] < lb[k] || hb[k] < la[k]);
     !(boxes || apart(a, b) || apart(b, a))
 }

@@ -7,7 +7,7 @@ use fredholm_core::Real;
 
 use crate::cells::{Cells, Edge};
 use crate::geometry::{Geometry, Node, Strip, Wall};
-use crate::scene::margin;
+use crate::scene::rounding;
 use crate::{Enclosure, Mesh, Scene};
 
 /// The tables of a room in the walk's scalar.
@@ -43,7 +43,7 @@ impl<F: Real> Tables<F> {
             walls: s.walls,
         };
         // What the rounding of the centre may cut off is less than a margin.
-        let margin = margin(&scene.walls, F::EPSILON.to_f64());
+        let margin = rounding(&scene.walls, F::EPSILON.to_f64());
         let node = |n: &Node<f64>| Node {
             centre: pair(n.centre),
             half: n.half.each(|h| to(h + margin)),

@@ -30,11 +30,3 @@ pub(crate) fn cross<F: Real>(a: Vector<F>, b: Vector<F>) -> F {
 pub(crate) fn norm<F: Real>(a: Vector<F>) -> F {
     dot(a, a).sqrt()
 }
-
-/// The bounding box of two points: centre and half extents.
-#[cfg(feature = "alloc")]
-pub(crate) fn bounds(a: Vector<f64>, b: Vector<f64>) -> [Vector<f64>; 2] {
-    let low = [a[0].min(b[0]), a[1].min(b[1])];
-    let high = [Real::max(a[0], b[0]), Real::max(a[1], b[1])];
-    [low, high]
-}

@@ -4,14 +4,13 @@ use alloc::vec::Vec;
 use core::f64::consts::{PI, TAU};
 
 use fredholm_core::Real;
-use fredholm_core::array::from_fn;
+use fredholm_surfaces::Forest;
 
 use crate::SceneError;
-use crate::geometry::Face;
-use crate::join::{root, unite};
+use crate::geometry::{Face, Node};
 use crate::ray::Backs;
 use crate::scene::Scene;
-use crate::vector::{Vector, along, centroid, cross, dot, norm, sub, turn, unit};
+use crate::vector::{Vector, along, centroid, cross, dot, least_axis, norm, sub, turn, unit};
 
 /// A face at one of the edges around it.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +32,7 @@ pub(crate) fn check(scene: &Scene) -> Result<(), SceneError> {
     let mut spokes = spokes(scene);
     spokes.sort_unstable_by_key(|s| s.edge);
     // The active and the other side of every face.
-    let mut shells: Vec<u32> = (0..2 * scene.faces.len() as u32).collect();
+    let mut shells = Forest::new(2 * scene.faces.len());
     let side = |face: u32, active: bool| 2 * face + u32::from(!active);
     for around in spokes.chunk_by_mut(|a, b| a.edge == b.edge) {
         sort(scene, around);
@@ -42,7 +41,7 @@ pub(crate) fn check(scene: &Scene) -> Result<(), SceneError> {
         }
         let next = around.iter().cycle().skip(1);
         for (a, b) in around.iter().zip(next) {
-            unite(&mut shells, side(a.face, a.starts), side(b.face, a.starts));
+            shells.unite(side(a.face, a.starts), side(b.face, a.starts));
         }
     }
     check_shells(scene, &mut shells)
@@ -69,10 +68,7 @@ fn spokes(scene: &Scene) -> Vec<Spoke> {
 /// depends on the edge.
 fn angle(scene: &Scene, face: &Face<f64>, edge: [u32; 2], starts: bool) -> f64 {
     let axis = unit(sub(scene.vertex(edge[1]), scene.vertex(edge[0])));
-    // The coordinate axis that is least along the edge.
-    let least = (0..3).min_by(|&a, &b| axis[a].abs().total_cmp(&axis[b].abs()));
-    let other = from_fn(|k| if Some(k) == least { 1.0 } else { 0.0 });
-    let x = unit(cross(axis, other));
+    let x = unit(cross(axis, least_axis(axis)));
     let y = cross(axis, x);
     let inward = cross(face.normal, axis);
     let sign = if starts { 1.0 } else { -1.0 };
@@ -200,39 +196,27 @@ fn near_edge(scene: &Scene, spoke: &Spoke) -> Option<(u32, Vector<f64>, f64)> {
 /// A ray that leaves at an edge: from the faces at it and from everywhere, to points next to it.
 fn leaving(scene: &Scene, around: &[Spoke], middle: Vector<f64>) -> SceneError {
     let at = around.first().map_or(0, |s| s.face);
-    let mut fallback = None;
-    for power in 1..=12 {
-        let share = 1.0 / 10_f64.powi_exact(power);
-        for spoke in around {
-            let Some(face) = scene.faces.get(spoke.face as usize) else {
-                continue;
-            };
+    let near = (1..=12).flat_map(|power| {
+        let share = 1.0 / 10_u64.pow(power) as f64;
+        around.iter().flat_map(move |spoke| {
+            let face = scene.faces[spoke.face as usize];
             let from = face.middle();
             // Beyond the edge, and a little above.
             let beyond = along(middle, share, sub(middle, from));
             let above = along(beyond, share * norm(sub(middle, from)), face.normal);
-            fallback = fallback.or(Some((from, sub(above, from))));
-            if let Some(error) = leaves(scene, at, spoke.face, from, sub(above, from)) {
-                return error;
-            }
-            for (other, from, _) in spread(scene).take(200) {
-                if let Some(error) = leaves(scene, at, other, from, sub(beyond, from)) {
-                    return error;
-                }
-            }
-        }
-    }
-    for (face, from, direction) in spread(scene) {
-        if let Some(error) = leaves(scene, at, face, from, direction) {
-            return error;
-        }
-    }
-    let (from, direction) = fallback.unwrap_or((middle, [0.0; 3]));
-    SceneError::Open {
+            let others = spread(scene).take(200);
+            let others = others.map(move |(other, from, _)| (other, from, sub(beyond, from)));
+            core::iter::once((spoke.face, from, sub(above, from))).chain(others)
+        })
+    });
+    let mut rays = near.chain(spread(scene)).peekable();
+    let (_, from, direction) = rays.peek().copied().unwrap_or((at, middle, [0.0; 3]));
+    let found = rays.find_map(|(face, from, to)| leaves(scene, at, face, from, to));
+    found.unwrap_or_else(|| SceneError::Open {
         at: scene.place_of(at),
         from,
         direction,
-    }
+    })
 }
 
 /// The error, if this ray from a face leaves or meets a back.
@@ -290,13 +274,13 @@ const PROBES: usize = 20_000;
 
 /// From every shell, and from as many of its faces as there is time for, a ray goes to its side. It
 /// must meet an active side from an active side, and none from a back.
-fn check_shells(scene: &Scene, shells: &mut [u32]) -> Result<(), SceneError> {
+fn check_shells(scene: &Scene, shells: &mut Forest) -> Result<(), SceneError> {
     let geometry = scene.geometry();
     let every = scene.faces.len().div_ceil(PROBES);
-    let mut probed = alloc::vec![false; shells.len()];
+    let mut probed = alloc::vec![false; 2 * scene.faces.len()];
     for (f, face) in (0..).zip(&scene.faces) {
         for active in [true, false] {
-            let shell = root(shells, 2 * f + u32::from(!active));
+            let shell = shells.root(2 * f + u32::from(!active));
             let done = probed.get_mut(shell as usize);
             let due = (f as usize).is_multiple_of(every) || done.as_ref().is_none_or(|d| !**d);
             if due && (active || !is_covered(scene, f, face)) {
@@ -331,21 +315,15 @@ fn check_shells(scene: &Scene, shells: &mut [u32]) -> Result<(), SceneError> {
 /// Whether another face lies on the back of a face, at its middle: that of a thin plate.
 fn is_covered(scene: &Scene, f: u32, face: &Face<f64>) -> bool {
     let at = face.middle();
-    let mut found = false;
-    scene.geometry().visit(
-        &mut |node| (0..3).any(|k| at[k] < node.low[k] || at[k] > node.high[k]),
-        &mut |triangle| {
-            if triangle.plane == face.plane && triangle.face != f {
-                let [xs, ys, zs] = triangle.axes;
-                let corner = |k: usize| [xs[k], ys[k], zs[k]];
-                let inside = [(0, 1), (1, 2), (2, 0)]
-                    .iter()
-                    .all(|&(a, b)| dot(turn(corner(a), corner(b), at), face.normal) <= 0.0);
-                found |= inside;
-            }
-        },
-    );
-    found
+    let off = |node: &Node<f64>| (0..3).any(|k| at[k] < node.low[k] || at[k] > node.high[k]);
+    scene.geometry().but(off).any(|triangle| {
+        let [xs, ys, zs] = triangle.axes;
+        let corner = |k: usize| [xs[k], ys[k], zs[k]];
+        let is_right = |(a, b)| dot(turn(corner(a), corner(b), at), face.normal) <= 0.0;
+        triangle.plane == face.plane
+            && triangle.face != f
+            && [(0, 1), (1, 2), (2, 0)].into_iter().all(is_right)
+    })
 }
 
 /// The face seen from the other side.
@@ -353,16 +331,5 @@ fn flipped(face: &Face<f64>) -> Face<f64> {
     Face {
         normal: face.normal.map(|x| -x),
         ..*face
-    }
-}
-
-/// Powers of ten that are exact.
-trait Power {
-    fn powi_exact(self, n: u32) -> f64;
-}
-
-impl Power for f64 {
-    fn powi_exact(self, n: u32) -> f64 {
-        (0..n).fold(1.0, |p, _| p * self)
     }
 }

@@ -6,7 +6,7 @@ use num_traits::{one, zero};
 
 use crate::cells::FacePatch;
 use crate::geometry::Face;
-use crate::lambert::from_origin;
+use crate::lambert::form_factor_from_origin as from_origin;
 use crate::light::Seen;
 use crate::radiosity::{Point, Radiosity};
 use crate::skylight::SKY;

@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use fredholm_core::refused;
-
 /// A polygon of a surface, both counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -19,7 +17,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why there is no such scene, table or form factor.
+/// Why there is no such scene or table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -135,10 +133,6 @@ pub enum SceneError {
     },
     /// A direction has no length, or none that is finite.
     Direction,
-    /// The error that is asked for is NaN or outside [1e-13, 0.1].
-    Tolerance,
-    /// Rows of an open scene do not sum to 1.
-    Leaves,
     /// Bands of a sky are none.
     Sky,
     /// A closed scene sees no sky.
@@ -155,16 +149,6 @@ pub enum SceneError {
         /// The length that was given.
         found: usize,
     },
-    /// An emissivity is NaN or outside (0, 1].
-    Emissivity {
-        /// The number of the surface.
-        surface: usize,
-    },
-    /// There is no memory for a table.
-    Memory {
-        /// The size of the buffer in bytes; `None` if it exceeds the address space.
-        bytes: Option<usize>,
-    },
 }
 
 /// Three numbers as people write them.
@@ -177,10 +161,44 @@ impl fmt::Display for Point {
     }
 }
 
-impl SceneError {
-    /// What is wrong with one polygon alone.
-    fn of_one(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Empty => write!(f, "a scene needs at least one surface"),
+            Self::Polygons { surface } => write!(f, "surface {surface} has no polygons"),
+            Self::Materials { surface } => write!(
+                f,
+                "surface {surface} needs one material, or one for each of its polygons"
+            ),
+            Self::NothingAbsorbs => f.write_str(
+                "nothing absorbs: at least one surface of a closed scene needs a reflectance below 1, or a temperature",
+            ),
+            Self::TooMany => write!(f, "a scene has at most 2^32 - 2 polygons and vertices"),
+            Self::Surface { surface } => write!(f, "there is no surface {surface}"),
+            Self::Face { face } => write!(f, "there is no face {face}"),
+            Self::Tables => write!(f, "the tables of a scene do not belong together"),
+            Self::Cells => write!(f, "a scene has at most 2^28 cells"),
+            Self::Beam { beam } => write!(
+                f,
+                "beam {beam}: its numbers must be finite, its strength must not be negative, and a direction must have a length"
+            ),
+            Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
+            Self::Point { face } => write!(f, "the position is not on face {face}"),
+            Self::Direction => {
+                f.write_str("a direction must have finite coordinates, one of which is not 0")
+            }
+            Self::Sky => f.write_str(
+                "the bands of a sky need ascending altitudes from 0 to 90 degrees, and a number of sectors for each band, \
+                 100000 pieces in all at most",
+            ),
+            Self::SkyLight { patch } => write!(
+                f,
+                "what patch {patch} of the sky gives must be a finite number that is not negative"
+            ),
+            Self::NoSky => f.write_str("the scene is closed: no sky is seen from it"),
+            Self::Length { expected, found } => {
+                write!(f, "{expected} numbers are needed, not {found}")
+            }
             Self::Coordinate(place) => write!(
                 f,
                 "{place}: coordinates must be finite, and the scene between 1e-6 and 1e9 wide in f32, \
@@ -207,13 +225,6 @@ impl SceneError {
                 f,
                 "{place}: the quadrilateral is not convex, or its edges cross; cut it into two triangles"
             ),
-            _ => Ok(()),
-        }
-    }
-
-    /// What is wrong between polygons.
-    fn of_two(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
             Self::Duplicate { first, second } => {
                 write!(f, "{second} is {first} once more: remove one of them")
             }
@@ -257,68 +268,6 @@ impl SceneError {
                 Point(*from),
                 Point(*direction)
             ),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => write!(f, "a scene needs at least one surface"),
-            Self::Polygons { surface } => write!(f, "surface {surface} has no polygons"),
-            Self::Materials { surface } => write!(
-                f,
-                "surface {surface} needs one material, or one for each of its polygons"
-            ),
-            Self::NothingAbsorbs => f.write_str(
-                "nothing absorbs: at least one surface of a closed scene needs a reflectance below 1, or a temperature",
-            ),
-            Self::TooMany => write!(f, "a scene has at most 2^32 - 2 polygons and vertices"),
-            Self::Surface { surface } => write!(f, "there is no surface {surface}"),
-            Self::Face { face } => write!(f, "there is no face {face}"),
-            Self::Tables => write!(f, "the tables of a scene do not belong together"),
-            Self::Cells => write!(f, "a scene has at most 2^28 cells"),
-            Self::Beam { beam } => write!(
-                f,
-                "beam {beam}: its numbers must be finite, its strength must not be negative, and a direction must have a length"
-            ),
-            Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
-            Self::Point { face } => write!(f, "the position is not on face {face}"),
-            Self::Direction => {
-                f.write_str("a direction must have finite coordinates, one of which is not 0")
-            }
-            Self::Leaves => f.write_str(
-                "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
-            ),
-            Self::Sky => f.write_str(
-                "the bands of a sky need ascending altitudes from 0 to 90 degrees, and a number of sectors for each band, \
-                 100000 pieces in all at most",
-            ),
-            Self::SkyLight { patch } => write!(
-                f,
-                "what patch {patch} of the sky gives must be a finite number that is not negative"
-            ),
-            Self::NoSky => f.write_str("the scene is closed: no sky is seen from it"),
-            Self::Tolerance => write!(
-                f,
-                "the error of form factors must lie between 1e-13 and 0.1"
-            ),
-            Self::Length { expected, found } => {
-                write!(f, "{expected} numbers are needed, not {found}")
-            }
-            Self::Emissivity { surface } => write!(
-                f,
-                "surface {surface}: the emissivity must be above 0 and at most 1"
-            ),
-            Self::Memory { bytes } => refused::memory(f, *bytes, ""),
-            Self::Coordinate(_)
-            | Self::Reflectance(_)
-            | Self::Emission(_)
-            | Self::Degenerate(_)
-            | Self::NotPlanar { .. }
-            | Self::NotConvex(_) => self.of_one(f),
-            _ => self.of_two(f),
         }
     }
 }

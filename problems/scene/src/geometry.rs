@@ -1,6 +1,9 @@
 //! Faces, the hierarchy over their triangles, and the tables of both.
 
 use fredholm_core::Real;
+#[cfg(feature = "alloc")]
+use fredholm_surfaces::leaves;
+use fredholm_surfaces::{DEPTH, TreeNode, is_tree};
 use num_traits::{one, zero};
 
 use crate::SceneError;
@@ -88,8 +91,15 @@ pub struct Node<F> {
     pub count: u32,
 }
 
-/// The levels that a hierarchy may have.
-pub(crate) const DEPTH: usize = 60;
+impl<F> TreeNode for Node<F> {
+    fn first(&self) -> u32 {
+        self.first
+    }
+
+    fn count(&self) -> u32 {
+        self.count
+    }
+}
 
 /// The geometry of a scene: borrowed tables, all in one scalar.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +126,6 @@ impl<'a, F: Real> Geometry<'a, F> {
         nodes: &'a [Node<F>],
         open: bool,
     ) -> Result<Self, SceneError> {
-        let geometry = Self::made(faces, triangles, nodes, open);
         let possible = zero::<F>()..=one::<F>();
         let faces_stand = faces.iter().all(|f| {
             matches!(f.count, 3 | 4)
@@ -128,19 +137,9 @@ impl<'a, F: Real> Geometry<'a, F> {
             let face = faces.get(t.face as usize);
             face.is_some_and(|f| f.plane == t.plane)
         });
-        let nodes_lead = nodes.iter().enumerate().all(|(i, node)| {
-            let first = node.first as usize;
-            if node.count == 0 {
-                first > i && first + 1 < nodes.len()
-            } else {
-                first + node.count as usize <= triangles.len()
-            }
-        });
-        // In a tree no node has two parents: the children of all others are as many as its nodes.
-        let inner = nodes.iter().filter(|node| node.count == 0).count();
-        let tree = 2 * inner + 1 == nodes.len();
-        if faces_stand && triangles_lead && nodes_lead && tree && geometry.depth() <= DEPTH {
-            Ok(geometry)
+        let leads = |leaf: &Node<F>| (leaf.first + leaf.count) as usize <= triangles.len();
+        if faces_stand && triangles_lead && is_tree(nodes, DEPTH, leads) {
+            Ok(Self::made(faces, triangles, nodes, open))
         } else {
             Err(SceneError::Tables)
         }
@@ -159,31 +158,6 @@ impl<'a, F: Real> Geometry<'a, F> {
             nodes,
             open,
         }
-    }
-
-    /// The level of the deepest leaf.
-    fn depth(&self) -> usize {
-        let mut stack = [(0, 0); DEPTH + 2];
-        let (mut top, mut deepest) = (1, 0);
-        while top > 0 {
-            top -= 1;
-            let Some(&(node, level)) = stack.get(top) else {
-                return usize::MAX;
-            };
-            deepest = if level > deepest { level } else { deepest };
-            let Some(node) = self.nodes.get(node) else {
-                return usize::MAX;
-            };
-            if node.count == 0 {
-                let first = node.first as usize;
-                let Some(places) = stack.get_mut(top..top + 2) else {
-                    return usize::MAX;
-                };
-                places.copy_from_slice(&[(first, level + 1), (first + 1, level + 1)]);
-                top += 2;
-            }
-        }
-        deepest
     }
 
     /// The faces.
@@ -215,6 +189,17 @@ impl<'a, F: Real> Geometry<'a, F> {
         self.faces.get(face as usize)
     }
 
+    /// All triangles but those of boxes that are `outside`.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn but(
+        self,
+        outside: impl FnMut(&Node<F>) -> bool,
+    ) -> impl Iterator<Item = &'a Triangle<F>> {
+        let triangles = self.triangles;
+        let leaves = leaves(self.nodes, outside).filter_map(|range| triangles.get(range));
+        leaves.flatten()
+    }
+
     /// Calls `each` for all triangles of leaves that `outside` does not leave out.
     #[cfg(feature = "alloc")]
     pub(crate) fn visit(
@@ -222,25 +207,6 @@ impl<'a, F: Real> Geometry<'a, F> {
         outside: &mut dyn FnMut(&Node<F>) -> bool,
         each: &mut dyn FnMut(&Triangle<F>),
     ) {
-        let mut stack = [0_u32; DEPTH + 2];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let node = stack.get(top).and_then(|&i| self.nodes.get(i as usize));
-            let Some(node) = node else { break };
-            if outside(node) {
-                continue;
-            }
-            let first = node.first as usize;
-            if node.count > 0 {
-                let leaf = self.triangles.get(first..first + node.count as usize);
-                for triangle in leaf.unwrap_or(&[]) {
-                    each(triangle);
-                }
-            } else if let Some(places) = stack.get_mut(top..top + 2) {
-                places.copy_from_slice(&[node.first, node.first + 1]);
-                top += 2;
-            }
-        }
+        self.but(outside).for_each(each);
     }
 }

@@ -1,84 +1,47 @@
 //! Vertices that are one, edges with the vertices of others on them, and the triangles of both.
 
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
+
 use fredholm_core::array::from_fn;
+use fredholm_surfaces::Forest;
 
-use crate::geometry::{Face, Triangle};
+use crate::geometry::{Face, Node, Triangle};
 use crate::scene::{Outlines, Scene};
-use crate::vector::{Vector, dot, hull, norm, sub, turn};
+use crate::vector::{Vector, dot, norm, ring, sub, turn};
 
-/// The place of a vertex in a grid of cells which are so many smallest distances wide that few
-/// vertices are next to a neighbouring cell.
+/// How many smallest distances the cells of a grid are wide: so many that few vertices are next to a neighbouring cell.
 const CELL: f64 = 1024.0;
 
 /// For every point the number of the first one that it is one with: those nearer to each other than
 /// `smallest`.
 pub(crate) fn numbers(points: &[Vector<f64>], smallest: f64) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    let at = |v: u32| points.get(v as usize).copied().unwrap_or_default();
     let cell = |p: Vector<f64>| p.map(|x| (x / (CELL * smallest)).clamp(-4e18, 4e18) as i64);
-    let keyed = |v: u32| (cell(at(v)), v);
-    order.sort_unstable_by_key(|&v| keyed(v));
-    let keys: Vec<[i64; 3]> = order.iter().map(|&v| cell(at(v))).collect();
-    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
-    for (k, &v) in order.iter().enumerate() {
-        let point = at(v);
-        let (low, high) = (
-            cell(point.map(|x| x - smallest)),
-            cell(point.map(|x| x + smallest)),
-        );
+    let mut grid: BTreeSet<([i64; 3], u32)> = BTreeSet::new();
+    let mut parts = Forest::new(points.len());
+    for (v, &point) in (0..).zip(points) {
+        let [low, high] = [-smallest, smallest].map(|by| cell(point.map(|x| x + by)));
+        let mut is_copy = false;
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 for z in low[2]..=high[2] {
                     let key = [x, y, z];
-                    let from = if keys.get(k) == Some(&key) {
-                        // Those before it in its own cell have met it already.
-                        k
-                    } else {
-                        keys.partition_point(|other| *other < key)
-                    };
-                    for (&other, _) in order
-                        .iter()
-                        .zip(&keys)
-                        .skip(from)
-                        .take_while(|p| *p.1 == key)
-                    {
-                        // Copies in a row need not be compared with all others.
-                        if other != v && norm(sub(at(other), point)) <= smallest {
-                            unite(&mut parent, v, other);
-                            if at(other) == point && from == k {
-                                break;
-                            }
+                    for &(_, other) in grid.range((key, 0)..=(key, u32::MAX)) {
+                        let there = points.get(other as usize).copied().unwrap_or_default();
+                        if norm(sub(there, point)) <= smallest {
+                            parts.unite(v, other);
+                            is_copy |= there == point;
                         }
                     }
                 }
             }
         }
-    }
-    (0..points.len() as u32)
-        .map(|v| root(&mut parent, v))
-        .collect()
-}
-
-pub(crate) fn root(parent: &mut [u32], mut v: u32) -> u32 {
-    while let Some(&up) = parent.get(v as usize) {
-        if up == v {
-            break;
+        // One of several copies stands for all.
+        if !is_copy {
+            grid.insert((cell(point), v));
         }
-        let over = parent.get(up as usize).copied().unwrap_or(up);
-        if let Some(place) = parent.get_mut(v as usize) {
-            *place = over;
-        }
-        v = over;
     }
-    v
-}
-
-pub(crate) fn unite(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    if let Some(place) = parent.get_mut(a.max(b) as usize) {
-        *place = a.min(b);
-    }
+    (0..points.len() as u32).map(|v| parts.root(v)).collect()
 }
 
 /// The faces' own vertices.
@@ -106,29 +69,25 @@ pub(crate) fn outlines(scene: &Scene, numbers: &[u32]) -> Outlines {
             continue;
         }
         let point = scene.vertex(vertex);
-        geometry.visit(
-            &mut |node| (0..3).any(|k| point[k] < node.low[k] || point[k] > node.high[k]),
-            &mut |triangle| {
-                let Some(face) = scene.faces.get(triangle.face as usize) else {
-                    return;
-                };
-                if face.vertices.contains(&vertex)
-                    || face.height(point).abs() > 2.0 * scene.smallest
-                {
-                    return;
+        let off =
+            |node: &Node<f64>| (0..3).any(|k| point[k] < node.low[k] || point[k] > node.high[k]);
+        for triangle in geometry.but(off) {
+            let Some(face) = scene.faces.get(triangle.face as usize) else {
+                continue;
+            };
+            if face.vertices.contains(&vertex) || face.height(point).abs() > 2.0 * scene.smallest {
+                continue;
+            }
+            for (edge, [from, to]) in (0..).zip(ring(face.polygon())) {
+                let (span, aim) = (sub(to, from), sub(point, from));
+                let length = norm(span);
+                let ahead = dot(span, aim) / length;
+                let aside = norm(from_fn(|k| aim[k] - ahead * span[k] / length));
+                if aside <= scene.smallest && ahead > 0.0 && ahead < length {
+                    found.push((triangle.face, edge, ahead, vertex));
                 }
-                for (edge, from) in face.polygon().iter().enumerate() {
-                    let to = face.corners[(edge + 1) % face.count as usize];
-                    let (span, aim) = (sub(to, *from), sub(point, *from));
-                    let length = norm(span);
-                    let ahead = dot(span, aim) / length;
-                    let aside = norm(from_fn(|k| aim[k] - ahead * span[k] / length));
-                    if aside <= scene.smallest && ahead > 0.0 && ahead < length {
-                        found.push((triangle.face, edge as u32, ahead, vertex));
-                    }
-                }
-            },
-        );
+            }
+        }
     }
     found.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
     // A quadrilateral is met once for each of its triangles.
@@ -176,9 +135,4 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<Triangle<f64>> {
         }
     }
     all
-}
-
-/// The bounding box of a face.
-pub(crate) fn bounds(face: &Face<f64>) -> crate::vector::Box3 {
-    hull(face.polygon())
 }

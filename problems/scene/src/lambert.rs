@@ -43,28 +43,27 @@ const SERIES: [f64; 11] = [
 /// let f = form_factor_of_point([0.0; 3], [0.0, 0.0, 1.0], &square);
 /// assert!((f - (1.0 / 2_f64.sqrt()) * (1.0 / 2_f64.sqrt()).atan() / core::f64::consts::PI).abs() < 1e-16);
 /// ```
-#[must_use]
-pub fn form_factor_of_point(point: [f64; 3], normal: [f64; 3], polygon: &[[f64; 3]]) -> f64 {
-    let next = polygon.iter().cycle().skip(1);
-    let edges = polygon.iter().zip(next);
-    let sum: f64 = edges
-        .map(|(&a, &b)| edge(normal, sub(a, point), sub(b, point)))
-        .sum();
-    -sum / core::f64::consts::TAU
-}
-
-/// The integral as seen from the origin.
 #[inline]
-pub(crate) fn from_origin<F: Real>(normal: Vector<F>, polygon: &[Vector<F>]) -> F {
+#[must_use]
+pub fn form_factor_of_point<F: Real>(point: [F; 3], normal: [F; 3], polygon: &[[F; 3]]) -> F {
     let Some(&last) = polygon.last() else {
         return zero();
     };
-    let (mut sum, mut before) = (zero::<F>(), last);
-    for &at in polygon {
+    let (mut sum, mut before) = (zero::<F>(), sub(last, point));
+    for &corner in polygon {
+        let at = sub(corner, point);
         sum += edge(normal, before, at);
         before = at;
     }
     -sum / (F::PI + F::PI)
+}
+
+/// The form factor from the origin, as [`form_factor_of_point`] has it.
+#[inline]
+#[must_use]
+pub fn form_factor_from_origin<F: Real>(normal: [F; 3], polygon: &[[F; 3]]) -> F {
+    // What is subtracted is a constant, which a compiler leaves out.
+    form_factor_of_point([zero(); 3], normal, polygon)
 }
 
 /// The angle between two vectors times the normal's cosine with their cross product.

@@ -14,27 +14,11 @@ mod cells;
 #[cfg(feature = "alloc")]
 mod check;
 #[cfg(feature = "alloc")]
-mod clear;
-#[cfg(feature = "alloc")]
-mod clip;
-#[cfg(feature = "alloc")]
-mod close;
-#[cfg(feature = "alloc")]
 mod closed;
 mod coloured;
-#[cfg(feature = "alloc")]
-mod contour;
 mod crossed;
-#[cfg(feature = "alloc")]
-mod edges;
 mod error;
-#[cfg(feature = "alloc")]
-mod events;
-#[cfg(feature = "alloc")]
-mod factors;
 mod geometry;
-#[cfg(feature = "alloc")]
-mod hierarchy;
 #[cfg(feature = "alloc")]
 mod join;
 mod lambert;
@@ -42,48 +26,28 @@ mod light;
 mod means;
 #[cfg(feature = "alloc")]
 mod mesh;
-#[cfg(feature = "alloc")]
-mod occluders;
-#[cfg(feature = "alloc")]
-mod partial;
-#[cfg(feature = "alloc")]
-mod plane;
 mod radiosity;
 mod ray;
 #[cfg(feature = "alloc")]
-mod rules;
-#[cfg(feature = "alloc")]
 mod scene;
 #[cfg(feature = "alloc")]
-mod shaft;
-#[cfg(feature = "alloc")]
 pub mod shapes;
-#[cfg(feature = "alloc")]
-mod sights;
-#[cfg(feature = "alloc")]
-mod silhouette;
-#[cfg(feature = "alloc")]
-mod sky;
 mod skylight;
 #[cfg(feature = "alloc")]
 mod sources;
-#[cfg(feature = "alloc")]
-mod sparse;
 mod starts;
 #[cfg(feature = "alloc")]
 mod tables;
-mod vector;
-#[cfg(feature = "alloc")]
-mod visible;
+
+use fredholm_surfaces::space as vector;
 
 pub use beam::Beam;
 pub use cells::{FacePatch, Side};
 pub use coloured::Coloured;
 pub use error::{Place, SceneError};
-#[cfg(feature = "alloc")]
-pub use factors::{Factors, Groups, factors};
+pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
 pub use geometry::{Face, Geometry, Node, Triangle};
-pub use lambert::form_factor_of_point;
+pub use lambert::{form_factor_from_origin, form_factor_of_point};
 pub use light::LastStepWork;
 pub use means::Mean;
 #[cfg(feature = "alloc")]
@@ -93,18 +57,12 @@ pub use mesh::Cells;
 pub use radiosity::{Point, Radiosity};
 pub use ray::Hit;
 #[cfg(feature = "alloc")]
-pub use scene::{Enclosure, Material, Polygon, STEFAN_BOLTZMANN, Scene, Surface};
-#[cfg(feature = "alloc")]
-pub use sights::{Row, Sights};
-#[cfg(feature = "alloc")]
-pub use sky::{Patch, Sky, SkyFactors, SkyRow};
+pub use scene::{Polygon, Scene, Surface};
 pub use skylight::SkyBand;
 #[cfg(feature = "alloc")]
 pub use skylight::SkyLight;
 #[cfg(feature = "alloc")]
 pub use sources::Sources;
-#[cfg(feature = "alloc")]
-pub use sparse::SparseFactors;
 pub use starts::{Air, Facing, Irradiance};
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

@@ -7,7 +7,7 @@ use fredholm_core::{Real, SourceSampler, Uniforms};
 use num_traits::{one, zero};
 
 use crate::geometry::Face;
-use crate::lambert::from_origin;
+use crate::lambert::form_factor_from_origin as from_origin;
 use crate::radiosity::{Point, Radiosity};
 use crate::ray::Backs;
 use crate::skylight::SKY;

@@ -66,10 +66,7 @@ impl<F: Real> Cells<F> {
     }
 
     /// Cells whose edges are at most about so long.
-    ///
-    /// # Errors
-    /// [`SceneError::Cells`]: more than 2²⁸.
-    pub fn of_size(scene: &Scene, size: f64) -> Result<Self, SceneError> {
+    fn of_size(scene: &Scene, size: f64) -> Result<Self, SceneError> {
         let mut all = Self {
             patches: Vec::new(),
             sides: Vec::new(),

@@ -1,9 +1,11 @@
 //! What a ray meets first.
 
 use fredholm_core::Real;
+pub(crate) use fredholm_surfaces::Backs;
+use fredholm_surfaces::DEPTH;
 use num_traits::{one, zero};
 
-use crate::geometry::{DEPTH, Face, Geometry, Node, Triangle};
+use crate::geometry::{Face, Geometry, Node, Triangle};
 use crate::vector::{Vector, along, dot, norm, sub};
 
 /// The face and the place that a ray met.
@@ -17,13 +19,6 @@ pub struct Hit<F> {
     pub distance: F,
     /// Whether it came from behind.
     pub back: bool,
-}
-
-/// Which faces a ray meets, beside the active sides of faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Backs {
-    Pass,
-    Block,
 }
 
 /// A ray, and the frame in which it is the third axis: a shear of the axes, of which the longest of

@@ -4,76 +4,18 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use fredholm_core::Real;
+use fredholm_core::array::from_fn;
+use fredholm_surfaces::{
+    Branch, Enclosure, Item, Limits, Material, MaterialFault, balanced, hull, margin,
+};
 
 use crate::SceneError;
 use crate::beam::Beam;
 use crate::error::Place;
 use crate::geometry::{Face, Geometry, Node, Triangle};
-use crate::hierarchy::{self, Item};
 use crate::join;
 use crate::skylight::SkyLight;
-use crate::vector::{Vector, cross, dot, empty_box, hull, norm, sub, turn, unit};
-
-/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
-pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
-
-/// The reflectance and emission of a face: u = F + ρ H, where H is the irradiance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
-    /// The reflectance ρ ∈ [0, 1]; with 1 everywhere nothing absorbs, and there is no such closed scene.
-    pub reflectance: f64,
-    /// The emission F, in the unit of u.
-    pub emission: f64,
-}
-
-impl Material {
-    /// A black body that emits nothing: for form factors, to which materials are nothing.
-    pub const BLACK: Self = Self {
-        reflectance: 0.0,
-        emission: 0.0,
-    };
-
-    /// A grey body of emissivity ε at T kelvin: ρ = 1 − ε, F = ε σ T⁴ in W m⁻².
-    ///
-    /// ```
-    /// let wall = fredholm_scene::Material::grey(0.9, 300.0);
-    /// assert!((wall.emission - 413.37).abs() < 0.01);
-    /// ```
-    #[must_use]
-    pub const fn grey(emissivity: f64, temperature: f64) -> Self {
-        let square = temperature * temperature;
-        Self {
-            reflectance: 1.0 - emissivity,
-            // Written so that a temperature below 0 is refused: see `Scene::new`.
-            emission: if temperature >= 0.0 {
-                emissivity * STEFAN_BOLTZMANN * square * square
-            } else {
-                f64::NAN
-            },
-        }
-    }
-
-    /// A surface from which the net flux q is given, in the unit of u: u = q + H, so ρ = 1 and F = q, whatever its
-    /// emissivity. With q = 0 it is adiabatic.
-    ///
-    /// ```
-    /// let heater = fredholm_scene::Material::flux(100.0);
-    /// assert_eq!(heater.net_flux(250.0), 100.0);
-    /// ```
-    #[must_use]
-    pub const fn flux(net_flux: f64) -> Self {
-        Self {
-            reflectance: 1.0,
-            emission: net_flux,
-        }
-    }
-
-    /// The net flux out of the surface: F − (1 − ρ)H, which for a grey body is ε(σT⁴ − H).
-    #[must_use]
-    pub const fn net_flux(&self, irradiance: f64) -> f64 {
-        self.emission - (1.0 - self.reflectance) * irradiance
-    }
-}
+use crate::vector::{Vector, cross, dot, norm, ring, sub, turn, unit};
 
 /// A polygon of a surface. Its active side is the one from which its vertices are seen
 /// counter-clockwise.
@@ -103,15 +45,6 @@ pub struct Surface<'a> {
     pub polygons: &'a [Polygon],
     /// One material, or one for every polygon.
     pub materials: &'a [Material],
-}
-
-/// Whether light may leave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Enclosure {
-    /// The scene must be closed: a scene from which a ray leaves is refused.
-    Closed,
-    /// Light that leaves, or that meets a face from behind, is absorbed.
-    Open,
 }
 
 /// A validated scene, in f64, with coordinates that the walk's scalar has exactly.
@@ -159,34 +92,12 @@ impl Outlines {
 
     /// The edges around a face, in its sense of rotation.
     pub(crate) fn edges(&self, face: usize) -> impl Iterator<Item = [u32; 2]> {
-        let all = self.of(face);
-        let next = all.iter().cycle().skip(1);
-        all.iter().zip(next).map(|(&a, &b)| [a, b])
+        ring(self.of(face))
     }
-}
-
-/// How far coordinates may be from 0, and how near to each other their extremes, and the smallest
-/// distance as a share of the extremes' distance.
-struct Limits {
-    largest: f64,
-    narrowest: f64,
-    smallest: f64,
 }
 
 fn limits<F: Real>() -> Limits {
-    if F::EPSILON.to_f64() > 1e-10 {
-        Limits {
-            largest: 1e9,
-            narrowest: 1e-6,
-            smallest: 1.0 / 65_536.0,
-        }
-    } else {
-        Limits {
-            largest: 1e60,
-            narrowest: 1e-60,
-            smallest: 1.0 / (1_u64 << 40) as f64,
-        }
-    }
+    Limits::of::<F>([1e9, 1e60], [1e-6, 1e-60])
 }
 
 /// The polygons of all surfaces, with the coordinates of the walk's scalar.
@@ -267,7 +178,7 @@ impl Scene {
         scene.outlines = join::plain_outlines(&scene.faces);
         scene.index(smallest);
         scene.outlines = join::outlines(&scene, &numbers);
-        let margin = margin(&scene.faces, epsilon);
+        let margin = rounding(&scene.faces, epsilon);
         crate::check::check(&mut scene, margin)?;
         scene.index(margin);
         if enclosure == Enclosure::Closed {
@@ -282,27 +193,22 @@ impl Scene {
     /// Cuts the faces into triangles, and builds the hierarchy over these.
     fn index(&mut self, margin: f64) {
         let triangles = join::triangles(self);
-        let bounds = |t: &Triangle<f64>| {
-            t.axes
-                .iter()
-                .enumerate()
-                .fold(empty_box(), |mut b, (k, axis)| {
-                    for &x in axis {
-                        b[0][k] = b[0][k].min(x);
-                        b[1][k] = Real::max(b[1][k], x);
-                    }
-                    b
-                })
+        let item = |(t, number): (&Triangle<f64>, u32)| {
+            let corners: [Vector<f64>; 3] = from_fn(|k| t.axes.map(|axis| axis[k]));
+            let bounds = hull(&corners);
+            Item { bounds, number }
         };
-        let mut items: Vec<Item> = triangles
-            .iter()
-            .zip(0..)
-            .map(|(t, number)| Item {
-                bounds: bounds(t),
-                number,
-            })
-            .collect();
-        self.nodes = hierarchy::build(&mut items, margin);
+        let mut items: Vec<Item<3>> = triangles.iter().zip(0..).map(item).collect();
+        let node = |branch: Branch<3>| {
+            let [low, high] = branch.widened(margin);
+            Node {
+                low,
+                high,
+                first: branch.first,
+                count: branch.count,
+            }
+        };
+        self.nodes = balanced(&mut items).into_iter().map(node).collect();
         self.triangles = items
             .iter()
             .filter_map(|item| triangles.get(item.number as usize).copied())
@@ -444,19 +350,30 @@ impl Scene {
         self.place(face as usize).unwrap_or(none)
     }
 
-    pub(crate) fn vertex(&self, number: u32) -> Vector<f64> {
+    /// The numbers of the vertices around a face in its sense of rotation, with those of others on its edges.
+    #[must_use]
+    pub fn outline(&self, face: usize) -> &[u32] {
+        self.outlines.of(face)
+    }
+
+    /// What is nearer to each other than this is in one place.
+    #[must_use]
+    pub const fn smallest_distance(&self) -> f64 {
+        self.smallest
+    }
+
+    /// The place of a vertex; NaN if there is none of this number.
+    #[must_use]
+    pub fn vertex(&self, number: u32) -> [f64; 3] {
         let at = self.vertices.get(number as usize);
         at.copied().unwrap_or([f64::NAN; 3])
     }
 }
 
-/// What the tests of boxes may be wrong by: a few rounding errors of the largest coordinate.
-pub(crate) fn margin(faces: &[Face<f64>], epsilon: f64) -> f64 {
-    let largest = faces
-        .iter()
-        .flat_map(|f| f.corners.into_iter().flatten())
-        .fold(0.0, |m: f64, x| Real::max(m, x.abs()));
-    32.0 * epsilon * largest
+/// What the tests of boxes may be wrong by.
+pub(crate) fn rounding(faces: &[Face<f64>], epsilon: f64) -> f64 {
+    let corners = faces.iter().flat_map(|face| face.corners);
+    margin(corners.flatten(), epsilon)
 }
 
 /// The face of some vertices, if they make one.
@@ -554,7 +471,10 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
                 surface: s,
                 polygon: p,
             };
-            check_material::<F>(material, place)?;
+            material.check::<F>().map_err(|fault| match fault {
+                MaterialFault::Reflectance => SceneError::Reflectance(place),
+                MaterialFault::Emission => SceneError::Emission(place),
+            })?;
             for point in polygon.points() {
                 // Written so that NaN fails.
                 if !point.iter().all(|x| x.abs() <= largest) {
@@ -572,16 +492,4 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
         return Err(SceneError::TooMany);
     }
     Ok(raw)
-}
-
-fn check_material<F: Real>(material: &Material, place: Place) -> Result<(), SceneError> {
-    let reflectance = F::from_f64(material.reflectance);
-    let possible = F::from_f64(0.0)..=F::from_f64(1.0);
-    if !possible.contains(&reflectance) {
-        return Err(SceneError::Reflectance(place));
-    }
-    if !F::from_f64(material.emission).is_finite() {
-        return Err(SceneError::Emission(place));
-    }
-    Ok(())
 }

@@ -2,8 +2,9 @@
 
 use alloc::vec::Vec;
 use fredholm_core::array::from_fn;
+use fredholm_surfaces::Material;
 
-use crate::scene::{Material, Polygon, Surface};
+use crate::scene::{Polygon, Surface};
 
 /// Surfaces with polygons of their own, all black.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -9,6 +9,10 @@ use crate::vector::Vector;
 /// In place of a face's number, of a point of the sky: its position is the direction, a unit vector.
 pub(crate) const SKY: u32 = u32::MAX - 1;
 
+/// The most pieces of a sky. One of 145 patches has 480.
+#[cfg(feature = "alloc")]
+const MOST_PIECES: usize = 100_000;
+
 /// A band of the sky, as walks look for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
@@ -24,8 +28,8 @@ pub struct SkyBand<F> {
 /// The light of the sky above an open scene: u = L in the directions of a patch, so that a horizontal surface that sees nothing
 /// but a sky of one L has the irradiance L. L has the unit of u, and is π times the radiance.
 ///
-/// Patches lie between altitudes and azimuths, as those of a [`Sky`](crate::Sky). Here they are bounded by the circles of
-/// constant altitude themselves; a form factor's patch has arcs of great circles in their place, 0.25° apart at most.
+/// Patches lie between altitudes and azimuths, and are bounded by the circles of constant altitude; a form factor's patch has arcs
+/// of great circles in their place, 0.25° apart at most.
 ///
 /// ```
 /// use fredholm_scene::SkyLight;
@@ -57,14 +61,14 @@ impl SkyLight {
     /// every patch, band by band.
     ///
     /// # Errors
-    /// As [`Sky::check`](crate::Sky::check); [`SceneError::Length`](crate::SceneError::Length): not one L for every patch;
+    /// As [`check`](Self::check); [`SceneError::Length`](crate::SceneError::Length): not one L for every patch;
     /// [`SceneError::SkyLight`](crate::SceneError::SkyLight): an L is negative or not finite.
     pub fn bands(
         altitudes: &[f64],
         sectors: &[u32],
         emissions: alloc::vec::Vec<f64>,
     ) -> Result<Self, crate::SceneError> {
-        crate::Sky::check(altitudes, sectors)?;
+        Self::check(altitudes, sectors)?;
         let sine = |altitude: f64| {
             // The zenith has no rounding.
             if altitude < 90.0 {
@@ -92,6 +96,28 @@ impl SkyLight {
         match emissions.iter().position(is_wrong) {
             Some(patch) => Err(crate::SceneError::SkyLight { patch }),
             None => Ok(Self { bands, emissions }),
+        }
+    }
+
+    /// Refuses bands that are none.
+    ///
+    /// # Errors
+    /// [`SceneError::Sky`](crate::SceneError::Sky): altitudes do not ascend from 0 to 90, there are not as many sectors as bands, a
+    /// band has none, or all together may have more than 100,000 pieces, which the patches of form factors are cut into.
+    pub fn check(altitudes: &[f64], sectors: &[u32]) -> Result<(), crate::SceneError> {
+        // Written so that NaN fails.
+        let ascending = altitudes.windows(2).all(|w| w[0] < w[1]);
+        let whole = altitudes.first() == Some(&0.0) && altitudes.last() == Some(&90.0);
+        let matching = sectors.len() + 1 == altitudes.len() && !sectors.contains(&0);
+        // At 15° and where any band is cut.
+        let kinds = sectors.iter().collect::<alloc::collections::BTreeSet<_>>();
+        let cuts = kinds
+            .into_iter()
+            .fold(24, |sum: usize, &n| sum.saturating_add(n as usize));
+        if ascending && whole && matching && cuts.saturating_mul(sectors.len()) <= MOST_PIECES {
+            Ok(())
+        } else {
+            Err(crate::SceneError::Sky)
         }
     }
 

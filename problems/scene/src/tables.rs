@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 
 use crate::geometry::{Face, Geometry, Node, Triangle};
-use crate::scene::margin;
+use crate::scene::rounding;
 use crate::{Enclosure, Scene};
 
 /// The tables of a scene in the walk's scalar.
@@ -39,7 +39,7 @@ impl<F: Real> Tables<F> {
             plane: t.plane,
         };
         // What the rounding of a corner may cut off is less than a margin.
-        let margin = margin(&scene.faces, F::EPSILON.to_f64());
+        let margin = rounding(&scene.faces, F::EPSILON.to_f64());
         let node = |n: &Node<f64>| Node {
             low: n.low.map(|x| to(x - margin)),
             high: n.high.map(|x| to(x + margin)),

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use fredholm::Scalar;
 use fredholm::room::Surfaces;
-use fredholm_room::{Scene, factors as form_factors};
+use fredholm_factors::{Groups, room_factors};
+use fredholm_room::Scene;
 use serde::Serialize;
 
 use crate::args::FactorsArgs;
@@ -171,7 +172,7 @@ pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
     })?;
     let lengths = (0..parts.lines.len()).map(|part| scene.length(part));
     let lengths: Vec<f64> = lengths.collect::<Result<_, _>>().map_err(Failure::run)?;
-    let factors = form_factors(&scene).map_err(Failure::run)?;
+    let factors = room_factors(&scene).map_err(Failure::run)?;
     let combined = parts.combined(&factors, &lengths);
     Ok(Factors::of_rows(parts.names, &combined))
 }
@@ -216,8 +217,8 @@ fn of_watts(surfaces: Surfaces, scene: &Scene) -> Result<Factors, Failure> {
     }
     let lengths = (0..emissivities.len()).map(|surface| scene.length(surface));
     let lengths = lengths.collect::<Result<_, _>>().map_err(Failure::run)?;
-    let factors = form_factors(scene).map_err(Failure::run)?;
-    let groups = fredholm_scene::Groups::new(lengths, &factors).map_err(Failure::run)?;
+    let factors = room_factors(scene).map_err(Failure::run)?;
+    let groups = Groups::new(lengths, &factors).map_err(Failure::run)?;
     let watts = groups.net_exchange(&emissivities, &black);
     let mut factors = Factors::of_rows(surfaces.names, &watts.map_err(Failure::run)?);
     factors.unit = Some("W per metre");
@@ -233,7 +234,7 @@ fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
 
 impl Factors {
     fn new(surfaces: Vec<String>, scene: &Scene) -> Result<Self, Failure> {
-        let entries = form_factors(scene).map_err(Failure::run)?;
+        let entries = room_factors(scene).map_err(Failure::run)?;
         Ok(Self::of_rows(surfaces, &entries))
     }
 

@@ -4,12 +4,12 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use fredholm_factors::{
+    Factors as AllFactors, Groups, Row, Sights, Sky, SkyFactors, SkyRow, SparseFactors,
+};
 use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, parse_description};
 use fredholm_plot::SpaceDrawing;
-use fredholm_scene::{
-    Factors as AllFactors, Groups, Place, Row, Scene, Sights, Sky, SkyFactors, SkyRow,
-    SparseFactors,
-};
+use fredholm_scene::{Place, Scene};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
@@ -68,7 +68,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
     let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
     refuse_beyond_memory(args, &file, &scene)?;
     let sky = match &file.sky {
-        Some(bands) => Some(bands.sky().map_err(Failure::run)?),
+        Some(bands) => Some(Sky::bands(&bands.altitudes, &bands.sectors).map_err(Failure::run)?),
         None => None,
     };
     let all_rows = |face: usize| {
@@ -175,10 +175,7 @@ fn sky_table(
             .script_sky(emissivities, factors)
             .map_err(Failure::input)?,
         None => (0..factors.len())
-            .flat_map(|i| {
-                let patches = (0..width - 1).map(move |k| factors.factor(i, k));
-                patches.chain([factors.below(i)])
-            })
+            .flat_map(|i| (0..width).map(move |k| factors.factor(i, k)))
             .collect(),
     };
     let rows = all.chunks_exact(width);

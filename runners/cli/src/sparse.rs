@@ -1,6 +1,6 @@
 //! Form factors as a table, with or without its zeros.
 
-use fredholm_scene::SparseFactors;
+use fredholm_factors::SparseFactors;
 use serde::{Serialize, Serializer};
 
 /// The rows of form factors.

@@ -75,7 +75,7 @@ fn read_deck(text: &str) -> Result<(), Refusal> {
     let deck = deck::parse_named("room.vs2", text.to_owned())?;
     let scene = deck.parts()?.surfaces.scene::<f64>();
     let scene = scene.map_err(|error| Refusal::Input(error.to_string()))?;
-    let factors = fredholm_room::factors(&scene).map_err(other)?;
+    let factors = fredholm_factors::room_factors(&scene).map_err(other)?;
     // What is accepted has form factors: at most 1, and 1 in all where nothing leaves.
     let coordinates = deck.surfaces.iter().flat_map(|s| s.ends).flatten();
     let size = coordinates.fold(0.0, |size: f64, x| size.max(x.abs()));

@@ -7,7 +7,7 @@ use fredholm::model::Model;
 use fredholm::report::Report;
 use fredholm::{Ask, Region, Settings, SolveError, Solver, Target, WeightFn};
 use fredholm_file::{ProblemFile, Resolved};
-use fredholm_scene::{Factors, Sights};
+use fredholm_factors::{Factors, FactorsError, Sights};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -315,7 +315,7 @@ impl Task {
             .map_err(|error| of_input(py, &error))?;
         let rows = py.detach(|| {
             let scene = surfaces.scene::<f64>()?;
-            Ok(fredholm_room::factors(&scene))
+            Ok(fredholm_factors::room_factors(&scene))
         });
         let rows = rows
             .map_err(|error| of(py, &error, &opened.file))?
@@ -353,7 +353,7 @@ pub(crate) fn scene_factors(
         let groups = all.of_surfaces(&scene)?;
         Ok((all.error(), groups))
     });
-    let (largest, groups) = found.map_err(|error: fredholm_scene::SceneError| {
+    let (largest, groups) = found.map_err(|error: FactorsError| {
         exception(py, "InputError", error.to_string())
     })?;
     let n = groups.len();

@@ -1,11 +1,12 @@
 //! What people write: problem files, View2D decks, formulas.
 
 use fredholm_core::Real;
+use fredholm_factors::{Factors, Sights, Sky};
 use fredholm_file::deck::{self, Deck};
 use fredholm_file::scene::SceneFile;
 use fredholm_file::{self as file, InputError, ProblemFile};
 use fredholm_formula::{self as formula, Formula, Variables};
-use fredholm_scene::{Factors, Scene, Sights, Sky};
+use fredholm_scene::Scene;
 
 use crate::memory::Bound;
 
@@ -135,7 +136,7 @@ fn form_factors(file: &SceneFile) {
     match file.scene::<f64>() {
         Err(error) => assert_message(&error.to_string()),
         Ok(scene) => {
-            let factors = fredholm_scene::factors(&scene, ERROR).expect("the error is one");
+            let factors = fredholm_factors::scene_factors(&scene, ERROR).expect("the error is one");
             let points = || scene.faces().iter().flat_map(|f| f.polygon());
             let width = (0..3).fold(0.0_f64, |width, k| {
                 let least = points().fold(f64::INFINITY, |m, p| m.min(p[k]));
@@ -151,7 +152,8 @@ fn form_factors(file: &SceneFile) {
                 assert!(!is_even || file.open || sum > 2.0 - most, "{sum}");
             }
             if let Some(sky) = &file.sky {
-                let sky = sky.sky().expect("a sky that was checked is one");
+                let sky = Sky::bands(&sky.altitudes, &sky.sectors)
+                    .expect("a sky that was checked is one");
                 if sky.patches().len() <= 16 {
                     sky_factors(&scene, &sky, &factors, is_even);
                 }

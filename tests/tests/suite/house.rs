@@ -113,7 +113,8 @@ fn packages_import_what_they_may() {
         match folder {
             "core" => false,
             "core/variance" => other == "core",
-            _ if folder.starts_with("problems/") => below,
+            "problems/factors" => below || ["room", "scene", "surfaces"].contains(&other),
+            _ if folder.starts_with("problems/") => below || other == "surfaces",
             "runners/embedded" | "runners/rayon" => below,
             "runners/plot" => false,
             "runners/formula" => below || other == "cube-model",

@@ -1,7 +1,8 @@
 //! Obstacles that stand on walls: what they cover is left out.
 
 use fredholm_core::{RngUniforms, Uniforms, WalkSeeds};
-use fredholm_room::{RoomError, Scene, Wall, factors};
+use fredholm_factors::room_factors;
+use fredholm_room::{RoomError, Scene, Wall};
 use fredholm_tests::room::Drawing;
 
 type Point = [f64; 2];
@@ -113,7 +114,7 @@ fn a_cupboard_as_long_as_the_wall() {
     assert_eq!(scene.walls_of(0), Ok(0..0));
     assert_eq!(scene.length(0), Ok(0.0));
     assert_eq!(scene.along(0, 0.5), Err(RoomError::Surface { surface: 0 }));
-    let table = factors(&scene).unwrap();
+    let table = room_factors(&scene).unwrap();
     for (s, row) in table.chunks_exact(5).enumerate() {
         let sum: f64 = row.iter().sum();
         let expected = if s == 0 { 0.0 } else { 1.0 };
@@ -240,7 +241,7 @@ fn boxes_on_walls_in_any_direction() {
         // Boxes side by side cover each other, by twice the height of the lower one.
         let all: f64 = (0..surfaces).map(|s| scene.length(s).unwrap()).sum();
         assert!(all <= length * (1.0 + 1e-9), "{round}: {all} of {length}");
-        let table = factors(&scene).unwrap();
+        let table = room_factors(&scene).unwrap();
         for row in table.chunks_exact(surfaces) {
             let sum: f64 = row.iter().sum();
             assert!((sum - 1.0).abs() < 1e-9, "{round}: {row:?}");

@@ -1,6 +1,6 @@
 //! Form factors of rooms against published ones.
 
-use fredholm_room::factors;
+use fredholm_factors::room_factors;
 use fredholm_tests::room::{Drawing, published, scenes};
 
 fn table(drawing: &Drawing) -> (Vec<f64>, usize, Vec<f64>) {
@@ -9,7 +9,7 @@ fn table(drawing: &Drawing) -> (Vec<f64>, usize, Vec<f64>) {
         .unwrap_or_else(|e| panic!("{}: {e}", drawing.name));
     let n = scene.surfaces();
     let lengths = (0..n).map(|s| scene.length(s).unwrap()).collect();
-    (factors(&scene).unwrap(), n, lengths)
+    (room_factors(&scene).unwrap(), n, lengths)
 }
 
 fn close(found: f64, expected: f64, allowed: f64) {

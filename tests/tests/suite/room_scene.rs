@@ -387,7 +387,7 @@ proptest! {
                 let matrix = Matrix::new(&scene, &mesh, 0.25).unwrap();
                 let solution = matrix.solve(&scene, &mesh, 1e-12, 1000).unwrap();
                 prop_assert!(solution.v.iter().all(|v| v.is_finite()));
-                let factors = fredholm_room::factors(&scene).unwrap();
+                let factors = fredholm_factors::room_factors(&scene).unwrap();
                 prop_assert!(factors.iter().all(|f| (-1e-9..1.0 + 1e-9).contains(f)));
             }
         }
@@ -423,7 +423,7 @@ proptest! {
             let pieces = cuts.windows(2).map(|pair| pair[1] - pair[0]);
             let shortest = pieces.filter(|&length| length > 1e-9).fold(1.0, f64::min);
             let bound = 1e-11 + 2.0 * 102.0 * f64::EPSILON / shortest;
-            let factors = fredholm_room::factors(&scene).unwrap();
+            let factors = fredholm_factors::room_factors(&scene).unwrap();
             for row in factors.chunks(scene.surfaces()) {
                 let off = row.iter().sum::<f64>() - 1.0;
                 prop_assert!(off.abs() < bound, "{off:e} of {bound:e}");

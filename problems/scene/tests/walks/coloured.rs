@@ -212,7 +212,7 @@ fn last_steps_have_the_colours_of_lights() {
     let visible = radiosity.visible_shares(16);
     let radiosity = radiosity.with_visible_shares(&visible).unwrap();
     let coloured = Coloured::new(radiosity, CHANNELS, (&shares, &shares)).unwrap();
-    let factors = fredholm_scene::factors(&scene, 1e-9).unwrap();
+    let factors = fredholm_factors::scene_factors(&scene, 1e-9).unwrap();
     let mut lights = 0;
     for face in faces.clone() {
         lights += usize::from(radiosity.emission_of_light(face as u32) > 0.0);

@@ -337,7 +337,7 @@ fn last_steps_have_the_mean_of_form_factors() {
 
 /// ρ_i Σ_j F_ij F_j of every face over all lights, by form factors.
 fn direct_light(scene: &Scene, radiosity: &Radiosity<'_, f64>) -> Vec<f64> {
-    let factors = fredholm_scene::factors(scene, 1e-9).unwrap();
+    let factors = fredholm_factors::scene_factors(scene, 1e-9).unwrap();
     let of_lights: Vec<f64> = (0..scene.faces().len() as u32)
         .map(|face| radiosity.emission_of_light(face))
         .collect();

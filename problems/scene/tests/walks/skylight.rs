@@ -1,7 +1,8 @@
 //! Light of the sky against exact answers.
 
 use fredholm_core::{Kernel as _, Sampler, TransitionDensity as _};
-use fredholm_scene::{Sky, SkyLight};
+use fredholm_factors::Sky;
+use fredholm_scene::SkyLight;
 
 use super::*;
 

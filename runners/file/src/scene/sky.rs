@@ -1,13 +1,13 @@
 //! The sky of an open scene: `sky = "uniform"`, or bands of patches, and its light.
 
-use fredholm_scene::{STEFAN_BOLTZMANN, SceneError, Sky, SkyLight};
+use fredholm_scene::{STEFAN_BOLTZMANN, SceneError, SkyLight};
 use toml::de::DeValue;
 
 use crate::kinds::material::{TEMPERATURE, is_temperature, read_temperature};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
-/// The patches of a sky in bands, what [`Sky::bands`] is made of, and their light.
+/// The patches of a sky in bands, what [`SkyLight::bands`] is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyBands {
     /// The altitudes in degrees between which the bands are, from 0 to 90.
@@ -21,14 +21,6 @@ pub struct SkyBands {
 }
 
 impl SkyBands {
-    /// The sky in patches.
-    ///
-    /// # Errors
-    /// As [`Sky::bands`], but not for what was read.
-    pub fn sky(&self) -> Result<Sky, SceneError> {
-        Sky::bands(&self.altitudes, &self.sectors)
-    }
-
     /// The light of the sky, if the file says what it gives.
     ///
     /// # Errors
@@ -50,7 +42,8 @@ impl SkyBands {
         }
     }
 
-    fn patches(&self) -> usize {
+    /// The number of patches.
+    pub(crate) fn patches(&self) -> usize {
         self.sectors.iter().map(|&n| n as usize).sum()
     }
 }
@@ -153,7 +146,7 @@ fn bands(altitudes: &Field<'_, '_>, sectors: &Field<'_, '_>) -> Result<SkyBands,
             altitudes.error("altitudes must ascend from 0, the horizon, to 90 degrees, the zenith")
         );
     }
-    match Sky::check(&own.altitudes, &own.sectors) {
+    match SkyLight::check(&own.altitudes, &own.sectors) {
         Ok(()) => Ok(own),
         Err(error) => Err(sectors.error(error)),
     }

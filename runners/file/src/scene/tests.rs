@@ -400,11 +400,11 @@ fn skies() {
                 0, 0], [0, 1, 0]]\n";
     let own = parse_description("a.toml", text).unwrap();
     assert!(own.open);
-    assert_eq!(own.sky.unwrap().sky().unwrap().patches().len(), 1);
+    assert_eq!(own.sky.unwrap().patches(), 1);
     let bands = "sky = { altitudes = [0, 30, 90], sectors = [6, 4] }";
     let with = |sky: &str| parse_description("a.toml", &text.replace("sky = \"uniform\"", sky));
     let own = with(bands).unwrap();
-    assert_eq!(own.sky.unwrap().sky().unwrap().patches().len(), 10);
+    assert_eq!(own.sky.unwrap().patches(), 10);
     assert!(with("open = true").unwrap().sky.is_none());
     let wrong = |sky: &str, words: &str| {
         let error = with(sky).expect_err(words).to_string();
@@ -470,7 +470,7 @@ fn symmetry_planes() {
     );
     let table = |file: &SceneFile| {
         let scene = file.scene::<f64>().unwrap();
-        let all = fredholm_scene::factors(&scene, 1e-9).unwrap();
+        let all = fredholm_factors::scene_factors(&scene, 1e-9).unwrap();
         all.of_surfaces(&scene).unwrap()
     };
     let (whole, completed) = (table(&whole), table(&completed));

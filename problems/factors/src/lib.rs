@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+
+extern crate alloc;
+
+mod clear;
+mod clip;
+mod close;
+mod contour;
+mod edges;
+mod error;
+mod events;
+mod flat;
+mod groups;
+mod occluders;
+mod partial;
+mod rules;
+mod shaft;
+mod sights;
+mod silhouette;
+mod sky;
+mod sparse;
+mod table;
+mod visible;
+mod walls;
+
+pub use error::FactorsError;
+pub use groups::{Groups, SkyFactors};
+pub use sights::{Row, Sights, SkyRow};
+pub use sky::{Patch, Sky};
+pub use sparse::SparseFactors;
+pub use table::{Factors, scene_factors};
+pub use walls::room_factors;

@@ -1,0 +1,74 @@
+//! What two polygons exchange that see each other in part.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_surfaces::space::{Vector, centroid, dot, norm, sub};
+
+use crate::clear::{self, Amount, Sheet};
+use crate::clip::keep;
+use crate::edges;
+use crate::occluders::Occluder;
+use crate::rules::{Rules, area, radius};
+use crate::shaft::Shaft;
+use crate::silhouette::View;
+
+/// The share of the error that may be of what would be if nothing were between.
+const CLEAR: f64 = 1e-3;
+
+/// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
+pub(crate) fn exchange(
+    (a, b): (Sheet<'_>, Sheet<'_>),
+    between: &[&Occluder],
+    fronts: bool,
+    error: f64,
+    shaft: &Shaft,
+    rules: &Rules,
+) -> Amount {
+    let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
+    let swap = !b.far && size(b) < size(a);
+    let pair = if swap { (b, a) } else { (a, b) };
+    let between = between.iter().filter_map(|occluder| {
+        let mut screen = screen(occluder, pair, shaft.slack())?;
+        // What is seen from the front is said of the first.
+        if swap {
+            screen.reverse();
+        }
+        Some(screen)
+    });
+    let screens: Vec<Vec<Vector<f64>>> = between.collect();
+    let clear = CLEAR * error;
+    let all = clear::exchange(a, b, clear / area(pair.1.points), rules);
+    let middle = centroid(a.points);
+    let width = if b.far {
+        let far = screens.iter().map(|screen| radius(screen, middle));
+        far.fold(size(a), Real::max)
+    } else {
+        size(a) + size(b) + norm(sub(middle, centroid(b.points)))
+    };
+    let screens = screens.iter().map(Vec::as_slice);
+    let mut view = View::new(pair, screens, fronts, shaft, width);
+    let mut amount = edges::difference(&mut view, error, rules);
+    amount.error += clear + all.error;
+    amount.value += all.value;
+    // What may be nothing is nothing: most such pairs are hidden from each other by several polygons together.
+    if !(amount.value > amount.error) {
+        amount.value = 0.0;
+    }
+    amount
+}
+
+/// The part of an occluder that is in front of both polygons.
+fn screen(
+    occluder: &Occluder,
+    pair: (Sheet<'_>, Sheet<'_>),
+    slack: f64,
+) -> Option<Vec<Vector<f64>>> {
+    let mut rest = occluder.points.clone();
+    for sheet in [pair.0, pair.1].into_iter().filter(|sheet| !sheet.far) {
+        let first = sheet.points.first().copied().unwrap_or_default();
+        rest = keep(&rest, |p| dot(sheet.normal, sub(p, first)), slack);
+    }
+    let size = radius(&rest, rest.first().copied().unwrap_or_default());
+    (rest.len() >= 3 && area(&rest) > slack * size).then_some(rest)
+}

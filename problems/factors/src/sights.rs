@@ -1,0 +1,306 @@
+//! What every face sees of every other.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_scene::{Face, Scene};
+use fredholm_surfaces::Enclosure;
+use fredholm_surfaces::space::{Vector, dot, sub};
+
+use crate::FactorsError;
+use crate::clear::{self, Amount, PARALLEL, Sheet};
+use crate::clip::{Rest, keep};
+use crate::occluders::Occluders;
+use crate::partial;
+use crate::rules::{Rules, area};
+use crate::shaft::{Between, Shaft};
+use crate::sky::Sky;
+use crate::visible;
+
+/// The inputs of form factors: a scene, the polygons that may hide something, and the error
+/// that is allowed.
+///
+/// Rows are independent of each other: threads share one of these, and
+/// [`Factors::new`](crate::Factors::new) puts the rows together.
+#[derive(Clone, Debug)]
+pub struct Sights<'a> {
+    scene: &'a Scene,
+    occluders: Occluders,
+    rules: Rules,
+    error: f64,
+}
+
+/// The exchange of one face with those after it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// The numbers of faces, ascending, and A_i F_ij, in the unit of area.
+    pub entries: Vec<(u32, f64)>,
+    /// The largest estimated error of a form factor F_ij or F_ji.
+    pub error: f64,
+    /// The number of pairs that see each other in part.
+    pub partial: usize,
+}
+
+/// What a face exchanges with the patches of a sky.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SkyRow {
+    /// A_i F_ik of every patch k and, last, of all directions below the horizon, in the unit of area.
+    pub exchange: Vec<f64>,
+    /// The largest estimated error of a form factor.
+    pub error: f64,
+}
+
+impl<'a> Sights<'a> {
+    /// Prepares a scene: faces of one plane are made into few large polygons, which hide the same.
+    /// Where something hides a part, form factors are computed to `error`, in F.
+    ///
+    /// # Errors
+    /// [`FactorsError::Tolerance`].
+    pub fn new(scene: &'a Scene, error: f64) -> Result<Self, FactorsError> {
+        if !(1e-13..=0.1).contains(&error) {
+            return Err(FactorsError::Tolerance);
+        }
+        Ok(Self {
+            scene,
+            occluders: Occluders::new(scene),
+            rules: Rules::new(),
+            error,
+        })
+    }
+
+    /// The number of polygons that may hide something.
+    #[must_use]
+    pub const fn occluders(&self) -> usize {
+        self.occluders.len()
+    }
+
+    /// The exchange of a face with those after it.
+    #[must_use]
+    pub fn row(&self, face: usize) -> Row {
+        let mut row = Row::default();
+        let Some(own) = self.scene.faces().get(face) else {
+            return row;
+        };
+        let mut shaft = Shaft::default();
+        for (number, other) in self.scene.faces().iter().enumerate().skip(face + 1) {
+            // Rounding must not make more of a face than all.
+            let amount = self.pair(own, other, &mut row, &mut shaft);
+            let amount = amount.min(own.area).min(other.area);
+            if amount > 0.0 {
+                row.entries.push((number as u32, amount));
+            }
+        }
+        row
+    }
+
+    /// The exchange of a face with the patches of a sky. Those that nothing hides are exact but for rounding, others to
+    /// the error of form factors.
+    ///
+    /// ```
+    /// use fredholm_factors::{Sights, Sky};
+    /// use fredholm_scene::{Enclosure, Material, Polygon, Scene, Surface};
+    ///
+    /// // A square on the ground sees of a band between two altitudes the difference of the squares of their sines.
+    /// let square = [Polygon::Quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])];
+    /// let surface = Surface { polygons: &square, materials: &[Material::BLACK] };
+    /// let scene = Scene::new::<f64>(&[surface], Enclosure::Open)?;
+    /// let sky = Sky::bands(&[0.0, 45.0, 90.0], &[1, 1])?;
+    /// let row = Sights::new(&scene, 1e-9)?.sky(0, &sky)?;
+    /// // But for arcs of great circles instead of circles of altitude.
+    /// assert!((row.exchange[1] - 0.5).abs() < 0.01);
+    /// assert!((row.exchange[0] + row.exchange[1] - 1.0).abs() < 1e-15);
+    /// assert_eq!(row.exchange[2], 0.0);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`FactorsError::Face`] for a face that is none, [`FactorsError::NoSky`] if the scene is closed.
+    pub fn sky(&self, face: usize, sky: &Sky) -> Result<SkyRow, FactorsError> {
+        let own = self.under_sky(face)?;
+        let sheet = Sheet {
+            points: own.polygon(),
+            normal: own.normal,
+            far: false,
+        };
+        let mut row = SkyRow {
+            exchange: alloc::vec![0.0; sky.patches().len() + 1],
+            error: 0.0,
+        };
+        let mut errors = row.exchange.clone();
+        let mut shaft = Shaft::default();
+        for piece in sky.pieces() {
+            let error = self.error * own.area * piece.share;
+            let amount = self.piece(sheet, &piece.corners, error, &mut shaft);
+            let sums = [&mut row.exchange, &mut errors].map(|list| list.get_mut(piece.patch));
+            if let [Some(sum), Some(error)] = sums {
+                *sum += amount.value;
+                *error += amount.error / own.area;
+            }
+        }
+        row.error = errors.into_iter().fold(0.0, |m: f64, e| Real::max(m, e));
+        Ok(row)
+    }
+
+    /// A face that may see a sky.
+    fn under_sky(&self, face: usize) -> Result<&'a Face<f64>, FactorsError> {
+        let own = self.scene.faces().get(face);
+        let own = own.ok_or(FactorsError::Face { face })?;
+        match self.scene.enclosure() {
+            Enclosure::Closed => Err(FactorsError::NoSky),
+            Enclosure::Open => Ok(own),
+        }
+    }
+
+    /// What a face exchanges with a cone of directions.
+    fn piece(&self, own: Sheet<'_>, cone: &[Vector<f64>], error: f64, shaft: &mut Shaft) -> Amount {
+        let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
+        let pair = (own, own.directions(&above));
+        if above.len() < 3 {
+            return Amount::default();
+        }
+        shaft.enclose(pair.0, pair.1, self.scene.smallest_distance());
+        match shaft.between(&self.occluders, pair, false) {
+            Between::Hidden => Amount::default(),
+            Between::Some(found) if found.is_empty() => {
+                clear::exchange(pair.0, pair.1, 0.0, &self.rules)
+            }
+            Between::Some(found) => {
+                partial::exchange(pair, &found, false, error, shaft, &self.rules)
+            }
+        }
+    }
+
+    /// The form factors from a point of a face to the patches of a sky and, last, to what is below the horizon: the part
+    /// that is visible is cut out by planes, exact but for rounding.
+    ///
+    /// ```
+    /// use fredholm_factors::{Sights, Sky};
+    /// use fredholm_scene::{Enclosure, Scene, shapes};
+    ///
+    /// // A block's lid sees the whole sky.
+    /// let block = Scene::new::<f64>(&shapes::block([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Open)?;
+    /// let sights = Sights::new(&block, 1e-9)?;
+    /// let f = sights.sky_of_point(1, [0.3, 0.4, 1.0], &Sky::uniform())?;
+    /// assert!((f[0] - 1.0).abs() < 1e-15 && f[1] == 0.0);
+    /// // A side sees one half of it.
+    /// let f = sights.sky_of_point(2, [0.3, 0.0, 0.4], &Sky::uniform())?;
+    /// assert!((f[0] - 0.5).abs() < 1e-15 && (f[1] - 0.5).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Sights::sky`].
+    pub fn sky_of_point(
+        &self,
+        face: usize,
+        point: [f64; 3],
+        sky: &Sky,
+    ) -> Result<Vec<f64>, FactorsError> {
+        let own = self.under_sky(face)?;
+        let sheet = Sheet {
+            points: &[point],
+            normal: own.normal,
+            far: false,
+        };
+        let mut sums = alloc::vec![0.0; sky.patches().len() + 1];
+        let (mut shaft, mut rest) = (Shaft::default(), Rest::default());
+        for piece in sky.pieces() {
+            if let Some(sum) = sums.get_mut(piece.patch) {
+                *sum += self.piece_of_point(sheet, &piece.corners, &mut shaft, &mut rest);
+            }
+        }
+        Ok(sums)
+    }
+
+    /// What a point sees of a cone of directions.
+    fn piece_of_point(
+        &self,
+        own: Sheet<'_>,
+        cone: &[Vector<f64>],
+        shaft: &mut Shaft,
+        rest: &mut Rest<3>,
+    ) -> f64 {
+        let slack = self.scene.smallest_distance();
+        let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
+        let pair = (own, own.directions(&above));
+        if above.len() < 3 {
+            return 0.0;
+        }
+        shaft.enclose(pair.0, pair.1, slack);
+        let Between::Some(found) = shaft.between(&self.occluders, pair, false) else {
+            return 0.0;
+        };
+        let origin = own.points.first().copied().unwrap_or_default();
+        let screens = found.into_iter().filter_map(|occluder| {
+            let points = occluder.points.iter();
+            let relative: Vec<Vector<f64>> = points.map(|&p| sub(p, origin)).collect();
+            let kept = keep(&relative, |p| dot(own.normal, p), slack);
+            let height = occluder.height(origin);
+            (kept.len() >= 3 && height.abs() > slack).then_some((kept, height))
+        });
+        let screens: Vec<_> = screens.collect();
+        visible::factor(rest, own.normal, &above, &screens)
+    }
+
+    /// A_i F_ij of two faces.
+    fn pair(&self, a: &Face<f64>, b: &Face<f64>, row: &mut Row, shaft: &mut Shaft) -> f64 {
+        if a.plane == b.plane {
+            return 0.0;
+        }
+        let slack = self.scene.smallest_distance();
+        let (mut own, mut other) = (Vec::new(), Vec::new());
+        let (Some(first), Some(second)) = (
+            in_front(a, b, slack, &mut own),
+            in_front(b, a, slack, &mut other),
+        ) else {
+            return 0.0;
+        };
+        let pair = (first, second);
+        let fronts = self.scene.enclosure() == Enclosure::Closed;
+        shaft.enclose(first, second, slack);
+        let smaller = a.area.min(b.area);
+        let amount = match shaft.between(&self.occluders, pair, fronts) {
+            Between::Hidden => return 0.0,
+            Between::Some(found) if found.is_empty() => {
+                // What a form factor with nothing between may be wrong by: such are cheap.
+                clear::exchange(first, second, 1e-4 * self.error, &self.rules)
+            }
+            Between::Some(found) => {
+                row.partial += 1;
+                let error = self.error * smaller;
+                partial::exchange(pair, &found, fronts, error, shaft, &self.rules)
+            }
+        };
+        row.error = Real::max(row.error, amount.error / smaller);
+        amount.value
+    }
+}
+
+/// The part of a face in front of another; `None` if there is none.
+fn in_front<'p>(
+    face: &'p Face<f64>,
+    other: &Face<f64>,
+    slack: f64,
+    kept: &'p mut Vec<Vector<f64>>,
+) -> Option<Sheet<'p>> {
+    let height = |p: Vector<f64>| dot(other.normal, sub(p, other.corners[0]));
+    let (mut above, mut below) = (false, false);
+    for &p in face.polygon() {
+        let h = height(p);
+        above |= h > slack;
+        below |= h < -slack;
+    }
+    let points = if !above {
+        return None;
+    } else if below {
+        *kept = keep(face.polygon(), height, slack);
+        (kept.len() >= 3 && area(kept) > 0.0).then_some(kept.as_slice())?
+    } else {
+        face.polygon()
+    };
+    Some(Sheet {
+        points,
+        normal: face.normal,
+        far: false,
+    })
+}

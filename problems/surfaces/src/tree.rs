@@ -1,0 +1,77 @@
+//! Trees of boxes, whose children stand side by side behind their parents.
+
+use core::iter::from_fn;
+use core::ops::Range;
+
+/// The most levels of any tree.
+pub const DEPTH: usize = 60;
+
+/// A box of a tree.
+pub trait TreeNode {
+    /// The first of what a leaf holds, otherwise the first of two children.
+    fn first(&self) -> u32;
+
+    /// The number of what a leaf holds, 0 for other nodes.
+    fn count(&self) -> u32;
+}
+
+/// Whether nodes make a tree of at most so many levels, [`DEPTH`] or fewer, in which children follow their parents, and in which
+/// all leaves are `right`.
+pub fn is_tree<N: TreeNode>(nodes: &[N], levels: usize, right: impl Fn(&N) -> bool) -> bool {
+    let lead = nodes.iter().enumerate().all(|(i, node)| {
+        let first = node.first() as usize;
+        if node.count() == 0 {
+            first > i && first + 1 < nodes.len()
+        } else {
+            right(node)
+        }
+    });
+    // No node has two parents: the children of all others are as many as the nodes.
+    let inner = nodes.iter().filter(|node| node.count() == 0).count();
+    if !lead || 2 * inner + 1 != nodes.len() {
+        return false;
+    }
+    let mut stack = [(0, 0); DEPTH + 2];
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let (at, level) = stack[top];
+        let Some(node) = nodes.get(at).filter(|_| level <= levels.min(DEPTH)) else {
+            return false;
+        };
+        if node.count() == 0 {
+            let first = node.first() as usize;
+            stack[top] = (first, level + 1);
+            stack[top + 1] = (first + 1, level + 1);
+            top += 2;
+        }
+    }
+    true
+}
+
+/// What the leaves hold that are in no box that is `outside`.
+pub fn leaves<N: TreeNode>(
+    nodes: &[N],
+    mut outside: impl FnMut(&N) -> bool,
+) -> impl Iterator<Item = Range<usize>> {
+    let mut stack = [0_u32; DEPTH + 2];
+    let mut top = 1;
+    from_fn(move || {
+        while top > 0 {
+            top -= 1;
+            let node = nodes.get(*stack.get(top)? as usize)?;
+            if outside(node) {
+                continue;
+            }
+            let first = node.first();
+            if node.count() > 0 {
+                return Some(first as usize..(first + node.count()) as usize);
+            }
+            stack
+                .get_mut(top..top + 2)?
+                .copy_from_slice(&[first, first + 1]);
+            top += 2;
+        }
+        None
+    })
+}
