@@ -131,7 +131,7 @@ pub struct DirectLight {
 
 #[cfg(feature = "alloc")]
 impl DirectLight {
-    /// The light of these walls of a scene. Takes as long as their rows of [`factors`](crate::factors).
+    /// The light of these walls of a scene. Takes as long as their rows of form factors.
     ///
     /// # Errors
     /// [`RoomError::Memory`].

@@ -28,8 +28,8 @@ fn by_direction(hub: Vector<f64>, a: Vector<f64>, b: Vector<f64>) -> Ordering {
         .then(0.0.partial_cmp(&turn).unwrap_or(Ordering::Equal))
 }
 
-/// Of two vertices between which there are walls, one on each side at most, side 2e has the first vertex e at its start, and
-/// side 2e + 1 the second; both have their region on the left.
+/// Sides of walls, two for every pair of vertices between which there are walls, one on each side at most: side 2e has the first
+/// vertex of pair e at its start, and side 2e + 1 the second. Both have their region on the left.
 pub(crate) struct Sides {
     /// The vertex at which each starts.
     pub(crate) starts: Vec<u32>,

@@ -6,33 +6,31 @@ use fredholm_core::galerkin::{CellMap, Partition};
 use fredholm_core::sampled::{SampledStep, StepEvents};
 use fredholm_core::{LastStep, RandomSource, Real, Source, Uniforms};
 use fredholm_scene::{
-    Beam, Cells, Enclosure, Geometry, Material, Polygon, Radiosity, Scene, Surface, Tables, shapes,
+    Beam, Cells, Enclosure, Face, Geometry, Material, Polygon, Radiosity, Tables, shapes,
 };
+use fredholm_surfaces::space::{cross, dot, least_axis, sub, unit};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 mod common;
-use common::{closed_scenes, scene_of};
+use common::{V, closed, closed_scenes, scene_of, scene_with, sphere};
 
-type V = [f64; 3];
-
-fn sub(a: V, b: V) -> V {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+/// The point at these coordinates from a vertex along the edges to two others.
+fn within(a: V, b: V, c: V, s: f64, t: f64) -> V {
+    core::array::from_fn(|i| a[i] + s * (b[i] - a[i]) + t * (c[i] - a[i]))
 }
 
-fn dot(a: V, b: V) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn unit(a: V) -> V {
-    a.map(|x| x / dot(a, a).sqrt())
+/// The vertices of a face from any one on.
+fn corners<F: Real>(rng: &mut ChaCha8Rng, face: &Face<F>) -> Vec<V> {
+    let mut p: Vec<V> = face.polygon().iter().map(|p| p.map(F::to_f64)).collect();
+    let first = rng.random_range(0..p.len());
+    p.rotate_left(first);
+    p
 }
 
 /// A point of a face: inside, or on an edge, or a vertex.
-fn origin<F: Real>(rng: &mut ChaCha8Rng, face: &fredholm_scene::Face<F>) -> V {
-    let p: Vec<V> = face.polygon().iter().map(|p| p.map(F::to_f64)).collect();
-    let k = rng.random_range(0..p.len());
-    let (a, b, c) = (p[k], p[(k + 1) % p.len()], p[(k + 2) % p.len()]);
+fn origin<F: Real>(rng: &mut ChaCha8Rng, face: &Face<F>) -> V {
+    let p = corners(rng, face);
     let (mut s, mut t): (f64, f64) = (rng.random(), rng.random());
     if s + t > 1.0 {
         (s, t) = (1.0 - s, 1.0 - t);
@@ -43,21 +41,17 @@ fn origin<F: Real>(rng: &mut ChaCha8Rng, face: &fredholm_scene::Face<F>) -> V {
         2 => t *= 1e-15,
         _ => {}
     }
-    core::array::from_fn(|i| a[i] + s * (b[i] - a[i]) + t * (c[i] - a[i]))
+    within(p[0], p[1], p[2], s, t)
 }
 
 /// A direction to the active side: to a vertex, or to an edge, or by the cosine law.
 fn aimed<F: Real>(rng: &mut ChaCha8Rng, geometry: &Geometry<'_, F>, face: u32, from: V) -> V {
-    let own = &geometry.faces()[face as usize];
-    let n = own.normal.map(F::to_f64);
+    let n = geometry.faces()[face as usize].normal.map(F::to_f64);
     if rng.random_range(0..2) == 0 {
-        let other = &geometry.faces()[rng.random_range(0..geometry.faces().len())];
-        let p: Vec<V> = other.polygon().iter().map(|p| p.map(F::to_f64)).collect();
-        let k = rng.random_range(0..p.len());
-        let (a, b) = (p[k], p[(k + 1) % p.len()]);
+        let other = rng.random_range(0..geometry.faces().len());
+        let p = corners(rng, &geometry.faces()[other]);
         let t: f64 = if rng.random() { 0.0 } else { rng.random() };
-        let aim: V = core::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
-        let d = sub(aim, from);
+        let d = sub(within(p[0], p[1], p[0], t, 0.0), from);
         // Within rounding of the plane there is nothing to meet.
         if dot(n, d) > 1e-5 * dot(d, d).sqrt() {
             return unit(d);
@@ -69,19 +63,7 @@ fn aimed<F: Real>(rng: &mut ChaCha8Rng, geometry: &Geometry<'_, F>, face: u32, f
 /// A direction to the side of a normal by the cosine law.
 fn by_cosine(rng: &mut ChaCha8Rng, n: V) -> V {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
-    let other = if n[0].abs() < 0.5 {
-        [1.0, 0.0, 0.0]
-    } else {
-        [0.0, 1.0, 0.0]
-    };
-    let cross = |a: V, b: V| -> V {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    };
-    let x = unit(cross(n, other));
+    let x = unit(cross(n, least_axis(n)));
     let y = cross(n, x);
     let (r, phi) = (u.sqrt(), TAU * v);
     let up = (1.0 - u).sqrt();
@@ -100,9 +82,7 @@ fn escapes<F: Real>(geometry: &Geometry<'_, F>, rays: usize, seed: u64) -> usize
         let to = aimed(&mut rng, geometry, face, from);
         let hit = geometry.cast(face, from.map(F::from_f64), to.map(F::from_f64));
         if hit.is_none() {
-            if out < 3 {
-                println!("from {face} {from:?} to {to:?}");
-            }
+            println!("from {face} {from:?} to {to:?}");
             out += 1;
         }
     }
@@ -144,37 +124,30 @@ fn no_ray_leaves_a_closed_scene() {
 #[test]
 fn a_ray_meets_what_a_loop_over_all_faces_meets() {
     for (seed, (name, surfaces)) in closed_scenes().iter().enumerate() {
-        let scene = scene_of::<f64>(surfaces, Enclosure::Closed).unwrap();
+        let scene = closed(surfaces);
         let geometry = scene.geometry();
         let mut rng = ChaCha8Rng::seed_from_u64(100 + seed as u64);
         for _ in 0..200 {
             let face = rng.random_range(0..geometry.faces().len() as u32);
             let own = &geometry.faces()[face as usize];
             let p = own.polygon();
-            let from: V =
-                core::array::from_fn(|i| 0.31 * p[0][i] + 0.27 * p[1][i] + 0.42 * p[2][i]);
+            let from = within(p[0], p[1], p[2], 0.27, 0.42);
             let to = by_cosine(&mut rng, own.normal);
             let hit = geometry.cast(face, from, to).unwrap();
-            let nearest = geometry
-                .faces()
-                .iter()
-                .zip(0..)
+            let distance = |f: &Face<f64>| {
+                let t = dot(f.normal, sub(f.corners[0], from)) / dot(f.normal, to);
+                let at: V = core::array::from_fn(|i| from[i] + t * to[i]);
+                let p = f.polygon();
+                let inside = (0..p.len()).all(|k| {
+                    let (a, b) = (sub(p[k], at), sub(p[(k + 1) % p.len()], at));
+                    dot(cross(a, b), f.normal) >= -1e-13
+                });
+                (inside && t > 1e-13).then_some(t)
+            };
+            let faces = geometry.faces().iter().zip(0..);
+            let nearest = faces
                 .filter(|(f, g)| *g != face && f.plane != own.plane && dot(f.normal, to) < 0.0)
-                .filter_map(|(f, _)| {
-                    let t = dot(f.normal, sub(f.corners[0], from)) / dot(f.normal, to);
-                    let at: V = core::array::from_fn(|i| from[i] + t * to[i]);
-                    let p = f.polygon();
-                    let inside = (0..p.len()).all(|k| {
-                        let (a, b) = (sub(p[k], at), sub(p[(k + 1) % p.len()], at));
-                        let c = [
-                            a[1] * b[2] - a[2] * b[1],
-                            a[2] * b[0] - a[0] * b[2],
-                            a[0] * b[1] - a[1] * b[0],
-                        ];
-                        dot(c, f.normal) >= -1e-13
-                    });
-                    (inside && t > 1e-13).then_some(t)
-                })
+                .filter_map(|(f, _)| distance(f))
                 .fold(f64::INFINITY, f64::min);
             let off = (hit.distance - nearest).abs();
             assert!(off <= 1e-6 * (1.0 + nearest), "{name}: {hit:?} {nearest}");
@@ -182,60 +155,56 @@ fn a_ray_meets_what_a_loop_over_all_faces_meets() {
     }
 }
 
+/// A square of this height between two diagonal corners, seen from above or below.
+fn plate(z: f64, low: f64, high: f64, up: bool) -> Vec<Polygon> {
+    let [a, b] = [low, high];
+    let p = Polygon::Quad([[a, a, z], [b, a, z], [b, b, z], [a, b, z]]);
+    vec![if up { p } else { shapes::reversed(&p) }]
+}
+
 #[test]
 fn backs_stop_light_in_open_scenes_only() {
-    let plate = |z: f64, up: bool| {
-        let p = Polygon::Quad([[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]]);
-        if up { p } else { shapes::reversed(&p) }
-    };
-    let three = [[plate(0.0, true)], [plate(0.5, true)], [plate(1.0, false)]];
-    let black = [Material::BLACK];
-    let surfaces = three.each_ref().map(|p| Surface {
-        polygons: p,
-        materials: &black,
-    });
-    let scene = Scene::new::<f64>(&surfaces, Enclosure::Open).unwrap();
-    let up = [0.0, 0.0, 1.0];
-    assert_eq!(scene.geometry().cast(0, [0.3, 0.3, 0.0], up), None);
-    let hit = scene.geometry().cast(1, [0.3, 0.3, 0.5], up).unwrap();
-    assert_eq!(
-        (hit.face, hit.distance, hit.point),
-        (2, 0.5, [0.3, 0.3, 1.0])
-    );
-    assert_eq!(scene.geometry().cast(7, [0.3, 0.3, 0.5], up), None);
+    let plates = [(0.0, true), (0.5, true), (1.0, false)];
+    let plates = plates.map(|(z, up)| plate(z, 0.0, 1.0, up)).to_vec();
+    let scene = scene_of::<f64>(&plates, Enclosure::Open).unwrap();
+    let cast = |face, z| scene.geometry().cast(face, [0.3, 0.3, z], [0.0, 0.0, 1.0]);
+    assert_eq!(cast(0, 0.0), None);
+    let hit = cast(1, 0.5).unwrap();
+    let expected = (2, 0.5, [0.3, 0.3, 1.0]);
+    assert_eq!((hit.face, hit.distance, hit.point), expected);
+    assert_eq!(cast(7, 0.5), None);
 }
 
 #[test]
 fn tables_that_do_not_belong_together_are_refused() {
-    let scene = Scene::new::<f64>(
-        &shapes::room([0.0; 3], [1.0; 3]).surfaces(),
-        Enclosure::Closed,
-    );
-    let scene = scene.unwrap();
+    let scene = closed(&shapes::room([0.0; 3], [1.0; 3]).surfaces);
     let g = scene.geometry();
-    assert!(Geometry::new(g.faces(), g.triangles(), g.nodes(), false).is_ok());
-    assert!(Geometry::new(&g.faces()[1..], g.triangles(), g.nodes(), false).is_err());
-    assert!(Geometry::new(g.faces(), &g.triangles()[1..], g.nodes(), false).is_err());
-    assert!(Geometry::new(g.faces(), g.triangles(), &g.nodes()[1..], false).is_err());
-    let mut nodes = g.nodes().to_vec();
-    nodes[0].first = 0;
-    assert!(Geometry::new(g.faces(), g.triangles(), &nodes, false).is_err());
+    let (faces, triangles, nodes) = (g.faces(), g.triangles(), g.nodes());
+    let mut circle = nodes.to_vec();
+    circle[0].first = 0;
+    assert!(Geometry::new(faces, triangles, nodes, false).is_ok());
+    assert!(Geometry::new(&faces[1..], triangles, nodes, false).is_err());
+    assert!(Geometry::new(faces, &triangles[1..], nodes, false).is_err());
+    assert!(Geometry::new(faces, triangles, &nodes[1..], false).is_err());
+    assert!(Geometry::new(faces, triangles, &circle, false).is_err());
 }
 
 /// Faces that are one plane within the smallest distance of f32, near a pole, are a shallow bowl: a ray along one of them
 /// goes below the next, which is left out with the plane.
 #[test]
 fn a_ray_along_a_shallow_bowl_meets_it() {
-    let scene = scene_of::<f32>(&common::sphere(60, 1.0, true), Enclosure::Closed).unwrap();
+    let scene = scene_of::<f32>(&sphere(60, 1.0, true), Enclosure::Closed).unwrap();
     let tables = Tables::<f32>::new(&scene);
     let from = [-0.051_227_81, -0.005_384_26, -0.998_651_15];
     let to = [-0.201_585_45, 0.979_463, 0.003_934_607_6];
     let faces = tables.geometry().faces();
     assert_eq!(faces[14101].plane, faces[14100].plane);
     let hit = tables.geometry().cast(14101, from, to).unwrap();
-    assert!(!hit.back && hit.face != 14101);
     // What is met next to the pole is less than the ring's width away.
-    assert!(hit.distance < 0.2, "{hit:?}");
+    assert!(
+        !hit.back && hit.face != 14101 && hit.distance < 0.2,
+        "{hit:?}"
+    );
 }
 
 struct Zeros;
@@ -249,35 +218,16 @@ impl Uniforms<f64> for Zeros {
 /// side is dark, as what shines from above meets its back.
 #[test]
 fn beams_cast_shadows() {
-    let plate = |z: f64, low: f64, high: f64| {
-        Polygon::Quad([
-            [low, low, z],
-            [high, low, z],
-            [high, high, z],
-            [low, high, z],
-        ])
-    };
-    let upper = plate(1.0, 1.0, 2.0);
-    let surfaces = [
-        vec![plate(0.0, 0.0, 4.0)],
-        vec![upper],
-        vec![shapes::reversed(&upper)],
+    let surfaces = vec![
+        plate(0.0, 0.0, 4.0, true),
+        plate(1.0, 1.0, 2.0, true),
+        plate(1.0, 1.0, 2.0, false),
     ];
-    let materials = [0.5, 0.0, 0.0].map(|reflectance| {
-        [Material {
-            reflectance,
-            emission: 0.0,
-        }]
-    });
-    let all: Vec<Surface<'_>> = surfaces
-        .iter()
-        .zip(&materials)
-        .map(|(polygons, materials)| Surface {
-            polygons,
-            materials,
-        })
-        .collect();
-    let scene = Scene::new::<f64>(&all, Enclosure::Open).unwrap();
+    let material = |s: usize| Material {
+        reflectance: [0.5, 0.0, 0.0][s],
+        emission: 0.0,
+    };
+    let scene = scene_with::<f64>(&surfaces, material, Enclosure::Open).unwrap();
     // Of length 3 before it is made 1: the sun's cosine on the floor is ⅔, and its shadow is one half to the left.
     let sun = Beam::Parallel {
         towards: [1.0, 2.0, 2.0],

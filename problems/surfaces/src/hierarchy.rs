@@ -47,7 +47,7 @@ fn surface<const D: usize>([low, high]: Bounds<D>) -> f64 {
 pub struct Item<const D: usize> {
     /// The box around it.
     pub bounds: Bounds<D>,
-    /// Its number.
+    /// The number of what the box is around.
     pub number: u32,
 }
 

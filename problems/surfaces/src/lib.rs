@@ -1,4 +1,4 @@
-//! What rooms in the plane and scenes in space have in common: materials, limits of sizes, trees of bounding boxes, vectors.
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 #[cfg(feature = "alloc")]

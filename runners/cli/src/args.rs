@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
-use fredholm_file::KINDS;
+use fredholm_file::{KINDS, Placed, ProblemFile};
 use fredholm_parts::Share;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
@@ -211,21 +211,8 @@ pub(crate) struct RatesArgs {
 pub(crate) struct DiagnoseArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Number of cells (per axis for cubes)
-    #[arg(long, value_name = "n", value_parser = count::<usize>)]
-    pub(crate) cells: Option<usize>,
-    /// Degree of the piecewise polynomials
-    #[arg(long, value_name = "p")]
-    pub(crate) degree: Option<usize>,
-    /// How the neighbour equation treats pairs of cells
-    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
-    pub(crate) pairs: Option<Pairs>,
-    /// What a walk scores
-    #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
-    pub(crate) estimator: Option<Estimator>,
-    /// The form of the control variate
-    #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
-    pub(crate) form: Option<Form>,
+    #[command(flatten)]
+    pub(crate) method: Method,
     /// Nodes of the integrals; more are more accurate, and work grows with their square
     #[arg(long, value_name = "N", default_value_t = 2400, value_parser = clap::value_parser!(u16).range(10..=20_000))]
     pub(crate) nodes: u16,
@@ -350,6 +337,47 @@ pub(crate) struct Common {
     pub(crate) json: bool,
 }
 
+/// Options of the neighbour equation and of what walks score.
+#[derive(Debug, Args)]
+pub(crate) struct Method {
+    /// Number of cells (per axis for cubes)
+    #[arg(long, value_name = "n", value_parser = count::<usize>)]
+    pub(crate) cells: Option<usize>,
+    /// Degree of the piecewise polynomials
+    #[arg(long, value_name = "p")]
+    pub(crate) degree: Option<usize>,
+    /// How the neighbour equation treats pairs of cells
+    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
+    pub(crate) pairs: Option<Pairs>,
+    /// What a walk scores
+    #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
+    pub(crate) estimator: Option<Estimator>,
+    /// The form of the control variate
+    #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
+    pub(crate) form: Option<Form>,
+}
+
+impl Method {
+    /// Puts what was given in the place of the file's values.
+    pub(crate) fn replace(&self, file: &mut ProblemFile) {
+        let galerkin = &mut file.galerkin;
+        if let Some(cells) = self.cells {
+            galerkin.cells = Some(Placed::flag("--cells", cells));
+        }
+        set(&mut galerkin.degree, "--degree", self.degree);
+        set(&mut galerkin.pairs, "--pairs", self.pairs);
+        set(&mut file.walk.estimator, "--estimator", self.estimator);
+        set(&mut file.walk.form, "--form", self.form);
+    }
+}
+
+/// Puts the value of an option, if it was given, in the place of the file's.
+pub(crate) fn set<T>(to: &mut Placed<T>, option: &'static str, given: Option<T>) {
+    if let Some(given) = given {
+        *to = Placed::flag(option, given);
+    }
+}
+
 /// Options of `solve`.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true)]
@@ -363,12 +391,8 @@ pub(crate) struct SolveArgs {
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
     #[arg(long)]
     pub(crate) no_whole: bool,
-    /// Number of cells (per axis for cubes)
-    #[arg(long, value_name = "n", value_parser = count::<usize>)]
-    pub(crate) cells: Option<usize>,
-    /// Degree of the piecewise polynomials
-    #[arg(long, value_name = "p")]
-    pub(crate) degree: Option<usize>,
+    #[command(flatten)]
+    pub(crate) method: Method,
     /// Circles and cubes: degree of the polynomials on which F + T_K v is projected, for walks that follow it
     #[arg(long, value_name = "p")]
     pub(crate) lift: Option<usize>,
@@ -390,12 +414,6 @@ pub(crate) struct SolveArgs {
     /// Stop walking after this time with what has been done by then; the set-up is not counted
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
-    /// What a walk scores
-    #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
-    pub(crate) estimator: Option<Estimator>,
-    /// The form of the control variate
-    #[arg(long, value_name = "NAME", value_parser = choices::<Form>())]
-    pub(crate) form: Option<Form>,
     /// The numbers that walks draw
     #[arg(long, value_name = "NAME", value_parser = choices::<Sequence>())]
     pub(crate) sequence: Option<Sequence>,
@@ -408,9 +426,6 @@ pub(crate) struct SolveArgs {
     /// Whether walks go from the sources to the receivers, in scenes
     #[arg(long, value_name = "true|false")]
     pub(crate) adjoint: Option<bool>,
-    /// How the neighbour equation treats pairs of cells
-    #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
-    pub(crate) pairs: Option<Pairs>,
     /// Floating-point type of the walks
     #[arg(long, value_parser = choices::<Scalar>())]
     pub(crate) scalar: Option<Scalar>,

@@ -9,35 +9,12 @@ use fredholm_plot::ShareTable;
 
 use crate::args::DiagnoseArgs;
 use crate::failure::{Ended, Failure, print, say};
-use crate::file::{Placed, ProblemFile};
-use crate::progress::{Sites, counting};
+use crate::progress::{Sites, bar};
 use crate::solve::{Problem, cut, read};
 use crate::threads::with_threads;
 use crate::{render, table};
 use fredholm_parts::output::open_all;
 use report::Report;
-
-/// The flags that were given, in place of the file's values.
-fn replace(file: &mut ProblemFile, args: &DiagnoseArgs) {
-    let galerkin = &mut file.galerkin;
-    if let Some(cells) = args.cells {
-        galerkin.cells = Some(Placed::flag("--cells", cells));
-    }
-    if let Some(degree) = args.degree {
-        galerkin.degree = Placed::flag("--degree", degree);
-    }
-    if let Some(pairs) = args.pairs {
-        galerkin.pairs = Placed::flag("--pairs", pairs);
-    }
-    if let Some(estimator) = args.estimator {
-        file.walk.estimator = Placed::flag("--estimator", estimator);
-    }
-    if let Some(form) = args.form {
-        file.walk.form = Placed::flag("--form", form);
-    }
-    // What is infinite is said, and not refused.
-    file.walk.allow_infinite_variance = true;
-}
 
 /// The points of the integrals on these cells of an axis of a cube, whatever `--nodes` says.
 fn least_nodes(dimension: Option<usize>, per_axis: usize, settings: &Settings) -> Option<usize> {
@@ -47,7 +24,11 @@ fn least_nodes(dimension: Option<usize>, per_axis: usize, settings: &Settings) -
 
 /// Runs `diagnose`.
 pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
-    let file = read(&args.file, |file| replace(file, args))?;
+    let file = read(&args.file, |file| {
+        args.method.replace(file);
+        // What is infinite is said, and not refused.
+        file.walk.allow_infinite_variance = true;
+    })?;
     let problem = Problem::new(file, None)?;
     let settings = &problem.resolved.settings;
     let (model, goals) = (problem.model(), &problem.goals);
@@ -64,7 +45,11 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
         None => None,
     };
-    let sites = Sites(counting("sites"));
+    let sites = Sites(bar(
+        0,
+        "{bar:30} {human_pos} of {human_len} sites, {elapsed}",
+        |style| style,
+    ));
     let work = || predict(model, goals, settings, usize::from(args.nodes), &sites);
     let diagnosis = with_threads(args.common.threads, work)?;
     let diagnosis = diagnosis.map_err(Failure::of(&problem.file))?;

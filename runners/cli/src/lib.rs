@@ -111,19 +111,16 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Man { folder: None } => {
             let mut page = Vec::new();
             clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-            printed(&page)
+            failure::print(page)?;
+            Ok(Ended::Done)
         }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "fredholm", &mut script);
-            printed(&script)
+            failure::print(script)?;
+            Ok(Ended::Done)
         }
     }
-}
-
-fn printed(text: &[u8]) -> Result<Ended, Failure> {
-    std::io::Write::write_all(&mut std::io::stdout().lock(), text)?;
-    Ok(Ended::Done)
 }
 
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.

@@ -82,48 +82,25 @@ fn in_words(left: Duration) -> String {
 impl<'a> Progress<'a> {
     /// A bar for so many walks; `u64::MAX` if that is not known yet.
     pub(crate) fn new(walks: u64, signals: &'a Signals) -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self::hidden(signals);
-        }
-        let began = Arc::new(OnceLock::new());
-        let bar =
-            ProgressBar::with_draw_target(Some(walks), ProgressDrawTarget::stderr_with_hz(10));
+        let began: Arc<OnceLock<Instant>> = Arc::default();
+        let since = Arc::clone(&began);
+        let left = move |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+            let left = left(since.get(), state.pos(), state.len());
+            let _ = text.write_str(&left.map_or("?".to_owned(), in_words));
+        };
+        // A choice predicts how many there are.
+        let all = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
+            let all = state.len().filter(|&all| all < u64::MAX);
+            let _ = text.write_str(&all.map_or("?".to_owned(), |all| HumanCount(all).to_string()));
+        };
         let template = "{bar:30} {percent:>3} %  {human_pos} of {all} walks, {left} left {msg}";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            let began = Arc::clone(&began);
-            let left = move |state: &ProgressState, text: &mut dyn core::fmt::Write| {
-                let _ = match left(began.get(), state.pos(), state.len()) {
-                    None => text.write_str("?"),
-                    Some(left) => text.write_str(&in_words(left)),
-                };
-            };
-            // A choice predicts how many there are.
-            let all = |state: &ProgressState, text: &mut dyn core::fmt::Write| {
-                let _ = match state.len().filter(|&all| all < u64::MAX) {
-                    None => text.write_str("?"),
-                    Some(all) => write!(text, "{}", HumanCount(all)),
-                };
-            };
-            bar.set_style(style.with_key("left", left).with_key("all", all));
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
+        let keys = |style: ProgressStyle| style.with_key("left", left).with_key("all", all);
         Self {
-            bar,
+            bar: bar(walks, template, keys),
             signals,
             pending: AtomicU64::new(0),
             most: walks,
             began,
-        }
-    }
-
-    /// One that nobody sees, and that has no thread to move it.
-    fn hidden(signals: &'a Signals) -> Self {
-        Self {
-            bar: ProgressBar::hidden(),
-            signals,
-            pending: AtomicU64::new(0),
-            most: 0,
-            began: Arc::default(),
         }
     }
 
@@ -143,15 +120,18 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// A bar of things of this kind, whose number grows as they are met; silent where stderr is no terminal.
-pub(crate) fn counting(things: &str) -> ProgressBar {
+/// A bar of so many things; silent where stderr is no terminal, and then without a thread that moves it.
+pub(crate) fn bar(
+    length: u64,
+    template: &str,
+    keys: impl FnOnce(ProgressStyle) -> ProgressStyle,
+) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr_with_hz(10));
-    let template = format!("{{bar:30}} {{human_pos}} of {{human_len}} {things}, {{elapsed}}");
-    if let Ok(style) = ProgressStyle::with_template(&template) {
-        bar.set_style(style);
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr_with_hz(10));
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(keys(style));
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

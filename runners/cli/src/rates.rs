@@ -9,7 +9,7 @@ mod figures;
 use fredholm::sweep::{PLAIN_WALKS, Rates, Row, Sweep, squared};
 use serde::Serialize;
 
-use crate::args::RatesArgs;
+use crate::args::{RatesArgs, set};
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{Placed, ProblemFile};
 use crate::progress::{Progress, Signals};
@@ -77,20 +77,14 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
 fn files(args: &RatesArgs) -> Result<Vec<ProblemFile>, Failure> {
     let read = |degree: Option<usize>| {
         solve::read(&args.file, |file| {
-            if let Some(seed) = args.seed {
-                file.walk.seed = Placed::flag("--seed", seed);
-            }
-            if let Some(pairs) = args.pairs {
-                file.galerkin.pairs = Placed::flag("--pairs", pairs);
-            }
+            set(&mut file.walk.seed, "--seed", args.seed);
+            set(&mut file.galerkin.pairs, "--pairs", args.pairs);
+            set(&mut file.galerkin.degree, "--degree", degree);
             if let Some(grading) = args.grading {
                 file.galerkin.grading = Some(Placed::flag("--grading", grading));
             }
             if args.shadow_cuts {
                 file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
-            }
-            if let Some(degree) = degree {
-                file.galerkin.degree = Placed::flag("--degree", degree);
             }
         })
     };
@@ -100,10 +94,7 @@ fn files(args: &RatesArgs) -> Result<Vec<ProblemFile>, Failure> {
     if degrees.is_empty() {
         return Ok(vec![read(None)?]);
     }
-    degrees
-        .into_iter()
-        .map(|degree| read(Some(degree)))
-        .collect()
+    degrees.into_iter().map(Some).map(read).collect()
 }
 
 /// The files of `--out`.

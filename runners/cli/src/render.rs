@@ -113,7 +113,7 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     };
     output.finish(format.encoded(content.drawn)?)?;
     if let Some(((format, output), figure)) = errors.zip(content.errors) {
-        output.finish(format.encoded(Drawn::Figure(figure))?)?;
+        output.finish(format.encoded(Drawn::Figure(Box::new(figure)))?)?;
     }
     print(content.text)?;
     Ok(Ended::Done)
@@ -163,7 +163,7 @@ impl From<Failure> for Cut {
 
 /// What goes into a file.
 enum Drawn {
-    Figure(Figure),
+    Figure(Box<Figure>),
     Table(Vec<u8>),
 }
 

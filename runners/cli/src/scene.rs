@@ -1,6 +1,5 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -10,7 +9,6 @@ use fredholm_factors::{
 use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, parse_description};
 use fredholm_plot::SpaceDrawing;
 use fredholm_scene::{Place, Scene};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::args::FactorsArgs;
@@ -18,6 +16,7 @@ use crate::factors::{Factors, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, print, say};
 use crate::file;
 use crate::numbers::aligned;
+use crate::progress::bar;
 use crate::sparse::Rows;
 use crate::table;
 use crate::threads::with_threads;
@@ -238,16 +237,8 @@ fn refuse_beyond_memory(
 
 /// The rows of all faces, on the threads of the pool, with a bar on a terminal.
 fn rows<T: Send>(faces: usize, row: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
-    let bar = if std::io::stderr().is_terminal() {
-        ProgressBar::with_draw_target(Some(faces as u64), ProgressDrawTarget::stderr_with_hz(10))
-    } else {
-        ProgressBar::hidden()
-    };
-    if let Ok(style) =
-        ProgressStyle::with_template("{bar:30} {percent:>3} % of {human_len} polygons, {eta} left")
-    {
-        bar.set_style(style);
-    }
+    let template = "{bar:30} {percent:>3} % of {human_len} polygons, {eta} left";
+    let bar = bar(faces as u64, template, |style| style);
     // First rows are the longest: one by one, so that no thread gets all of them.
     let rows = (0..faces)
         .into_par_iter()
@@ -284,42 +275,40 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
     }
     let scene = file.scene::<f64>()?;
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
+    let light = if file.open { "may leave" } else { "stays" };
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![
-        vec!["problem".to_owned(), "scene".to_owned()],
-        vec!["polygons".to_owned(), scene.faces().len().to_string()],
-        vec![
-            "light".to_owned(),
-            if file.open { "may leave" } else { "stays" }.to_owned(),
-        ],
-        vec![
-            "large polygons that may hide".to_owned(),
+        row("problem", "scene".to_owned()),
+        row("polygons", scene.faces().len().to_string()),
+        row("light", light.to_owned()),
+        row(
+            "large polygons that may hide",
             sights.occluders().to_string(),
-        ],
+        ),
     ];
     if let Some(sky) = &file.sky {
         let patches: u64 = sky.sectors.iter().map(|&n| u64::from(n)).sum();
-        let light = if sky.emissions.is_some() {
-            "gives light"
-        } else {
-            "gives no light"
-        };
         let plural = if patches == 1 { "" } else { "es" };
-        rows.push(vec![
-            "sky".to_owned(),
-            format!("{patches} patch{plural}, {light}"),
-        ]);
+        let light = if sky.emissions.is_some() {
+            "light"
+        } else {
+            "no light"
+        };
+        rows.push(row(
+            "sky",
+            format!("{patches} patch{plural}, gives {light}"),
+        ));
     }
     for (k, surface) in file.surfaces.iter().enumerate() {
         let area = scene.area(k).map_err(Failure::run)?;
-        let polygons = surface.polygons.len();
-        rows.push(vec![
-            surface.name.clone(),
-            // Nobody means the last digits of a sum.
-            match ((1e6 * area).round() / 1e6, polygons) {
-                (area, 1) => format!("1 polygon, area {area}"),
-                (area, _) => format!("{polygons} polygons, area {area}"),
-            },
-        ]);
+        // Nobody means the last digits of a sum.
+        let area = (1e6 * area).round() / 1e6;
+        let count = surface.polygons.len();
+        let plural = if count == 1 { "" } else { "s" };
+        rows.push(row(
+            &surface.name,
+            format!("{count} polygon{plural}, area {area}"),
+        ));
     }
     print(aligned(&rows))?;
     for remark in &file.remarks {

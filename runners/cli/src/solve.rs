@@ -1,7 +1,6 @@
 //! `fredholm solve` and `fredholm check`.
 
 use core::time::Duration;
-use std::io::Write;
 use std::path::Path;
 
 use fredholm::answer::Answer;
@@ -16,9 +15,9 @@ use fredholm_file::Resolved;
 use fredholm_parts::{Keeper, Share, SystemFile};
 
 use crate::Process;
-use crate::args::SolveArgs;
+use crate::args::{SolveArgs, set};
 use crate::drawing;
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::file::{self, Placed, ProblemFile};
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
@@ -58,25 +57,14 @@ pub(crate) fn read(
 
 /// The flags that were given, in place of the file's values.
 fn replace(file: &mut ProblemFile, args: &SolveArgs) {
-    fn set<T: Copy>(to: &mut Placed<T>, flag: &'static str, value: Option<T>) {
-        if let Some(value) = value {
-            *to = Placed::flag(flag, value);
-        }
-    }
-    if let Some(cells) = args.cells {
-        file.galerkin.cells = Some(Placed::flag("--cells", cells));
-    }
+    args.method.replace(file);
     if let Some(lift) = args.lift {
         file.galerkin.lift = Some(Placed::flag("--lift", lift));
     }
     if let Some(stages) = args.stages {
         file.galerkin.stages = Some(Placed::flag("--stages", stages));
     }
-    set(&mut file.galerkin.degree, "--degree", args.degree);
-    set(&mut file.galerkin.pairs, "--pairs", args.pairs);
     set(&mut file.walk.walks, "--walks", args.walks);
-    set(&mut file.walk.estimator, "--estimator", args.estimator);
-    set(&mut file.walk.form, "--form", args.form);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
     set(&mut file.walk.survivals, "--survivals", args.survivals);
     let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
@@ -85,11 +73,8 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     walk.adjoint = flag("--adjoint", args.adjoint).or(walk.adjoint.take());
     set(&mut file.walk.scalar, "--scalar", args.scalar);
     set(&mut file.walk.seed, "--seed", args.seed);
-    set(
-        &mut file.walk.relative,
-        "--relative",
-        args.relative.then_some(true),
-    );
+    let relative = args.relative.then_some(true);
+    set(&mut file.walk.relative, "--relative", relative);
     match (args.whole, args.no_whole) {
         (true, _) => file.walk.whole = Some(Placed::flag("--whole", true)),
         (_, true) => file.walk.whole = Some(Placed::flag("--no-whole", false)),
@@ -215,14 +200,11 @@ pub(crate) fn show(
     output: Vec<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {
     let written = results::finish(output, report);
-    let text = if as_json {
+    print(if as_json {
         table::json(report)?
     } else {
         report.table()
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    })?;
     for remark in report.remarks() {
         say(format_args!("warning: {remark}"));
     }
@@ -479,16 +461,13 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     let memory = cells.memory(goals, walk.pairs) as u64;
     rows.push(("memory", format!("about {}", bytes(memory))));
     rows.push(("time", format!("{most}about {time} s on {threads} threads")));
-    let mut stdout = std::io::stdout().lock();
-    writeln!(stdout, "{} is valid", path.display())?;
+    let mut text = format!("{} is valid\n", path.display());
     if chosen.is_some() {
-        writeln!(
-            stdout,
-            "chosen for the target error, as the file does not say:"
-        )?;
+        text += "chosen for the target error, as the file does not say:\n";
     }
     for (name, value) in rows {
-        writeln!(stdout, "{name:<10} {value}")?;
+        text += &format!("{name:<10} {value}\n");
     }
+    print(text)?;
     Ok(Ended::Done)
 }

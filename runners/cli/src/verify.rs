@@ -8,7 +8,7 @@
 use core::f64::consts::TAU;
 use std::time::Instant;
 
-use fredholm_core::{Estimate, Statistics};
+use fredholm_core::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::args::{Common, PaperArgs};
@@ -36,7 +36,7 @@ struct Published {
 
 /// A problem, and numbers that are known of it.
 #[derive(Default, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 struct Case {
     /// Authors and year, or how the numbers follow; empty if that is as in the case before.
     source: String,
@@ -183,21 +183,21 @@ impl Case {
         let factors = match &self.run {
             Run::Walks => return walked(&Problem::new(self.problem()?, None)?, signals),
             Run::Rates(cells) => {
-                let [std_dev, error] = rates::exponents(self.problem()?, cells, signals)?;
-                let deviation = Row::exact("√Var ~ n^", std_dev);
-                return Ok(vec![deviation, Row::exact("error ~ cost^", error)]);
+                let found = rates::exponents(self.problem()?, cells, signals)?;
+                let names = ["√Var ~ n^", "error ~ cost^"].into_iter();
+                return Ok(names.zip(found).map(Row::exact).collect());
             }
             Run::Experiment => return experiment(args, signals),
             Run::Deck => factors::of_deck(&deck::parse_named(&self.name, self.file.clone())?)?,
             Run::Factors => factors::of_file(&self.name, &self.problem()?, false)?,
         };
-        let mut rows = Vec::new();
-        for (i, from) in factors.surfaces.iter().enumerate() {
-            for (to, factor) in factors.surfaces.iter().zip(factors.factors.whole_row(i)) {
-                rows.push(Row::exact(format!("{from} -> {to}"), Some(factor)));
-            }
-        }
-        Ok(rows)
+        let names = || factors.surfaces.iter().enumerate();
+        let pairs = names().flat_map(|from| names().map(move |to| (from, to)));
+        let pair = |((i, from), (j, to)): ((usize, &String), (usize, &String))| {
+            let factor = factors.factors.whole_row(i)[j];
+            Row::exact((format!("{from} -> {to}"), Some(factor)))
+        };
+        Ok(pairs.map(pair).collect())
     }
 
     fn row(&self, source: &str, Number(name, expected, allowed): &Number, found: &[Row]) -> Row {
@@ -229,14 +229,22 @@ fn walked(problem: &Problem, signals: &Signals) -> Result<Vec<Row>, Failure> {
     let answer = solve::walk(problem, &progress)?;
     progress.done();
     let found = answer.outcome.statistics.iter().zip(answer.floors);
-    let names = problem.goals.iter().map(|goal| goal.name.clone());
-    let row = |(case, (statistics, floor)): (String, (&Statistics, f64))| Row {
-        case,
-        ours: Ours::of(statistics.preconditioned(), floor),
-        plain: Some(Ours::of(statistics.plain(), floor)),
-        ..Row::default()
-    };
-    Ok(names.zip(found).map(row).collect())
+    let rows = problem.goals.iter().zip(found);
+    let rows = rows.map(|(goal, (statistics, rounding_floor))| {
+        let ours = |found: Estimate| Ours {
+            got: Some(found.estimate),
+            std_error: found.std_error,
+            z: None,
+            rounding_floor,
+        };
+        Row {
+            case: goal.name.clone(),
+            ours: ours(statistics.preconditioned()),
+            plain: Some(ours(statistics.plain())),
+            ..Row::default()
+        }
+    });
+    Ok(rows.collect())
 }
 
 fn experiment(args: &Common, signals: &Signals) -> Result<Vec<Row>, Failure> {
@@ -248,23 +256,17 @@ fn experiment(args: &Common, signals: &Signals) -> Result<Vec<Row>, Failure> {
         out: None,
     };
     let paper::Table { rows, rates, .. } = paper::compute(&experiment, signals)?;
-    let mut found = vec![Row::exact("√Var^pmc ~ n^", rates.sd_pmc_against_n)];
+    let mut found = vec![("√Var^pmc ~ n^".to_owned(), rates.sd_pmc_against_n)];
     for row in rows.iter().filter(|row| row.walks == experiment.max_walks) {
         let (n, [plain, ours]) = (row.n, row.deviations().map(Some));
-        found.push(Row::exact(format!("√Var^mc, n = {n}"), plain));
-        found.push(Row::exact(format!("√Var^pmc, n = {n}"), ours));
+        found.push((format!("√Var^mc, n = {n}"), plain));
+        found.push((format!("√Var^pmc, n = {n}"), ours));
     }
     for rates in &rates.errors_against_walks {
-        found.push(Row::exact(
-            format!("e^mc ~ N^, n = {}", rates.n),
-            rates.e_mc,
-        ));
-        found.push(Row::exact(
-            format!("e^pmc ~ N^, n = {}", rates.n),
-            rates.e_pmc,
-        ));
+        found.push((format!("e^mc ~ N^, n = {}", rates.n), rates.e_mc));
+        found.push((format!("e^pmc ~ N^, n = {}", rates.n), rates.e_pmc));
     }
-    Ok(found)
+    Ok(found.into_iter().map(Row::exact).collect())
 }
 
 /// The regular polygon in the unit circle, with ρ = 1/2 and F on a side the cosine of the angle of its middle.
@@ -284,17 +286,6 @@ fn polygon(sides: u32) -> String {
     format!("[problem]\nkind = 'room'\nsurface = [\n{sides}]\n")
 }
 
-impl Ours {
-    fn of(found: Estimate, rounding_floor: f64) -> Self {
-        Self {
-            got: Some(found.estimate),
-            std_error: found.std_error,
-            z: None,
-            rounding_floor,
-        }
-    }
-}
-
 impl Allowed {
     /// Whether a number is as near as this says; what is not there, is not a number or lacks its error bar, is not.
     fn contains(self, expected: f64, ours: &Ours) -> bool {
@@ -310,7 +301,7 @@ impl Allowed {
 
 impl Row {
     /// A number without an error bar.
-    fn exact(name: impl Into<String>, got: Option<f64>) -> Self {
+    fn exact((name, got): (impl Into<String>, Option<f64>)) -> Self {
         let mut row = Self::default();
         (row.case, row.ours.got) = (name.into(), got);
         row
@@ -318,10 +309,7 @@ impl Row {
 
     /// What stands in the columns of the table.
     fn texts(&self) -> Vec<String> {
-        let z = |ours: Option<&Ours>| {
-            ours.and_then(|ours| ours.z)
-                .map_or("-".to_owned(), |z| format!("{z:.1}"))
-        };
+        let z = |z: Option<f64>| z.map_or("-".to_owned(), |z| format!("{z:.1}"));
         let (digits, allowed) = match self.allowed {
             Allowed::StandardErrors(most) => (Some(9), format!("|z| <= {most}")),
             Allowed::Difference(most) if most < 1e-9 => (Some(12), format!("± {most:e}")),
@@ -334,20 +322,17 @@ impl Row {
             (Some(got), None) => number(got),
             (None, _) => "nothing".to_owned(),
         };
-        let verdict = if self.agrees { "agrees" } else { "DISAGREES" };
-        let (expected, z, plain) = (
-            number(self.expected),
-            z(Some(&self.ours)),
-            z(self.plain.as_ref()),
-        );
+        let (case, expected) = (self.case.clone(), number(self.expected));
+        let plain = z(self.plain.as_ref().and_then(|plain| plain.z));
+        let verdict = if self.agrees { "agrees" } else { "DISAGREES" }.to_owned();
         vec![
-            self.case.clone(),
+            case,
             expected,
             ours,
-            z,
+            z(self.ours.z),
             plain,
             allowed,
-            verdict.to_owned(),
+            verdict,
         ]
     }
 }

@@ -1,13 +1,11 @@
 //! `fredholm solve --whole`.
 
-use std::io::Write;
-
 use fredholm::SolveError;
 use fredholm::report::WholeReport;
 use fredholm_file::Resolved;
 
 use crate::args::Common;
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
 use crate::solve::Begun;
@@ -27,14 +25,11 @@ pub(crate) fn solve(
     };
     // Results that cannot be written to their file are printed nevertheless.
     let written = results::finish(begun.output, &report);
-    let text = if common.json {
+    print(if common.json {
         table::json(&report)?
     } else {
         report.table()
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    })?;
     for remark in report.summary.remarks() {
         say(format_args!("warning: {remark}"));
     }

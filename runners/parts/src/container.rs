@@ -31,7 +31,7 @@ pub(crate) struct Kind {
     pub(crate) magic: &'static [u8; MAGIC],
     /// How many of them stand before the version.
     pub(crate) named: usize,
-    /// Its name, for people.
+    /// The name of the kind, for people.
     pub(crate) name: &'static str,
     /// What helps if a file is damaged, or of another version.
     pub(crate) help: &'static str,

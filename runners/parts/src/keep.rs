@@ -158,7 +158,7 @@ struct PartFile {
     /// How many runs have begun.
     begun: usize,
     /// The file, which is locked.
-    _held: Option<File>,
+    _held: File,
     written: Instant,
     pause: Duration,
     failure: Option<FileError>,
@@ -167,22 +167,18 @@ struct PartFile {
 impl PartFile {
     fn open(path: &Path, header: &Header, share: Option<Share>) -> Result<Self, FileError> {
         let cannot = |error: io::Error| FileError::not_opened(path, error);
-        let (held, bytes) = match OpenOptions::new().read(true).write(true).open(path) {
-            Ok(mut file) => {
-                file.try_lock().map_err(|error| match error {
-                    TryLockError::WouldBlock => FileError::refused(
-                        path,
-                        "another process is writing it: wait for that one, or give another file",
-                    ),
-                    TryLockError::Error(error) => cannot(error),
-                })?;
-                let mut bytes = Vec::new();
-                file.read_to_end(&mut bytes).map_err(cannot)?;
-                (Some(file), bytes)
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => (None, Vec::new()),
-            Err(error) => return Err(cannot(error)),
-        };
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false);
+        let mut held = options.open(path).map_err(cannot)?;
+        held.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => FileError::refused(
+                path,
+                "another process is writing it: wait for that one, or give another file",
+            ),
+            TryLockError::Error(error) => cannot(error),
+        })?;
+        let mut bytes = Vec::new();
+        held.read_to_end(&mut bytes).map_err(cannot)?;
         let part = if bytes.is_empty() {
             Part::new(header.clone(), share)
         } else {
@@ -238,13 +234,13 @@ impl PartFile {
         let start = Instant::now();
         let output = Output::open(OPTION, &self.path)?;
         let held = output.locked().finish_with(|to| self.part.write(to));
-        self._held = Some(held.map_err(|error| FileError {
+        self._held = held.map_err(|error| FileError {
             message: format!(
                 "{}; it keeps what it had before: make room, and give the same command again",
                 error.message
             ),
             ..error
-        })?);
+        })?;
         self.written = Instant::now();
         self.pause = PAUSE.max(RATIO * start.elapsed());
         Ok(())

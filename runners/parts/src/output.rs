@@ -166,5 +166,5 @@ pub fn open_all<const N: usize>(
     }
     outputs
         .try_into()
-        .map_err(|_| FileError::not_written(folder, &"as many files as names"))
+        .map_err(|_| FileError::not_written(folder, "as many files as names"))
 }

@@ -82,47 +82,38 @@ impl Isotherms<'_> {
 
 /// The mean of every pixel and those around it, as far as there is a room: pixels are of few walks.
 fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
-    const AROUND: isize = 2;
+    const AROUND: usize = 2;
     let rows = values.len() / width.max(1);
     let mean = |place: usize| {
-        if values.get(place).is_none_or(|value| value.is_nan()) {
+        if values[place].is_nan() {
             return f64::NAN;
         }
-        let (column, row) = ((place % width) as isize, (place / width) as isize);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for y in (row - AROUND).max(0)..=(row + AROUND).min(rows as isize - 1) {
-            for x in (column - AROUND).max(0)..=(column + AROUND).min(width as isize - 1) {
-                let value = values.get(y as usize * width + x as usize);
-                if let Some(value) = value.filter(|value| !value.is_nan()) {
-                    sum += value;
-                    count += 1.0;
-                }
-            }
-        }
+        let around = |at: usize, end: usize| at.saturating_sub(AROUND)..(at + AROUND + 1).min(end);
+        let (columns, rows) = (around(place % width, width), around(place / width, rows));
+        let near = rows.flat_map(|y| values[y * width..][columns.clone()].iter());
+        let known = near.filter(|value| !value.is_nan());
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
         sum / count
     };
-    (0..values.len()).map(mean).collect()
+    (0..rows * width).map(mean).collect()
 }
 
 /// The pieces of the lines on which values between the middles of pixels are this level, in pixels from the upper left.
 fn segments(values: &[f64], width: usize, level: f64) -> Vec<[Place; 2]> {
-    let rows = values.len() / width.max(1);
-    let corner = |x: usize, y: usize| {
-        let value = values.get(y * width + x).copied().unwrap_or(f64::NAN);
-        ([x as f64 + 0.5, y as f64 + 0.5], value)
+    let corner = |x: usize, y: usize| ([x as f64 + 0.5, y as f64 + 0.5], values[y * width + x]);
+    let crossing = |&((p, u), (q, v)): &((Place, f64), (Place, f64))| {
+        // Of a NaN neither is true.
+        let crosses = (u < level && v >= level) || (v < level && u >= level);
+        let part = (level - u) / (v - u);
+        crosses.then(|| [0, 1].map(|k| p[k] + part * (q[k] - p[k])))
     };
     let mut all = Vec::new();
-    for y in 1..rows {
+    for y in 1..values.len() / width.max(1) {
         for x in 1..width {
             let [a, b] = [corner(x - 1, y - 1), corner(x, y)];
             for c in [corner(x, y - 1), corner(x - 1, y)] {
                 let sides = [(a, b), (b, c), (c, a)];
-                let mut cut = sides.iter().filter_map(|&((p, u), (q, v))| {
-                    // Of a NaN neither is true.
-                    let crosses = (u < level && v >= level) || (v < level && u >= level);
-                    let part = (level - u) / (v - u);
-                    crosses.then(|| [p[0] + part * (q[0] - p[0]), p[1] + part * (q[1] - p[1])])
-                });
+                let mut cut = sides.iter().filter_map(crossing);
                 if let (Some(from), Some(to)) = (cut.next(), cut.next()) {
                     all.push([from, to]);
                 }

@@ -155,12 +155,10 @@ impl SpaceDrawing {
     /// # Errors
     /// [`Error::NothingToDraw`]: the surfaces have no extent.
     pub fn draw(&self) -> Result<Figure, Error> {
-        let surfaces = self.surfaces.iter().enumerate();
-        let drawn = |(surface, (_, polygons)): (usize, &(String, Vec<Vec<[f64; 3]>>))| {
-            let own = polygons.iter().map(move |own| Drawn::new(surface, own));
-            own.collect::<Vec<_>>()
-        };
-        let mut all: Vec<Drawn> = surfaces.flat_map(drawn).collect();
+        let mut all = Vec::new();
+        for (surface, (_, polygons)) in self.surfaces.iter().enumerate() {
+            all.extend(polygons.iter().map(|own| Drawn::new(surface, own)));
+        }
         let points = all.iter().flat_map(|drawn| &drawn.points);
         let canvas = Canvas::over(bounds(points.copied()), ACROSS, 40)?;
         all.sort_by(|a, b| b.depth.total_cmp(&a.depth));

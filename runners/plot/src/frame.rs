@@ -35,7 +35,7 @@ pub(crate) struct Layout {
 
 impl Layout {
     /// Text of this size around panels, which have nothing but headings.
-    pub(crate) const fn bare(size: f64) -> Self {
+    pub(crate) fn bare(size: f64) -> Self {
         let gap = size.round();
         Self {
             size,

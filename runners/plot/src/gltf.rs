@@ -38,36 +38,54 @@ impl Mesh {
     /// [`Error::NothingToDraw`]: no cell has an area. [`Error::NoSuchPoint`], [`Error::WrongLength`], [`Error::TooLarge`]: more than
     /// four gigabytes.
     pub fn glb(&self) -> Result<Vec<u8>, Error> {
+        self.check()?;
         let (of_points, of_cells) = (self.on_points.first(), self.on_cells.first());
         let numbers = of_points
             .or(of_cells)
-            .map_or(&[][..], |quantity| &quantity.numbers[..]);
-        let expected = match of_points {
-            Some(_) => self.points.len(),
-            None => self.cells.len(),
-        };
-        if of_points.is_some() || of_cells.is_some() {
-            Error::unless_equal("glb", expected, numbers.len())?;
-        }
+            .map_or(&[][..], |own| &own.numbers[..]);
         let scale = Scale::within(numbers.iter().copied(), 0.0);
-        let mut buffer = Buffer::default();
+        let (mut places, mut colours, mut corners) = (Vec::new(), Vec::new(), Vec::new());
         for (number, cell) in self.cells.iter().enumerate() {
-            let corners: &[usize] = match cell {
-                Cell::Triangle(corners) => corners,
-                Cell::Quad(corners) => corners,
-                Cell::Vertex(_) | Cell::Line(_) | Cell::Hexahedron(_) => continue,
-            };
-            for &corner in corners {
-                let point = self.points.get(corner).ok_or(Error::NoSuchPoint {
-                    corner,
-                    points: self.points.len(),
-                })?;
-                let of = if of_points.is_some() { corner } else { number };
-                buffer.vertex(*point, linear(scale, numbers.get(of).copied()));
+            if !matches!(cell, Cell::Triangle(_) | Cell::Quad(_)) {
+                continue;
             }
-            buffer.face(corners.len());
+            let first = places.len() as u32;
+            for &corner in cell.corners() {
+                let of = if of_points.is_some() { corner } else { number };
+                places.push(self.points[corner].map(|x| x as f32));
+                colours.push(linear(scale, numbers.get(of).copied()));
+            }
+            // The triangles that go around the cell.
+            for k in 2..cell.corners().len() as u32 {
+                corners.extend([first, first + k - 1, first + k]);
+            }
         }
-        buffer.file()
+        if corners.is_empty() {
+            return Err(Error::NothingToDraw);
+        }
+        let floats = |all: &[[f32; 3]]| -> Vec<u8> {
+            let all = all.iter().flatten();
+            all.flat_map(|x| x.to_le_bytes()).collect()
+        };
+        let indices = corners.iter().flat_map(|i| i.to_le_bytes()).collect();
+        let parts = [floats(&places), floats(&colours), indices];
+        let mut json = description(&places, [0, 1, 2].map(|k| parts[k].len())).to_string();
+        // Chunks are multiples of four bytes.
+        while !json.len().is_multiple_of(4) {
+            json.push(' ');
+        }
+        let body = parts.concat();
+        let word = |n: usize| u32::try_from(n).map_err(|_| Error::TooLarge);
+        let mut file = b"glTF".to_vec();
+        for n in [2, 28 + json.len() + body.len(), json.len()] {
+            file.extend(word(n)?.to_le_bytes());
+        }
+        file.extend(b"JSON");
+        file.extend(json.into_bytes());
+        file.extend(word(body.len())?.to_le_bytes());
+        file.extend(b"BIN\0");
+        file.extend(body);
+        Ok(file)
     }
 }
 
@@ -89,101 +107,44 @@ fn linear(scale: Option<Scale>, number: Option<f64>) -> [f32; 3] {
     })
 }
 
-/// What a file has of every vertex, and the triangles.
-#[derive(Default)]
-struct Buffer {
-    places: Vec<[f32; 3]>,
-    colours: Vec<[f32; 3]>,
-    corners: Vec<usize>,
-}
-
-impl Buffer {
-    fn vertex(&mut self, point: [f64; 3], colour: [f32; 3]) {
-        self.places.push(point.map(|x| x as f32));
-        self.colours.push(colour);
-    }
-
-    /// The triangles of the last so many vertices, which go around a cell.
-    fn face(&mut self, corners: usize) {
-        let first = self.places.len() - corners;
-        for k in 2..corners {
-            self.corners.extend([first, first + k - 1, first + k]);
-        }
-    }
-
-    /// What a viewer reads first: the parts of the buffer, which have these lengths in bytes.
-    fn description(&self, [places, colours, corners]: [usize; 3]) -> Value {
-        let end = |pick: fn(f32, f32) -> f32| {
-            let all = self.places.iter().copied();
-            all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])))
-        };
-        let (count, indices) = (self.places.len(), self.corners.len());
-        let triples = |view: usize| json!({"bufferView": view, "componentType": FLOAT, "type": "VEC3", "count": count});
-        let mut positions = triples(0);
-        positions["min"] = json!(end(f32::min));
-        positions["max"] = json!(end(f32::max));
-        let turn = core::f64::consts::FRAC_1_SQRT_2;
-        json!({
-            "asset": {"version": "2.0", "generator": "fredholm"},
-            "extensionsUsed": ["KHR_materials_unlit"],
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            // From z to y, which points upwards in glTF.
-            "nodes": [{"mesh": 0, "rotation": [-turn, 0, 0, turn]}],
-            "meshes": [{"primitives": [{
-                "attributes": {"POSITION": 0, "COLOR_0": 1},
-                "indices": 2,
-                "material": 0,
-            }]}],
-            "materials": [{"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}}],
-            "accessors": [
-                positions,
-                triples(1),
-                {"bufferView": 2, "componentType": UNSIGNED_INT, "type": "SCALAR", "count": indices},
-            ],
-            "bufferViews": [
-                {"buffer": 0, "byteOffset": 0, "byteLength": places, "target": ARRAY_BUFFER},
-                {"buffer": 0, "byteOffset": places, "byteLength": colours, "target": ARRAY_BUFFER},
-                {"buffer": 0, "byteOffset": places + colours, "byteLength": corners, "target": ELEMENT_ARRAY_BUFFER},
-            ],
-            "buffers": [{"byteLength": places + colours + corners}],
-        })
-    }
-
-    fn file(&self) -> Result<Vec<u8>, Error> {
-        if self.corners.is_empty() {
-            return Err(Error::NothingToDraw);
-        }
-        let floats = |all: &[[f32; 3]]| -> Vec<u8> {
-            let all = all.iter().flatten();
-            all.flat_map(|x| x.to_le_bytes()).collect()
-        };
-        let numbers = self.corners.iter().map(|&corner| u32::try_from(corner));
-        let numbers: Vec<u32> = numbers
-            .collect::<Result<_, _>>()
-            .map_err(|_| Error::TooLarge)?;
-        let numbers: Vec<u8> = numbers.iter().flat_map(|i| i.to_le_bytes()).collect();
-        let parts = [floats(&self.places), floats(&self.colours), numbers];
-        let lengths = [0, 1, 2].map(|k| parts[k].len());
-        let mut json = self.description(lengths).to_string();
-        // Chunks are multiples of four bytes.
-        while !json.len().is_multiple_of(4) {
-            json.push(' ');
-        }
-        let body = parts.concat();
-        let word = |n: usize| u32::try_from(n).map_err(|_| Error::TooLarge);
-        let mut file = Vec::with_capacity(28 + json.len() + body.len());
-        file.extend(b"glTF");
-        for n in [2, 28 + json.len() + body.len(), json.len()] {
-            file.extend(word(n)?.to_le_bytes());
-        }
-        file.extend(b"JSON");
-        file.extend(json.into_bytes());
-        file.extend(word(body.len())?.to_le_bytes());
-        file.extend(b"BIN\0");
-        file.extend(body);
-        Ok(file)
-    }
+/// What a viewer reads first: the parts of the buffer, which are the places and colours of vertices and the corners of triangles and
+/// have these lengths in bytes.
+fn description(vertices: &[[f32; 3]], [places, colours, corners]: [usize; 3]) -> Value {
+    let end = |pick: fn(f32, f32) -> f32| {
+        let all = vertices.iter().copied();
+        all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])))
+    };
+    let triples = |view: usize| json!({"bufferView": view, "componentType": FLOAT, "type": "VEC3", "count": vertices.len()});
+    let mut positions = triples(0);
+    positions["min"] = json!(end(f32::min));
+    positions["max"] = json!(end(f32::max));
+    let view = |offset: usize, length: usize, target: u32| json!({"buffer": 0, "byteOffset": offset, "byteLength": length, "target": target});
+    let turn = core::f64::consts::FRAC_1_SQRT_2;
+    json!({
+        "asset": {"version": "2.0", "generator": "fredholm"},
+        "extensionsUsed": ["KHR_materials_unlit"],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        // From z to y, which points upwards in glTF.
+        "nodes": [{"mesh": 0, "rotation": [-turn, 0, 0, turn]}],
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0, "COLOR_0": 1},
+            "indices": 2,
+            "material": 0,
+        }]}],
+        "materials": [{"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}}],
+        "accessors": [
+            positions,
+            triples(1),
+            {"bufferView": 2, "componentType": UNSIGNED_INT, "type": "SCALAR", "count": corners / 4},
+        ],
+        "bufferViews": [
+            view(0, places, ARRAY_BUFFER),
+            view(places, colours, ARRAY_BUFFER),
+            view(places + colours, corners, ELEMENT_ARRAY_BUFFER),
+        ],
+        "buffers": [{"byteLength": places + colours + corners}],
+    })
 }
 
 #[cfg(test)]
@@ -247,7 +208,7 @@ mod tests {
             cells: vec![Cell::Line([0, 1])],
             ..mesh.clone()
         };
-        let wrong = Error::unless_equal("glb", 1, 2).unwrap_err();
+        let wrong = Error::unless_equal("cells", 1, 2).unwrap_err();
         assert_eq!(unsuited.glb(), Err(wrong));
         let flat = Mesh {
             on_cells: Vec::new(),

@@ -129,14 +129,9 @@ impl Mesh {
     /// # Errors
     /// [`Error::NothingToDraw`]: no point. [`Error::NoSuchPoint`], [`Error::WrongLength`].
     pub fn vtu(&self) -> Result<String, Error> {
+        self.check()?;
         let points = self.points.len();
-        if points == 0 {
-            return Err(Error::NothingToDraw);
-        }
-        let corners = || self.cells.iter().flat_map(Cell::corners).copied();
-        if let Some(corner) = corners().find(|&corner| corner >= points) {
-            return Err(Error::NoSuchPoint { corner, points });
-        }
+        let corners = self.cells.iter().flat_map(Cell::corners).copied();
         let ends = self.cells.iter().scan(0, |end, cell| {
             *end += cell.corners().len();
             Some(*end)
@@ -151,30 +146,49 @@ impl Mesh {
             "<Points>\n".to_owned(),
             array("Float64\" NumberOfComponents=\"3", "position", &places),
             "</Points>\n<Cells>\n".to_owned(),
-            array("Int64", "connectivity", &integers(corners())),
+            array("Int64", "connectivity", &integers(corners)),
             array("Int64", "offsets", &integers(ends)),
             array("UInt8", "types", &kinds),
             "</Cells>\n".to_owned(),
-            quantities("PointData", &self.on_points, points)?,
-            quantities("CellData", &self.on_cells, kinds.len())?,
+            quantities("PointData", &self.on_points),
+            quantities("CellData", &self.on_cells),
             "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n".to_owned(),
         ];
         Ok(text.concat())
     }
+
+    /// Refuses what does not fit together.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let points = self.points.len();
+        if points == 0 {
+            return Err(Error::NothingToDraw);
+        }
+        let mut corners = self.cells.iter().flat_map(Cell::corners).copied();
+        if let Some(corner) = corners.find(|&corner| corner >= points) {
+            return Err(Error::NoSuchPoint { corner, points });
+        }
+        let of_points = self.on_points.iter().map(|own| ("points", points, own));
+        let of_cells = self.on_cells.iter();
+        let of_cells = of_cells.map(|own| ("cells", self.cells.len(), own));
+        of_points
+            .chain(of_cells)
+            .try_for_each(|(of, expected, own)| {
+                Error::unless_equal(of, expected, own.numbers.len())
+            })
+    }
 }
 
 /// The quantities of points or of cells.
-fn quantities(of: &'static str, all: &[Quantity], expected: usize) -> Result<String, Error> {
+fn quantities(of: &str, all: &[Quantity]) -> String {
     let first = all.first().map_or(String::new(), |first| {
         format!(" Scalars=\"{}\"", escaped(&first.name))
     });
-    let mut text = format!("<{of}{first}>\n");
-    for quantity in all {
-        Error::unless_equal(of, expected, quantity.numbers.len())?;
-        let numbers = doubles(quantity.numbers.iter());
-        text += &array("Float64", &escaped(&quantity.name), &numbers);
-    }
-    Ok(text + &format!("</{of}>\n"))
+    let text = |own: &Quantity| {
+        let numbers = doubles(own.numbers.iter());
+        array("Float64", &escaped(&own.name), &numbers)
+    };
+    let all: String = all.iter().map(text).collect();
+    format!("<{of}{first}>\n{all}</{of}>\n")
 }
 
 /// An array, its number of bytes first.
@@ -227,8 +241,8 @@ pub fn lattice(counts: &[usize], points: Range<usize>, is_closed: bool) -> Vec<C
         stride *= count;
     }
     let is_inner = |i: &usize| {
-        axes.iter()
-            .all(|(stride, count)| (i - points.start) / stride % count + 1 < *count)
+        let mut axes = axes.iter();
+        axes.all(|(stride, count)| (i - points.start) / stride % count + 1 < *count)
     };
     let square = |b: usize, s: usize, t: usize| [b, b + s, b + s + t, b + t];
     let cell = |b: usize| match *axes {
@@ -243,12 +257,8 @@ pub fn lattice(counts: &[usize], points: Range<usize>, is_closed: bool) -> Vec<C
     let ends = [points.end.saturating_sub(1), points.start];
     let is_ring = is_closed && axes.len() == 1 && points.len() > 2;
     let closing = is_ring.then_some(Cell::Line(ends));
-    points
-        .clone()
-        .filter(is_inner)
-        .map(cell)
-        .chain(closing)
-        .collect()
+    let inner = points.clone().filter(is_inner).map(cell);
+    inner.chain(closing).collect()
 }
 
 #[cfg(test)]
@@ -317,7 +327,7 @@ mod tests {
             on_cells: vec![quantity("u", &[])],
             ..mesh
         };
-        let wrong = Error::unless_equal("CellData", 1, 0).unwrap_err();
+        let wrong = Error::unless_equal("cells", 1, 0).unwrap_err();
         assert_eq!(mesh.vtu(), Err(wrong));
         assert_eq!(Mesh::default().vtu(), Err(Error::NothingToDraw));
     }

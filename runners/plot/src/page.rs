@@ -193,13 +193,16 @@ impl Figure {
                 defs,
                 ..
             } = figure.scene;
-            all.scene.elements.push(Primitive::GroupStart {
+            let group = Primitive::GroupStart {
                 transform: Some(format!("translate(0,{top})")),
                 title: None,
                 extra_attrs: None,
-            });
+            };
+            let is_moved = top > 0.0;
+            all.scene.elements.extend(is_moved.then_some(group));
             all.scene.elements.extend(elements);
-            all.scene.elements.push(Primitive::GroupEnd);
+            let end = is_moved.then_some(Primitive::GroupEnd);
+            all.scene.elements.extend(end);
             all.scene.defs.extend(defs);
             all.scene.width = all.scene.width.max(width);
             all.scene.height += height.ceil();

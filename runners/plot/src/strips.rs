@@ -23,52 +23,41 @@ pub(crate) fn strips(
     thickness: f64,
     place: impl Fn(Vector) -> Vector,
 ) -> Vec<Strip> {
-    let mut leaving: Vec<(u32, usize)> = walls
-        .iter()
-        .enumerate()
-        .map(|(i, wall)| (wall.vertices[0], i))
-        .collect();
+    let strip = |wall: &Wall| {
+        let [a, b] = wall.ends.map(&place);
+        let span = [b[0] - a[0], b[1] - a[1]];
+        let length = span[0].hypot(span[1]);
+        let tangent = span.map(|x| x / length);
+        Strip {
+            origin: a,
+            tangent,
+            // To the left, where y is downwards.
+            normal: [tangent[1], -tangent[0]],
+            length,
+            thickness,
+            cut: [0.0; 2],
+        }
+    };
+    let mut all: Vec<Strip> = walls.iter().map(strip).collect();
+    let first = walls.iter().enumerate();
+    let mut leaving: Vec<_> = first.map(|(i, wall)| (wall.vertices[0], i)).collect();
     leaving.sort_unstable();
-    let mut all: Vec<Strip> = walls
-        .iter()
-        .map(|wall| {
-            let [a, b] = wall.ends.map(&place);
-            let span = [b[0] - a[0], b[1] - a[1]];
-            let length = span[0].hypot(span[1]);
-            let tangent = span.map(|x| x / length);
-            Strip {
-                origin: a,
-                tangent,
-                // To the left, where y is downwards.
-                normal: [tangent[1], -tangent[0]],
-                length,
-                thickness,
-                cut: [0.0; 2],
-            }
-        })
-        .collect();
     for (i, wall) in walls.iter().enumerate() {
         let vertex = wall.vertices[1];
         let from = leaving.partition_point(|&(v, _)| v < vertex);
-        let here = leaving.get(from..).unwrap_or(&[]);
-        let here = here.iter().take_while(|&&(v, _)| v == vertex);
+        let here = leaving[from..].iter().take_while(|&&(v, _)| v == vertex);
         // The outline goes on where it turns to the left most; a twin on the back is no turn.
-        let turns = here.filter_map(|&(_, j)| {
-            let twin = walls.get(j)?.vertices[1] == wall.vertices[0];
-            let (own, next) = (all.get(i)?, all.get(j)?);
-            let sine = dot(own.normal, next.tangent);
-            let cosine = dot(own.tangent, next.tangent);
-            (!twin).then_some((sine.atan2(cosine), j))
+        let others = here.filter(|&&(_, j)| walls[j].vertices[1] != wall.vertices[0]);
+        let turns = others.map(|&(_, j)| {
+            let sine = dot(all[i].normal, all[j].tangent);
+            let cosine = dot(all[i].tangent, all[j].tangent);
+            (sine.atan2(cosine), j)
         });
         if let Some((turn, next)) = turns.max_by(|a, b| a.0.total_cmp(&b.0)) {
             // A spike at a sharp edge ends soon; in a sharp corner strips overlap.
             let cut = (thickness * (0.5 * turn).tan()).clamp(-1.5 * thickness, 3.0 * thickness);
-            if let Some(own) = all.get_mut(i) {
-                own.cut[1] = cut;
-            }
-            if let Some(next) = all.get_mut(next) {
-                next.cut[0] = cut;
-            }
+            all[i].cut[1] = cut;
+            all[next].cut[0] = cut;
         }
     }
     all

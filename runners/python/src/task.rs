@@ -6,8 +6,8 @@ use std::sync::Arc;
 use fredholm::model::Model;
 use fredholm::report::Report;
 use fredholm::{Ask, Region, Settings, SolveError, Solver, Target, WeightFn};
-use fredholm_file::{ProblemFile, Resolved};
 use fredholm_factors::{Factors, FactorsError, Sights};
+use fredholm_file::{ProblemFile, Resolved};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -353,9 +353,8 @@ pub(crate) fn scene_factors(
         let groups = all.of_surfaces(&scene)?;
         Ok((all.error(), groups))
     });
-    let (largest, groups) = found.map_err(|error: FactorsError| {
-        exception(py, "InputError", error.to_string())
-    })?;
+    let (largest, groups) =
+        found.map_err(|error: FactorsError| exception(py, "InputError", error.to_string()))?;
     let n = groups.len();
     let rows = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     let rows = rows.map(|(i, j)| groups.factor(i, j)).collect();

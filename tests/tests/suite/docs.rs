@@ -4,14 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 22] = [
+const PUBLISHED: [&str; 23] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
     "problems/cube/src",
+    "problems/factors/src",
     "problems/room/src",
     "problems/scene/src",
     "problems/sphere/src",
+    "problems/surfaces/src",
     "runners/embedded/src",
     "runners/file/src",
     "runners/formula/src",

@@ -122,7 +122,7 @@ fn packages_import_what_they_may() {
             _ if folder.starts_with("runners/model") || folder == "runners/solver" => {
                 !["file", "plot", "cli", "parts"].contains(&other)
             }
-            "runners/file" | "runners/parts" => !["plot", "cli", "published"].contains(&other),
+            "runners/file" | "runners/parts" => !["plot", "cli"].contains(&other),
             _ => true,
         }
     };

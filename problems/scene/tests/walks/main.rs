@@ -6,12 +6,12 @@ use fredholm_core::galerkin::{Basis, CellMap, Partition};
 use fredholm_core::sampled::{SampledSolution, SampledTables, SetupOptions};
 use fredholm_core::{
     At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Form, Functional, LastStep, Length,
-    Located, NeighbourOf, NoNeighbour, Real, SourceSampler, StateSpace, Statistics, Task, Uniforms,
-    WalkSeeds, WithKnown,
+    Located, NeighbourOf, NoNeighbour, Real, RngUniforms, SourceSampler, StateSpace, Statistics,
+    Task, Uniforms, WalkSeeds, WithKnown,
 };
 use fredholm_scene::{
     Air, Beam, Cells, Enclosure, Facing, Irradiance, Material, Mean, Point, Polygon, Radiosity,
-    Scene, SceneError, Surface, Tables, areas, form_factor_of_point, shapes,
+    Scene, SceneError, Tables, areas, form_factor_of_point, shapes,
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -22,34 +22,24 @@ mod common;
 mod skylight;
 mod solutions;
 mod starts;
-use common::{Surfaces, closed_scenes};
+use common::{Surfaces, closed, closed_scenes, open, scene_with};
 
 /// Most standard errors that any of the few hundred estimates of this file may be off.
 const STANDARD_ERRORS: f64 = 4.9;
 
 const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 
-/// A scene, with a material for every surface.
+/// A closed scene, with a material for every surface.
 fn scene<F: Real>(surfaces: &Surfaces, material: impl Fn(usize) -> Material) -> Scene {
-    enclosed::<F>(surfaces, material, Enclosure::Closed)
+    scene_with::<F>(surfaces, material, Enclosure::Closed).unwrap()
 }
 
-/// A scene that is closed or open.
-fn enclosed<F: Real>(
-    surfaces: &Surfaces,
-    material: impl Fn(usize) -> Material,
-    enclosure: Enclosure,
-) -> Scene {
-    let materials: Vec<[Material; 1]> = (0..surfaces.len()).map(|s| [material(s)]).collect();
-    let all: Vec<Surface<'_>> = surfaces
-        .iter()
-        .zip(&materials)
-        .map(|(polygons, materials)| Surface {
-            polygons,
-            materials,
-        })
-        .collect();
-    Scene::new::<F>(&all, enclosure).unwrap()
+/// A material of everything.
+fn grey<const N: usize>(reflectances: [f64; N], emissions: [f64; N]) -> impl Fn(usize) -> Material {
+    move |s| Material {
+        reflectance: reflectances[s % N],
+        emission: emissions[s % N],
+    }
 }
 
 /// Walks of one functional. (v, Φ) is computed walk by walk.
@@ -91,6 +81,12 @@ fn check(what: &str, estimate: Estimate, known: f64, expected: f64, rounding: f6
     );
 }
 
+/// Both estimates of walks.
+fn check_both(what: &str, all: &Statistics, known: f64, expected: f64, rounding: f64) {
+    check(what, all.plain(), known, expected, rounding);
+    check(what, all.preconditioned(), known, expected, rounding);
+}
+
 /// v and c from the steps of a scene in f64.
 fn tables<F: Real, const B: usize>(
     scene: &Scene,
@@ -103,15 +99,11 @@ fn tables<F: Real, const B: usize>(
         samples: 256,
         ..SetupOptions::default()
     };
+    let of = (&radiosity, &radiosity);
     let solution = if last_step {
-        let last = LastStep(&radiosity);
-        SampledSolution::with_events::<_, _, _, 2, B>((&radiosity, &radiosity), &last, &options)
+        SampledSolution::with_events::<_, _, _, 2, B>(of, &LastStep(&radiosity), &options)
     } else {
-        SampledSolution::with_events::<_, _, _, 2, B>(
-            (&radiosity, &radiosity),
-            &radiosity,
-            &options,
-        )
+        SampledSolution::with_events::<_, _, _, 2, B>(of, &radiosity, &options)
     };
     solution.unwrap().for_walks().unwrap()
 }
@@ -133,24 +125,21 @@ fn check_all<F: Real, const B: usize>(
     let [own, own_last] = [false, true].map(|last| tables::<F, B>(scene, 40, last));
     let two = NonZeroU32::MIN.saturating_add(1);
     let rounding = 1e3 * F::EPSILON.to_f64();
+    let of = (&radiosity, &radiosity);
     for estimator in ESTIMATORS {
-        let neighbour = own
-            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
-            .unwrap();
+        let neighbour = own.neighbour_with_events::<_, _, 2, B>(of, two).unwrap();
         let all = walk(&radiosity, &neighbour, functional, estimator, walks);
-        check(what, all.plain(), 0.0, expected, rounding);
-        check(what, all.preconditioned(), 0.0, expected, rounding);
+        check_both(what, &all, 0.0, expected, rounding);
         // The neighbour equation changes nothing of what plain walks score.
         let none = NoNeighbour::<Radiosity<'_, F>>::new();
         let alone = walk(&radiosity, &none, functional, estimator, walks);
         assert_eq!(alone.plain(), all.plain());
 
         let neighbour = own_last
-            .neighbour_with_events::<_, _, 2, B>((&radiosity, &radiosity), two)
+            .neighbour_with_events::<_, _, 2, B>(of, two)
             .unwrap();
         let all = walk(&last, &neighbour, functional, estimator, walks);
-        check(what, all.plain(), emission, expected, rounding);
-        check(what, all.preconditioned(), emission, expected, rounding);
+        check_both(what, &all, emission, expected, rounding);
     }
 }
 
@@ -239,10 +228,7 @@ fn five_points_of_the_cube() {
         ([1e-9, 1e-9], 388.5),
     ];
     let room = shapes::room([0.0; 3], [10.0; 3]);
-    let scene = scene::<f64>(&room.surfaces, |_| Material {
-        reflectance: 2.0 / 3.0,
-        emission: 0.0,
-    });
+    let scene = scene::<f64>(&room.surfaces, grey([2.0 / 3.0], [0.0]));
     let light = Beam::Point {
         at: [5.0; 3],
         intensity: 50_000.0 / core::f64::consts::PI,
@@ -266,19 +252,12 @@ fn five_points_of_the_cube() {
         for estimator in ESTIMATORS {
             let all = walk(&cube, &neighbour, &start, estimator, 4000);
             // The reference is known to 0.1.
-            check("CUBE", all.plain(), 0.0, expected, 0.1 / expected);
-            check("CUBE", all.preconditioned(), 0.0, expected, 0.1 / expected);
+            check_both("CUBE", &all, 0.0, expected, 0.1 / expected);
             let [plain, own] = [all.plain(), all.preconditioned()];
             let ratio = own.std_dev.unwrap() / plain.std_dev.unwrap();
             // Absorption scores what is left over q0; collision lowers it eight times here.
-            assert!(
-                ratio
-                    < if estimator == Estimator::Collision {
-                        0.2
-                    } else {
-                        0.5
-                    }
-            );
+            let is_collision = estimator == Estimator::Collision;
+            assert!(ratio < if is_collision { 0.2 } else { 0.5 });
         }
     }
     // The mean luminance by conservation of energy: Φ ρ/(π A (1 − ρ)) with Φ = 4πI and A = 600.
@@ -311,42 +290,63 @@ fn last_steps_have_the_mean_of_form_factors() {
     let radiosity = radiosity.with_visible_shares(&shares).unwrap();
     let direct = direct_light(&scene, &radiosity);
     for (face, expected) in direct.into_iter().enumerate() {
-        let faces = [face as u32];
-        let ends = areas(geometry.geometry(), &faces).unwrap();
-        let mean = Mean::new(geometry.geometry(), &faces, &ends).unwrap();
-        let (mut sum, mut squares) = (0.0, 0.0);
-        let n = 4000;
-        for number in 0..n {
-            let seeds = WalkSeeds::<DefaultGenerator>::new(3, face as u64);
-            let mut draws = fredholm_core::RngUniforms(seeds.generator(number));
-            let (x, _) = mean.draw(&mut draws);
-            let sample: f64 = radiosity.sample_last_step(&x, &mut draws);
-            sum += sample;
-            squares += sample * sample;
+        let score = |x: &Point<f64>, draws: &mut Draws| [radiosity.sample_last_step(x, draws)];
+        check_means(&geometry, face as u32, 4000, score, [expected]);
+    }
+}
+
+/// Uniform numbers.
+type Draws = RngUniforms<DefaultGenerator>;
+
+/// Whether scores of points of a face have these means.
+fn check_means<const N: usize>(
+    geometry: &Tables<f64>,
+    face: u32,
+    draws: u32,
+    score: impl Fn(&Point<f64>, &mut Draws) -> [f64; N],
+    expected: [f64; N],
+) {
+    let ends = areas(geometry.geometry(), &[face]).unwrap();
+    let faces = [face];
+    let mean = Mean::new(geometry.geometry(), &faces, &ends).unwrap();
+    let seeds = WalkSeeds::<DefaultGenerator>::new(3, u64::from(face));
+    let n = f64::from(draws);
+    let (mut sums, mut squares) = ([0.0; N], [0.0; N]);
+    for number in 0..draws {
+        let mut draws = RngUniforms(seeds.generator(u64::from(number)));
+        let (x, _) = mean.draw(&mut draws);
+        let scores = score(&x, &mut draws);
+        for ((sum, square), score) in sums.iter_mut().zip(&mut squares).zip(scores) {
+            *sum += score / n;
+            *square += score * score / n;
         }
-        let n = n as f64;
-        let (mean, square) = (sum / n, squares / n);
+    }
+    for ((mean, square), expected) in sums.into_iter().zip(squares).zip(expected) {
         let error = ((square - mean * mean).max(0.0) / n).sqrt();
         let off = (mean - expected).abs();
-        assert!(
-            off <= STANDARD_ERRORS * error + 1e-9,
-            "face {face}: {mean} for {expected}"
-        );
+        let allowed = STANDARD_ERRORS * error + 1e-9;
+        assert!(off <= allowed, "face {face}: {mean} for {expected}");
     }
 }
 
 /// ρ_i Σ_j F_ij F_j of every face over all lights, by form factors.
 fn direct_light(scene: &Scene, radiosity: &Radiosity<'_, f64>) -> Vec<f64> {
     let factors = fredholm_factors::scene_factors(scene, 1e-9).unwrap();
-    let of_lights: Vec<f64> = (0..scene.faces().len() as u32)
-        .map(|face| radiosity.emission_of_light(face))
+    let faces = 0..scene.faces().len();
+    let of_lights: Vec<f64> = faces
+        .map(|face| radiosity.emission_of_light(face as u32))
         .collect();
-    let lights = of_lights.iter().filter(|&&emission| emission != 0.0);
-    assert!(lights.count() > 1);
+    assert!(
+        of_lights
+            .iter()
+            .filter(|&&emission| emission != 0.0)
+            .count()
+            > 1
+    );
     let light = |i: usize| {
         let terms = of_lights.iter().enumerate();
         terms
-            .map(|(j, emission)| factors.factor(i, j) * emission)
+            .map(|(j, light)| factors.factor(i, j) * light)
             .sum::<f64>()
     };
     let faces = scene.faces().iter().enumerate();
@@ -359,7 +359,7 @@ fn direct_light(scene: &Scene, radiosity: &Radiosity<'_, f64>) -> Vec<f64> {
 fn cells_and_polynomials() {
     // A triangle, a parallelogram and a quadrilateral that is neither, in a prism with a bent top.
     for (name, surfaces) in closed_scenes().into_iter().take(6) {
-        let scene = scene::<f64>(&surfaces, |_| Material::BLACK);
+        let scene = closed(&surfaces);
         let (geometry, cells) = (Tables::new(&scene), Cells::new(&scene, 60).unwrap());
         let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
         let area: f64 = scene.faces().iter().map(|face| face.area).sum();
@@ -410,10 +410,7 @@ fn irradiances_and_points_in_the_air() {
     let room = shapes::room([0.0; 3], [1.0; 3]).surfaces;
     // Black but for the ceiling's light, which is 2 of the sky's colour, and a wall that takes light away.
     let emission = [0.0, 2.0, 0.0, -0.5, 0.0, 0.0];
-    let scene = scene::<f64>(&room, |s| Material {
-        reflectance: 0.0,
-        emission: emission[s],
-    });
+    let scene = scene::<f64>(&room, grey([0.0; 6], emission));
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let x = [0.3, 0.6, 0.0];
@@ -453,15 +450,9 @@ fn irradiances_and_points_in_the_air() {
         assert!(matches!(refused, Err(SceneError::Direction)));
     }
     for estimator in ESTIMATORS {
-        let up = walk(
-            &equation,
-            &neighbour,
-            &facing([0.0, 0.0, 3.0]),
-            estimator,
-            20_000,
-        );
-        check("up", up.plain(), 0.0, from_above, 1e-9);
-        check("up", up.preconditioned(), 0.0, from_above, 1e-9);
+        let up = facing([0.0, 0.0, 3.0]);
+        let up = walk(&equation, &neighbour, &up, estimator, 20_000);
+        check_both("up", &up, 0.0, from_above, 1e-9);
         let [front, back] = [tilted, tilted.map(|c| -c)]
             .map(|n| walk(&equation, &neighbour, &facing(n), estimator, 20_000).plain());
         let error = front.std_error.unwrap().hypot(back.std_error.unwrap());
@@ -470,29 +461,17 @@ fn irradiances_and_points_in_the_air() {
         let at_floor = walk(&equation, &neighbour, &start, estimator, 20_000);
         // A sixth of all directions leads to every side.
         let in_air = walk(&equation, &neighbour, &middle, estimator, 20_000);
-        for (statistics, expected) in [(at_floor, expected), (in_air, 1.5 / 6.0)] {
-            check("plain", statistics.plain(), 0.0, expected, 1e-9);
-            check("own", statistics.preconditioned(), 0.0, expected, 1e-9);
-        }
+        check_both("floor", &at_floor, 0.0, expected, 1e-9);
+        check_both("air", &in_air, 0.0, 1.5 / 6.0, 1e-9);
     }
 }
 
 /// Of light that leaves, directly or after it was reflected, nothing comes back: two plates that face each other.
 #[test]
 fn irradiance_of_what_is_open() {
-    let plates = shapes::room([0.0; 3], [1.0; 3]).surfaces;
-    let surface = |polygons, materials| Surface {
-        polygons,
-        materials,
-    };
-    let [black, light] = [0.0, 1.0].map(|emission| {
-        [Material {
-            reflectance: 0.0,
-            emission,
-        }]
-    });
-    let surfaces = [surface(&plates[0], &black), surface(&plates[1], &light)];
-    let scene = Scene::new::<f64>(&surfaces, Enclosure::Open).unwrap();
+    let plates = shapes::room([0.0; 3], [1.0; 3]).surfaces[..2].to_vec();
+    let material = grey([0.0; 2], [0.0, 1.0]);
+    let scene = scene_with::<f64>(&plates, material, Enclosure::Open).unwrap();
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 8).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let x = [0.2, 0.4, 0.0];
@@ -517,9 +496,7 @@ fn irradiance_of_what_is_open() {
 /// What cannot be is refused.
 #[test]
 fn refusals() {
-    let scene = scene::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces, |_| {
-        Material::BLACK
-    });
+    let scene = closed(&shapes::room([0.0; 3], [1.0; 3]).surfaces);
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 6).unwrap());
     for absorption in [0.0, 1.0, f64::NAN, -0.5] {
         assert!(Radiosity::new(geometry.geometry(), &cells, absorption).is_err());
@@ -535,14 +512,7 @@ fn refusals() {
     }
     assert!(radiosity.at(0, [f64::NAN, 0.5, 0.0]).is_err());
     let triangle = Polygon::Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    let other = Scene::new::<f64>(
-        &[Surface {
-            polygons: &[triangle],
-            materials: &[Material::BLACK],
-        }],
-        Enclosure::Open,
-    )
-    .unwrap();
+    let other = open(&vec![vec![triangle]]);
     let of_other = Cells::new(&other, 6).unwrap();
     assert!(Radiosity::new(geometry.geometry(), &of_other, 0.5).is_err());
     assert!(Cells::<f64>::new(&scene, usize::MAX).is_err());

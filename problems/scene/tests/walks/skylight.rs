@@ -7,12 +7,12 @@ use fredholm_scene::SkyLight;
 use super::*;
 
 /// A scene under a sky, with a material for every surface.
-fn open<F: Real>(
+fn under<F: Real>(
     surfaces: &Surfaces,
     material: impl Fn(usize) -> Material,
     sky: SkyLight,
 ) -> Scene {
-    let scene = enclosed::<F>(surfaces, material, Enclosure::Open);
+    let scene = scene_with::<F>(surfaces, material, Enclosure::Open).unwrap();
     scene.with_sky(sky).unwrap()
 }
 
@@ -29,11 +29,8 @@ fn a_court_is_a_furnace() {
     fn check_in<F: Real, const B: usize>(sky: SkyLight) {
         let light = sky.emissions()[0];
         let rho = [0.8, 0.3, 0.5, 0.0, 0.9];
-        let material = |s: usize| Material {
-            reflectance: rho[s],
-            emission: (1.0 - rho[s]) * light,
-        };
-        let scene = open::<F>(&court(), material, sky);
+        let material = grey(rho, rho.map(|rho| (1.0 - rho) * light));
+        let scene = under::<F>(&court(), material, sky);
         check_all::<F, B>("court", &scene, &Everywhere::new(&scene), light, 1000);
     }
     let patches = || SkyLight::bands(&[0.0, 12.0, 50.0, 90.0], &[7, 4, 1], vec![3.0; 12]).unwrap();
@@ -51,11 +48,7 @@ fn patches_have_their_shares() {
     let (low, high) = (0.25, 0.75);
     // The band from 30 to 90 degrees in three sectors, below it in two.
     let sky = SkyLight::bands(&[0.0, 30.0, 90.0], &[2, 3], vec![8.0, 0.0, 0.0, 6.0, 0.0]).unwrap();
-    let grey = |_| Material {
-        reflectance: 0.5,
-        emission: 0.0,
-    };
-    let scene = open::<f64>(&plate, grey, sky);
+    let scene = under::<f64>(&plate, grey([0.5], [0.0]), sky);
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 4).unwrap());
     assert_eq!(cells.number(), 4 + 5);
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
@@ -83,32 +76,21 @@ fn patches_have_their_shares() {
     let below = 0.5 * from_above / 6.0;
     for estimator in ESTIMATORS {
         let u = walk(&last, &sampled, &x, estimator, 20_000);
-        check("u", u.plain(), 0.0, 0.5 * from_above, 1e-9);
-        check("u", u.preconditioned(), 0.0, 0.5 * from_above, 1e-9);
+        check_both("u", &u, 0.0, 0.5 * from_above, 1e-9);
         let at_plate = walk(&equation, &neighbour, &irradiance, estimator, 20_000);
         let at_meter = walk(&equation, &neighbour, &meter, estimator, 20_000);
         let around = walk(&equation, &neighbour, &air, estimator, 40_000);
-        for (what, all, expected) in [
-            ("irradiance", at_plate, from_above),
-            ("meter", at_meter, from_above),
-        ] {
-            check(what, all.plain(), 0.0, expected, 1e-9);
-            check(what, all.preconditioned(), 0.0, expected, 1e-9);
-        }
-        check("air", around.plain(), 0.0, in_air + below, 1e-9);
-        check("air", around.preconditioned(), 0.0, in_air + below, 1e-9);
+        check_both("irradiance", &at_plate, 0.0, from_above, 1e-9);
+        check_both("meter", &at_meter, 0.0, from_above, 1e-9);
+        check_both("air", &around, 0.0, in_air + below, 1e-9);
     }
 }
 
 /// Every point of the sky lies where it is located, and steps lead there as often as their density says.
 #[test]
 fn cells_of_the_sky() {
-    let grey = |_| Material {
-        reflectance: 0.5,
-        emission: 0.0,
-    };
     let sky = SkyLight::bands(&[0.0, 20.0, 90.0], &[5, 2], (0..7).map(f64::from).collect());
-    let scene = open::<f64>(&court(), grey, sky.unwrap());
+    let scene = under::<f64>(&court(), grey([0.5], [0.0]), sky.unwrap());
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 20).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let faces = radiosity.cells() - 7;
@@ -160,21 +142,9 @@ fn cells_of_the_sky() {
 #[test]
 fn a_shade_hides_the_sky() {
     let room = shapes::room([0.0; 3], [1.0; 3]).surfaces;
-    let mut shade = room[0].clone();
-    for polygon in &mut shade {
-        let Polygon::Quad(corners) = polygon else {
-            panic!("a floor is a quadrilateral")
-        };
-        for corner in corners {
-            corner[2] = 0.4;
-        }
-    }
-    let grey = |_| Material {
-        reflectance: 0.5,
-        emission: 0.0,
-    };
+    let shade = common::map(&room[..1].to_vec(), |[x, y, _]| [x, y, 0.4]).remove(0);
     let sky = SkyLight::uniform(2.0).unwrap();
-    let scene = open::<f64>(&vec![room[0].clone(), shade], grey, sky);
+    let scene = under::<f64>(&vec![room[0].clone(), shade], grey([0.5], [0.0]), sky);
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 8).unwrap());
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let x = [0.3, 0.6, 0.0];
@@ -191,26 +161,19 @@ fn a_shade_hides_the_sky() {
         .unwrap();
     for estimator in ESTIMATORS {
         let u = walk(&last, &sampled, &start, estimator, 20_000);
-        check("shade", u.plain(), 0.0, expected, 1e-9);
-        check("shade", u.preconditioned(), 0.0, expected, 1e-9);
+        check_both("shade", &u, 0.0, expected, 1e-9);
     }
 }
 
 /// What gives no light, or not to all patches, is no sky.
 #[test]
 fn refused_skies() {
-    assert!(matches!(
-        SkyLight::uniform(f64::NAN),
-        Err(SceneError::SkyLight { patch: 0 })
-    ));
-    let few = SkyLight::bands(&[0.0, 90.0], &[4], vec![1.0; 3]);
-    assert!(matches!(
-        few,
-        Err(SceneError::Length {
-            expected: 4,
-            found: 3
-        })
-    ));
-    let gap = SkyLight::bands(&[0.0, 80.0], &[1], vec![1.0]);
-    assert!(matches!(gap, Err(SceneError::Sky)));
+    let refused = |sky: Result<SkyLight, SceneError>| sky.unwrap_err();
+    let none = SceneError::SkyLight { patch: 0 };
+    assert_eq!(refused(SkyLight::uniform(f64::NAN)), none);
+    let few = refused(SkyLight::bands(&[0.0, 90.0], &[4], vec![1.0; 3]));
+    let (expected, found) = (4, 3);
+    assert_eq!(few, SceneError::Length { expected, found });
+    let gap = refused(SkyLight::bands(&[0.0, 80.0], &[1], vec![1.0]));
+    assert_eq!(gap, SceneError::Sky);
 }

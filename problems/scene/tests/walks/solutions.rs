@@ -1,7 +1,7 @@
 //! Solutions in closed form, and what must not change them.
 
 use super::*;
-use common::{map, meshed, rotation, sphere, triangulated};
+use common::{map, meshed, mirrored, rotation, sphere, triangulated};
 
 /// Estimates with polynomials of degree 1: plain and preconditioned, of both estimators.
 fn means<F: Real>(scene: &Scene, functional: &Everywhere<F>, walks: u64) -> [Estimate; 4] {
@@ -9,17 +9,11 @@ fn means<F: Real>(scene: &Scene, functional: &Everywhere<F>, walks: u64) -> [Est
     let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
     let own = tables::<F, 3>(scene, 40, false);
     let two = NonZeroU32::MIN.saturating_add(1);
-    let neighbour = own
-        .neighbour_with_events::<_, _, 2, 3>((&radiosity, &radiosity), two)
-        .unwrap();
-    let [absorption, collision] =
+    let of = (&radiosity, &radiosity);
+    let neighbour = own.neighbour_with_events::<_, _, 2, 3>(of, two).unwrap();
+    let [a, b] =
         ESTIMATORS.map(|estimator| walk(&radiosity, &neighbour, functional, estimator, walks));
-    [
-        absorption.plain(),
-        absorption.preconditioned(),
-        collision.plain(),
-        collision.preconditioned(),
-    ]
+    [a.plain(), a.preconditioned(), b.plain(), b.preconditioned()]
 }
 
 /// The eighths of a sphere by latitude and side, of any mesh of 4k rings.
@@ -86,13 +80,9 @@ fn the_same_scene_otherwise() {
             })
             .collect();
         let turn = rotation(&mut rng);
-        let mut mirrored = map(&surfaces, |[x, y, z]| [-x, y, z]);
-        for polygon in mirrored.iter_mut().flatten() {
-            *polygon = shapes::reversed(polygon);
-        }
         let others = [
             ("turned", map(&surfaces, |p| turn(p).map(|c| c + 0.5))),
-            ("mirrored", mirrored),
+            ("mirrored", mirrored(&surfaces)),
             ("larger", map(&surfaces, |p| p.map(|c| 1e3 * c))),
             ("smaller", map(&surfaces, |p| p.map(|c| 1e-3 * c))),
             ("triangles", triangulated(&surfaces)),

@@ -84,18 +84,13 @@ fn check_in<F: Real>(scene: &Scene) {
 
 #[test]
 fn states_have_the_density_of_starts() {
-    let material = |s: usize| {
-        let reflectance = [0.8, 0.3, 0.5, 0.1, 0.9, 0.6, 0.2][s % 7];
-        Material {
-            reflectance,
-            emission: 1.0 - reflectance,
-        }
-    };
+    let rho = [0.8, 0.3, 0.5, 0.1, 0.9, 0.6, 0.2];
+    let material = grey(rho, rho.map(|rho| 1.0 - rho));
     let (_, surfaces) = closed_scenes().swap_remove(1);
-    check_in::<f64>(&scene::<f64>(&surfaces, material));
-    check_in::<f32>(&scene::<f32>(&surfaces, material));
+    check_in::<f64>(&scene::<f64>(&surfaces, &material));
+    check_in::<f32>(&scene::<f32>(&surfaces, &material));
     let mut court = shapes::room([0.0; 3], [1.0, 1.0, 0.6]).surfaces;
     court.remove(1);
-    let court = enclosed::<f64>(&court, material, Enclosure::Open);
+    let court = scene_with::<f64>(&court, material, Enclosure::Open).unwrap();
     check_in::<f64>(&court.with_sky(SkyLight::uniform(1.0).unwrap()).unwrap());
 }

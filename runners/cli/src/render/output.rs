@@ -190,7 +190,7 @@ impl Results<'_> {
                 );
                 let heading = self.plain.as_ref().map(|_| seen.heading("preconditioned"));
                 panels.push(seen.panel(heading));
-                Drawn::Figure(self.picture.draw(&panels).map_err(Failure::run)?)
+                Drawn::Figure(Box::new(self.picture.draw(&panels).map_err(Failure::run)?))
             }
         };
         let is_room = self.picture.overlay.is_some();

@@ -104,7 +104,7 @@ pub(crate) fn content(
     };
     let drawn = match picturing.format {
         Format::Csv => Drawn::Table(csv.into_inner().map_err(Failure::run)?),
-        _ => Drawn::Figure(along.draw().map_err(Failure::run)?),
+        _ => Drawn::Figure(Box::new(along.draw().map_err(Failure::run)?)),
     };
     Ok(Content {
         drawn,

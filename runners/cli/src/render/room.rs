@@ -6,7 +6,7 @@ use fredholm::channels::columns;
 use fredholm::numbers::short;
 use fredholm::room::{Field, FieldRequest, RoomModel, Stretch};
 use fredholm::{Goal, Model as _, Pairs, Partitioned, SolveObserver as _, WalkOptions};
-use fredholm_plot::{Canvas, Overlay, Picture, Piece, Scale, Wall, WallDensity, panel_width};
+use fredholm_plot::{Canvas, Overlay, Panel, Picture, Piece, Scale, Wall, panel_width};
 use fredholm_room::{Enclosure, STEFAN_BOLTZMANN, Scene};
 
 use super::output::{Results, Seen, pixels, root_mean_square};
@@ -220,14 +220,46 @@ pub(crate) fn shares(
     room: &RoomModel,
     values: &[(usize, [f64; 2], f64)],
 ) -> Result<String, Failure> {
-    let density = WallDensity {
-        walls: &walls(room.scene()),
-        values,
-        names: &names(room),
-        caption: "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
-            start there and by the difference of the sources, over its share of all walls (1: the mean).",
+    const ACROSS: usize = 700;
+    let walls = walls(room.scene());
+    let canvas = Canvas::new(&walls, ACROSS, 2, ACROSS as f64 / 50.0).map_err(Failure::run)?;
+    let piece = |&(wall, [from, to], _): &(usize, [f64; 2], f64)| Piece {
+        wall,
+        from,
+        to,
+        pixels: 1,
     };
-    table::drawn(density.draw())
+    let pieces: Vec<Piece> = values.iter().map(piece).collect();
+    let mut density: Vec<f64> = values.iter().map(|&(.., value)| value).collect();
+    let mut sorted = density.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    // A few short cells in corners would leave all others in the dark.
+    if let Some(&most) = sorted.get(sorted.len() * 199 / 200) {
+        density
+            .iter_mut()
+            .for_each(|value| *value = value.min(most));
+    }
+    let of_walls = || density.iter().copied();
+    let scale = Scale::new(of_walls(), of_walls(), true);
+    let caption = "Where the variance of preconditioned walks comes from: the share of each place, by steps that \
+                   start there and by the difference of the sources, over its share of all walls (1: the mean).";
+    let picture = Picture {
+        overlay: Some(Overlay {
+            pieces: &pieces,
+            unit: Some(""),
+            names: &names(room),
+            ..Overlay::bare(&canvas)
+        }),
+        captions: vec![caption.to_owned()],
+        ..Picture::new(canvas.size(), scale, "density")
+    };
+    let [width, height] = canvas.size();
+    let panel = Panel {
+        pixels: vec![f64::NAN; width * height].into(),
+        walls: density.into(),
+        ..Panel::default()
+    };
+    table::drawn(picture.draw(&[panel]))
 }
 
 /// What the colours mean.

@@ -260,7 +260,7 @@ fn a_refused_room_can_be_looked_at() {
     let ran = fredholm(&["check", &path, "--out", &svg]);
     assert_eq!(ran.status, Some(2), "{ran:?}");
     let drawn = std::fs::read_to_string(&svg).unwrap();
-    for word in ["partition", "light leaves here", ">m<"] {
+    for word in ["partition", "light leaves here", ">1 m<"] {
         assert!(drawn.contains(word), "{word}: {drawn}");
     }
     let closed = with_partition(&[

@@ -114,7 +114,7 @@ fn the_template_has_factors_and_a_picture() {
     let check = ended(0, &["check", &file, "--out", &svg]);
     assert!(check.stdout.contains("14"), "{}", check.stdout);
     let svg = std::fs::read_to_string(svg).unwrap();
-    assert_eq!(svg.matches("<polygon").count(), 14);
+    assert_eq!(svg.matches("<path").count(), 14);
     assert!(svg.contains(">table</text>"));
 }
 
