@@ -35,14 +35,19 @@ pub fn is_tree<N: TreeNode>(nodes: &[N], levels: usize, right: impl Fn(&N) -> bo
     let mut top = 1;
     while top > 0 {
         top -= 1;
-        let (at, level) = stack[top];
+        // Nothing here may panic: devices ask, too.
+        let Some(&(at, level)) = stack.get(top) else {
+            return false;
+        };
         let Some(node) = nodes.get(at).filter(|_| level <= levels.min(DEPTH)) else {
             return false;
         };
         if node.count() == 0 {
             let first = node.first() as usize;
-            stack[top] = (first, level + 1);
-            stack[top + 1] = (first + 1, level + 1);
+            let Some(places) = stack.get_mut(top..top + 2) else {
+                return false;
+            };
+            places.copy_from_slice(&[(first, level + 1), (first + 1, level + 1)]);
             top += 2;
         }
     }
