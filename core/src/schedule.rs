@@ -205,21 +205,25 @@ pub enum StopReason {
 /// fn run_alone(job: &dyn Job, options: RunOptions) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
 ///     let mut schedule = Schedule::new(options).expect("options with walks");
 ///     let mut statistics = vec![Statistics::default(); job.goals()];
-///     let mut active: Vec<usize> = (0..job.goals()).collect();
+///     // The first ones of goals that share walks.
+///     let mut active: Vec<usize> = (0..job.goals()).step_by(job.shared()).collect();
 ///     let mut reason = StopReason::Done;
 ///     while !active.is_empty() {
-///         for &goal in &active {
+///         for &first in &active {
 ///             for index in schedule.stage() {
-///                 let mut batch = Batch::new(index, options.batch, options.walks);
-///                 job.run(goal, &mut batch, u64::MAX)?;
-///                 statistics[goal].merge(batch.statistics());
+///                 let mut batches = vec![Batch::new(index, options.batch, options.walks); job.shared()];
+///                 job.run(first, &mut batches, u64::MAX)?;
+///                 for (all, batch) in statistics[first..].iter_mut().zip(&batches) {
+///                     all.merge(batch.statistics());
+///                 }
 ///             }
 ///         }
 ///         schedule.end_stage();
-///         active.retain(|&goal| {
-///             let stop = schedule.stop(&statistics[goal]);
-///             reason = reason.max(stop.unwrap_or(StopReason::Done));
-///             stop.is_none()
+///         active.retain(|&first| {
+///             let goals = &statistics[first..first + job.shared()];
+///             let stops: Option<Vec<_>> = goals.iter().map(|goal| schedule.stop(goal)).collect();
+///             reason = stops.iter().flatten().copied().fold(reason, StopReason::max);
+///             stops.is_none()
 ///         });
 ///         schedule.begin_stage();
 ///     }

@@ -24,7 +24,7 @@ const BITS: usize = 32;
 /// are unbiased. Walks of one replicate depend on each other: error bars come from replicates.
 ///
 /// A [`Batch`](crate::Batch) is a replicate, and the [`Statistics`](crate::Statistics) of its walks count as one sample. The
-/// replicates of a whole function are its [`Replicate`](crate::whole::Replicate)s. A replicate with a power of 2 of walks
+/// replicates of a global estimate are its [`Replicate`](crate::global::Replicate)s. A replicate with a power of 2 of walks
 /// has points that are spread most evenly; 2³² walks are most: further ones begin another randomisation.
 ///
 /// ```

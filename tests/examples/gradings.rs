@@ -8,12 +8,12 @@
 
 use fredholm::room::Surfaces;
 use fredholm::{Model, RoomModel, Scalar, Settings, Solver};
-use fredholm_core::{Batch, Estimator, Form, Length, Task, WalkSeeds};
+use fredholm_core::{Batch, Goal, Goals, Job, WalkOptions};
 use fredholm_room::{
-    CoarseSolution, Grading, MeanOver, Mesh, RaySetup, RayTables, Room, RoomError, Scene, Shadows,
-    Tables, VisibilityTable,
+    CoarseSolution, Grading, MeanOver, Mesh, RaySetup, RoomError, Scene, Shadows, Tables,
+    VisibilityTable,
 };
-use fredholm_tests::room::{ABSORPTION, Drawing, random};
+use fredholm_tests::room::{Drawing, random};
 
 /// Walks of which √Var is taken.
 const WALKS: u64 = 30_000;
@@ -36,32 +36,21 @@ fn deviation<const B: usize>(
     };
     let mesh = Mesh::new::<f64>(scene, unknowns / B, grading)?;
     let tables = Tables::<f64>::new(scene, &mesh);
-    let (geometry, cells) = (tables.geometry(), tables.cells());
-    let room = Room::new(geometry, cells, VisibilityTable::none(), ABSORPTION)?;
-    let polynomials = room.with_functions::<B>();
-    let on_few = coarse.room()?;
-    let step = coarse.step(&on_few);
-    let v = (0..mesh.len()).flat_map(|cell| step.on(&polynomials, cell));
-    let v: Vec<f64> = v.collect();
+    let room = tables.room(VisibilityTable::none());
+    let mut v = vec![0.0; mesh.len() * B];
+    for (cell, own) in v.chunks_exact_mut(B).enumerate() {
+        coarse.step::<_, B>(&room, cell, own);
+    }
     let shadows = Shadows::new(scene);
-    let setup = RaySetup::new(&polynomials, &v)?.with_shadows(&shadows);
-    let cells = (0..mesh.len()).map(|cell| setup.cell(cell));
-    let rays = RayTables::new(cells.collect::<Result<_, _>>()?)?;
-    let neighbour = rays.neighbour(&polynomials, &v)?;
-    let lengths = tables.lengths();
-    let mean = MeanOver::new(&room, lengths, 0..lengths.len() - 1)?;
-    let task = Task {
-        equation: &room,
-        neighbour: &neighbour,
-        functional: &mean,
-        control_mean: Some(mean.of(&v)),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
+    let setup = RaySetup::<_, B>::new(&room, &v)?.with_shadows(&shadows);
+    let rays = setup.tables()?;
+    let neighbour = rays.neighbour::<_, B>(&room, &v)?;
+    let mean = MeanOver::everything(&room);
+    let value = mean.of(&v);
+    let goals = [Goal::new(mean, Some(value))];
+    let job = Goals::new(&room, &neighbour, &goals, WalkOptions::default());
     let mut batch = Batch::new(0, WALKS, WALKS);
-    let walked = batch.run(&task, u64::MAX);
+    let walked = job.run(0, core::slice::from_mut(&mut batch), u64::MAX);
     let std_dev = batch.statistics().preconditioned().std_dev;
     Ok(walked.ok().and(std_dev).unwrap_or(f64::NAN))
 }

@@ -5,6 +5,7 @@ mod cores;
 pub mod counted;
 pub mod cube;
 pub mod device;
+pub mod device_tables;
 pub mod fit;
 mod objects;
 pub mod room;
@@ -14,7 +15,7 @@ pub mod toy;
 pub use cores::on_all_cores;
 /// The kit, which the project's own tests build on.
 pub use fredholm_conformance::*;
-pub use objects::{ObjectTask, run, with_objects};
+pub use objects::{ObjectGoals, Objects, run};
 
 /// The examples of the project's README and manual are compiled and run.
 #[cfg(doctest)]

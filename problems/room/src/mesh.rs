@@ -6,7 +6,7 @@ use fredholm_core::array::Each;
 use fredholm_core::Real;
 
 use crate::RoomError;
-use crate::cells::{Cells, Edge};
+use crate::partition::{Edge, Partition, PartitionTables};
 use crate::scene::{Scene, turn};
 use crate::vector::{Vector, along, sub};
 use crate::visible::twins;
@@ -157,8 +157,12 @@ impl Mesh {
 
     /// The cells in f64.
     #[must_use]
-    pub fn cells(&self) -> Cells<'_, f64> {
-        Cells::made(&self.edges, &self.walls, &self.first)
+    pub fn cells(&self) -> Partition<'_, f64> {
+        Partition::made(PartitionTables {
+            edges: &self.edges,
+            walls: &self.walls,
+            first: &self.first,
+        })
     }
 }
 

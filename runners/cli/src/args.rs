@@ -117,8 +117,7 @@ to --error. A row's sum is 1 in a closed scene. Areas times form factors are sym
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
-A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as \
-constants. Kernel and source of a cube are formulas here and must be written in Rust there.")]
+The table is read in place by `fredholm_embedded::Tables`, which checks it. Kernel and source of a cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
     /// Compare published numbers with what this program finds
     #[command(after_help = "\
@@ -264,9 +263,9 @@ pub(crate) struct RenderArgs {
     /// Rooms: a mark at every target that is a point, and its name
     #[arg(long, conflicts_with = "profile")]
     pub(crate) targets: bool,
-    /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]
+    /// Every pixel from one set of walks, by a global estimate; --walks is their number [default: 8192]
     #[arg(long, conflicts_with = "side_by_side")]
-    pub(crate) whole: bool,
+    pub(crate) global: bool,
     /// Where to write a picture of the standard errors, .png or .svg
     #[arg(long, value_name = "FILE", conflicts_with = "profile")]
     pub(crate) errors: Option<PathBuf>,
@@ -285,7 +284,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct ExportArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Where to write: .rs, constants in Rust, or .bin, a compact table with a checksum
+    /// Where to write: .bin, a compact table with a checksum
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
@@ -386,23 +385,20 @@ pub(crate) struct SolveArgs {
     pub(crate) file: PathBuf,
     /// Answer all targets from one set of walks, with a band that holds for all points together. Nothing is chosen: what the
     /// file leaves out has its default. Not for scenes
-    #[arg(long, conflicts_with = "no_whole")]
-    pub(crate) whole: bool,
+    #[arg(long, conflicts_with = "no_global")]
+    pub(crate) global: bool,
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
     #[arg(long)]
-    pub(crate) no_whole: bool,
+    pub(crate) no_global: bool,
     #[command(flatten)]
     pub(crate) method: Method,
     /// Circles and cubes: degree of the polynomials on which F + T_K v is projected, for walks that follow it
     #[arg(long, value_name = "p")]
     pub(crate) lift: Option<usize>,
-    /// Cubes of many cells: stages of walks in place of a matrix, which takes the memory of some vectors
-    #[arg(long, value_name = "n")]
-    pub(crate) stages: Option<u32>,
-    /// With --whole: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
-    #[arg(long, value_name = "p", requires = "whole")]
+    /// With --global: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
+    #[arg(long, value_name = "p", requires = "global")]
     pub(crate) score_degree: Option<usize>,
-    /// Walks for each target, with --whole for all; with a target error the maximum number
+    /// Walks for each target, with --global for all; with a target error the maximum number
     #[arg(long, value_name = "N", value_parser = count::<u64>)]
     pub(crate) walks: Option<u64>,
     /// Stop a target once this standard error is reached
@@ -419,7 +415,7 @@ pub(crate) struct SolveArgs {
     pub(crate) sequence: Option<Sequence>,
     /// Number of first states in which walks are not absorbed
     #[arg(long, value_name = "n")]
-    pub(crate) survivals: Option<u32>,
+    pub(crate) forced_steps: Option<u32>,
     /// Whether the last step of walks leads to the light, in rooms and circles
     #[arg(long, value_name = "true|false")]
     pub(crate) last_step: Option<bool>,
@@ -443,7 +439,7 @@ pub(crate) struct SolveArgs {
     pub(crate) out: Option<PathBuf>,
     /// Keep the batches of walks that are done in this file, which is written many times a second. The same command goes on with
     /// it, whatever ended it, to the bits of a run that nothing ended
-    #[arg(long, value_name = "FILE", conflicts_with = "whole")]
+    #[arg(long, value_name = "FILE", conflicts_with = "global")]
     pub(crate) save: Option<PathBuf>,
     /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
     /// if it is there. Needs a given number of cells

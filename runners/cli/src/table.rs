@@ -1,6 +1,6 @@
 //! A report as JSON and as a picture.
 
-use fredholm::report::{Coordinates, Report, WholeReport};
+use fredholm::report::{Coordinates, Report, GlobalReport};
 use fredholm_plot::{Axis, Figure, GridCurve, GridPoint};
 
 use crate::failure::Failure;
@@ -31,7 +31,7 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<Figure, Failure> {
 }
 
 /// A picture of the same target of a whole function, with its band.
-pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<Figure, Failure> {
+pub(crate) fn whole_svg(report: &GlobalReport, name: &str) -> Result<Figure, Failure> {
     let goals = report.targets.iter().map(|target| {
         let value = &target.value;
         let error = value.band.map(|band| band / QUANTILE);

@@ -1,7 +1,7 @@
-//! `fredholm solve --whole`.
+//! `fredholm solve --global`.
 
 use fredholm::SolveError;
-use fredholm::report::WholeReport;
+use fredholm::report::GlobalReport;
 use fredholm_file::Resolved;
 
 use crate::args::Common;
@@ -60,7 +60,7 @@ pub(crate) fn solve(
 }
 
 /// Sets up, walks, and takes the values of all targets; `None` if that was interrupted before the walks.
-fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<WholeReport>, Failure> {
+fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<GlobalReport>, Failure> {
     let problem = &begun.problem;
     let fail = Failure::of(&problem.file);
     let Resolved { settings, .. } = &problem.resolved;

@@ -1,7 +1,6 @@
 //! What equations in several channels have in common: names, weighted sums, targets, and what is refused.
 
-use fredholm_core::channels::MOST_CHANNELS;
-
+use fredholm_core::MOST_CHANNELS;
 use fredholm_core::{Estimate, Statistics};
 
 use crate::heat::Optics;

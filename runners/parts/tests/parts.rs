@@ -137,7 +137,6 @@ fn statistics_come_back_to_the_bit() {
     let all = keep(&path, None);
     let mut part = read(&path);
     let mut walked = Batch::resume(0, WALKS, WALKS, all[1]).unwrap();
-    walked.set_control_error(0.25);
     let key = (1 << 40, 1);
     part.runs[0].batches.insert(key, *walked.statistics());
     write(&path, &part);

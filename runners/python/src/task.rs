@@ -288,7 +288,6 @@ impl Task {
         let (regions, values, summary) =
             field.map_err(|error| of_solve(py, &error, &opened.file))?;
         let coordinates = |region: &Region| match region {
-            Region::Angle(s) => vec![*s],
             Region::Point(x) => x.clone(),
             other => model.position(other).unwrap_or_default(),
         };

@@ -54,11 +54,11 @@ fn images_row(name: &str, model: &CubeModel, cells: usize, degree: usize) {
             .collect();
         let regions: Vec<Region> = points.iter().map(|x| model.point(&[*x])).collect();
         let exact = known(model)(&regions);
-        let off = |values: &[fredholm::WholeValue]| {
+        let off = |values: &[fredholm::GlobalValue]| {
             let all = values.iter().zip(&exact);
             root_mean_square(all.map(|(value, exact)| value.estimate - exact))
         };
-        let error = |values: &[fredholm::WholeValue]| {
+        let error = |values: &[fredholm::GlobalValue]| {
             root_mean_square(values.iter().filter_map(|value| value.std_error))
         };
         let (took, values) = time(|| solver.values_at(&points).expect("values"));
@@ -123,7 +123,7 @@ fn room_row(name: &str, model: &RoomModel, cells: usize, degree: usize) {
         let values = fine.values(regions).expect("values").into_iter();
         values.map(|value| value.iterate).collect()
     };
-    let pairs = [Pairs::Default, Pairs::Pointwise];
+    let pairs = [Pairs::Rays, Pairs::Pointwise];
     row_of(name, model, (cells, degree), &pairs, &exact);
 }
 
@@ -176,7 +176,7 @@ fn print_row(
     let gain = |count: f64| per_point * count / (once + values_took * count / 1000.0);
 
     let exact = exact(&many);
-    let off = |of: fn(&fredholm::WholeValue) -> f64| {
+    let off = |of: fn(&fredholm::GlobalValue) -> f64| {
         let all = exact.iter().zip(&values);
         all.map(|(exact, value)| (of(value) - exact).abs())
             .fold(0.0, f64::max)
@@ -261,7 +261,6 @@ fn main() {
         albedo: 0.6,
         asymmetry: 0.3,
         emission: [1.0, 0.2, 0.1, 0.5],
-        absorption: 0.4,
         forward: 0.2,
     });
     row("sphere, 200 cells", &sphere, 200, 0);

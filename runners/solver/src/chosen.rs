@@ -3,6 +3,8 @@
 use fredholm_model::numbers::short;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use fredholm_core::Absorption;
+
 use crate::{Choices, Settings};
 
 /// The word for a method. By this name it is not taken for one that lives in what is read.
@@ -56,10 +58,24 @@ fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> 
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
 
+/// How walks end, for people: "roulette", or "absorption 0.2, collision estimator".
+#[must_use]
+pub(crate) fn absorption_text(absorption: Absorption) -> String {
+    ending(absorption.probability(), absorption.estimator().word())
+}
+
+/// The same of what a report has.
+pub(crate) fn ending(absorption: Option<f64>, estimator: &str) -> String {
+    match absorption {
+        None => "roulette".to_owned(),
+        Some(probability) => format!("absorption {probability}, {estimator} estimator"),
+    }
+}
+
 /// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light, the way back.
 pub(crate) fn draws(
     sequence: Option<&str>,
-    survivals: u32,
+    forced_steps: u32,
     last_step: bool,
     adjoint: bool,
 ) -> String {
@@ -67,8 +83,8 @@ pub(crate) fn draws(
     if sequence.is_some() {
         text.push_str(", Sobol' points");
     }
-    if survivals > 0 {
-        text.push_str(&format!(", {survivals} survivals"));
+    if forced_steps > 0 {
+        text.push_str(&format!(", {forced_steps} forced_steps"));
     }
     if last_step {
         text.push_str(", last step to the light");
@@ -91,26 +107,25 @@ impl ChoiceReport {
     pub fn text(&self, settings: &Settings, cells: &str) -> String {
         let walk = settings.walk_options();
         let walks = format!(
-            "absorption {}, {} estimator{}",
-            walk.absorption,
-            walk.estimator.word(),
-            draws(walk.sequence_word(), walk.survivals, false, false)
+            "{}{}",
+            absorption_text(walk.absorption),
+            draws(walk.sequence_word(), walk.forced_steps, false, false)
         );
         let together = match (
             self.predicted_separate_seconds,
             self.predicted_whole_seconds,
         ) {
             (Some(separate), _) => format!(
-                "one set of walks answers all targets (whole function): separate walks would take about {} s\n",
+                "one set of walks answers all targets (global estimate): separate walks would take about {} s\n",
                 short(separate)
             ),
             (None, Some(whole)) if self.whole_given_up => format!(
-                "separate walks for every target: one set of walks for all (whole function), predicted to take about {} s, took longer than \
+                "separate walks for every target: one set of walks for all (global estimate), predicted to take about {} s, took longer than \
                  these, or has a bias beside its error bars\n",
                 short(whole)
             ),
             (None, Some(whole)) => format!(
-                "separate walks for every target: one set of walks for all (whole function) would take about {} s\n",
+                "separate walks for every target: one set of walks for all (global estimate) would take about {} s\n",
                 short(whole)
             ),
             (None, None) => String::new(),
@@ -123,16 +138,12 @@ impl ChoiceReport {
             format!("plain walks, {last}{walks}: a neighbour equation does not pay at this error")
         } else {
             let plain = self.predicted_plain_seconds.map(short);
-            let source = match settings.exact_source {
-                Some(true) => "exact source, ",
-                _ => "",
-            };
             let pairs = match settings.lifted() {
                 Some(lift) => format!(" lifted to {lift}"),
                 None => format!(", {} pairs", walk.pairs.word()),
             };
             format!(
-                "cells {cells}, degree {}{pairs}, {source}{last}{walks}; plain walks alone: about {} s",
+                "cells {cells}, degree {}{pairs}, {last}{walks}; plain walks alone: about {} s",
                 settings.discretisation().degree,
                 plain.as_deref().unwrap_or("?")
             )

@@ -89,7 +89,7 @@ impl<'m> Solver<'m> {
     pub fn new(model: &'m dyn Model) -> Self {
         Self {
             model,
-            settings: Settings::default().for_model(model),
+            settings: Settings::default(),
             asked: Vec::new(),
             watch: &(),
             execute: &OnThreads,
@@ -102,7 +102,7 @@ impl<'m> Solver<'m> {
     pub fn with(model: &'m dyn Model, settings: Settings, targets: Vec<Target>) -> Self {
         Self {
             model,
-            settings: settings.for_model(model),
+            settings,
             asked: targets.into_iter().map(Asked::Target).collect(),
             watch: &(),
             execute: &OnThreads,
@@ -190,25 +190,19 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing.
-    pub fn exact_source(mut self, exact_source: bool) -> Self {
-        self.settings.exact_source = Some(exact_source);
-        self
-    }
-
     /// Sets how the neighbour equation treats pairs of cells.
     pub fn pairs(mut self, pairs: Pairs) -> Self {
         self.settings.pairs = Some(pairs);
         self
     }
 
-    /// Sets q0, the probability that a walk is absorbed in a state.
+    /// Sets q0, the probability that a walk is absorbed in a state; otherwise walks end by roulette.
     pub fn absorption(mut self, absorption: f64) -> Self {
         self.settings.absorption = Some(absorption);
         self
     }
 
-    /// Sets what a walk scores.
+    /// Sets what a walk with constant absorption scores.
     pub fn estimator(mut self, estimator: Estimator) -> Self {
         self.settings.estimator = Some(estimator);
         self
@@ -238,7 +232,7 @@ impl<'m> Solver<'m> {
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
     pub fn together(mut self, together: bool) -> Self {
-        self.settings.whole = Some(together);
+        self.settings.global = Some(together);
         self
     }
 
@@ -317,7 +311,7 @@ impl<'m> Solver<'m> {
         if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
             return self.of_model(&*back).solve();
         }
-        if self.settings.whole == Some(true) {
+        if self.settings.global == Some(true) {
             return self.reported(Report::of_whole(
                 &self.whole()?,
                 &goals,

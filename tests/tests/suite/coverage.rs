@@ -325,8 +325,8 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
 /// pointwise, a state costs as many integrals as there are.
 fn room(scene: &'static str, drawing: &Drawing, seeds: u64, walks: &[u64]) -> Vec<Row> {
     let setup = Setup::new::<f64>(drawing, 40, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
-        let x = room.point(0, 0.37).unwrap();
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+        let x = room.on_wall(0, 0.37).unwrap();
         let point = Case {
             scene,
             target: "point",
@@ -336,7 +336,7 @@ fn room(scene: &'static str, drawing: &Drawing, seeds: u64, walks: &[u64]) -> Ve
             value: neighbour.value(&neighbour.locate(x)),
             exact: 1.0,
         };
-        let mean = fredholm_room::MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
+        let mean = fredholm_room::MeanOver::everything(room);
         let mean = Case {
             scene,
             target: "mean",

@@ -1,6 +1,5 @@
 //! Every crate and runner, beside the matrix: in one program, so that what they share is compiled once.
 
-mod chains;
 mod circle;
 mod circle_degrees;
 mod circle_properties;

@@ -1,16 +1,13 @@
 //! Rooms with polynomials: what a degree saves, and what walks do not tell.
 
-use fredholm_core::galerkin::{PairIntegral, TransitionMoments};
+use fredholm_core::galerkin::{AllPointwise, PairIntegral, TransitionMoments, second_moment_radius};
 use fredholm_core::{
-    At, Estimate, Estimator, Form, Functional, Length, Located, Neighbour, RngUniforms, Statistics,
-    Task, WalkSeeds,
+    At, Equation, Estimate, Functional, Goal, Located, Neighbour, RngUniforms, Statistics, WalkOptions,
+    WalkSeeds,
 };
-use fredholm_room::{
-    Choice, Grading, Matrix, MeanOver, RoomPairs, Seen, Visibility, min_mass_ratio,
-    neighbour_second_moment_radius, second_moment_radius,
-};
+use fredholm_room::{Choice, Grading, MeanOver, RoomPairs, Seen};
 use fredholm_tests::check::long;
-use fredholm_tests::room::{ABSORPTION, Drawing, Setup, block, doorway, furnished, square};
+use fredholm_tests::room::{Drawing, Setup, block, furnished, square};
 use fredholm_tests::{fit, on_all_cores, run};
 
 /// A set-up of degree B − 1 with at most so many unknowns, as near to them as cells go.
@@ -29,36 +26,22 @@ fn setup<const B: usize>(drawing: &Drawing, unknowns: usize, grading: Grading) -
 /// √Var of plain and preconditioned walks of the mean over all walls, and as root mean square over
 /// so many random points; means agree.
 fn deviations<const B: usize>(setup: &Setup<B>, walks: u64, points: usize) -> [[f64; 2]; 2] {
-    setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, neighbour, v, lengths| {
-        let room = polynomials.room();
-        let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-        let seeds = |target| <WalkSeeds>::new(1, target);
-        let task = Task {
-            equation: room,
-            neighbour,
-            functional: &mean,
-            control_mean: Some(mean.of(v)),
-            estimator: Estimator::Absorption,
-            form: Form::Product,
-            seeds: seeds(0),
-            length: Length::default(),
-        };
-        let all = run(&task, walks);
-        let mut draws = RngUniforms(seeds(u64::MAX).generator(0));
-        let starts: Vec<_> = (0..points).map(|_| mean.start(&mut draws).0).collect();
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+        let mean = MeanOver::everything(room);
+        let goal = Goal::new(mean.clone(), Some(mean.of(v)));
+        let all = run(room, neighbour, &goal, WalkOptions::default(), walks);
+        let mut draws = RngUniforms(<WalkSeeds>::new(1, u64::MAX).generator(0));
+        let starts: Vec<_> = (0..points)
+            .map(|_| mean.start(room, &mut draws).point)
+            .collect();
         let at = |number: usize| {
             let x = starts[number];
-            let at = Task {
-                equation: room,
-                neighbour,
-                functional: &At(x),
-                control_mean: Some(neighbour.value(&neighbour.locate(x))),
-                estimator: Estimator::Absorption,
-                form: Form::Product,
-                seeds: seeds(number as u64 + 1),
-                length: Length::default(),
+            let goal = Goal::new(At(x), Some(neighbour.value(&neighbour.locate(x))));
+            let options = WalkOptions {
+                seed: number as u64 + 1,
+                ..WalkOptions::default()
             };
-            run(&at, 2000)
+            run(room, neighbour, &goal, options, 2000)
         };
         let each: Vec<Statistics> = on_all_cores(starts.len(), &at);
         for (number, statistics) in core::iter::once(&all).chain(&each).enumerate() {
@@ -156,61 +139,12 @@ fn in_an_empty_square_the_order_is_that_of_the_degree() {
     }
 }
 
-/// Polynomials of degree 0 are the room's own piecewise constants, to the bit.
-#[test]
-fn degree_0_has_the_bits_of_the_room() {
-    let setup = Setup::new::<f64>(&doorway(), 100, Grading::default()).unwrap();
-    let estimate = |equation: &dyn Fn(Choice) -> [u64; 2]| {
-        [Choice::Paper, Choice::Default, Choice::Pointwise].map(equation)
-    };
-    let flat = estimate(&|choice| {
-        setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {
-            let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-            let value = mean.of(v);
-            let task = Task {
-                equation: room,
-                neighbour,
-                functional: &mean,
-                control_mean: Some(value),
-                estimator: Estimator::Absorption,
-                form: Form::Product,
-                seeds: <WalkSeeds>::new(1, 0),
-                length: Length::default(),
-            };
-            let found = run(&task, 1000).preconditioned().estimate;
-            [found, value].map(f64::to_bits)
-        })
-    });
-    let of_degree = estimate(&|choice| {
-        setup.with_polynomials::<f64, _>(choice, |polynomials, neighbour, v, lengths| {
-            let room = polynomials.room();
-            let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-            let value = mean.of(v);
-            let task = Task {
-                equation: room,
-                neighbour,
-                functional: &mean,
-                control_mean: Some(value),
-                estimator: Estimator::Absorption,
-                form: Form::Product,
-                seeds: <WalkSeeds>::new(1, 0),
-                length: Length::default(),
-            };
-            let found = run(&task, 1000).preconditioned().estimate;
-            [found, value].map(f64::to_bits)
-        })
-    });
-    assert_eq!(flat, of_degree);
-}
-
-/// The first moment of every order 0 is the form factor, whatever is seen of a cell, and M_00 is 1
-/// − q0 times it.
+/// The first moment of every order 0 is the form factor, whatever is seen of a cell, and so is M_00.
 #[test]
 fn the_first_moment_is_the_form_factor() {
     let setup = Setup::<5>::of_degree::<f64>(&block(), 40, Grading::default()).unwrap();
-    setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, _, _, _| {
-        let room = polynomials.room();
-        let n = room.table().len();
+    setup.with::<f64, _>(Choice::Default, |room, _, _| {
+        let n = room.partition().len();
         let mut seen = 0;
         for i in 0..n {
             for t in [0.013, 0.37, 0.5, 0.999] {
@@ -218,10 +152,10 @@ fn the_first_moment_is_the_form_factor() {
                 let x = Located { point, cell: i };
                 for j in 0..n {
                     let factor = room.form_factor(&point, j);
-                    let [first, ..]: [f64; 5] = polynomials.form_factors(&point, j);
-                    let moments: [[f64; 5]; 5] = polynomials.moments(&x, j);
-                    let mass = moments[0][0] / (1.0 - ABSORPTION);
-                    let reflected: [f64; 5] = polynomials.pair_integral(&x, j);
+                    let [first, ..]: [f64; 5] = room.form_factors(&point, j);
+                    let moments: [[f64; 5]; 5] = room.moments(&x, j);
+                    let mass = moments[0][0];
+                    let reflected: [f64; 5] = room.pair_integral(&x, j);
                     seen += usize::from(factor > 0.0);
                     // Where a cell is seen in part, places of shadows are wrong by ε.
                     let off = 1e-14 + 1e-12 * factor;
@@ -241,58 +175,10 @@ fn the_first_moment_is_the_form_factor() {
 /// What a point sees of a lamp whose radiosity is linear: with s along it from the foot of a
 /// perpendicular of length d, ∫ s dω = (d/2) ln((s_1² + d²)/(s_0² + d²)); and what falls on a wall,
 /// ∫ s cos cos/(2r) ds, which for parallel walls is ½ [−d²/r].
-/// Those of a third of the pairs beside those of all.
-#[test]
-fn some_pairs_have_what_they_have_among_all() {
-    const B: usize = 3;
-    let is_asked_for = |i: usize, j: usize| (i + j).is_multiple_of(3);
-    for drawing in [doorway(), furnished()] {
-        let all = Setup::<B>::of_degree::<f64>(&drawing, 80, Grading::of_degree(B - 1)).unwrap();
-        let some = Matrix::of_pairs(
-            &all.scene,
-            &all.mesh,
-            min_mass_ratio(B - 1),
-            B,
-            &is_asked_for,
-        );
-        let (some, n) = (some.unwrap(), all.mesh.len());
-        let mut seen = [0; 2];
-        for i in 0..n {
-            for j in 0..n {
-                let view = all.matrix.views().visibility(i, j);
-                let block = |matrix: &Matrix<'_>| {
-                    let row = |a: usize| {
-                        let from = (i * B + a) * n * B + j * B;
-                        matrix.entries()[from..from + B].to_vec()
-                    };
-                    [row(0), row(1), row(2)].concat()
-                };
-                if !is_asked_for(i, j) {
-                    assert_eq!(some.views().visibility(i, j), Visibility::None);
-                    assert_eq!(block(&some), [0.0; B * B]);
-                    continue;
-                }
-                assert_eq!(some.views().visibility(i, j), view);
-                if view == Visibility::Partial {
-                    // Rows may have been made less there.
-                    seen[0] += 1;
-                    let pairs = block(&some).into_iter().zip(block(&all.matrix));
-                    assert!(pairs.into_iter().all(|(own, all)| own.abs() >= all.abs()));
-                } else {
-                    seen[1] += usize::from(view != Visibility::None);
-                    assert_eq!(block(&some), block(&all.matrix));
-                }
-            }
-        }
-        assert!(seen.iter().all(|&count| count > 100), "{seen:?}");
-    }
-}
-
 #[test]
 fn linear_light_has_closed_forms() {
     let setup = Setup::<2>::of_degree::<f64>(&square(), 4, Grading::default()).unwrap();
-    setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, _, _, _| {
-        let room = polynomials.room();
+    setup.with::<f64, _>(Choice::Default, |room, _, _| {
         // 1 on the floor at x = 0, 3 at x = 1, nothing else.
         let mut v = vec![0.0; 8];
         v[0] = 2.0;
@@ -308,35 +194,45 @@ fn linear_light_has_closed_forms() {
             assert!((share - 1.0).abs() < 1e-14);
         }
         // On the ceiling, d = 1: wall 2 runs to the left.
-        let x = room.point(2, 0.25).unwrap();
+        let x = room.on_wall(2, 0.25).unwrap();
         let [from, to] = [-0.75_f64, 0.25];
         let r = |s: f64| (s * s + 1.0).sqrt();
         let factor = 0.5 * (to / r(to) - from / r(from));
         let first = 0.5 * (1.0 / r(from) - 1.0 / r(to));
         let expected = (1.0 + 2.0 * 0.75) * factor + 2.0 * first;
-        let found = polynomials.irradiance_of(&x, &v);
+        let found = room.irradiance_of::<f64, 2>(&x, &v);
         assert!((found - expected).abs() < 1e-15, "{found} {expected}");
-        let all = MeanOver::new(room, &[0.0, 1.0, 2.0, 3.0, 4.0], 0..4).unwrap();
+        let all = MeanOver::everything(room);
         assert_eq!(all.of(&v), 0.5);
     });
 }
 
-/// On enough cells h is near k = ρ/(1 − q0), so that T_h²p has nearly the radius of T_k²p; with the
-/// paper's pairs, of which some are left out, it has less.
+/// On enough cells h is near k = ρ, so that T_h²p has nearly the radius of T_k²p; with the paper's pairs, of which some are left
+/// out, it has less.
 #[test]
 fn the_second_moment_of_h_is_near_that_of_k() {
-    let drawing = block();
-    let setup = Setup::<4>::of_degree::<f64>(&drawing, 100, Grading::default()).unwrap();
-    let of_k = second_moment_radius(&setup.scene, &setup.mesh, &setup.matrix, ABSORPTION).unwrap();
-    setup.with_polynomials::<f64, _>(Choice::Default, |polynomials, _, _, _| {
-        let of_h = |choice| {
-            let views = setup.matrix.views();
-            let pairs = RoomPairs { views, choice };
-            neighbour_second_moment_radius(polynomials, &setup.matrix, pairs).unwrap()
+    let setup = Setup::<4>::of_degree::<f64>(&block(), 100, Grading::default()).unwrap();
+    let (matrix, views) = (setup.matrix.coefficients(), setup.matrix.views());
+    setup.with::<f64, _>(Choice::Default, |room, _, _| {
+        // Three Gauss points of a cell.
+        let points = |cell| {
+            let places = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7];
+            places.map(|t| room.inside(cell, t).unwrap())
         };
-        let [default, paper] = [Choice::Default, Choice::Paper].map(of_h);
+        let pointwise = |x: &Located<_>, j| {
+            let [factor, ..]: [f64; 4] = room.pair_integral(x, j);
+            let k = room.kernel(&x.point, &x.point);
+            k * factor
+        };
+        let of_pairs = |choice| {
+            let pairs = RoomPairs { views, choice };
+            second_moment_radius::<_, _, _, 4>(room, &matrix, &pairs, points, pointwise).unwrap()
+        };
+        let of_k = second_moment_radius::<_, _, _, 4>(room, &matrix, &AllPointwise, points, pointwise);
+        let (of_k, [default, paper]) =
+            (of_k.unwrap(), [Choice::Default, Choice::Paper].map(of_pairs));
         println!("k: {of_k}, h: {default}, paper's pairs {paper}");
-        // The supremum over three points of a cell in place of the mean.
+        // The supremum over three points of a cell.
         assert!((default / of_k - 1.0).abs() < 0.15, "{default} {of_k}");
         assert!(paper < default);
     });

@@ -1,6 +1,6 @@
 //! How fast the standard deviation falls with the number of cells.
 
-use fredholm_core::{Estimator, Form, Length, Task, WalkSeeds};
+use fredholm_core::{Goal, WalkOptions};
 use fredholm_room::{Choice, Grading, MeanOver};
 use fredholm_tests::check::long;
 use fredholm_tests::room::{Drawing, Setup, doorway, facet, furnace, furnished, square};
@@ -21,20 +21,12 @@ fn deviations(
     let start = std::time::Instant::now();
     let setup = Setup::new::<f64>(drawing, cells, grading).unwrap();
     let built = start.elapsed().as_secs_f64();
-    setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {
-        let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-        let task = Task {
-            equation: room,
-            neighbour,
-            functional: &mean,
-            control_mean: Some(mean.of(v)),
-            estimator: Estimator::Absorption,
-            form: Form::Product,
-            seeds: <WalkSeeds>::new(1, 0),
-            length: Length::default(),
-        };
+    setup.with::<f64, _>(choice, |room, neighbour, v| {
+        let mean = MeanOver::everything(room);
+        let value = mean.of(v);
+        let goal = Goal::new(mean, Some(value));
         let start = std::time::Instant::now();
-        let statistics = run(&task, walks);
+        let statistics = run(room, neighbour, &goal, WalkOptions::default(), walks);
         let walked = start.elapsed().as_secs_f64();
         let estimates = [statistics.plain(), statistics.preconditioned()];
         let [plain, best] = estimates.map(|e| e.std_dev.unwrap());

@@ -333,7 +333,7 @@ fn rooms() {
     {
         let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
         for choice in [Choice::Default, Choice::Paper] {
-            setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {
+            setup.with::<f64, _>(choice, |room, neighbour, v| {
                 let quadrature = RoomQuadrature::new(room, 800, 0).unwrap();
                 let pairs = fredholm_room::RoomPairs {
                     views: room.views(),
@@ -346,17 +346,17 @@ fn rooms() {
                     quadrature: &quadrature,
                     galerkin: None,
                 };
-                let length = lengths.last().copied().unwrap();
+                let walls = room.geometry().walls().iter();
+                let length: f64 = walls.map(|wall| wall.length).sum();
                 let density = |_: &_| Density::uniform(length);
-                let all =
-                    fredholm_room::MeanOver::new(room, lengths, 0..room.geometry().walls().len())
-                        .unwrap();
+                let all = fredholm_room::MeanOver::everything(room);
+                let value = all.of(v);
                 compare(
                     &format!("{}, {choice:?}, mean", drawing.name),
                     setting,
                     Start::Density(&density),
                     all,
-                    all.of(v),
+                    value,
                 );
             });
         }

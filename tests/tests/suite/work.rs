@@ -16,7 +16,7 @@ use fredholm_core::{
     Source, Task, Uniforms, WalkSeeds,
 };
 use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
-use fredholm_room::{Grading, Room, RoomPairs};
+use fredholm_room::{Grading, RoomPairs};
 use fredholm_tests::check::Among;
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO};
 use fredholm_tests::counted::{COLUMNS, Counted, CountedCoefficients, CountedNeighbour, Counts};
@@ -199,10 +199,9 @@ fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
     let setup = Setup::<B>::of_degree::<f64>(drawing, cells, Grading::default()).unwrap();
     let tables = fredholm_room::Tables::<f64>::new(&setup.scene, &setup.mesh);
     let views = setup.matrix.views();
-    let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
-    let polynomials = room.with_functions::<B>();
+    let room = tables.room(views);
     let walls = tables.geometry().walls().len();
-    let at = |(n, &t): (usize, &f64)| room.point(n % walls, t).unwrap();
+    let at = |(n, &t): (usize, &f64)| room.on_wall(n % walls, t).unwrap();
     let points: Vec<_> = numbers().iter().enumerate().map(at).collect();
     let scene = &format!("{} {cells}, degree {}", drawing.name, B - 1);
     if B == 1 {
@@ -214,13 +213,7 @@ fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
         let g = setup.solution.source(&dense, &pairs).unwrap();
         let name = format!("{choice:?}").to_lowercase();
         let (names, vectors) = ([scene.as_str(), name.as_str()], [&setup.solution.v[..], &g]);
-        if B == 1 {
-            // As a user has it: a room is its own problem of piecewise constants.
-            preconditioned::<_, _, _, 1>(table, names, (&room, &dense), pairs, vectors, &points);
-        } else {
-            let problem = (&polynomials, &dense);
-            preconditioned::<_, _, _, B>(table, names, problem, pairs, vectors, &points);
-        }
+        preconditioned::<_, _, _, B>(table, names, (&room, &dense), pairs, vectors, &points);
     }
 }
 

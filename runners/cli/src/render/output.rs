@@ -204,7 +204,7 @@ impl Results<'_> {
                 _ => None,
             },
             scale: (is_room && !is_table).then_some([scale.low(), scale.high()]),
-            whole: args.whole,
+            whole: args.global,
             inside: (seen.pixels.iter())
                 .filter(|spot| !spot.value.is_nan())
                 .count(),
@@ -219,7 +219,7 @@ impl Results<'_> {
             false => ["that see something", "seen"],
         };
         let errors = args.errors.as_ref();
-        let errors = errors.map(|_| seen.errors(&self.picture, args.whole));
+        let errors = errors.map(|_| seen.errors(&self.picture, args.global));
         Ok(Content {
             drawn,
             errors: errors.transpose()?,

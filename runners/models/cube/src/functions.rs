@@ -274,14 +274,8 @@ impl<'a, F: Real> Watched<'a, F> {
     pub(super) fn cube<const D: usize>(
         &self,
         per_axis: usize,
-        absorption: f64,
     ) -> Result<ModelCube<'_, F, D>, CubeError> {
-        Cube::new(
-            self.kernel(),
-            self.function(Which::Source),
-            per_axis,
-            absorption,
-        )
+        Cube::new(self.kernel(), self.function(Which::Source), per_axis)
     }
 
     /// A value of the kernel, watched.

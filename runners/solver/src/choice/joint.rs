@@ -14,7 +14,7 @@ use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
 use crate::systems::Systems;
-use crate::whole::{GIVEN_UP, Looks, Ready, Until, Whole, WholeFunction};
+use crate::whole::{GIVEN_UP, GlobalEstimate, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
@@ -30,7 +30,7 @@ const LIFT_PAYS: f64 = 2.0;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
-const SURVIVALS: u32 = 4;
+const FORCED_STEPS: u32 = 4;
 /// The part of the best whole function's time that such a pilot may take.
 const SEQUENCE_SHARE: f64 = 0.1;
 /// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
@@ -97,7 +97,7 @@ impl<'m> Joint<'m> {
         model: &'m dyn Model,
         watch: &dyn SolveObserver,
         price: f64,
-    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+    ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
         let whole = Whole {
             model,
             settings: &self.settings,
@@ -166,7 +166,7 @@ impl<'m> Looked<'m> {
         self,
         question: &Question<'_, 'm>,
         price: f64,
-    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+    ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
         match self.joint {
             Some(joint) => joint.walk(question.model, question.watch, price),
             None => Ok(None),
@@ -181,6 +181,8 @@ pub(super) struct Question<'a, 'm> {
     pub(super) goals: &'a [Goal],
     pub(super) settings: &'m Settings,
     pub(super) watch: &'m dyn SolveObserver,
+    /// The number of states of a walk, about.
+    pub(super) states: f64,
 }
 
 impl<'m> Question<'_, 'm> {
@@ -191,9 +193,8 @@ impl<'m> Question<'_, 'm> {
         starts > 1
             && self.model.has_whole()
             && self.model.whole_has_points()
-            && settings.whole != Some(false)
+            && settings.global != Some(false)
             && settings.walks.is_none()
-            && settings.exact_source != Some(true)
             && settings.last_step != Some(true)
     }
 
@@ -304,7 +305,7 @@ impl<'m> Question<'_, 'm> {
             let Some(cost) = level.lift_cost(degree) else {
                 break;
             };
-            let states = 1.0 / settings.walk_options().absorption;
+            let states = self.states;
             let pilot = cost.setup + LIFTED_PILOT as f64 * lifted_seconds(&cost, &settings, states);
             spent += pilot;
             if spent > may {
@@ -353,8 +354,6 @@ impl<'m> Question<'_, 'm> {
         Settings {
             cells: Some(cells),
             degree: self.settings.degree.or(Some(degree.min(most))),
-            absorption: chosen.settings.absorption,
-            estimator: chosen.settings.estimator,
             walks: Some(super::ENDLESS),
             ..self.settings.clone()
         }
@@ -362,15 +361,14 @@ impl<'m> Question<'_, 'm> {
 
     /// Seconds of a pilot but for its set-up.
     fn pilot_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings) -> f64 {
-        let walk = settings.walk_options();
-        let each = self.walk_seconds(level, settings, 1.0 / walk.absorption);
+        let each = self.walk_seconds(level, settings, self.states);
         PILOT as f64 * each
     }
 
     fn walk_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings, states: f64) -> f64 {
         let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or_default();
         let cost = level.cost(self.pairs()).walk;
-        let estimator = settings.walk_options().estimator;
+        let estimator = settings.absorption().estimator();
         let none = PointwisePairs::default();
         // Scores in every state are those of one walk.
         WALK * cost.seconds(estimator, states, none) - cost.seconds(estimator, states, none)
@@ -446,14 +444,14 @@ impl<'m> Question<'_, 'm> {
         lost: &mut f64,
     ) -> Result<(), Error> {
         let wanted = self.settings.sequence;
-        let survivals = self.settings.survivals.unwrap_or(SURVIVALS);
-        let states = 1.0 / joint.ready.walk.absorption + f64::from(survivals);
+        let forced_steps = self.settings.forced_steps.unwrap_or(FORCED_STEPS);
+        let states = self.states + f64::from(forced_steps);
         let none = PointwisePairs::default();
         let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or(none);
         let cost = level.cost(self.pairs()).walk;
         let score = cost.seconds(Estimator::Absorption, 1.0, pointwise) - cost.start;
         let states_seconds = cost.start + (states - 1.0) * cost.step;
-        let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(survivals)) * score);
+        let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(forced_steps)) * score);
         let pilot = joint.values / 3.0 + LONG_PILOT as f64 * each;
         let may = *lost + pilot < SHARE * price && pilot < SEQUENCE_SHARE * joint.seconds();
         let may = may || wanted == Some(Sequence::Sobol);
@@ -462,7 +460,7 @@ impl<'m> Question<'_, 'm> {
         }
         let mut settings = joint.settings.clone();
         settings.sequence = Some(Sequence::Sobol);
-        settings.survivals = Some(survivals);
+        settings.forced_steps = Some(forced_steps);
         let whole = Whole {
             model: self.model,
             settings: &settings,
@@ -471,7 +469,7 @@ impl<'m> Question<'_, 'm> {
         };
         let walk = WalkOptions {
             sequence: Sequence::Sobol,
-            survivals,
+            forced_steps,
             ..joint.ready.walk
         };
         let pilot_walk = WalkOptions {
@@ -529,7 +527,7 @@ impl<'m> Question<'_, 'm> {
 
 /// Seconds of a walk of a lift that scores in every state.
 fn lifted_seconds(cost: &Cost, settings: &Settings, states: f64) -> f64 {
-    let estimator = settings.walk_options().estimator;
+    let estimator = settings.absorption().estimator();
     WALK * cost
         .walk
         .seconds(estimator, states, PointwisePairs::default())

@@ -37,7 +37,7 @@ use crate::chosen::WHOLE;
 
 use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
-use crate::whole::WholeFunction;
+use crate::whole::GlobalEstimate;
 use crate::{Error, Goal, Model, Sequence, Settings, SolveError};
 use fredholm_model::Request;
 use fredholm_model::{Target, goals};
@@ -59,7 +59,7 @@ pub(crate) enum Found<'m> {
     /// Separate walks of every goal.
     Separate(Answer),
     /// One set of walks for all goals.
-    Whole(WholeFunction<'m>),
+    Whole(GlobalEstimate<'m>),
     /// Nothing yet, as the other way takes less. It has the pilots of this one.
     OtherWay(Box<Search<'m>>),
 }
@@ -106,6 +106,7 @@ pub fn choose<'m>(
         goals: &goals,
         settings,
         watch,
+        states: search.states(),
     };
     let (lost, joint) = look_early(&mut search, &question)?;
     if let Some(chosen) = joint {
@@ -165,6 +166,7 @@ pub(crate) fn solve_either<'m>(
         goals,
         settings,
         watch,
+        states: search.states(),
     };
     // Seconds that a whole function was predicted to take which was given up.
     let mut given_up: Option<f64> = None;
@@ -378,7 +380,7 @@ fn next<'m>(
         {
             refuse_without_end(settings, &drawn.prediction)?;
             chosen.settings.sequence = Some(Sequence::Sobol);
-            chosen.settings.survivals = Some(drawn.survivals);
+            chosen.settings.forced_steps = Some(drawn.forced_steps);
             chosen.settings.batch = Some(drawn.batch);
             if let Some(lifted) = drawn.lifted {
                 follow(&mut chosen, lifted);

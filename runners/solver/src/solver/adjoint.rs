@@ -51,7 +51,7 @@ impl Solver<'_> {
     pub(crate) fn way_back(&self, goals: &[Goal]) -> Option<Box<dyn Model + '_>> {
         let settings = &self.settings;
         let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
-        let is_open = settings.adjoint.is_none() && settings.whole.is_none();
+        let is_open = settings.adjoint.is_none() && settings.global.is_none();
         // Every process of a team must take the same way.
         let is_alone = self.execute.takes_whole();
         let may = is_chosen && is_open && is_alone && !self.model.is_adjoint();

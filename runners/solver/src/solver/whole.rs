@@ -2,7 +2,7 @@
 
 use super::{SolveError, Solver};
 use crate::point::Point;
-use crate::whole::{Looks, Until, Whole, WholeFunction, WholeValue};
+use crate::whole::{GlobalEstimate, GlobalValue, Looks, Until, Whole};
 use crate::{Error, Goal, Region};
 
 impl<'m> Solver<'m> {
@@ -15,7 +15,7 @@ impl<'m> Solver<'m> {
 
     /// Sets the cells of which the report of a whole function has the mean of u, if the goals are answered by one: of each the
     /// number of the goal in its corner, and those of its neighbours along the axes
-    /// ([`WholeFunction::means_between`]).
+    /// ([`GlobalEstimate::means_between`]).
     ///
     /// ```
     /// use fredholm::{CubeModel, Solver};
@@ -57,7 +57,7 @@ impl<'m> Solver<'m> {
     ///
     /// # Errors
     /// [`SolveError`].
-    pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
+    pub fn whole(&self) -> Result<GlobalEstimate<'m>, SolveError> {
         self.check()?;
         self.check_direction()?;
         self.check_whole()?;
@@ -118,7 +118,7 @@ impl<'m> Solver<'m> {
     pub fn values_at<P: Into<Point> + Clone>(
         &self,
         points: &[P],
-    ) -> Result<Vec<WholeValue>, SolveError> {
+    ) -> Result<Vec<GlobalValue>, SolveError> {
         self.check()?;
         let points = points.iter().cloned().map(Into::into);
         let points = points.map(|Point(at)| self.model.point(&at));

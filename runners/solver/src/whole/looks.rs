@@ -1,7 +1,7 @@
 //! The regions at which error bars are looked at while walks of a whole function go on.
 
-use fredholm_core::whole::over_replicates;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity};
+use fredholm_core::global::over_replicates;
+use fredholm_model::{GlobalField, GlobalQuantity, IMAGE_HEAD};
 
 use super::{PROBES, REPLICATES, split};
 use crate::{Error, Goal, Model, Region, Tolerance};
@@ -57,12 +57,16 @@ impl Looks {
     }
 
     /// What a field says of them.
-    pub(crate) fn look(&self, field: &dyn WholeField, tolerance: Tolerance) -> Result<Look, Error> {
+    pub(crate) fn look(
+        &self,
+        field: &dyn GlobalField,
+        tolerance: Tolerance,
+    ) -> Result<Look, Error> {
         let width = IMAGE_HEAD + field.rows();
         let mut all = Look::default();
         let images = match self.0.is_empty() {
             true => field.mesh_images(),
-            false => field.images(WholeQuantity::U, &self.0)?,
+            false => field.images(GlobalQuantity::U, &self.0)?,
         };
         for image in images.chunks_exact(width) {
             all.add(image, tolerance);

@@ -2,22 +2,22 @@
 
 use std::time::Instant;
 
-use fredholm_core::whole::{ReplicateCounts, Replicated, WholeJob, band_factor, over_replicates};
-use fredholm_core::{DEFAULT_GENERATOR, Real, Tolerance, rounding_floor};
+use fredholm_core::global::{GlobalJob, ReplicateCounts, Replicated, band_factor, over_replicates};
+use fredholm_core::{Absorption, DEFAULT_GENERATOR, Estimator, Real, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
+use fredholm_model::{GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD};
 use fredholm_rayon::Replicates;
 
 use super::looks::{Look, Looks, MOVED};
 use super::{
-    BAND_LEVEL, PROBES, QUADRATURE_SHARE, REPLICATES, WholeFunction, WholeSummary, WholeValue,
+    BAND_LEVEL, GlobalEstimate, GlobalSummary, GlobalValue, PROBES, QUADRATURE_SHARE, REPLICATES,
     split,
 };
 use crate::answer::SolveObserver;
 use crate::systems::Systems;
 use crate::{
-    Choices, Error, Model, Pairs, Region, Scalar, Sequence, Settings, SolveError, Subject,
-    WalkOptions,
+    Choices, Error, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, SolveError,
+    Subject, WalkOptions,
 };
 
 /// The fewest walks of a replicate.
@@ -30,6 +30,9 @@ const QUADRATURE_PROBES: usize = 8;
 const CELLS: usize = 4096;
 /// The share of a replicate's walks that one round adds: as long a cancellation may wait.
 const ROUND: u64 = 8;
+/// The bounds of the absorption that is chosen: walks of one state see nothing of T_K, and those of a thousand take long.
+const LEAST_ABSORPTION: f64 = 1e-3;
+const MOST_ABSORPTION: f64 = 0.7;
 /// The rate r of a variance of N^−r in the next stage of a sequence, between that of pseudo-random walks and that of smooth functions.
 const SEQUENCE_RATE: f64 = 1.5;
 /// By how many times more walks than an error bar says the next stage goes on: that is itself uncertain by 9 %.
@@ -45,7 +48,7 @@ pub(crate) struct Whole<'a, 'm> {
 
 /// A solved system that is about to be walked.
 pub(crate) struct Ready<'m> {
-    pub(crate) system: Box<dyn WholeSystem<'m> + 'm>,
+    pub(crate) system: Box<dyn GlobalSystem<'m> + 'm>,
     pub(crate) walk: WalkOptions,
     /// The degree of scores.
     pub(crate) degree: usize,
@@ -92,32 +95,17 @@ impl<'m> Whole<'_, 'm> {
             return Err(Error::Option {
                 subject: Subject::Problem,
                 message: "the whole function from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
-                          kernel has an integral, and equations of a crate of its own whose `CellMap` has \
-                          `parameters`: ask for targets without it"
+                          kernel has an integral, and equations of a crate of its own: ask for targets without it"
                     .to_owned(),
             });
         }
         let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
         walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
-        if walk.pairs == Pairs::Theory {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
-                    .to_owned(),
-            });
-        }
-        if self.settings.exact_source == Some(true) {
-            return Err(Error::Option {
-                subject: Subject::ExactSource,
-                message: "the whole function is not offered with an exact source: leave `exact_source` out"
-                    .to_owned(),
-            });
-        }
         if walk.last_step {
             return Err(Error::Option {
                 subject: Subject::LastStep,
                 message:
-                    "a whole function scores in every state of walks for u: leave `last_step` out"
+                    "a global estimate scores in every state of walks for u: leave `last_step` out"
                         .to_owned(),
             });
         }
@@ -126,6 +114,9 @@ impl<'m> Whole<'_, 'm> {
         let what = || format!("{} unknowns", cells.unknowns());
         let advice = self.model.about().less_memory;
         refuse_beyond_memory(what, needed, advice)?;
+        if self.settings.absorption.is_none() {
+            walk.absorption = self.absorption(&*cells)?;
+        }
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
@@ -151,7 +142,7 @@ impl<'m> Whole<'_, 'm> {
         })
     }
 
-    fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
+    fn score_degree(&self, system: &dyn GlobalSystem<'_>) -> Result<usize, Error> {
         let (own, most) = (system.degree(), system.most_degree());
         match self.settings.score_degree {
             None | Some(0) if !self.model.whole_has_points() => Ok(0),
@@ -179,6 +170,17 @@ impl<'m> Whole<'_, 'm> {
                 ),
             }),
         }
+    }
+
+    /// The best constant absorption of walks that score in every state. With scores of residuals that hardly depend on each other the
+    /// variance is proportional to 1/(1 − r/s), where r is the radius of T_k²p and s = 1 − q0, and the work to 1/(1 − s): their product is
+    /// least at s = √r.
+    fn absorption(&self, cells: &dyn Partitioned<'_>) -> Result<Absorption, Error> {
+        let probability = 1.0 - Real::sqrt(cells.plain_radius()?);
+        Ok(Absorption::Constant {
+            probability: probability.clamp(LEAST_ABSORPTION, MOST_ABSORPTION),
+            estimator: self.settings.estimator.unwrap_or(Estimator::Collision),
+        })
     }
 
     /// Walks until the tolerance is reached, or to the end.
@@ -214,7 +216,7 @@ impl<'m> Whole<'_, 'm> {
     ) -> Result<Walked, Error> {
         let (start, system) = (Instant::now(), &*ready.system);
         let functions = system.cells() * system.degrees(ready.degree).len();
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk,
             degree: ready.degree,
             // As many values of F − G as there are functions, about, and one of every walk.
@@ -238,7 +240,7 @@ impl<'m> Whole<'_, 'm> {
     }
 
     /// The values at points, for which walks score on K(x, ·) itself.
-    pub(crate) fn values_at(&self, points: &[Region]) -> Result<Vec<WholeValue>, Error> {
+    pub(crate) fn values_at(&self, points: &[Region]) -> Result<Vec<GlobalValue>, Error> {
         let ready = self.ready()?;
         let walk = WalkOptions {
             tolerance: None,
@@ -249,7 +251,7 @@ impl<'m> Whole<'_, 'm> {
             walks: walk.walks,
             price: f64::INFINITY,
         };
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk: &walk,
             degree: ready.degree,
             knows_first: false,
@@ -274,11 +276,11 @@ impl<'m> Whole<'_, 'm> {
         let least = least.fold(f64::INFINITY, f64::min);
         let mut field = system.field(&request, Vec::new())?;
         let moved = field.refine(points, QUADRATURE_SHARE * least)?;
-        let images = field.images(WholeQuantity::U, points)?;
+        let images = field.images(GlobalQuantity::U, points)?;
         let all = images.chunks_exact(IMAGE_HEAD).zip(corrections);
         let value = |(image, correction): (&[f64], Replicated)| {
             let ([iterate, _], _) = split(image, 0);
-            WholeValue {
+            GlobalValue {
                 estimate: iterate + correction.mean,
                 std_error: Some(correction.std_error),
                 band: None,
@@ -293,7 +295,7 @@ impl<'m> Whole<'_, 'm> {
         &self,
         ready: &Ready<'m>,
         (walk, until): (&WalkOptions, &Until),
-        job: &dyn WholeJob,
+        job: &dyn GlobalJob,
         replicates: &mut Replicates,
         start: Instant,
     ) -> Result<&'static str, Error> {
@@ -358,15 +360,15 @@ impl<'m> Whole<'_, 'm> {
         &self,
         ready: Ready<'m>,
         walked: Walked,
-    ) -> Result<WholeFunction<'m>, SolveError> {
+    ) -> Result<GlobalEstimate<'m>, SolveError> {
         let after = Instant::now();
         let counts = walked.counts();
         let field = ready.field(walked.coefficients)?;
         let (about, walk) = (self.model.about(), &ready.walk);
-        let mut whole = WholeFunction {
+        let mut whole = GlobalEstimate {
             model: self.model,
             field,
-            summary: WholeSummary {
+            summary: GlobalSummary {
                 problem: about.kind,
                 dimension: about.dimension,
                 cells: ready.cells,
@@ -379,13 +381,13 @@ impl<'m> Whole<'_, 'm> {
                     .lifted()
                     .map_or(walk.pairs, |_| Pairs::Pointwise)
                     .word(),
-                absorption: walk.absorption,
-                estimator: walk.estimator.word(),
+                absorption: walk.absorption.probability(),
+                estimator: walk.absorption.estimator().word(),
                 form: walk.form.word(),
                 scalar: self.settings.scalar.word(),
                 generator: DEFAULT_GENERATOR,
                 sequence: walk.sequence_word(),
-                survivals: walk.survivals,
+                forced_steps: walk.forced_steps,
                 seed: walk.seed,
                 stop: walked.stop,
                 replicates: REPLICATES,
@@ -415,10 +417,10 @@ impl<'m> Whole<'_, 'm> {
     }
 
     /// The error bars at the probes, the band, and what no band sees.
-    fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
+    fn finish(&self, whole: &mut GlobalEstimate<'m>) -> Result<(), Error> {
         let probes = self.model.spread(PROBES);
         let images = if self.model.whole_has_points() {
-            whole.field.images(WholeQuantity::U, &probes)?
+            whole.field.images(GlobalQuantity::U, &probes)?
         } else {
             whole.field.mesh_images()
         };
@@ -454,10 +456,10 @@ impl<'m> Whole<'_, 'm> {
 
 impl<'m> Ready<'m> {
     /// The function of these coefficients of all replicates, and of the highest degree of their mean.
-    pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn WholeField + 'm>, Error> {
+    pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn GlobalField + 'm>, Error> {
         let degrees = self.system.degrees(self.degree);
         rows.extend(highest(&rows, &degrees, self.system.cells()));
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk: &self.walk,
             degree: self.degree,
             knows_first: false,
