@@ -28,6 +28,10 @@ const SWEEPS: u32 = 4000;
 const MOST_NODES: usize = 20_000;
 /// Seconds of a state of a walk besides its kernel, as for the other kinds of equations.
 const STATE: f64 = 20e-9;
+/// Values of F in a cell, for its means.
+const VALUES_OF_SOURCE: f64 = 64.0;
+/// The most points of an axis for the means of F: exact for half a wave on a cell.
+const MOST_POINTS: usize = 16;
 /// Seconds of the set-up for an unknown, where coefficients are closed forms.
 const CLOSED: f64 = 1e-6;
 /// Seconds of a polynomial of the highest degree at a point.
@@ -119,6 +123,12 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     /// Values of the kernel in a cell.
     fn values(&self) -> f64 {
         self.points.max(1).pow(E::DIMENSION as u32) as f64
+    }
+
+    /// Points of a cell and axis for the means of F, which cost nothing beside a row of K'.
+    fn points_of_source(&self) -> usize {
+        let affordable = VALUES_OF_SOURCE.powf(1.0 / E::DIMENSION as f64);
+        self.points.max((affordable.round() as usize).min(MOST_POINTS))
     }
 
     /// Nodes of a site, one more an axis than the square of k − h needs.
@@ -263,7 +273,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let (equation, degree) = (self.equation()?, self.of_degree()?);
         let functions = degree.functions();
         let nodes = Nodes::new(&equation, self.points)?;
-        let source = degree.means(&equation, &nodes, &|x| equation.source(x, &mut NoDraws));
+        let of_source = Nodes::new(&equation, self.points_of_source())?;
+        let source = degree.means(&equation, &of_source, &|x| equation.source(x, &mut NoDraws));
+        drop(of_source);
         let closed = degree.matrix(&equation);
         let mut entries: Vec<f64> = Vec::new();
         if closed.is_none() {
