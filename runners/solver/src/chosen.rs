@@ -84,7 +84,7 @@ pub(crate) fn draws(
         text.push_str(", Sobol' points");
     }
     if forced_steps > 0 {
-        text.push_str(&format!(", {forced_steps} forced_steps"));
+        text.push_str(&format!(", {forced_steps} forced steps"));
     }
     if last_step {
         text.push_str(", last step to the light");
