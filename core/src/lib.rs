@@ -17,6 +17,7 @@ mod lights;
 mod neighbour;
 mod real;
 pub mod refused;
+pub mod resolvent;
 pub mod sampled;
 mod schedule;
 mod sobol;
@@ -46,7 +47,9 @@ pub use uniforms::{
     DEFAULT_GENERATOR, DefaultGenerator, Generators, RngUniforms, Uniforms, WalkNumber, WalkSeeds,
 };
 pub use value::{Channels, MOST_CHANNELS, Value};
-pub use walk::{Absorption, Both, Estimator, Form, Length, ROULETTE_FLOOR, Termination, Walk, walk};
+pub use walk::{
+    Absorption, Both, Estimator, Form, Length, ROULETTE_FLOOR, Termination, Walk, walk,
+};
 
 /// The generator traits that [`WalkSeeds`] and [`Generators`] ask for.
 pub use rand_core;

@@ -61,9 +61,16 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     if let Some(lift) = args.lift {
         file.galerkin.lift = Some(Placed::flag("--lift", lift));
     }
+    if let Some(method) = args.by {
+        file.walk.method = Some(Placed::flag("--method", method));
+    }
     set(&mut file.walk.walks, "--walks", args.walks);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
-    set(&mut file.walk.forced_steps, "--forced-steps", args.forced_steps);
+    set(
+        &mut file.walk.forced_steps,
+        "--forced-steps",
+        args.forced_steps,
+    );
     let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
     let walk = &mut file.walk;
     walk.last_step = flag("--last-step", args.last_step).or(walk.last_step.take());
@@ -447,7 +454,8 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             let steps = (1.0 / (1.0 - survival).max(0.0)).min(f64::from(STEP_LIMIT));
             let pairs = cells.pointwise_pairs(walk.pairs).map_err(&fail)?;
             let cost = cells.cost(walk.pairs);
-            let each = cost.walk.seconds(walk.absorption.estimator(), steps, pairs) * model.shared() as f64;
+            let each = cost.walk.seconds(walk.absorption.estimator(), steps, pairs)
+                * model.shared() as f64;
             let (states, seconds) = (walks * steps, cost.setup + walks * each);
             let most = match walk.tolerance {
                 Some(_) => "at most ",

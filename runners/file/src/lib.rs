@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
+pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
@@ -80,6 +80,8 @@ pub struct Galerkin {
 /// The random walks: `[walk]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
+    /// The method; without one, the best that the equation has.
+    pub method: Option<Placed<Method>>,
     /// The number of walks for each target.
     pub walks: Placed<u64>,
     /// q0, the probability that a walk is absorbed in a state; without one, walks end by roulette.
@@ -240,6 +242,7 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
 
 /// Reads `[walk]`.
 fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
+    let method = section.optional("method");
     let walks = section.optional("walks");
     let absorption = section.optional("absorption");
     let estimator = section.optional("estimator");
@@ -256,6 +259,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let global = section.optional("global");
     section.finish()?;
     Ok(Walk {
+        method: method.map(|field| field.word()).transpose()?,
         walks: or_default(walks, Field::integer, 100_000)?,
         absorption: absorption.map(|field| field.number()).transpose()?,
         estimator: or_default(estimator, Field::word, Estimator::Collision)?,

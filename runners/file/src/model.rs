@@ -109,6 +109,7 @@ impl ProblemFile {
         let (galerkin, walk) = (&self.galerkin, &self.walk);
         let value = |placed: &Option<Placed<usize>>| placed.as_ref().map(|placed| placed.value);
         Settings {
+            method: walk.method.as_ref().map(|method| method.value),
             cells: value(&galerkin.cells),
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),

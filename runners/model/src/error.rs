@@ -82,6 +82,11 @@ pub enum Error {
     },
     /// The neighbour equation's walks have no mean.
     NoMean,
+    /// Resolvent walks do not serve the equation.
+    Regular {
+        /// The message: what was found, and what would help.
+        message: String,
+    },
     /// There is too little memory.
     Memory {
         /// The thing that needs the memory.
@@ -276,6 +281,7 @@ impl Display for Error {
             | Self::Option { message, .. }
             | Self::Region { message }
             | Self::TooMuch { message }
+            | Self::Regular { message }
             | Self::Kept { message, .. }
             | Self::Picture(message) => f.write_str(message),
             Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),

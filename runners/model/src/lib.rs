@@ -17,6 +17,7 @@ mod model;
 pub mod numbers;
 mod options;
 pub mod pairs;
+pub mod resolvent;
 mod saved;
 mod settings;
 mod spot;
@@ -33,10 +34,10 @@ pub use global::{
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
-    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
-    WithStarts,
+    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, Resolvents, System, Then,
+    WithJob, WithStarts,
 };
-pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
+pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};

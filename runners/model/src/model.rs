@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
+use crate::resolvent::{ResolventAnswer, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
@@ -166,6 +167,20 @@ pub trait Model: Send + Sync {
         LastSteps::Never
     }
 
+    /// Whether it is given by kernel and source, so that resolvent walks solve it.
+    fn resolvents(&self) -> Resolvents {
+        Resolvents::Never
+    }
+
+    /// Answers goals by resolvent walks.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Internal`]: the equation is not given by kernel and source ([`Model::resolvents`]).
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let _ = question;
+        Err(Error::Internal("an equation without kernel and source"))
+    }
+
     /// Whether its neighbour equation depends on how pairs are treated. Where it comes from steps alone it does not.
     fn has_pairs(&self) -> bool {
         true
@@ -294,6 +309,17 @@ pub trait Model: Send + Sync {
         self.exchange()
             .map_or(0, |surfaces| surfaces.besides(goals))
     }
+}
+
+/// Whether resolvent walks solve an equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolvents {
+    /// They do not.
+    Never,
+    /// They do where they are asked for.
+    Asked,
+    /// They do unless something else is asked for.
+    Default,
 }
 
 /// A deterministic solution.

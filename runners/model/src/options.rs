@@ -53,6 +53,23 @@ pub enum Sequence {
     Sobol,
 }
 
+/// The method of a solution.
+///
+/// ```
+/// use fredholm::{Choices, Method};
+///
+/// assert_eq!(Method::of_word("resolvent"), Some(Method::Resolvent));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Walks of the equation's chain, with a neighbour equation as control variate.
+    Walks,
+    /// The same as in Heinrich 1995: constant absorption, pairs in S, the product form.
+    Paper,
+    /// Walks that know the resolvent of a neighbour equation: of equations by kernel and source.
+    Resolvent,
+}
+
 /// The value of an expression for the floating-point type that a [`Scalar`] stands for.
 ///
 /// ```
@@ -176,6 +193,26 @@ impl Choices for Scalar {
             value: Self::F64,
             word: "f64",
             help: "Double precision",
+        },
+    ];
+}
+
+impl Choices for Method {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Walks,
+            word: "walks",
+            help: "walks of the equation's chain, which a neighbour equation follows: its variance must be finite",
+        },
+        Choice {
+            value: Self::Paper,
+            word: "paper",
+            help: "these walks as in Heinrich 1995: an absorption of 0.2 unless another is given, pairs in S, the product form",
+        },
+        Choice {
+            value: Self::Resolvent,
+            word: "resolvent",
+            help: "walks that know the resolvent of a neighbour equation: kernels of any norm, given as functions",
         },
     ];
 }

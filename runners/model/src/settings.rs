@@ -6,7 +6,7 @@ use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Choices as _, Error, Pairs, Scalar, Sequence, Subject};
+use crate::{Choices as _, Error, Method, Pairs, Scalar, Sequence, Subject};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;
@@ -26,6 +26,9 @@ const LONGEST: u64 = 1 << 24;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
+    /// The method. If it is open, equations by kernel and source have resolvent walks, and all others walks of their chain.
+    #[serde(default, with = "open_choice")]
+    pub method: Option<Method>,
     /// Cells; of a cube per axis.
     pub cells: Option<usize>,
     /// Degree of the polynomials on a cell.
@@ -93,6 +96,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            method: None,
             cells: None,
             degree: None,
             pairs: None,
@@ -208,9 +212,10 @@ impl Settings {
     /// How walks end: by roulette, unless q0 or the absorption estimator is asked for.
     #[must_use]
     pub fn absorption(&self) -> Absorption {
+        let is_paper = self.method == Some(Method::Paper);
         let by_absorption = self.estimator == Some(Estimator::Absorption);
         let probability = match self.absorption {
-            None if by_absorption => Some(Self::ABSORPTION),
+            None if by_absorption || is_paper => Some(Self::ABSORPTION),
             said => said,
         };
         probability.map_or(Absorption::Roulette, |probability| Absorption::Constant {
@@ -222,11 +227,15 @@ impl Settings {
     /// The walks, with a default for what is open.
     #[must_use]
     pub fn walk_options(&self) -> WalkOptions {
+        let (pairs, form) = match self.method {
+            Some(Method::Paper) => (Pairs::Paper, Form::Product),
+            _ => (Pairs::Default, Self::FORM),
+        };
         WalkOptions {
-            pairs: self.pairs.unwrap_or(Pairs::Default),
+            pairs: self.pairs.unwrap_or(pairs),
             walks: self.walks.unwrap_or(Self::WALKS),
             absorption: self.absorption(),
-            form: self.form.unwrap_or(Self::FORM),
+            form: self.form.unwrap_or(form),
             seed: self.seed,
             sequence: self.sequence.unwrap_or(Sequence::Random),
             forced_steps: self.forced_steps.unwrap_or(0),

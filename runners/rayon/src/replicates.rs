@@ -1,7 +1,7 @@
 //! The replicates of a global estimate on all threads.
 
 use fredholm_core::NotFinite;
-use fredholm_core::global::{Replicate, ReplicateCounts, GlobalJob};
+use fredholm_core::global::{GlobalJob, Replicate, ReplicateCounts};
 use rayon::prelude::*;
 
 use crate::{Observer, RunError};

@@ -41,8 +41,8 @@ pub use custom::{CustomEquation, CustomModel};
 pub use execute::Execute;
 pub use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 pub use fredholm_model::{
-    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Model, Pairs,
-    Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Method, Model,
+    Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
     WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;

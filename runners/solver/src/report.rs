@@ -4,10 +4,12 @@ mod columns;
 mod csv;
 mod energy;
 mod mesh;
+mod resolvent;
 mod text;
 mod whole;
 
 pub use columns::{Column, Columns};
+pub use resolvent::ResolventReport;
 pub use whole::{GlobalGoalReport, GlobalReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
@@ -17,7 +19,7 @@ use serde::Serialize;
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Model, Pairs, Region, Settings};
+use crate::{Choices, Goal, Method, Model, Pairs, Region, Settings};
 use fredholm_model::numbers::with_decimals;
 
 /// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
@@ -39,6 +41,8 @@ const FEW_SCORES: u64 = 64;
 /// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// The name of the method: "walks", "paper", "global" or "resolvent".
+    pub method: &'static str,
     /// The kind of the problem: "circle", "cube" or "room".
     pub problem: &'static str,
     /// The dimension d of a cube.
@@ -120,6 +124,9 @@ pub struct Report {
     /// The energy balance of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
+    /// What resolvent walks knew and found, if these answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolvent: Option<ResolventReport>,
     /// The report of the whole function, if one set of walks answers all goals; of it the summary is serialised.
     #[serde(
         serialize_with = "whole::summary",
@@ -378,6 +385,10 @@ impl Report {
         };
         let others = || answer.others.iter().take(own);
         Self {
+            method: match settings.method {
+                Some(Method::Paper) => Method::Paper.word(),
+                _ => Method::Walks.word(),
+            },
             problem: about.kind,
             dimension: about.dimension,
             cells: if plain { 0 } else { cells.cells },
@@ -418,6 +429,7 @@ impl Report {
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
             energy: EnergyReport::new(answer.derived.fluxes, run.model.flux_unit()),
             goals: reports,
+            resolvent: None,
             whole: None,
         }
     }

@@ -20,10 +20,11 @@ use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
-use fredholm_model::Request;
+use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::resolvent::ResolventQuestion;
 use fredholm_model::{Ask, Target, goals};
+use fredholm_model::{Request, Resolvents};
 
 pub use error::SolveError;
 
@@ -178,6 +179,12 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets the method; otherwise it is the best that the equation has.
+    pub fn method(mut self, method: Method) -> Self {
+        self.settings.method = Some(method);
+        self
+    }
+
     /// Sets the number of cells; of a cube, per axis.
     pub fn cells(mut self, cells: usize) -> Self {
         self.settings.cells = Some(cells);
@@ -319,6 +326,21 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
+        if self.has_resolvent() {
+            let question = ResolventQuestion {
+                goals: &goals,
+                settings: &self.settings,
+                watch: self.watch,
+            };
+            let answer = self.model.by_resolvent(&question)?;
+            return self.reported(Report::of_resolvent(
+                self.model,
+                &goals,
+                &exact,
+                &self.settings,
+                &answer,
+            ));
+        }
         let back = self.way_back(&goals);
         let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole();
@@ -373,6 +395,15 @@ impl<'m> Solver<'m> {
             answer,
         );
         self.reported(report)
+    }
+
+    /// Whether resolvent walks answer: where they are asked for, or where nothing is said that belongs to walks of a chain.
+    fn has_resolvent(&self) -> bool {
+        match (self.settings.method, self.model.resolvents()) {
+            (Some(method), _) => method == Method::Resolvent,
+            (None, Resolvents::Default) => false,
+            _ => false,
+        }
     }
 
     /// The report as a result: an error if it is not all that was asked for.

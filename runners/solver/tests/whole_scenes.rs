@@ -3,7 +3,7 @@
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};
 use fredholm::{
-    Estimator, Form, Region, Scalar, SceneModel, SolveError, Solver, GlobalEstimate, GlobalValue,
+    Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, SolveError, Solver,
 };
 
 fn long() -> bool {

@@ -66,6 +66,7 @@ fn defaults() {
     assert_eq!(
         file.walk,
         Walk {
+            method: None,
             walks: Placed::default(100_000),
             absorption: None,
             estimator: Placed::default(Estimator::Collision),

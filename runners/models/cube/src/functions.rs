@@ -315,6 +315,7 @@ impl<'a, F: Real> Watched<'a, F> {
                         | fredholm_rayon::RunError::Replicate { .. }
                 )
                 | Error::Variance(_)
+                | Error::NotFinite { .. }
         );
         match self.watch.get() {
             Some(what) if caused => Error::NotFinite { what: what.clone() },

@@ -15,6 +15,7 @@ mod mean;
 mod nystrom;
 mod radius;
 mod regions;
+mod resolvent;
 mod setup;
 mod shapes;
 mod singular;
@@ -38,7 +39,8 @@ use domain::Domain;
 use extended::Known;
 use fredholm_model::Deterministic;
 use fredholm_model::cost::{Cost, PointwisePairs};
-use fredholm_model::{About, Prepared, Request, Then};
+use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
+use fredholm_model::{About, Prepared, Request, Resolvents, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
     System, WalkOptions, in_scalar,
@@ -275,6 +277,18 @@ impl Model for CubeModel {
             }
             _ => self.smooth_order(discretisation.degree),
         }
+    }
+
+    fn resolvents(&self) -> Resolvents {
+        match self.dimension {
+            1..=4 => Resolvents::Default,
+            _ => Resolvents::Asked,
+        }
+    }
+
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let scalar = question.settings.scalar;
+        in_scalar!(scalar, F => in_dimension!(self.dimension, D => self.resolvent_in::<F, D>(question)))
     }
 
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {

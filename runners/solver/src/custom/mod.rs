@@ -23,7 +23,10 @@ pub(crate) use cells::Nodes;
 use degree::WithIntegrals;
 pub(crate) use degree::{Closed, Degree, Kinds, Of, Smooth, Use, squared_radius};
 use fredholm_model::EquationError;
-use fredholm_model::{About, LastSteps};
+use fredholm_model::resolvent::{
+    self, ByDensity, ResolventAnswer, ResolventQuestion, ResolventSizes,
+};
+use fredholm_model::{About, LastSteps, Resolvents};
 use system::CustomPartition;
 use walk::{Equations, OwnLights, Walks, place};
 use whole::{OwnStarts, UniformStarts};
@@ -498,6 +501,30 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     fn last_steps(&self) -> LastSteps {
         self.last_steps
+    }
+
+    fn resolvents(&self) -> Resolvents {
+        // What has a chain of its own making, with lights and closed forms, is a contraction by nature.
+        match self.equations.lights {
+            Some(_) => Resolvents::Asked,
+            None => Resolvents::Default,
+        }
+    }
+
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let levels = match question.settings.cells {
+            Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
+            None => self.all_levels(),
+        };
+        let sizes = ResolventSizes {
+            levels,
+            dimension: E::DIMENSION,
+            seconds: [self.kernel_seconds; 2],
+        };
+        resolvent::answer(question, &sizes, &|cells, degree| {
+            let equation = ByDensity(self.equation(cells)?);
+            resolvent::cut_of(equation, &self.equations, degree)
+        })
     }
 
     /// Along every coordinate, the last one fastest.

@@ -18,7 +18,7 @@ use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Sub
 use fredholm_core::{Absorption, Form, Located, NoDraws};
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{Request, Then, WalkOptions, GlobalSystem};
+use fredholm_model::{GlobalSystem, Request, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -128,7 +128,8 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     /// Points of a cell and axis for the means of F, which cost nothing beside a row of K'.
     fn points_of_source(&self) -> usize {
         let affordable = VALUES_OF_SOURCE.powf(1.0 / E::DIMENSION as f64);
-        self.points.max((affordable.round() as usize).min(MOST_POINTS))
+        self.points
+            .max((affordable.round() as usize).min(MOST_POINTS))
     }
 
     /// Nodes of a site, one more an axis than the square of k − h needs.
@@ -168,7 +169,11 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let nodes = (self.all as f64 * self.values()) as usize;
         let points = nodes.saturating_mul(size_of::<E::Point>());
         // K', F', v, G and their copies.
-        let of_matrix = if self.is_closed() { 0 } else { n.saturating_mul(8) };
+        let of_matrix = if self.is_closed() {
+            0
+        } else {
+            n.saturating_mul(8)
+        };
         n.saturating_mul(of_matrix.saturating_add(8 * 8))
             .saturating_add(points)
             .saturating_add(goals.len().saturating_mul(1024))
@@ -416,53 +421,58 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
         let equations = &self.cut.model.equations;
-        equations.with_neighbour(&equation, &self.solved, (kinds, false), &mut |neighbour, v| {
-            let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
-            let density = |weight| {
-                let weight: &super::walk::Weighted<'_, E> = weight;
-                move |x: &E::Point| {
-                    let phi = weight.weight(x) * measure;
-                    let start = neighbour.locate(*x);
-                    let value = weight.control_estimate(&start, phi, neighbour.value(&start));
-                    Density {
-                        functional: phi / measure,
-                        square: phi * phi / measure,
-                        initial: 1.0 / measure,
-                        fluctuation: value - weight.of_means,
-                        known: 0.0,
+        equations.with_neighbour(
+            &equation,
+            &self.solved,
+            (kinds, false),
+            &mut |neighbour, v| {
+                let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
+                let density = |weight| {
+                    let weight: &super::walk::Weighted<'_, E> = weight;
+                    move |x: &E::Point| {
+                        let phi = weight.weight(x) * measure;
+                        let start = neighbour.locate(*x);
+                        let value = weight.control_estimate(&start, phi, neighbour.value(&start));
+                        Density {
+                            functional: phi / measure,
+                            square: phi * phi / measure,
+                            initial: 1.0 / measure,
+                            fluctuation: value - weight.of_means,
+                            known: 0.0,
+                        }
                     }
+                };
+                let densities: Vec<_> = weighted.iter().map(density).collect();
+                let mut weights = densities.iter();
+                let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
+                for goal in request.goals {
+                    starts.push(match &goal.region {
+                        Region::Point(x) => Begin::At(place(&equation, x)?),
+                        Region::Weight(_) => match weights.next() {
+                            Some(density) => Begin::Density(density),
+                            None => return Err(Error::Internal("a weight has no means")),
+                        },
+                        _ => Begin::Density(&everywhere),
+                    });
                 }
-            };
-            let densities: Vec<_> = weighted.iter().map(density).collect();
-            let mut weights = densities.iter();
-            let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
-            for goal in request.goals {
-                starts.push(match &goal.region {
-                    Region::Point(x) => Begin::At(place(&equation, x)?),
-                    Region::Weight(_) => match weights.next() {
-                        Some(density) => Begin::Density(density),
-                        None => return Err(Error::Internal("a weight has no means")),
-                    },
-                    _ => Begin::Density(&everywhere),
-                });
-            }
-            let setting = VarianceSetup {
-                equation: &equation,
-                neighbour,
-                pairs: kinds.any(),
-                quadrature: &quadrature,
-                absorption,
-            };
-            then(&Examined {
-                model: &setting.with_starts(&starts)?,
-                coefficients: is_constant.then_some(means),
-                hides: None,
-                pieces: None,
-                goals: request.goals,
-                known: &[],
-                place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
-            })
-        })
+                let setting = VarianceSetup {
+                    equation: &equation,
+                    neighbour,
+                    pairs: kinds.any(),
+                    quadrature: &quadrature,
+                    absorption,
+                };
+                then(&Examined {
+                    model: &setting.with_starts(&starts)?,
+                    coefficients: is_constant.then_some(means),
+                    hides: None,
+                    pieces: None,
+                    goals: request.goals,
+                    known: &[],
+                    place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
+                })
+            },
+        )
     }
 
     fn lift<'s>(mut self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>

@@ -18,6 +18,7 @@ use super::whole::{AnyStarts, GlobalWalks};
 use super::{CustomEquation, PointFn};
 use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
+use fredholm_model::resolvent::{self, ByDensity, RegularKind};
 use fredholm_model::{GlobalRequest, Prepared, Request, Then, WithGlobalJob, WithJob, only_points};
 
 /// An equation by the number of its cells.
@@ -494,6 +495,30 @@ impl<E: CustomEquation> Equations<E> {
             Some(lights) => lights.with_job(&walks, &mut then),
             None => walks.hand_on(equation, &mut then),
         }
+    }
+}
+
+impl<E: CustomEquation> RegularKind<ByDensity<E>> for Equations<E> {
+    fn functional<'s>(
+        &'s self,
+        equation: &ByDensity<E>,
+        region: &Region,
+    ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
+        Ok(match region {
+            Region::Point(x) => resolvent::Functional::Point(place(&equation.0, x)?),
+            Region::Weight(number) => {
+                let weight = self.weight_of(*number)?;
+                resolvent::Functional::Weight(Box::new(weight))
+            }
+            Region::Whole => resolvent::Functional::Mean,
+            _ => {
+                return Err(Error::Region {
+                    message:
+                        "resolvent walks have points, weights, and the mean over the whole space"
+                            .to_owned(),
+                });
+            }
+        })
     }
 }
 

@@ -14,6 +14,9 @@ impl Report {
         if let Some(whole) = &self.whole {
             return format!("{}{}", self.choice_text, whole.table());
         }
+        if let Some(found) = &self.resolvent {
+            return self.resolvent_table(found);
+        }
         format!(
             "{}{}\n\n{}{}\n{}, {} states{}, set-up {} s, walks {} s\n",
             self.choice_text,
@@ -181,7 +184,7 @@ impl Report {
 
 impl GoalReport {
     /// The point, in a room the place in the drawing.
-    fn place(&self) -> Option<String> {
+    pub(super) fn place(&self) -> Option<String> {
         match &self.position {
             Some(position) => Some(Coordinates::Many(position.clone()).text()),
             None => self.at.as_ref().map(Coordinates::text),

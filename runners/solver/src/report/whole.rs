@@ -487,6 +487,7 @@ impl Report {
         let summary = &whole.summary;
         let goals = whole.targets.iter();
         Ok(Self {
+            method: "global",
             problem: summary.problem,
             dimension: summary.dimension,
             cells: summary.cells,
@@ -522,6 +523,7 @@ impl Report {
                 chosen.report.text(&chosen.settings, &chosen.cells.text)
             }),
             energy: whole.energy.clone(),
+            resolvent: None,
             whole: Some(Box::new(whole)),
         })
     }

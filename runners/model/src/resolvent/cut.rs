@@ -1,0 +1,641 @@
+//! A solved equation, and its walks.
+
+use fredholm_core::galerkin::{Cells, buffer, functions};
+use fredholm_core::resolvent::{
+    AxisNode, CellPoint, GalerkinRows, GroupScores, Peak, Plan, Regular, Resolvent, ResolventLooks,
+    ResolventTables, RestDensity, RoundSum,
+};
+use fredholm_core::{Density, Equation, Located, Real, Space, WalkSeeds};
+use fredholm_rayon::{Observer, fill_rows};
+use fredholm_variance::gauss;
+use nalgebra::{DMatrix, DMatrixViewMut};
+
+use super::ResolventEstimate;
+use crate::{Error, Goal, Region};
+
+/// Columns of the inverse that one thread makes in one go.
+const COLUMNS: usize = 16;
+/// The number of the goal of draws that all goals share.
+const SHARED: u64 = u32::MAX as u64;
+
+/// The equation of a chain as one of kernel and source, K = k p.
+#[derive(Clone, Copy, Debug)]
+pub struct ByDensity<E>(pub E);
+
+impl<E: Space> Space for ByDensity<E> {
+    type Scalar = E::Scalar;
+    type Point = E::Point;
+}
+
+impl<E: Cells> Cells for ByDensity<E> {
+    const DIMENSION: usize = E::DIMENSION;
+
+    fn cells(&self) -> usize {
+        self.0.cells()
+    }
+
+    fn locate(&self, x: &E::Point) -> usize {
+        self.0.locate(x)
+    }
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.0.measure(cell)
+    }
+
+    #[inline]
+    fn point(&self, cell: usize, t: &[f64]) -> E::Point {
+        self.0.point(cell, t)
+    }
+
+    fn parameters(&self, x: &Located<E::Point>, t: &mut [E::Scalar]) {
+        self.0.parameters(x, t);
+    }
+
+    fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
+        self.0.at(coordinates)
+    }
+}
+
+impl<E> Regular for ByDensity<E>
+where
+    E: Cells + Density + Equation<Value = <E as Space>::Scalar>,
+{
+    #[inline]
+    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
+        self.0.kernel(x, y) * self.0.density(x, y)
+    }
+
+    #[inline]
+    fn source(&self, x: &E::Point) -> E::Scalar {
+        self.0.source(x, &mut fredholm_core::NoDraws)
+    }
+}
+
+/// A functional in points of the equation.
+pub enum Functional<'a, P> {
+    /// The value at a point.
+    Point(P),
+    /// The mean over the whole space.
+    Mean,
+    /// ∫ w u dμ.
+    Weight(Box<dyn Fn(&P) -> f64 + Sync + 'a>),
+}
+
+impl<P> core::fmt::Debug for Functional<'_, P> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Point(_) => "Point",
+            Self::Mean => "Mean",
+            Self::Weight(_) => "Weight",
+        })
+    }
+}
+
+/// A kind of equation that resolvent walks solve.
+pub trait RegularKind<E: Regular>: Sync {
+    /// What a region asks for.
+    ///
+    /// # Errors
+    /// [`Error::Region`].
+    fn functional<'s>(
+        &'s self,
+        equation: &E,
+        region: &Region,
+    ) -> Result<Functional<'s, E::Point>, Error>;
+}
+
+/// What is known of a solved equation before any walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutFigures {
+    /// N.
+    pub unknowns: usize,
+    /// The spectral radius of (1 + |R_n|)|K − K_n|.
+    pub radius: f64,
+    /// The condition number of I − K' in the maximum norm.
+    pub condition: f64,
+}
+
+/// A solved equation of any type.
+pub trait ResolventCut: Sync {
+    /// What is known before any walk.
+    fn figures(&self) -> CutFigures;
+
+    /// The walks of these goals.
+    ///
+    /// # Errors
+    /// [`Error::Region`].
+    fn walks<'c>(&'c self, goals: &[Goal]) -> Result<Box<dyn ResolventWalks + 'c>, Error>;
+}
+
+/// Walks of some goals.
+pub trait ResolventWalks {
+    /// The standard deviation of a point of what all goals share, and those of what every goal has for itself.
+    fn std_devs(&self) -> (f64, Vec<f64>);
+
+    /// The part of every goal that takes no walks.
+    fn known(&self) -> Vec<f64>;
+
+    /// Adds a round of about so many points.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]: nothing was added.
+    fn round(
+        &mut self,
+        round: u32,
+        points: f64,
+        seed: u64,
+        watch: &dyn Observer,
+    ) -> Result<(), Error>;
+
+    /// The estimates so far.
+    fn estimates(&self) -> Vec<ResolventEstimate>;
+
+    /// The numbers of points and of steps beyond the first.
+    fn counts(&self) -> [u64; 2];
+}
+
+/// A solved equation.
+struct Cut<'k, E: Regular, K> {
+    equation: E,
+    kind: &'k K,
+    functions: usize,
+    measures: Vec<f64>,
+    kernel: Vec<f64>,
+    resolvent: Vec<f64>,
+    source: Vec<f64>,
+    correction: Vec<f64>,
+    looks: ResolventLooks,
+    condition: f64,
+    rules: [Vec<AxisNode>; 2],
+}
+
+/// Solves an equation with polynomials of a degree.
+///
+/// # Errors
+/// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory.
+pub fn cut_of<'k, E, K>(
+    equation: E,
+    kind: &'k K,
+    degree: usize,
+) -> Result<Box<dyn ResolventCut + 'k>, Error>
+where
+    E: Regular<Point: Send + Sync> + Sync + 'k,
+    K: RegularKind<E>,
+{
+    let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
+    let rule = |points: usize| -> Result<Vec<AxisNode>, Error> {
+        let nodes = gauss(points)?.into_iter();
+        let node = |(t, weight)| AxisNode {
+            at: 0.5 * (1.0 + t),
+            share: 0.5 * weight,
+        };
+        Ok(nodes.map(node).collect())
+    };
+    // Of one node more on the right: no two of them are the same.
+    let rules = [rule(degree + 1)?, rule(degree + 2)?];
+    let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?;
+    let width = cells * own;
+    let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
+    fill_rows(&mut kernel, own * width, |cell, row| {
+        match rows.fill(cell, row) {
+            true => Ok(()),
+            false => Err(Error::NotFinite {
+                what: "the kernel".to_owned(),
+            }),
+        }
+    })?;
+    let source: Vec<f64> = (0..cells).flat_map(|cell| rows.source(cell)).collect();
+    if !source.iter().all(|x| x.is_finite()) {
+        return Err(Error::NotFinite {
+            what: "the source".to_owned(),
+        });
+    }
+    drop(rows);
+    let measures: Vec<f64> = (0..cells).map(|cell| equation.measure(cell)).collect();
+    let (mut resolvent, condition) = inverse(&kernel, width)?;
+    let mut correction: Vec<f64> = buffer(width)?;
+    fill_rows(&mut correction, 1, |row, out| {
+        // (I − K')⁻¹ − I.
+        if let Some(own) = resolvent.get(row * width..(row + 1) * width) {
+            let all: f64 = own.iter().zip(&source).map(|(r, f)| r * f).sum();
+            out.fill(all - source[row]);
+        }
+        Ok::<(), Error>(())
+    })?;
+    for (row, numbers) in resolvent.chunks_exact_mut(width).enumerate() {
+        numbers[row] -= 1.0;
+        for (block, measure) in numbers.chunks_exact_mut(own).zip(&measures) {
+            block.iter_mut().for_each(|r| *r /= measure);
+        }
+    }
+    for numbers in kernel.chunks_exact_mut(width) {
+        for (block, measure) in numbers.chunks_exact_mut(own).zip(&measures) {
+            block.iter_mut().for_each(|k| *k /= measure);
+        }
+    }
+    let nothing = ResolventLooks::default();
+    let mut cut = Cut {
+        equation,
+        kind,
+        functions: own,
+        measures,
+        kernel,
+        resolvent,
+        source,
+        correction,
+        looks: nothing,
+        condition,
+        rules,
+    };
+    cut.looks = cut.look()?;
+    Ok(Box::new(cut))
+}
+
+/// (I − K')⁻¹ row by row, and the condition number of I − K' in the maximum norm.
+fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
+    let mut matrix = DMatrix::from_row_slice(width, width, kernel);
+    let mut largest = 0.0_f64;
+    for row in 0..width {
+        for column in 0..width {
+            let one = if row == column { 1.0 } else { 0.0 };
+            matrix[(row, column)] = one - matrix[(row, column)];
+        }
+        largest = largest.max(matrix.row(row).iter().map(|x| x.abs()).sum());
+    }
+    let factors = matrix.transpose().lu();
+    // Columns of the inverse of the transpose are its rows.
+    let mut inverse: Vec<f64> = buffer(width.saturating_mul(width))?;
+    fill_rows(&mut inverse, COLUMNS * width, |block, rows| {
+        let count = rows.len() / width;
+        for (row, numbers) in rows.chunks_exact_mut(width).enumerate() {
+            numbers[block * COLUMNS + row] = 1.0;
+        }
+        let mut columns = DMatrixViewMut::from_slice(rows, width, count);
+        match factors.solve_mut(&mut columns) {
+            true => Ok(()),
+            false => Err(singular()),
+        }
+    })?;
+    let rows = inverse.chunks_exact(width);
+    let sums = rows.map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
+    let condition = largest * sums.fold(0.0, f64::max);
+    match condition.is_finite() {
+        true => Ok((inverse, condition)),
+        false => Err(singular()),
+    }
+}
+
+/// No solution, or more than one.
+fn singular() -> Error {
+    Error::Regular {
+        message: "the equation has no solution, or more than one: 1 is an eigenvalue of its kernel, as far as the cells tell"
+            .to_owned(),
+    }
+}
+
+impl<E, K> Cut<'_, E, K>
+where
+    E: Regular<Point: Send + Sync> + Sync,
+    K: RegularKind<E>,
+{
+    fn resolvent(&self) -> Resolvent<'_, E> {
+        Resolvent {
+            equation: &self.equation,
+            tables: self.tables(),
+        }
+    }
+
+    fn tables(&self) -> ResolventTables<'_> {
+        ResolventTables {
+            functions: self.functions,
+            measures: &self.measures,
+            kernel: &self.kernel,
+            resolvent: &self.resolvent,
+            source: &self.source,
+            correction: &self.correction,
+            steps: &self.looks.steps,
+            stays: &self.looks.stays,
+            jumps: &self.looks.jumps,
+        }
+    }
+
+    fn look(&self) -> Result<ResolventLooks, Error> {
+        let resolvent = self.resolvent();
+        let cells = self.measures.len();
+        let mut differences: Vec<f64> = buffer(cells * cells)?;
+        fill_rows(&mut differences, cells, |cell, row| {
+            resolvent.look_at_pairs(cell, row);
+            Ok::<(), Error>(())
+        })?;
+        Ok(resolvent.looks(differences)?)
+    }
+
+    /// What a goal asks for, with its coefficients (ψ, Φ).
+    fn ask(&self, goal: &Goal) -> Result<Asked<'_, E::Point>, Error> {
+        let resolvent = self.resolvent();
+        let (width, own) = (self.source.len(), self.functions);
+        let functional = self.kind.functional(&self.equation, &goal.region)?;
+        let mut moments = vec![0.0; width];
+        let mut asked = Asked {
+            weights: vec![0.0; width],
+            known: 0.0,
+            point: None,
+            rest: None,
+        };
+        let mut rest = None;
+        let all: f64 = self.measures.iter().sum();
+        match functional {
+            Functional::Point(point) => {
+                let cell = self.equation.locate(&point);
+                let mut t = vec![<E::Scalar as Real>::from_f64(0.0); E::DIMENSION];
+                self.equation.parameters(&Located { point, cell }, &mut t);
+                let t: Vec<f64> = t.into_iter().map(Real::to_f64).collect();
+                let x = resolvent.located(cell, point, &t);
+                let to = moments.iter_mut().skip(cell * own).take(own);
+                to.zip(x.functions).for_each(|(to, psi)| *to = psi);
+                asked.known = self.equation.source(&point).to_f64();
+                asked.point = Some(x);
+            }
+            Functional::Mean => {
+                let first = moments.iter_mut().step_by(own);
+                first
+                    .zip(&self.measures)
+                    .for_each(|(to, measure)| *to = measure / all);
+            }
+            Functional::Weight(weight) => {
+                let [left, right] = &self.rules;
+                let rows = GalerkinRows::new(&self.equation, own, [left, right])?;
+                let cells = moments.chunks_exact_mut(own).zip(&self.measures);
+                for (cell, (to, measure)) in cells.enumerate() {
+                    let means = rows.means(cell, &*weight);
+                    to.iter_mut()
+                        .zip(means)
+                        .for_each(|(to, mean)| *to = measure * mean);
+                }
+                rest = Some(weight);
+            }
+        }
+        for (row, moment) in self.resolvent.chunks_exact(width).zip(&moments) {
+            if *moment != 0.0 {
+                let to = asked.weights.iter_mut().zip(row);
+                to.for_each(|(w, r)| *w += moment * r);
+            }
+        }
+        let measure = |unknown: usize| self.measures[unknown / own];
+        if asked.point.is_none() {
+            for (unknown, (w, moment)) in asked.weights.iter_mut().zip(&moments).enumerate() {
+                *w += moment / measure(unknown);
+            }
+        }
+        let terms = self.source.iter().zip(&asked.weights).enumerate();
+        asked.known += terms
+            .map(|(unknown, (f, w))| measure(unknown) * f * w)
+            .sum::<f64>();
+        asked.rest = rest.map(|weight| {
+            let coefficients = moments.iter().enumerate();
+            Rest {
+                weight,
+                polynomial: coefficients
+                    .map(|(unknown, m)| m / measure(unknown))
+                    .collect(),
+            }
+        });
+        Ok(asked)
+    }
+}
+
+/// What a goal asks for.
+struct Asked<'c, P> {
+    /// w, and the coefficients of the functional itself unless it is a point.
+    weights: Vec<f64>,
+    /// The part that takes no walks.
+    known: f64,
+    point: Option<CellPoint<P>>,
+    rest: Option<Rest<'c, P>>,
+}
+
+/// A weight, and its polynomials.
+struct Rest<'c, P> {
+    weight: Box<dyn Fn(&P) -> f64 + Sync + 'c>,
+    polynomial: Vec<f64>,
+}
+
+impl<E, K> ResolventCut for Cut<'_, E, K>
+where
+    E: Regular<Point: Send + Sync> + Sync,
+    K: RegularKind<E>,
+{
+    fn figures(&self) -> CutFigures {
+        CutFigures {
+            unknowns: self.source.len(),
+            radius: self.looks.radius,
+            condition: self.condition,
+        }
+    }
+
+    fn walks<'c>(&'c self, goals: &[Goal]) -> Result<Box<dyn ResolventWalks + 'c>, Error> {
+        let asked = goals.iter().map(|goal| self.ask(goal));
+        let asked = asked.collect::<Result<Vec<_>, Error>>()?;
+        let mut sizes = vec![0.0_f64; self.measures.len()];
+        for own in &asked {
+            let cells = own.weights.chunks_exact(self.functions);
+            for (size, w) in sizes.iter_mut().zip(cells) {
+                *size = size.max(w.iter().map(|w| w * w).sum::<f64>().sqrt());
+            }
+        }
+        let shared = Plan::shared(&self.looks, &self.tables(), sizes)?;
+        let count = asked.len();
+        let mut walks = Walks {
+            cut: self,
+            asked,
+            shared,
+            own: vec![0.0; count],
+            peaks: vec![Vec::new(); count],
+            sums: vec![Sums::default(); count],
+            points: 0,
+            steps: 0,
+        };
+        for goal in 0..count {
+            walks.own[goal] =
+                walks.with_plan(goal, |plan| plan.map_or(0.0, |plan| plan.std_dev()))?;
+        }
+        Ok(Box::new(walks))
+    }
+}
+
+/// Rounds of one goal so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// Σ of the rounds' weights.
+    weights: f64,
+    value: f64,
+    variance: f64,
+    squares: f64,
+    points: u64,
+}
+
+/// Walks of some goals.
+struct Walks<'c, 'k, E: Regular, K> {
+    cut: &'c Cut<'k, E, K>,
+    asked: Vec<Asked<'c, E::Point>>,
+    shared: Plan<'c, E::Point>,
+    /// The standard deviation of a point of what a goal has for itself.
+    own: Vec<f64>,
+    /// Where tables of a goal's own were too small.
+    peaks: Vec<Vec<Peak>>,
+    sums: Vec<Sums>,
+    points: u64,
+    steps: u64,
+}
+
+impl<'c, E, K> Walks<'c, '_, E, K>
+where
+    E: Regular<Point: Send + Sync> + Sync,
+    K: RegularKind<E>,
+{
+    /// The plan of what a goal has for itself, if it has something.
+    fn with_plan<T>(
+        &self,
+        goal: usize,
+        then: impl FnOnce(Option<Plan<'_, E::Point>>) -> T,
+    ) -> Result<T, Error> {
+        let (cut, asked) = (self.cut, &self.asked[goal]);
+        let (looks, tables) = (&cut.looks, cut.tables());
+        if let Some(point) = &asked.point {
+            return Ok(then(Some(Plan::at(looks, &tables, point)?)));
+        }
+        let Some(rest) = &asked.rest else {
+            return Ok(then(None));
+        };
+        let resolvent = cut.resolvent();
+        let density = |x: &CellPoint<E::Point>| {
+            (rest.weight)(&x.point) - resolvent.series(&rest.polynomial, x)
+        };
+        let sizes = (0..cut.measures.len()).map(|cell| resolvent.root_mean_square(cell, &density));
+        let sizes: Vec<f64> = sizes.collect();
+        Ok(then(Some(Plan::rest(
+            looks,
+            &tables,
+            RestDensity(&density),
+            &sizes,
+        )?)))
+    }
+
+    /// The scores of all groups of a round, on all threads.
+    fn scores(
+        &self,
+        plan: &Plan<'_, E::Point>,
+        points: f64,
+        seeds: WalkSeeds,
+        watch: &dyn Observer,
+    ) -> Result<Vec<GroupScores>, Error> {
+        let round = plan.round(points, seeds)?;
+        let resolvent = self.cut.resolvent();
+        let mut groups = vec![GroupScores::default(); round.groups()];
+        fill_rows(&mut groups, 1, |number, out| {
+            if watch.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let scores = round.scores(number, &resolvent, &self.cut.looks);
+            watch.walked(scores.points);
+            out.fill(scores);
+            Ok(())
+        })?;
+        Ok(groups)
+    }
+}
+
+impl<E, K> ResolventWalks for Walks<'_, '_, E, K>
+where
+    E: Regular<Point: Send + Sync> + Sync,
+    K: RegularKind<E>,
+{
+    fn std_devs(&self) -> (f64, Vec<f64>) {
+        (self.shared.std_dev(), self.own.clone())
+    }
+
+    fn known(&self) -> Vec<f64> {
+        self.asked.iter().map(|own| own.known).collect()
+    }
+
+    fn round(
+        &mut self,
+        round: u32,
+        points: f64,
+        seed: u64,
+        watch: &dyn Observer,
+    ) -> Result<(), Error> {
+        let goals = self.asked.len();
+        let many = (goals as f64).sqrt();
+        let all = many * self.shared.std_dev() + self.own.iter().sum::<f64>();
+        let share = |std_dev: f64| {
+            if all > 0.0 {
+                points * std_dev / all
+            } else {
+                0.0
+            }
+        };
+        let seeds = |goal: u64| WalkSeeds::new(seed, u64::from(round) << 32 | goal);
+        let of_all = share(many * self.shared.std_dev());
+        let shared = self.scores(&self.shared, of_all, seeds(SHARED), watch)?;
+        let mut own = Vec::with_capacity(goals);
+        for (goal, std_dev) in (0_u64..).zip(&self.own) {
+            let peaks = &self.peaks[goal as usize];
+            let scores = self.with_plan(goal as usize, |plan| {
+                let Some(mut plan) = plan else {
+                    return Ok(Vec::new());
+                };
+                plan.raise(peaks.iter().copied());
+                self.scores(&plan, share(*std_dev), seeds(goal), watch)
+            })??;
+            own.push(scores);
+        }
+        let functions = self.cut.functions;
+        let weight = points * points;
+        for (goal, groups) in own.iter().enumerate() {
+            let mut sum = RoundSum::default();
+            let weights = &self.asked[goal].weights;
+            for group in shared.iter().chain(groups) {
+                sum.add(group, functions, weights);
+            }
+            let to = &mut self.sums[goal];
+            to.weights += weight;
+            to.value += weight * sum.value;
+            to.variance += weight.powi(2) * sum.variance;
+            to.squares += weight.powi(4) * sum.squares;
+            to.points += shared
+                .iter()
+                .chain(groups)
+                .map(|group| group.points)
+                .sum::<u64>();
+            let peaks = groups.iter().filter_map(|group| group.peak);
+            self.peaks[goal].extend(peaks);
+            self.points += groups.iter().map(|group| group.points).sum::<u64>();
+            self.steps += groups.iter().map(|group| group.steps).sum::<u64>();
+        }
+        self.points += shared.iter().map(|group| group.points).sum::<u64>();
+        self.steps += shared.iter().map(|group| group.steps).sum::<u64>();
+        self.shared
+            .raise(shared.iter().filter_map(|group| group.peak));
+        Ok(())
+    }
+
+    fn estimates(&self) -> Vec<ResolventEstimate> {
+        let all = self.asked.iter().zip(&self.sums);
+        all.map(|(asked, sums)| ResolventEstimate {
+            value: asked.known + sums.value / sums.weights,
+            known: asked.known,
+            std_error: sums.variance.sqrt() / sums.weights,
+            freedom: match sums.squares > 0.0 {
+                true => sums.variance.powi(2) / sums.squares,
+                false => f64::INFINITY,
+            },
+            points: sums.points,
+        })
+        .collect()
+    }
+
+    fn counts(&self) -> [u64; 2] {
+        [self.points, self.steps]
+    }
+}

@@ -1,0 +1,208 @@
+//! Resolvent walks of equations that are given by kernel and source: the choice of cells, and rounds until an error is reached.
+//!
+//! [`fredholm_core::resolvent`] has the mathematics. The standard deviation of a point is known before the first one, so that cells and
+//! degree are chosen without pilots.
+
+mod choose;
+mod cut;
+
+use core::fmt;
+use std::time::Instant;
+
+use fredholm_core::{StopReason, Tolerance};
+use fredholm_rayon::Observer;
+
+use crate::{Error, Goal, Settings};
+
+pub use cut::{
+    ByDensity, CutFigures, Functional, RegularKind, ResolventCut, ResolventWalks, cut_of,
+};
+
+/// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
+pub const MOST_RADIUS: f64 = 0.3;
+/// The most unknowns, of which a table of all pairs is inverted.
+pub const MOST_UNKNOWNS: usize = 2000;
+/// The fewest degrees of freedom of an error bar that ends the walks.
+const LEAST_FREEDOM: f64 = 6.0;
+/// Points of the first round, about, if no error is asked for that takes more.
+const FIRST: f64 = 4096.0;
+/// The part of the points that the tables predict that the first round has: nets gain on it.
+const FIRST_SHARE: f64 = 1.0 / 64.0;
+/// Every round has so many times the points of the one before.
+const GROWTH: f64 = 4.0;
+
+/// What resolvent walks are asked for.
+#[derive(Clone, Copy)]
+pub struct ResolventQuestion<'a> {
+    /// The goals.
+    pub goals: &'a [Goal],
+    /// The settings; of these cells, degree, points, tolerance, time limit and seed are heeded.
+    pub settings: &'a Settings,
+    /// Who sees what the solution is at, and may cancel it.
+    pub watch: &'a dyn Observer,
+}
+
+impl fmt::Debug for ResolventQuestion<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ResolventQuestion")
+            .field("goals", &self.goals)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
+    }
+}
+
+/// How large a cut equation may be, and what its functions take.
+#[derive(Clone, Debug)]
+pub struct ResolventSizes {
+    /// Cells as they are asked for, from few to many, with their number n.
+    pub levels: Vec<[usize; 2]>,
+    /// d.
+    pub dimension: usize,
+    /// Seconds of a value of K, and of F.
+    pub seconds: [f64; 2],
+}
+
+/// The estimate of a goal by resolvent walks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResolventEstimate {
+    /// The estimate of (u, Φ).
+    pub value: f64,
+    /// The part that takes no walks.
+    pub known: f64,
+    /// The standard error.
+    pub std_error: f64,
+    /// The degrees of freedom of the standard error.
+    pub freedom: f64,
+    /// The points in which it was sampled.
+    pub points: u64,
+}
+
+/// Answer of resolvent walks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolventAnswer {
+    /// The estimate of every goal.
+    pub estimates: Vec<ResolventEstimate>,
+    /// Cells as they are asked for.
+    pub cells: usize,
+    /// The degree of the polynomials on a cell.
+    pub degree: usize,
+    /// The unknowns.
+    pub unknowns: usize,
+    /// The spectral radius of (1 + |R_n|)|K − K_n|.
+    pub radius: f64,
+    /// The condition number of I − K' in the maximum norm.
+    pub condition: f64,
+    /// The number of all points.
+    pub points: u64,
+    /// The number of all steps beyond the first.
+    pub steps: u64,
+    /// The number of rounds.
+    pub rounds: u32,
+    /// Why they ended.
+    pub stop: StopReason,
+    /// Seconds of the set-up, the choice among it.
+    pub setup_seconds: f64,
+    /// Seconds of the walks.
+    pub walk_seconds: f64,
+}
+
+impl ResolventAnswer {
+    /// The error that rounding leaves of a value, which more points do not lower.
+    #[must_use]
+    pub fn floor(&self, value: f64) -> f64 {
+        self.condition * f64::EPSILON * value.abs()
+    }
+}
+
+/// Makes a solved equation with so many cells, and polynomials of this degree.
+pub type MakeCut<'a> = dyn Fn(usize, usize) -> Result<Box<dyn ResolventCut + 'a>, Error> + 'a;
+
+/// Answers all goals.
+///
+/// # Errors
+/// [`Error::Regular`]: no cells that serve are found. [`Error::Cancelled`]: before there was a result. Those of the equation.
+pub fn answer(
+    question: &ResolventQuestion<'_>,
+    sizes: &ResolventSizes,
+    make: &MakeCut<'_>,
+) -> Result<ResolventAnswer, Error> {
+    let start = Instant::now();
+    let settings = question.settings;
+    let chosen = choose::choose(question, sizes, make)?;
+    let mut walks = chosen.cut.walks(question.goals)?;
+    let setup_seconds = start.elapsed().as_secs_f64();
+    let walking = Instant::now();
+    let most = settings.walks.unwrap_or(match settings.tolerance {
+        Some(_) => u64::MAX,
+        None => Settings::WALKS,
+    });
+    let most = most as f64 * question.goals.len() as f64;
+    let needed = |estimates: &[ResolventEstimate]| {
+        let tolerance = settings.tolerance?;
+        let off = estimates.iter().map(|own| {
+            let error = match tolerance {
+                Tolerance::Absolute(error) => error,
+                Tolerance::Relative(share) => share * own.value.abs(),
+            };
+            own.std_error / error
+        });
+        Some(off.fold(0.0, f64::max))
+    };
+    let mut next = match settings.tolerance {
+        Some(_) => (FIRST_SHARE * chosen.points).max(FIRST),
+        None => (most / (1.0 + GROWTH + GROWTH * GROWTH)).max(1.0),
+    };
+    let (mut points, mut rounds) = (0.0, 0);
+    let (cells, degree) = (chosen.cells, chosen.degree);
+    let mut stop = StopReason::Done;
+    while points < most {
+        let own = next.min(most - points);
+        match walks.round(rounds, own, settings.seed, question.watch) {
+            Ok(()) => {}
+            Err(Error::Cancelled) if rounds > 0 => {
+                stop = StopReason::Cancelled;
+                break;
+            }
+            Err(error) => return Err(error),
+        }
+        points += own;
+        rounds += 1;
+        let estimates = walks.estimates();
+        if !estimates.iter().all(|own| own.value.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "the kernel or the source".to_owned(),
+            });
+        }
+        let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
+        if needed(&estimates).is_some_and(|off| off <= 1.0) && is_known {
+            break;
+        }
+        let passed = walking.elapsed();
+        if let Some(limit) = settings.time_limit
+            && passed.as_secs_f64() * (1.0 + GROWTH) > limit.as_secs_f64()
+        {
+            stop = StopReason::TimeLimit;
+            break;
+        }
+        if settings.tolerance.is_some() && points >= most {
+            stop = StopReason::ToleranceNotReached;
+        }
+        next *= GROWTH;
+    }
+    let [points, steps] = walks.counts();
+    let figures = chosen.cut.figures();
+    Ok(ResolventAnswer {
+        estimates: walks.estimates(),
+        cells,
+        degree,
+        unknowns: figures.unknowns,
+        radius: figures.radius,
+        condition: figures.condition,
+        points,
+        steps,
+        rounds,
+        stop,
+        setup_seconds,
+        walk_seconds: walking.elapsed().as_secs_f64(),
+    })
+}
