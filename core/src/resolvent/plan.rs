@@ -51,6 +51,7 @@ pub struct Plan<'a, P> {
     /// The importance that every stratum has at least.
     least: f64,
     all: f64,
+    std_dev: f64,
     /// The sizes of the coefficients of cells, of strata that all targets share.
     sizes: Vec<f64>,
     point: Option<&'a CellPoint<P>>,
@@ -146,6 +147,7 @@ impl<'a, P: Copy> Plan<'a, P> {
             strata,
             least: 0.0,
             all: 0.0,
+            std_dev: 0.0,
             sizes,
             point: None,
             rest: None,
@@ -172,6 +174,7 @@ impl<'a, P: Copy> Plan<'a, P> {
             strata,
             least: 0.0,
             all: 0.0,
+            std_dev: 0.0,
             sizes: Vec::new(),
             point: Some(point),
             rest: None,
@@ -204,6 +207,7 @@ impl<'a, P: Copy> Plan<'a, P> {
             strata,
             least: 0.0,
             all: 0.0,
+            std_dev: 0.0,
             sizes: Vec::new(),
             point: None,
             rest: Some(rest),
@@ -213,19 +217,22 @@ impl<'a, P: Copy> Plan<'a, P> {
 
     fn with_least(mut self) -> Self {
         let sum: f64 = self.strata.iter().map(|own| own.importance).sum();
-        self.least = LEAST * sum / self.strata.len().max(1) as f64;
-        let least = self.least;
+        // Where tables are 0 everywhere one stratum is as good as another.
+        let count = self.strata.len().max(1) as f64;
+        let least = if sum > 0.0 { LEAST * sum / count } else { 1.0 };
         self.strata
             .iter_mut()
             .for_each(|own| own.importance += least);
-        self.all = (1.0 + LEAST) * sum;
+        self.least = least;
+        self.std_dev = sum;
+        self.all = sum + least * count;
         self
     }
 
     /// The standard deviation of a point, as the tables predict it: without what nets gain.
     #[must_use]
     pub const fn std_dev(&self) -> f64 {
-        self.all
+        self.std_dev
     }
 
     /// Raises the importance of strata in which |D| was much larger than their tables have it.
@@ -237,6 +244,7 @@ impl<'a, P: Copy> Plan<'a, P> {
             }
         }
         self.all = self.strata.iter().map(|own| own.importance).sum();
+        self.std_dev = self.all;
     }
 
     /// About so many points, with these draws.

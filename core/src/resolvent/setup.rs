@@ -3,6 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::walk::power_of;
 use super::{CellPoint, Regular, Resolvent, ResolventTables};
 use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, reserve};
 use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
@@ -19,6 +20,14 @@ const UNIFORM_STEPS: f64 = 0.1;
 const LEAST_STAY: f64 = 1e-3;
 /// Powers of a matrix of cells by which its spectral radius is estimated.
 const POWERS: u32 = 60;
+/// Points from which one looks whether K is singular at x = y, and distances in bits at which that is done.
+const GRADING_LOOKS: usize = 33;
+const COARSE: i32 = 12;
+const FINE: i32 = 24;
+/// The exponent of |x − y| from which on K is taken to be singular there: that of a logarithm between these distances.
+const LEAST_EXPONENT: f64 = 0.05;
+/// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
+const MOST_GRADING: i32 = 6;
 /// The number of goals from which on draws are those of tables.
 const LOOKS: u64 = u64::MAX - 8;
 
@@ -118,8 +127,11 @@ pub struct GalerkinRows<'a, E: Regular> {
     functions: usize,
     left: CubeNodes,
     right: CubeNodes,
+    /// The rule on the right.
+    axis: Vec<AxisNode>,
     /// The points of all cells by the rule on the right.
     points: Vec<E::Point>,
+    grading: i32,
 }
 
 impl<'a, E: Regular> GalerkinRows<'a, E> {
@@ -131,9 +143,9 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     pub fn new(
         equation: &'a E,
         functions: usize,
-        [left, right]: [&[AxisNode]; 2],
+        [left, axis]: [&[AxisNode]; 2],
     ) -> Result<Self, GalerkinError> {
-        let right = CubeNodes::new(right, E::DIMENSION, functions)?;
+        let right = CubeNodes::new(axis, E::DIMENSION, functions)?;
         let mut points = reserve(equation.cells().saturating_mul(right.shares.len()))?;
         for cell in 0..equation.cells() {
             let places = right.places.chunks_exact(E::DIMENSION);
@@ -144,8 +156,51 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
             functions,
             left: CubeNodes::new(left, E::DIMENSION, functions)?,
             right,
+            axis: axis.to_vec(),
             points,
+            grading: 1,
         })
+    }
+
+    /// The same with nodes within a cell that draw near to x ([`grading`]).
+    #[must_use]
+    pub const fn with_grading(mut self, grading: i32) -> Self {
+        self.grading = grading;
+        self
+    }
+
+    /// Fills ∫ K(x, y) ψ_b(y) over the cell of x by a rule that is graded towards x on every axis; whether all values were finite.
+    fn near(&self, x: &E::Point, at: &[f64], cell: usize, integrals: &mut [f64]) -> bool {
+        let sides = 2 * self.axis.len();
+        let count = sides.saturating_pow(E::DIMENSION as u32);
+        let mut functions = vec![0.0; self.functions];
+        let mut is_finite = true;
+        for number in 0..count {
+            let (mut rest, mut share) = (number, 1.0);
+            let mut t = [0.0; MOST_DIMENSIONS];
+            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            for (t, at) in own.iter_mut().zip(at) {
+                let Some(node) = self.axis.get(rest % sides / 2) else {
+                    continue;
+                };
+                let (length, from) = match rest % 2 {
+                    0 => (*at, -1.0),
+                    _ => (1.0 - at, 1.0),
+                };
+                let near = power_of(node.at, self.grading - 1);
+                *t = at + from * length * near * node.at;
+                share *= length * node.share * f64::from(self.grading) * near;
+                rest /= sides;
+            }
+            fill_products(own, &mut functions);
+            let y = self.equation.point(cell, own);
+            let value = share * self.equation.kernel(x, &y).to_f64();
+            is_finite &= value.is_finite();
+            for (integral, psi) in integrals.iter_mut().zip(&functions) {
+                *integral += value * psi;
+            }
+        }
+        is_finite
     }
 
     /// Fills the B rows of K' of a cell, N numbers each; whether all values of the kernel were finite.
@@ -160,7 +215,12 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
             let x = self.equation.point(cell, t);
             for (into, points) in self.points.chunks_exact(nodes).enumerate() {
                 integrals.fill(0.0);
-                let own = points.iter().zip(self.right.iter(dimension, functions));
+                let is_near = self.grading > 1 && into == cell;
+                if is_near {
+                    is_finite &= self.near(&x, t, cell, &mut integrals);
+                }
+                let far = if is_near { &[][..] } else { points };
+                let own = far.iter().zip(self.right.iter(dimension, functions));
                 for (y, (_, share, psi)) in own {
                     let value = share * self.equation.kernel(&x, y).to_f64();
                     is_finite &= value.is_finite();
@@ -198,6 +258,47 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     }
 }
 
+/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): as far as K grows like |x − y|^−a
+/// towards x = y, such that K times the share of a point is bounded. 1: it does not.
+pub fn grading<E: Regular>(equation: &E) -> i32 {
+    let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 2);
+    let mut draws: RngUniforms<DefaultGenerator> = RngUniforms(seeds.generator(0));
+    let mut exponents = [0.0; GRADING_LOOKS];
+    for (number, exponent) in exponents.iter_mut().enumerate() {
+        let cell = number * equation.cells() / GRADING_LOOKS;
+        let mut t = [0.0; MOST_DIMENSIONS];
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        own.iter_mut().for_each(|t| *t = draws.uniform());
+        let x = equation.point(cell, own);
+        let size = |bits: i32| {
+            let mut t = t;
+            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            for t in own.iter_mut() {
+                // Towards the middle.
+                let distance = power_of(0.5, bits);
+                *t += if *t < 0.5 { distance } else { -distance };
+            }
+            let y = equation.point(cell, own);
+            equation.kernel(&x, &y).to_f64().abs()
+        };
+        let slope = Real::ln(size(FINE) / size(COARSE)) / core::f64::consts::LN_2;
+        *exponent = slope / f64::from(FINE - COARSE);
+        if !exponent.is_finite() {
+            *exponent = 0.0;
+        }
+    }
+    exponents.sort_unstable_by(f64::total_cmp);
+    let median = exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0);
+    if !(median > LEAST_EXPONENT) {
+        return 1;
+    }
+    let share = 1.0 - median / E::DIMENSION as f64;
+    match share > 0.0 {
+        true => (1.0 / share + 1.0).min(f64::from(MOST_GRADING)) as i32,
+        false => MOST_GRADING,
+    }
+}
+
 /// How large K − K_n, g and r₀ are on cells, and the tables by which walks go on.
 #[derive(Clone, Debug, Default)]
 pub struct ResolventLooks {
@@ -225,8 +326,9 @@ impl<E: Regular> Resolvent<'_, E> {
         for (into, out) in row.iter_mut().enumerate() {
             let mut sum = 0.0;
             for _ in 0..PAIR_DRAWS {
-                let (x, y) = (self.drawn(cell, &mut draws), self.drawn(into, &mut draws));
-                let difference = self.difference(&x, &y);
+                let x = self.drawn(cell, &mut draws);
+                let (y, share) = self.draw_from(&x, into, &mut draws);
+                let difference = share * self.difference(&x, &y);
                 sum += difference * difference;
             }
             *out = Real::sqrt(sum / f64::from(PAIR_DRAWS));

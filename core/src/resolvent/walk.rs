@@ -4,6 +4,9 @@ use super::{MOST_FUNCTIONS, Regular};
 use crate::galerkin::{MOST_DIMENSIONS, fill_products};
 use crate::{Real, Uniforms};
 
+/// The most steps of a walk: where the estimate has a mean one of so many has never been met.
+const MOST_STEPS: u32 = 1 << 20;
+
 /// The numbers of a solved equation, wherever they lie: n cells with B functions on each, N = nB.
 #[derive(Clone, Copy, Debug)]
 pub struct ResolventTables<'a> {
@@ -25,6 +28,9 @@ pub struct ResolventTables<'a> {
     pub stays: &'a [f64],
     /// For every cell the importances of the cells to which the resolvent leads, each with all before it: n × n numbers.
     pub jumps: &'a [f64],
+    /// How points of a step within a cell draw near to its start where K is singular at x = y: their distance is a uniform number
+    /// to this power. 1: they are uniform in the cell.
+    pub grading: i32,
 }
 
 /// Point of a known cell, and the functions there.
@@ -34,6 +40,8 @@ pub struct CellPoint<P> {
     pub point: P,
     /// The number of its cell.
     pub cell: usize,
+    /// Its parameters in the cell, and zeros.
+    pub parameters: [f64; MOST_DIMENSIONS],
     /// ψ_0 … ψ_(B−1) in the point, and zeros.
     pub functions: [f64; MOST_FUNCTIONS],
 }
@@ -130,9 +138,12 @@ impl<E: Regular> Resolvent<'_, E> {
         } else if let Some(own) = functions.get_mut(..self.tables.functions) {
             fill_products(t, own);
         }
+        let mut parameters = [0.0; MOST_DIMENSIONS];
+        parameters.iter_mut().zip(t).for_each(|(to, t)| *to = *t);
         CellPoint {
             point,
             cell,
+            parameters,
             functions,
         }
     }
@@ -246,10 +257,10 @@ impl<E: Regular> Resolvent<'_, E> {
         draws: &mut U,
         trace: &mut Trace,
     ) -> f64 {
-        let y = self.draw(into, draws);
+        let (y, share) = self.draw_from(z, into, draws);
         let difference = self.difference(z, &y);
-        trace.difference = difference.abs();
-        let weight = weight * self.measure(into) * difference;
+        trace.difference = difference.abs() * share;
+        let weight = weight * self.measure(into) * share * difference;
         let value = weight * self.value(&y);
         value + self.go_on(weight, y, ending, draws, &mut trace.steps)
     }
@@ -263,6 +274,38 @@ impl<E: Regular> Resolvent<'_, E> {
             *t = draws.uniform();
         }
         self.at(cell, own)
+    }
+
+    /// A point of a cell to which a step leads from z, and the share of the cell that it stands for over that of a uniform one.
+    #[inline]
+    pub(super) fn draw_from<U: Uniforms<f64>>(
+        &self,
+        z: &CellPoint<E::Point>,
+        into: usize,
+        draws: &mut U,
+    ) -> (CellPoint<E::Point>, f64) {
+        let power = self.tables.grading;
+        if power <= 1 || z.cell != into {
+            return (self.draw(into, draws), 1.0);
+        }
+        // Rounding tells points apart that are as far as that.
+        let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
+        let nearest = 4.0 * epsilon * self.tables.measures.len() as f64;
+        let mut t = z.parameters;
+        let mut share = 1.0;
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        for t in own.iter_mut() {
+            let uniform: f64 = draws.uniform();
+            // Below the start or above it, by their lengths.
+            let (at, from, length) = match uniform < *t {
+                true => (uniform / *t, -1.0, *t),
+                false => ((uniform - *t) / (1.0 - *t), 1.0, 1.0 - *t),
+            };
+            share *= f64::from(power) * power_of(at, power - 1);
+            let distance = (length * power_of(at, power)).max(nearest);
+            *t = (*t + from * distance).clamp(0.0, 1.0);
+        }
+        (self.at(into, own), share)
     }
 
     /// An estimate of W (u − g)(y): by roulette the walk goes on, or the estimate is 0.
@@ -280,7 +323,7 @@ impl<E: Regular> Resolvent<'_, E> {
             let from = cell.checked_mul(cells)?;
             (from + cells <= table.len()).then_some((from, from + cells))
         };
-        let mut sum = 0.0;
+        let (mut sum, mut own_steps) = (0.0, 0_u32);
         loop {
             let Some((from, to)) = row(self.tables.jumps, y.cell) else {
                 return f64::NAN;
@@ -290,11 +333,14 @@ impl<E: Regular> Resolvent<'_, E> {
             let end = stay + jumps.last().copied().unwrap_or(0.0);
             let survival = (weight.abs() / ending.share * end / ending.scale).min(1.0);
             let roulette: f64 = draws.uniform();
-            // Written so that a weight that is not a number ends the walk, and is seen in the sum.
-            if !(roulette < survival) {
-                return if weight.is_nan() { f64::NAN } else { sum };
+            if !weight.is_finite() || own_steps > MOST_STEPS {
+                return f64::NAN;
+            }
+            if weight == 0.0 || roulette >= survival {
+                return sum;
             }
             *steps += 1;
+            own_steps += 1;
             weight /= survival;
             let pick: f64 = draws.uniform();
             let pick = pick * end;
@@ -315,11 +361,18 @@ impl<E: Regular> Resolvent<'_, E> {
             let all = leads.last().copied().unwrap_or(f64::NAN);
             let pick: f64 = draws.uniform();
             let (cell, importance) = chosen(leads, pick * all);
-            y = self.draw(cell, draws);
-            weight *= self.measure(cell) * self.difference(&z, &y) * all / importance;
+            let share;
+            (y, share) = self.draw_from(&z, cell, draws);
+            let difference = share * self.difference(&z, &y);
+            weight *= self.measure(cell) * difference * all / importance;
             sum += weight * self.value(&y);
         }
     }
+}
+
+/// A number to a power.
+pub(super) fn power_of(number: f64, power: i32) -> f64 {
+    (0..power).fold(1.0, |product, _| product * number)
 }
 
 /// The place in a row of sums to which a number leads, and its own importance.

@@ -219,13 +219,17 @@ pub(super) fn choose<'a>(
     let _ = spent;
     match (best, worst) {
         (Some((chosen, _)), _) => Ok(chosen),
-        (None, Some((radius, condition))) => Err(Error::Regular {
-            message: format!(
-                "the kernel is not known well enough on {MOST_UNKNOWNS} unknowns: the spectral radius of (1 + |R|)|K - K_n| is \
+        (None, Some((radius, condition))) => {
+            let most = found.iter().map(|(_, known)| known.unknowns);
+            let most = most.fold(0.0, f64::max);
+            Err(Error::Regular {
+                message: format!(
+                    "the kernel is not known well enough on {most} unknowns: the spectral radius of (1 + |R|)|K - K_n| is \
                  {radius:.2}, and it must be below {MOST_RADIUS} (the condition number of the equation is {condition:.1e}); give more \
                  `cells` or another `degree`"
-            ),
-        }),
+                ),
+            })
+        }
         (None, None) => Err(Error::NoSetting),
     }
 }

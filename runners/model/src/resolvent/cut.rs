@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::{Cells, buffer, functions};
 use fredholm_core::resolvent::{
     AxisNode, CellPoint, GalerkinRows, GroupScores, Peak, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, RestDensity, RoundSum,
+    ResolventTables, RestDensity, RoundSum, grading,
 };
 use fredholm_core::{Density, Equation, Located, Real, Space, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
@@ -15,6 +15,8 @@ use crate::{Error, Goal, Region};
 
 /// Columns of the inverse that one thread makes in one go.
 const COLUMNS: usize = 16;
+/// The condition number from which on nothing is known of a solution: rounding is as large as that.
+const MOST_CONDITION: f64 = 1e14;
 /// The number of the goal of draws that all goals share.
 const SHARED: u64 = u32::MAX as u64;
 
@@ -166,6 +168,7 @@ struct Cut<'k, E: Regular, K> {
     correction: Vec<f64>,
     looks: ResolventLooks,
     condition: f64,
+    grading: i32,
     rules: [Vec<AxisNode>; 2],
 }
 
@@ -193,7 +196,8 @@ where
     };
     // Of one node more on the right: no two of them are the same.
     let rules = [rule(degree + 1)?, rule(degree + 2)?];
-    let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?;
+    let near = grading(&equation);
+    let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?.with_grading(near);
     let width = cells * own;
     let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut kernel, own * width, |cell, row| {
@@ -245,6 +249,7 @@ where
         correction,
         looks: nothing,
         condition,
+        grading: near,
         rules,
     };
     cut.looks = cut.look()?;
@@ -279,7 +284,8 @@ fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
     let rows = inverse.chunks_exact(width);
     let sums = rows.map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
     let condition = largest * sums.fold(0.0, f64::max);
-    match condition.is_finite() {
+    // Written so that NaN is refused.
+    match condition < MOST_CONDITION {
         true => Ok((inverse, condition)),
         false => Err(singular()),
     }
@@ -316,6 +322,7 @@ where
             steps: &self.looks.steps,
             stays: &self.looks.stays,
             jumps: &self.looks.jumps,
+            grading: self.grading,
         }
     }
 
