@@ -12,7 +12,7 @@ use std::time::Instant;
 use fredholm_core::{StopReason, Tolerance};
 use fredholm_rayon::Observer;
 
-use crate::{Error, Goal, Settings};
+use crate::{Error, Goal, MOST_SECONDS, Settings};
 
 pub use cut::{
     ByDensity, CutFigures, Functional, RegularKind, ResolventCut, ResolventWalks, cut_of,
@@ -30,6 +30,8 @@ const NORMAL: f64 = 1.959_964;
 const FIRST: f64 = 4096.0;
 /// The part of the points that the tables predict that the first round has: nets gain on it.
 const FIRST_SHARE: f64 = 1.0 / 64.0;
+/// Seconds of the first round at most.
+const FIRST_SECONDS: f64 = 1.0;
 /// Every round has so many times the points of the one before.
 const GROWTH: f64 = 4.0;
 
@@ -161,9 +163,13 @@ pub fn answer(
         Some(off.fold(0.0, f64::max))
     };
     let mut next = match settings.tolerance {
-        Some(_) => (FIRST_SHARE * chosen.points).max(FIRST),
+        Some(_) => {
+            let most = FIRST_SECONDS / chosen.seconds;
+            (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
+        }
         None => (most / (1.0 + GROWTH + GROWTH * GROWTH)).max(1.0),
     };
+    let has_end = settings.walks.is_some() || settings.time_limit.is_some();
     let (mut points, mut rounds) = (0.0, 0);
     let (cells, degree) = (chosen.cells, chosen.degree);
     let mut stop = StopReason::Done;
@@ -186,7 +192,14 @@ pub fn answer(
             });
         }
         let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
-        if needed(&estimates).is_some_and(|off| off <= 1.0) && is_known {
+        let off = needed(&estimates).unwrap_or(f64::INFINITY);
+        if off <= 1.0 && is_known {
+            break;
+        }
+        // Errors of nets fall about like the number of points.
+        let left = points * off * chosen.seconds;
+        if settings.tolerance.is_some() && !has_end && left > MOST_SECONDS {
+            stop = StopReason::ToleranceNotReached;
             break;
         }
         let passed = walking.elapsed();
