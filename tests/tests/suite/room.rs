@@ -2,7 +2,9 @@
 //! `room_seen.rs`.
 
 use fredholm_core::galerkin::{AllPointwise, second_moment_radius};
-use fredholm_core::{At, Estimator, Goal, Neighbour, Real, Statistics, WalkOptions, rounding_floor};
+use fredholm_core::{
+    At, Estimator, Goal, Neighbour, Real, Statistics, WalkOptions, rounding_floor,
+};
 use fredholm_room::{Choice, Grading, Material, MeanOver, RoomPairs};
 use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation};
 use fredholm_tests::quadrature::gauss_legendre;
@@ -328,10 +330,13 @@ fn the_second_moments_exist() {
         setup.with::<f64, _>(Choice::Default, |room, _, _| {
             let matrix = setup.matrix.coefficients();
             let middles = |cell| room.inside(cell, 0.5);
-            let radius =
-                second_moment_radius::<_, _, _, 1>(room, &matrix, &AllPointwise, middles, |x, j| {
-                    0.49 * room.form_factor(&x.point, j)
-                });
+            let radius = second_moment_radius::<_, _, _, 1>(
+                room,
+                &matrix,
+                &AllPointwise,
+                middles,
+                |x, j| 0.49 * room.form_factor(&x.point, j),
+            );
             let radius = radius.unwrap();
             assert!((radius - 0.49).abs() < 1e-7, "{}: {radius}", drawing.name);
         });

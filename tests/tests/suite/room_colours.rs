@@ -115,7 +115,10 @@ impl Colours {
         for (cell, own) in v.chunks_exact_mut(CHANNELS * B).enumerate() {
             subtract_lights::<_, B>(&coloured, cell, own);
         }
-        let rays = RaySetup::<_, B>::new(&coloured, &v).unwrap().tables().unwrap();
+        let rays = RaySetup::<_, B>::new(&coloured, &v)
+            .unwrap()
+            .tables()
+            .unwrap();
         let direct = match lights.as_slice() {
             [] => Vec::new(),
             lights => DirectLight::of_channels(&self.scene, lights, &self.walls()).unwrap(),

@@ -1,9 +1,11 @@
 //! Rooms with polynomials: what a degree saves, and what walks do not tell.
 
-use fredholm_core::galerkin::{AllPointwise, PairIntegral, TransitionMoments, second_moment_radius};
+use fredholm_core::galerkin::{
+    AllPointwise, PairIntegral, TransitionMoments, second_moment_radius,
+};
 use fredholm_core::{
-    At, Equation, Estimate, Functional, Goal, Located, Neighbour, RngUniforms, Statistics, WalkOptions,
-    WalkSeeds,
+    At, Equation, Estimate, Functional, Goal, Located, Neighbour, RngUniforms, Statistics,
+    WalkOptions, WalkSeeds,
 };
 use fredholm_room::{Choice, Grading, MeanOver, RoomPairs, Seen};
 use fredholm_tests::check::long;
@@ -228,9 +230,12 @@ fn the_second_moment_of_h_is_near_that_of_k() {
             let pairs = RoomPairs { views, choice };
             second_moment_radius::<_, _, _, 4>(room, &matrix, &pairs, points, pointwise).unwrap()
         };
-        let of_k = second_moment_radius::<_, _, _, 4>(room, &matrix, &AllPointwise, points, pointwise);
-        let (of_k, [default, paper]) =
-            (of_k.unwrap(), [Choice::Default, Choice::Paper].map(of_pairs));
+        let of_k =
+            second_moment_radius::<_, _, _, 4>(room, &matrix, &AllPointwise, points, pointwise);
+        let (of_k, [default, paper]) = (
+            of_k.unwrap(),
+            [Choice::Default, Choice::Paper].map(of_pairs),
+        );
         println!("k: {of_k}, h: {default}, paper's pairs {paper}");
         // The supremum over three points of a cell.
         assert!((default / of_k - 1.0).abs() < 0.15, "{default} {of_k}");

@@ -1,7 +1,9 @@
 //! The neighbour equation of rooms whose G takes one ray, in a family of random rooms: its mean, its variance, and what is
 //! left of the variance of walks.
 
-use fredholm_core::{Goal, Located, Neighbour, RngUniforms, Space, Uniforms, WalkOptions, WalkSeeds};
+use fredholm_core::{
+    Goal, Located, Neighbour, RngUniforms, Space, Uniforms, WalkOptions, WalkSeeds,
+};
 use fredholm_room::{Choice, Grading, MeanOver, Point, Room};
 use fredholm_tests::check::{long, neighbour_equation};
 use fredholm_tests::room::{Setup, described, furnished};
@@ -59,9 +61,8 @@ fn a_ray_costs_little_variance() {
     for seed in seeds() {
         let setup = random(seed);
         let v = &setup.solution.v;
-        let exact = setup.with::<f64, _>(Choice::Pointwise, |room, pairs, _| {
-            variance(room, pairs, v)
-        });
+        let exact =
+            setup.with::<f64, _>(Choice::Pointwise, |room, pairs, _| variance(room, pairs, v));
         let rays = setup.with_rays::<f64, _>(|room, rays| variance(room, rays, v));
         assert!(rays < 1.5 * exact, "seed {seed}: {rays} {exact}");
     }

@@ -1,9 +1,7 @@
 //! No ray leaves a closed room; rays end where the nearest wall is.
 
 use fredholm_core::{Chain, DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
-use fredholm_room::{
-    Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable,
-};
+use fredholm_room::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable};
 use fredholm_tests::room::{Drawing, crowd, scenes, square};
 
 /// Turned, shrunk and moved far away: no vertex that lies on a wall does so exactly.
