@@ -20,7 +20,10 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let (model, walk) = (problem.model(), settings.walk_options());
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
     cells.check_variance(&walk).map_err(&fail)?;
-    let is_table = args.out.extension().is_some_and(|extension| extension == "bin");
+    let is_table = args
+        .out
+        .extension()
+        .is_some_and(|extension| extension == "bin");
     if !is_table {
         return Err(Failure::input(format_args!(
             "`--out {}`: the name must end in .bin, for a compact table",

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fredholm::report::{Column, Columns, Report, GlobalReport};
+use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
 use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};

@@ -19,12 +19,12 @@ use crate::args::{SolveArgs, set};
 use crate::drawing;
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{self, Placed, ProblemFile};
+use crate::global;
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
-use crate::whole;
 use fredholm_parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -63,7 +63,11 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     }
     set(&mut file.walk.walks, "--walks", args.walks);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
-    set(&mut file.walk.forced_steps, "--forced-steps", args.forced_steps);
+    set(
+        &mut file.walk.forced_steps,
+        "--forced-steps",
+        args.forced_steps,
+    );
     let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
     let walk = &mut file.walk;
     walk.last_step = flag("--last-step", args.last_step).or(walk.last_step.take());
@@ -149,7 +153,7 @@ pub(crate) fn solve(
 ) -> Result<Ended, Failure> {
     let begun = begin(args, process)?;
     if begun.problem.resolved.settings.global == Some(true) {
-        return whole::solve(begun, &args.common, signals);
+        return global::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
     let parts = args.part.map_or(1, |part| part.of);
@@ -447,7 +451,8 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             let steps = (1.0 / (1.0 - survival).max(0.0)).min(f64::from(STEP_LIMIT));
             let pairs = cells.pointwise_pairs(walk.pairs).map_err(&fail)?;
             let cost = cells.cost(walk.pairs);
-            let each = cost.walk.seconds(walk.absorption.estimator(), steps, pairs) * model.shared() as f64;
+            let each = cost.walk.seconds(walk.absorption.estimator(), steps, pairs)
+                * model.shared() as f64;
             let (states, seconds) = (walks * steps, cost.setup + walks * each);
             let most = match walk.tolerance {
                 Some(_) => "at most ",

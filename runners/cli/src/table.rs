@@ -1,6 +1,6 @@
 //! A report as JSON and as a picture.
 
-use fredholm::report::{Coordinates, Report, GlobalReport};
+use fredholm::report::{Coordinates, GlobalReport, Report};
 use fredholm_plot::{Axis, Figure, GridCurve, GridPoint};
 
 use crate::failure::Failure;

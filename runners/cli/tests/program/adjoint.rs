@@ -219,7 +219,7 @@ fn what_the_way_back_refuses() {
     let answers = "walks from the sources answer the targets of `solve`, and nothing else";
     for (args, words) in [
         (
-            &["solve", &file, "--whole", "--cells", "20"][..],
+            &["solve", &file, "--global", "--cells", "20"][..],
             "neither tell a whole function",
         ),
         (&["rates", &file], answers),

@@ -21,7 +21,7 @@ fn many_targets_share_walks_where_that_is_faster() {
     let file = file.replace("1 + x^2 - 3/8 * x", source);
     let shared = folder.solve(&file, &["--json"]).quietly(0).json();
     let alone = folder
-        .solve(&file, &["--json", "--no-whole"])
+        .solve(&file, &["--json", "--no-global"])
         .quietly(0)
         .json();
     assert_eq!(shared["split"]["method"], "whole function", "{shared}");
@@ -44,7 +44,7 @@ fn many_targets_share_walks_where_that_is_faster() {
         let off = (number(a, "estimate") - number(b, "estimate")).abs();
         assert!(off < 5.0 * error.hypot(number(b, "std_error")), "{a} {b}");
     }
-    let file_says = |word: &str| file.replace("[walk]\n", &format!("[walk]\nwhole = {word}\n"));
+    let file_says = |word: &str| file.replace("[walk]\n", &format!("[walk]\nglobal = {word}\n"));
     let says_no = folder
         .solve(&file_says("false"), &["--json"])
         .quietly(0)
@@ -62,10 +62,10 @@ fn many_targets_share_walks_where_that_is_faster() {
     let given = file.replace("[walk]\n", "[galerkin]\ncells = 4\n[walk]\nwalks = 2000\n");
     let given = given.replace("target_error = 1e-5\n", "");
     let flag = folder
-        .solve(&given, &["--whole", "--json"])
+        .solve(&given, &["--global", "--json"])
         .quietly(0)
         .json();
-    let asked = given.replace("[walk]\n", "[walk]\nwhole = true\n");
+    let asked = given.replace("[walk]\n", "[walk]\nglobal = true\n");
     let asked = folder.solve(&asked, &["--json"]).quietly(0).json();
     assert_eq!(asked["targets"], flag["targets"]);
     assert!(flag.get("truncation").is_some());
@@ -82,7 +82,7 @@ fn whole_functions_are_lifted_where_that_is_faster() {
     assert_eq!(lifted["split"]["method"], "whole function", "{lifted}");
     assert_eq!(lifted["lift"], 6);
     let alone = folder
-        .solve(file, &["--json", "--no-whole", "--lift", "0"])
+        .solve(file, &["--json", "--no-global", "--lift", "0"])
         .quietly(0)
         .json();
     for (a, b) in list(&lifted, "targets").iter().zip(list(&alone, "targets")) {
@@ -235,7 +235,7 @@ fn a_random_family_takes_no_longer_together() {
         };
         let all = [
             solve(&[]),
-            solve(&["--no-whole"]),
+            solve(&["--no-global"]),
             solve(&["--sequence", "random", "--lift", "0"]),
         ];
         let [Some(open), Some(alone), Some(without)] = all else {

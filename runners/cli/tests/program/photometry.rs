@@ -65,7 +65,7 @@ fn light_has_units_if_they_are_asked_for() {
         "all.toml",
         format!("{surfaces}[[target]]\nname = \"walls\"\nover = \"walls\"\n"),
     );
-    let whole = common::fredholm(&["solve", &all, "--whole"])
+    let whole = common::fredholm(&["solve", &all, "--global"])
         .quietly(0)
         .stdout;
     assert!(
