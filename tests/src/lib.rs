@@ -38,8 +38,8 @@ mod manual {
     struct Lift;
     #[doc = include_str!("../../docs/sequences.md")]
     struct Sequences;
-    #[doc = include_str!("../../docs/whole.md")]
-    struct Whole;
+    #[doc = include_str!("../../docs/global.md")]
+    struct Global;
     #[doc = include_str!("../../docs/own-equation.md")]
     struct OwnEquation;
     #[doc = include_str!("../../docs/report.md")]
