@@ -1,5 +1,5 @@
 //! Error bars are honest: how many of the program's 95 % intervals, estimate ± 1.96 standard errors, contain the exact
-//! value. `docs/coverage.md` has the table.
+//! value.
 
 use core::fmt;
 
