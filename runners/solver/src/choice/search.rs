@@ -393,6 +393,17 @@ impl<'m> Search<'m> {
         Ok(Some(solved))
     }
 
+    /// The solved system of a prediction that is to answer: a set-up that no pilot had counts among those of pilots.
+    pub(super) fn solved_to_answer(
+        &mut self,
+        best: &Prediction,
+    ) -> Result<Option<Arc<Solved<'m>>>, Error> {
+        let left = self.remaining_setup(best);
+        let solved = self.solved(&best.setting)?;
+        self.work += left - self.remaining_setup(best);
+        Ok(solved)
+    }
+
     /// A pilot with so many walks of each target.
     fn pilot(&mut self, next: &Prediction, walks: u64) -> Result<Pilot, Error> {
         let setting = next.setting;

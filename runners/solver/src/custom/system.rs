@@ -5,20 +5,20 @@ use std::sync::Mutex;
 use fredholm_core::galerkin::{GalerkinMatrix, Solution, buffer};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::fill_rows;
-use fredholm_variance::{Density, MeanCoefficients, Start as Begin, VarianceSetup};
+use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Solved, Walks, place};
+use super::walk::{How, Lit, Solved, Walks, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
 use fredholm_core::{Absorption, Form, Located, NoDraws};
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{Request, Then, WalkOptions, GlobalSystem};
+use fredholm_model::{GlobalSystem, Request, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -128,7 +128,8 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     /// Points of a cell and axis for the means of F, which cost nothing beside a row of K'.
     fn points_of_source(&self) -> usize {
         let affordable = VALUES_OF_SOURCE.powf(1.0 / E::DIMENSION as f64);
-        self.points.max((affordable.round() as usize).min(MOST_POINTS))
+        self.points
+            .max((affordable.round() as usize).min(MOST_POINTS))
     }
 
     /// Nodes of a site, one more an axis than the square of k − h needs.
@@ -168,7 +169,11 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let nodes = (self.all as f64 * self.values()) as usize;
         let points = nodes.saturating_mul(size_of::<E::Point>());
         // K', F', v, G and their copies.
-        let of_matrix = if self.is_closed() { 0 } else { n.saturating_mul(8) };
+        let of_matrix = if self.is_closed() {
+            0
+        } else {
+            n.saturating_mul(8)
+        };
         n.saturating_mul(of_matrix.saturating_add(8 * 8))
             .saturating_add(points)
             .saturating_add(goals.len().saturating_mul(1024))
@@ -204,7 +209,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
                 ..plain
             },
             plain,
-            light: 0.0,
+            light: 0.5 * step,
         }
     }
 
@@ -336,6 +341,46 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         }
     }
 
+    /// The densities of starts of all arcs that are asked for, in the order of their goals: even on the nodes there.
+    fn arcs<'a>(
+        &self,
+        uniform: &'a Uniform<'a, E>,
+        quadrature: &Sites<E>,
+        goals: &[Goal],
+    ) -> Result<Vec<impl Fn(&E::Point) -> Density + Sync + use<'a, E>>, Error> {
+        let [low, high] = self
+            .cut
+            .model
+            .coordinates
+            .first()
+            .copied()
+            .unwrap_or([0.0, 1.0]);
+        let arcs = goals.iter().filter_map(|goal| match goal.region {
+            Region::Arc(from, to) => Some([from, to].map(|s| (s - low) / (high - low))),
+            _ => None,
+        });
+        let density = |[from, to]: [f64; 2]| {
+            let is_inside = move |x: &E::Point| (from..=to).contains(&uniform.before(x));
+            let mut measure = 0.0;
+            for site in 0..quadrature.sites() {
+                quadrature.nodes(site, |x, weight| {
+                    measure += if is_inside(&x) { weight } else { 0.0 };
+                });
+            }
+            if measure == 0.0 {
+                return Err(Error::TooMuch {
+                    message: "no point of a diagnosis lies within an arc that is asked for: more `--nodes` help"
+                        .to_owned(),
+                });
+            }
+            Ok(move |x: &E::Point| match is_inside(x) {
+                true => Density::uniform(measure),
+                false => Density::nothing(),
+            })
+        };
+        arcs.map(density).collect()
+    }
+
     /// The spectral radius of T_h²p, which must be below 1; `None` if it is not looked at.
     pub(super) fn check_neighbour(
         &self,
@@ -400,10 +445,10 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let (absorption, degree) = (request.walk.absorption, self.cut.of_degree()?);
-        let equation = self.cut.equation()?;
+        let equation = &self.cut.equation()?;
         let kinds = self.kinds(request.walk.pairs);
         let quadrature = self.cut.sites(nodes)?;
-        let (closed, dense) = (degree.matrix(&equation), self.solved.coefficients());
+        let (closed, dense) = (degree.matrix(equation), self.solved.coefficients());
         let mean = |i, j| match (&closed, &dense) {
             (Some(closed), _) => closed.mean(i, j),
             (None, Some(dense)) => dense.mean(i, j),
@@ -412,11 +457,22 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
         let is_constant = degree.functions() == 1;
-        let uniform = Uniform::new(&equation);
+        let uniform = Uniform::new(equation);
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
+        let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
         let equations = &self.cut.model.equations;
-        equations.with_neighbour(&equation, &self.solved, (kinds, false), &mut |neighbour, v| {
+        let last_step = request.walk.last_step;
+        let lights = equations.lights.as_deref().filter(|_| last_step);
+        let known = |goal: &Goal| Ok(known_of(equation, lights, &goal.region)?.unwrap_or(0.0));
+        let known: Vec<f64> = request
+            .goals
+            .iter()
+            .map(known)
+            .collect::<Result<_, Error>>()?;
+        let lit = Lit { equation, lights };
+        let how = (kinds, last_step);
+        equations.with_neighbour(equation, &self.solved, how, &mut |neighbour, v| {
             let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
             let density = |weight| {
                 let weight: &super::walk::Weighted<'_, E> = weight;
@@ -429,27 +485,32 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                         square: phi * phi / measure,
                         initial: 1.0 / measure,
                         fluctuation: value - weight.of_means,
-                        known: 0.0,
+                        known: lights.map_or(0.0, |lights| phi * lights.known(equation, x)),
                     }
                 }
             };
             let densities: Vec<_> = weighted.iter().map(density).collect();
             let mut weights = densities.iter();
+            let mut arcs = arcs.iter();
             let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
             for goal in request.goals {
                 starts.push(match &goal.region {
-                    Region::Point(x) => Begin::At(place(&equation, x)?),
+                    Region::Point(x) => Begin::At(place(equation, x)?),
                     Region::Weight(_) => match weights.next() {
                         Some(density) => Begin::Density(density),
                         None => return Err(Error::Internal("a weight has no means")),
+                    },
+                    Region::Arc(..) => match arcs.next() {
+                        Some(density) => Begin::Density(density),
+                        None => return Err(Error::Internal("an arc has no density")),
                     },
                     _ => Begin::Density(&everywhere),
                 });
             }
             let setting = VarianceSetup {
-                equation: &equation,
+                equation: &lit,
                 neighbour,
-                pairs: kinds.any(),
+                pairs: kinds.any(degree.paper()),
                 quadrature: &quadrature,
                 absorption,
             };
@@ -459,7 +520,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                 hides: None,
                 pieces: None,
                 goals: request.goals,
-                known: &[],
+                known: &known,
                 place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
             })
         })

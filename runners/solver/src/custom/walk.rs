@@ -103,6 +103,9 @@ pub(super) trait Walks: Send + Sync {
 
     /// Whether pairs may be pointwise, for every degree.
     fn integrals(&self) -> Vec<bool>;
+
+    /// Whether last steps may lead to the light.
+    fn has_lights(&self) -> bool;
 }
 
 /// A weighted integral ∫ w u dμ: Φ = w, walks start uniformly.
@@ -632,5 +635,9 @@ impl<E: CustomEquation> Walks for Equations<E> {
     fn integrals(&self) -> Vec<bool> {
         let degrees = self.degrees.iter();
         degrees.map(|degree| degree.has_integrals()).collect()
+    }
+
+    fn has_lights(&self) -> bool {
+        self.lights.is_some()
     }
 }
