@@ -34,7 +34,7 @@ const LEAST_NODES: usize = 10;
 
 /// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
 ///
-/// What is not said has a default, or is chosen if an error is asked for: cells, degree, pairs, absorption and estimator.
+/// What is not said has a default, or is chosen if an error is asked for: cells, degree and pairs, and what else the kind of equation has.
 /// The same settings and seed give the same bits on every machine and for any number of threads.
 ///
 /// ```
@@ -220,7 +220,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets whether all goals are answered from one set of walks, by the [whole function](Self::whole). If nothing is said, they are
+    /// Sets whether all goals are answered from one set of walks, by the [global estimate](Self::whole). If nothing is said, they are
     /// where an error is asked for and that is predicted to take less time.
     ///
     /// ```

@@ -220,7 +220,7 @@ fn what_the_way_back_refuses() {
     for (args, words) in [
         (
             &["solve", &file, "--global", "--cells", "20"][..],
-            "neither tell a whole function",
+            "neither tell a global estimate",
         ),
         (&["rates", &file], answers),
         (&["render", &file, "--out", &png], answers),

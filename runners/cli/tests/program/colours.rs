@@ -375,7 +375,7 @@ fn what_channels_refuse() {
     }
     let file = folder.file("room.toml", room(None));
     let ran = common::fredholm(&["solve", &file, "--global"]);
-    let words = "the whole function from one set of walks has one channel";
+    let words = "the global estimate from one set of walks has one channel";
     assert!(
         ran.status == Some(2) && ran.stderr.contains(words),
         "{ran:?}"
@@ -441,7 +441,7 @@ fn what_channels_of_rooms_refuse() {
     }
     let file = folder.file("room.toml", flat(None));
     let (png, tables) = (folder.at("room.png"), folder.at("room.bin"));
-    let whole = "the whole function from one set of walks has one channel";
+    let whole = "the global estimate from one set of walks has one channel";
     for (args, words) in [
         (&["solve", &file, "--global"][..], whole),
         (&["render", &file, "--out", &png, "--global"], whole),

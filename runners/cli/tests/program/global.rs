@@ -407,7 +407,7 @@ fn what_has_no_whole_function_says_so() {
     );
 }
 
-/// A furnace in section: what a whole function says of heat, in JSON, as a table and as CSV.
+/// A furnace in section: what a global estimate says of heat, in JSON, as a table and as CSV.
 #[test]
 fn rooms_have_fluxes_from_the_same_walks() {
     const ROOM: &str = "[problem]\nkind = 'room'\n\
@@ -422,7 +422,7 @@ fn rooms_have_fluxes_from_the_same_walks() {
     let csv = folder.at("u.csv");
     let ran = folder.solve(ROOM, &["--global", "--out", &csv]).quietly(0);
     for words in [
-        "whole function, W/m2",
+        "global estimate, W/m2",
         "net flux out of",
         "0 (given)",
         "mean radiant temperature, K",

@@ -69,7 +69,7 @@ fn light_has_units_if_they_are_asked_for() {
         .quietly(0)
         .stdout;
     assert!(
-        whole.contains("whole function, lm/m2") && whole.contains("irradiance, lx"),
+        whole.contains("global estimate, lm/m2") && whole.contains("irradiance, lx"),
         "{whole}"
     );
 }

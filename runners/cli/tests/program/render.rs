@@ -403,7 +403,7 @@ fn grey() -> String {
     BLACK.replace("reflectance = 0\n", "reflectance = 0.4\n")
 }
 
-/// Pixels of a whole function are those of walks of their own, within the error bars of both, and so are profiles.
+/// Pixels of a global estimate are those of walks of their own, within the error bars of both, and so are profiles.
 #[test]
 fn a_whole_function_serves_all_pixels() {
     let folder = Folder::new();

@@ -121,7 +121,7 @@ fn properties(schema: &Value, all: &mut BTreeSet<String>) {
     }
 }
 
-/// What reports of ordinary runs do not have: error bars that may mean nothing, and a whole function that was given up.
+/// What reports of ordinary runs do not have: error bars that may mean nothing, and a global estimate that was given up.
 const RARE: [&str; 6] = [
     "doubtful_share",
     "tail_index",

@@ -168,7 +168,7 @@ pub(crate) fn solve_either<'m>(
         watch,
         states: search.states(),
     };
-    // Seconds that a whole function was predicted to take which was given up.
+    // Seconds that a global estimate was predicted to take which was given up.
     let mut given_up: Option<f64> = None;
     let mut lost = Looked::default();
     if !may_be_joint {

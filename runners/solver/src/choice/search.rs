@@ -94,7 +94,7 @@ pub(crate) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// A search with the absorptions that are open and whose walks have a finite variance.
+    /// A search of what is open, if walks have a finite variance.
     ///
     /// # Errors
     /// [`Error::TwoGoals`], [`Error::InfiniteVariance`].

@@ -203,7 +203,7 @@ impl<E: CustomEquation> CustomModel<E> {
         self
     }
 
-    /// Starts walks of a [whole function](crate::GlobalEstimate) where the equation says, and scores them in every state of
+    /// Starts walks of a [global estimate](crate::GlobalEstimate) where the equation says, and scores them in every state of
     /// which it knows the density. Otherwise they start uniformly and score in their starts alone. The equation in single
     /// precision says it for itself.
     ///

@@ -61,7 +61,7 @@ pub(super) struct How {
     pub(super) neighbour_second_moment_radius: Option<f64>,
 }
 
-/// What the walks of a whole function score on.
+/// What the walks of a global estimate score on.
 #[derive(Clone, Copy)]
 pub(super) enum ScoredOn<'a> {
     /// These functions of every cell.
@@ -89,7 +89,7 @@ pub(super) trait Walks: Send + Sync {
         then: &mut Then<'_>,
     ) -> Result<(), Error>;
 
-    /// Walks of a whole function that score on these.
+    /// Walks of a global estimate that score on these.
     fn whole_job(
         &self,
         solved: &Solved,
