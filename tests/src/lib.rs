@@ -8,6 +8,7 @@ pub mod device;
 pub mod device_tables;
 pub mod fit;
 mod objects;
+mod options;
 pub mod room;
 pub mod scene;
 pub mod toy;
@@ -16,3 +17,4 @@ pub use cores::on_all_cores;
 /// The kit, which the project's own tests build on.
 pub use fredholm_conformance::*;
 pub use objects::{ObjectGoals, Objects, run};
+pub use options::{absorbed, all_ways, paper, seeded};

@@ -5,35 +5,25 @@ use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Equation, Estimate, Estimator, Functional, Goal, Job, Neighbour, NeighbourOf,
-    Statistics, WalkOptions,
+    At, Batch, Equation, Estimate, Functional, Goal, Job, Neighbour, NeighbourOf, Statistics,
+    WalkOptions,
 };
 use fredholm_cube::{Mean, ScalarField, model};
 use fredholm_room::{Choice, Grading};
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
-use fredholm_tests::cube::{paper, with_degree};
+use fredholm_tests::cube::with_degree;
 use fredholm_tests::outcome::Sum;
 use fredholm_tests::room::{Drawing, Setup, block, glowing};
-use fredholm_tests::{Objects, check, on_all_cores};
+use fredholm_tests::{Objects, all_ways, check, on_all_cores};
+
+/// What the walks are called.
+const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
 
 /// Half the width of an interval in standard errors, as the program draws its bands.
 const HALF_WIDTH: f64 = 1.96;
 /// Batches of the moments of one walk.
 const GROUP: u64 = 1 << 14;
-
-/// How walks end, and what they score: as by default, and as in the paper.
-fn ways(seed: u64) -> [(&'static str, WalkOptions); 3] {
-    let default = WalkOptions {
-        seed,
-        ..WalkOptions::default()
-    };
-    [
-        ("Roulette", default),
-        ("Absorption", paper(Estimator::Absorption, seed)),
-        ("Collision", paper(Estimator::Collision, seed)),
-    ]
-}
 
 /// Seeds and numbers of walks: with `FREDHOLM_LONG` those of the table, else what takes seconds.
 fn sizes() -> (u64, &'static [u64]) {
@@ -209,7 +199,7 @@ where
     }
 
     fn of(&self, way: usize, seeds: u64, walks: &[u64]) -> Vec<Row> {
-        let options = |seed| ways(seed)[way].1;
+        let options = |seed| all_ways(seed)[way];
         let most = *walks.last().unwrap();
         let run = |seed: usize| -> Vec<Statistics> {
             let objects = Objects::new(self.equation, self.neighbour, &self.goal);
@@ -233,7 +223,7 @@ where
                 let mut row = Row {
                     scene: self.scene,
                     target: self.target,
-                    way: ways(0)[way].0,
+                    way: WAYS[way],
                     preconditioned: which == 1,
                     walks,
                     seeds,

@@ -153,7 +153,7 @@ fn every_type_of_the_facade_has_an_example() {
     assert!(names.len() > 20, "{names:?}");
     for name in names {
         let is_it = |item: &str| {
-            ["struct", "enum", "trait"].iter().any(|word| {
+            ["struct", "enum", "trait", "type"].iter().any(|word| {
                 let rest = item.strip_prefix(&format!("pub {word} {name}"));
                 rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
             })
@@ -202,7 +202,10 @@ fn every_example_of_the_manual_is_run_and_whole() {
         let text = fs::read_to_string(&path).unwrap();
         for example in text.split("```rust\n").skip(1) {
             let example = example.split("```").next().unwrap();
-            assert!(listed.contains(name), "{name} is not in runners/solver/src/manual.rs");
+            assert!(
+                listed.contains(name),
+                "{name} is not in runners/solver/src/manual.rs"
+            );
             assert!(example.contains("fn main()"), "{name}: {example}");
             assert!(
                 !example.lines().any(|l| l.starts_with("# ")),

@@ -15,7 +15,7 @@ use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, Outcome, RunError, run};
 use fredholm_tests::check::means;
 use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, Owned, RHO, circle, with_piecewise};
-use fredholm_tests::cube::paper;
+use fredholm_tests::paper;
 
 type OnScene<F> = Owned<F, Harmonic>;
 type Lights<'a, F> = OnCircle<'a, F, Harmonic, DiagonalRule>;
@@ -314,12 +314,17 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
     use StopReason::{Done, ToleranceNotReached};
     let cases = [
         (40_001, None, Done, [40_001; 2]),
-        (60_001, Some(Tolerance::Absolute(3e-3)), Done, [2400, 5600]),
-        (60_001, Some(Tolerance::Relative(6e-4)), Done, [2400, 5600]),
+        (
+            60_001,
+            Some(Tolerance::Absolute(1.5e-3)),
+            Done,
+            [2400, 5600],
+        ),
+        (60_001, Some(Tolerance::Relative(3e-4)), Done, [2400, 5600]),
         // The mean needs more walks, the point does not.
         (
             4001,
-            Some(Tolerance::Absolute(3e-3)),
+            Some(Tolerance::Absolute(1.5e-3)),
             ToleranceNotReached,
             [2400, 4001],
         ),

@@ -5,36 +5,29 @@ use core::f64::consts::TAU;
 use fredholm_circle::{Harmonic, MeanOver, Point};
 use fredholm_core::galerkin::{Cells, Pairs, TransitionMoments};
 use fredholm_core::{
-    Absorption, At, Density as _, Equation, Estimator, Form, Functional, Goal, Located, Neighbour,
+    Absorption, At, Density as _, Equation, Estimator, Functional, Goal, Located, Neighbour,
     NeighbourOf, RunOptions, Space, WalkOptions,
 };
 use fredholm_cube::{CubeRule, Mean, model};
 use fredholm_rayon::{fill_rows, run};
 use fredholm_room::{Choice, Grading, RoomQuadrature};
-use fredholm_tests::Objects;
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{
     DEFAULT, LIGHT, Owned, PAPER, RHO, circle as of_arcs, with_piecewise, with_polynomials,
 };
-use fredholm_tests::cube::{ALL, paper, with_degree};
+use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
+use fredholm_tests::{Objects, absorbed, all_ways};
 use fredholm_variance::{
     Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, Step, VarianceSetup,
 };
 
 /// How walks end, and what they score; the last in the long form alone.
 fn ways() -> [WalkOptions; 4] {
-    let in_residual_form = WalkOptions {
-        form: Form::Residual,
-        ..paper(Estimator::Absorption, 0)
-    };
-    [
-        paper(Estimator::Absorption, 0),
-        WalkOptions::default(),
-        paper(Estimator::Collision, 0),
-        in_residual_form,
-    ]
+    let [absorption, collision, roulette] = all_ways(0);
+    let residual = absorbed(Estimator::Absorption, 0);
+    [absorption, collision, roulette, residual]
 }
 /// Groups of walks, whose variances tell how uncertain their mean is.
 const GROUPS: u64 = 64;

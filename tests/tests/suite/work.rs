@@ -12,28 +12,23 @@ use fredholm_core::galerkin::{
     TransitionMoments, degree_of, functions,
 };
 use fredholm_core::{
-    Batch, Equation, Estimator, Goal, Job, Neighbour, NeighbourOf, NoNeighbour, RngUniforms,
-    Uniforms, WalkOptions, WalkSeeds,
+    Batch, Equation, Goal, Job, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, Uniforms,
+    WalkSeeds,
 };
 use fredholm_cube::{Cube, CubeRule, model};
 use fredholm_room::{Grading, RoomPairs};
-use fredholm_tests::Objects;
 use fredholm_tests::check::Among;
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO};
 use fredholm_tests::counted::{COLUMNS, Counted, Counts};
-use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE, paper, solved};
+use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE, solved};
 use fredholm_tests::room::{CHOICES, Drawing, Setup, block, square, yard};
+use fredholm_tests::{Objects, all_ways};
 
-const WALKS: u64 = 1000;
-
-/// How walks end, and what they score: as by default, and as in the paper.
-fn ways() -> [(&'static str, WalkOptions); 3] {
-    [
-        ("Roulette", WalkOptions::default()),
-        ("Absorption", paper(Estimator::Absorption, 1)),
-        ("Collision", paper(Estimator::Collision, 1)),
-    ]
+fn walks() -> u64 {
+    std::env::var("WORK_WALKS").map_or(1000, |w| w.parse().unwrap())
 }
+/// What the walks are called.
+const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
 
 /// 64 uniform numbers that no walk uses.
 fn numbers() -> Vec<f64> {
@@ -61,9 +56,9 @@ impl<P: Copy + Send + Sync> Lines<'_, P> {
         let value = values.sum::<f64>() / self.points.len() as f64;
         let goal = Goal::new(Among(&self.points), Some(value));
         let objects = Objects::new(equation, &neighbour, &goal);
-        for (way, options) in ways() {
+        for (way, options) in WAYS.into_iter().zip(all_ways(1)) {
             counts.reset();
-            let mut batch = [Batch::new(0, WALKS, WALKS)];
+            let mut batch = [Batch::new(0, walks(), walks())];
             objects.job(options).run(0, &mut batch, u64::MAX).unwrap();
             let statistics = batch[0].statistics();
             writeln!(
@@ -208,7 +203,7 @@ fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
 #[test]
 fn walks_cost_and_vary_as_they_did() {
     let mut table = format!(
-        "{WALKS} walks from 64 points in f64. The standard deviation of a walk, the states, and how often something was \
+        "1000 walks from 64 points in f64. The standard deviation of a walk, the states, and how often something was \
          evaluated in all: uniform numbers in steps,\nsteps, k, F, cells that were looked for, h, G, blocks of K', moments M_j, \
          bases, integrals of K over a cell.\n\n{:22} {:10} {:10} {:>9} {:>8}",
         "scene", "pairs", "walks by", "std_dev", "states"
