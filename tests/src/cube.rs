@@ -5,10 +5,9 @@ use fredholm_core::galerkin::{
     PointwiseSource, Rounded, Solution, SourceTable, rounded,
 };
 use fredholm_core::{
-    Absorption, Equation, Estimator, Form, Functional, Goal, Goals, Located, NeighbourOf, Real,
-    Statistics, WalkOptions,
+    Equation, Functional, Goal, Goals, Located, NeighbourOf, Real, Statistics, WalkOptions,
 };
-use fredholm_cube::model::{Model, ModelKernel};
+use fredholm_cube::model::{self, Model, ModelKernel};
 use fredholm_cube::{
     Cube, CubeRule, KernelFactors, KernelFn, KernelIntegral, Product, ProductTables, ScalarField,
 };
@@ -33,18 +32,21 @@ pub const OUTSIDE: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Dropped,
 };
 
-/// Walks with the constant absorption q0 = 0.2 in the product form, as in the paper.
+/// Every model problem, with walks of finite variance in one dimension, also at q0 = 0.2.
 #[must_use]
-pub fn paper(estimator: Estimator, seed: u64) -> WalkOptions {
-    WalkOptions {
-        seed,
-        absorption: Absorption::Constant {
-            probability: 0.2,
-            estimator,
-        },
-        form: Form::Product,
-        ..WalkOptions::default()
-    }
+pub fn models() -> [Model; 10] {
+    [
+        model::quadratic(0.6),
+        model::rational(0.9),
+        model::quartic(2.5, 0.5),
+        model::distance(1, 0.75),
+        model::green(1.5, 0.25),
+        model::cosine(1.0),
+        model::steep(0.5),
+        model::quadratic(-0.7),
+        model::distance(3, -0.4),
+        model::cubic(0.45),
+    ]
 }
 
 /// Walks of one functional, with (v, Φ) if it is known.

@@ -10,4 +10,4 @@ pub use drawings::{
     Drawing, Published, SQUARE_VALUE, block, crowd, doorway, facet, furnace, furnished, glowing,
     l_room, polygon, published, random, rectangle, scenes, square, yard,
 };
-pub use setup::{CHOICES, RoomNeighbour, Setup, absorbed, assert_ok};
+pub use setup::{CHOICES, RoomNeighbour, Setup, assert_ok};

@@ -1,4 +1,4 @@
-//! A global estimate: the whole function u from one set of walks.
+//! The global estimate: u at all points from one set of walks.
 //!
 //! With v the Galerkin solution, F + T_K v its iterate (Sloan 1976) and e = u − v,
 //!

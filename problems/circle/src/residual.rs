@@ -209,4 +209,9 @@ impl<T: Tables, const B: usize> Neighbour for Residual<'_, T, B> {
         let channels = self.tables.reflectance(x.cell).channels();
         T::Value::from_fn(channels, |c| self.sum(x.cell, c, &psi))
     }
+
+    #[inline]
+    fn is_pointwise(&self) -> bool {
+        true
+    }
 }

@@ -27,8 +27,7 @@ impl Grading {
     /// The grading that serves cells of a degree p where h = k on all pairs, from rays or pointwise: g = 3/2 + 3p/8, and cuts at
     /// shadows for degrees above 0. There is no pair whose h is wrong next to a corner; what asks for small cells there is that u
     /// is less smooth, and the more so the higher the degree is. Rooms whose shadows leave more than their corners do would do
-    /// with less from degree 1 on, empty ones would not: there 2 in place of 3 leaves 20 times more at degree 4
-    /// (docs/measured-rooms.md).
+    /// with less from degree 1 on, empty ones would not: there 2 in place of 3 leaves 20 times more at degree 4.
     #[must_use]
     pub const fn of_degree(degree: usize) -> Self {
         Self {

@@ -43,10 +43,10 @@ Options override the file's values; the file's keys have the same names (`fredho
 A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and \
 about 95 % of those twice as wide.
 
-With a target error and without cells, anything the file leaves out (cells, degree, pairs, absorption, \
-estimator) is chosen automatically: few walks on few cells measure the variance, and the fastest setting wins, \
-plain Monte Carlo if preconditioning is not worth its cost. The choice is printed, follows from the file alone, \
-and may be written into it.")]
+With a target error and without cells, anything the file leaves out (cells, degree, pairs, walks) is chosen \
+automatically: few walks on few cells measure the variance, and the fastest setting wins, plain Monte Carlo if \
+preconditioning is not worth its cost. The choice is printed, follows from the file alone, and may be written into \
+it.")]
     Solve(SolveArgs),
     /// Make one result of the parts of a run, in any order
     #[command(after_help = "\
@@ -117,7 +117,8 @@ to --error. A row's sum is 1 in a closed scene. Areas times form factors are sym
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
-The table is read in place by `fredholm_embedded::Tables`, which checks it. Kernel and source of a cube are formulas here and must be written in Rust there.")]
+Of rooms, scenes and cubes. The table is read in place by `fredholm_embedded::Tables`, which checks it. Kernel and source of a \
+cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
     /// Compare published numbers with what this program finds
     #[command(after_help = "\
@@ -348,7 +349,7 @@ pub(crate) struct Method {
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
-    /// What a walk scores
+    /// What a walk scores; with "absorption" walks end with the constant probability `absorption`, by default 0.2
     #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
     /// The form of the control variate
@@ -383,8 +384,8 @@ pub(crate) fn set<T>(to: &mut Placed<T>, option: &'static str, given: Option<T>)
 pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
-    /// Answer all targets from one set of walks, with a band that holds for all points together. Nothing is chosen: what the
-    /// file leaves out has its default. Not for scenes
+    /// Answer all targets from one set of walks, with a band that holds for all points together; in scenes, means over
+    /// surfaces. Nothing is chosen: what the file leaves out has its default
     #[arg(long, conflicts_with = "no_global")]
     pub(crate) global: bool,
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
@@ -416,7 +417,7 @@ pub(crate) struct SolveArgs {
     /// The numbers that walks draw
     #[arg(long, value_name = "NAME", value_parser = choices::<Sequence>())]
     pub(crate) sequence: Option<Sequence>,
-    /// Number of first states in which walks are not absorbed
+    /// Number of first states in which walks do not end
     #[arg(long, value_name = "n")]
     pub(crate) forced_steps: Option<u32>,
     /// Whether the last step of walks leads to the light, in rooms and circles

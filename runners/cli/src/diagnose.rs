@@ -65,6 +65,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
             None => walk.pairs,
         }
         .word(),
+        absorption: walk.absorption.probability(),
         estimator: walk.absorption.estimator().word(),
         form: walk.form.word(),
         diagnosis: &diagnosis,

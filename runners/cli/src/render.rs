@@ -20,7 +20,7 @@ use crate::threads::with_threads;
 
 pub(crate) use room::shares;
 
-/// Walks of a whole function, for all pixels together.
+/// Walks of a global estimate, for all pixels together.
 const WHOLE_WALKS: u64 = 8192;
 
 /// The formats.
@@ -184,7 +184,7 @@ struct Picturing<'a> {
 }
 
 impl Picturing<'_> {
-    /// The settings of so many walks for each place, if nothing else is asked for, or of a whole function.
+    /// The settings of so many walks for each place, if nothing else is asked for, or of a global estimate.
     fn walk(&self, each: u64) -> WalkOptions {
         let default = if self.args.global { WHOLE_WALKS } else { each };
         WalkOptions {

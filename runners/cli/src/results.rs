@@ -188,7 +188,7 @@ fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
     Ok(archive.finish()?)
 }
 
-/// Where targets are in space: nowhere in a scene whose whole function is asked for, which shows its cells.
+/// Where targets are in space: nowhere in a scene whose global estimate is asked for, which shows its cells.
 #[derive(Default)]
 pub(crate) struct Places {
     /// The numbers of the targets that are points, and their places.

@@ -19,12 +19,12 @@ use crate::args::{SolveArgs, set};
 use crate::drawing;
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{self, Placed, ProblemFile};
+use crate::global;
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
-use crate::whole;
 use fredholm_parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -156,7 +156,7 @@ pub(crate) fn solve(
 ) -> Result<Ended, Failure> {
     let begun = begin(args, process)?;
     if begun.problem.resolved.settings.global == Some(true) {
-        return whole::solve(begun, &args.common, signals);
+        return global::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
     let parts = args.part.map_or(1, |part| part.of);

@@ -30,7 +30,7 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<Figure, Failure> {
     picture(goals, (name, report.problem), words)
 }
 
-/// A picture of the same target of a whole function, with its band.
+/// A picture of the same target of a global estimate, with its band.
 pub(crate) fn whole_svg(report: &GlobalReport, name: &str) -> Result<Figure, Failure> {
     let goals = report.targets.iter().map(|target| {
         let value = &target.value;
@@ -39,7 +39,11 @@ pub(crate) fn whole_svg(report: &GlobalReport, name: &str) -> Result<Figure, Fai
         let point = point(target.at.as_ref(), numbers, value.iterate);
         (&target.name, point)
     });
-    let words = ["whole function", "band of all points together", "F + T_K v"];
+    let words = [
+        "global estimate",
+        "band of all points together",
+        "F + T_K v",
+    ];
     picture(goals, (name, report.summary.problem), words)
 }
 

@@ -269,7 +269,7 @@ pub fn refuse_device_tables<T>() -> Result<T, Error> {
     refuse("there are no device tables of several channels: leave `channels` and lists of reflectances and emissions out".to_owned())
 }
 
-/// Refuses the whole function of a model with channels.
+/// Refuses the global estimate of a model with channels.
 ///
 /// # Errors
 /// [`Error::Option`].
@@ -278,7 +278,7 @@ pub fn refuse_whole(model: &dyn Model) -> Result<(), Error> {
         return Ok(());
     }
     refuse(
-        "the whole function from one set of walks has one channel: ask for targets without it, whose walks serve all \
+        "the global estimate from one set of walks has one channel: ask for targets without it, whose walks serve all \
          channels"
             .to_owned(),
     )

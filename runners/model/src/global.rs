@@ -1,4 +1,4 @@
-//! The whole function of a solved system: its walks, and its values.
+//! The global estimate of a solved system: its walks, and its values.
 
 use fredholm_core::Located;
 use fredholm_core::galerkin::Solution;
@@ -8,7 +8,7 @@ use fredholm_variance::gauss;
 
 use crate::{Error, Region, Scalar, Subject, WalkOptions};
 
-/// The options of the walks of a whole function.
+/// The options of the walks of a global estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct GlobalRequest<'a> {
     /// How walks are made.
@@ -85,7 +85,7 @@ const MEAN_POINTS: usize = 6;
 /// A function that is called with prepared walks.
 pub type WithGlobalJob<'a> = dyn FnMut(&dyn GlobalJob) -> Result<(), Error> + 'a;
 
-/// A solved system whose chain preserves a density, so that one set of walks gives the whole function: `core::global` has
+/// A solved system whose chain preserves a density, so that one set of walks gives the global estimate: `core::global` has
 /// the mathematics.
 pub trait GlobalSystem<'m>: Send + Sync {
     /// The degree of v.
@@ -161,7 +161,7 @@ pub trait GlobalSystem<'m>: Send + Sync {
     ) -> Result<Box<dyn GlobalField + 'm>, Error>;
 }
 
-/// A cell over which a whole function tells the mean of u, of a space whose function has no values at points.
+/// A cell over which a global estimate tells the mean of u, of a space whose function has no values at points.
 ///
 /// ```
 /// use fredholm_model::MeshCell;
@@ -186,7 +186,7 @@ impl MeshCell {
     }
 }
 
-/// A quantity that a whole function tells.
+/// A quantity that a global estimate tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GlobalQuantity {
     /// u.

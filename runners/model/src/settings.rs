@@ -127,7 +127,7 @@ impl Default for Settings {
 impl Settings {
     /// Walks of each goal where nothing is said of them.
     pub const WALKS: u64 = 100_000;
-    /// q0 where an estimator is asked for that needs one and nothing is said of it: that of Heinrich 1995.
+    /// q0 where an estimator or a form is asked for that needs one and nothing is said of it: that of Heinrich 1995.
     pub const ABSORPTION: f64 = 0.2;
     /// Walks of a batch where nothing is said of it, and they are pseudo-random.
     pub const BATCH: u64 = 4096;
@@ -209,13 +209,15 @@ impl Settings {
         }
     }
 
-    /// How walks end: by roulette, unless q0 or the absorption estimator is asked for.
+    /// How walks end: by roulette, unless q0, the absorption estimator or the product form is asked for. Weights of the product
+    /// form are those of h, and roulette by those of k may leave it no finite variance.
     #[must_use]
     pub fn absorption(&self) -> Absorption {
-        let is_paper = self.method == Some(Method::Paper);
-        let by_absorption = self.estimator == Some(Estimator::Absorption);
+        let is_paper = self.method == Some(Method::Paper)
+            || self.estimator == Some(Estimator::Absorption)
+            || self.form == Some(Form::Product);
         let probability = match self.absorption {
-            None if by_absorption || is_paper => Some(Self::ABSORPTION),
+            None if is_paper => Some(Self::ABSORPTION),
             said => said,
         };
         probability.map_or(Absorption::Roulette, |probability| Absorption::Constant {

@@ -26,7 +26,7 @@ const SLICE: u64 = 1 << 12;
 ///         3
 ///     }
 ///     fn normalisation(&self) -> Normalisation {
-///         Normalisation { functions: 1, states_scored: 1.0 }
+///         Normalisation { functions: 1, cells: 3, states_scored: 1.0 }
 ///     }
 ///     fn known(&self) -> &[f64] {
 ///         &[]

@@ -98,7 +98,7 @@ pub enum RunError {
     Options(RunOptionsError),
     /// There is no goal.
     NoGoal,
-    /// A walk scored an infinity or NaN. `Task::replay` runs it again alone.
+    /// A walk scored an infinity or NaN. `Goals::replay` of the core runs it again alone.
     NotFinite {
         /// The number of the goal, from 0.
         goal: usize,

@@ -10,7 +10,7 @@ use common::{gauss, kinks, root_mean_square, seconds};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{CircleModel, CubeModel, Model, Region, Sequence, Solver};
 
-/// Walks of each target, and of a whole function.
+/// Walks of each target, and of a global estimate.
 const WALKS: u64 = 1 << 16;
 /// States in which walks go on in any case, with a sequence.
 const FORCED_STEPS: u32 = 4;
@@ -59,7 +59,7 @@ fn rows(name: &str, model: &dyn Model, point: Region, cells: usize, degree: usiz
 
 fn main() {
     println!(
-        "{WALKS} walks; standard error and seconds of a point, the mean, and the whole function (root mean square)"
+        "{WALKS} walks; standard error and seconds of a point, the mean, and the global estimate (root mean square)"
     );
     let at = |x: f64, d: usize| Region::Point(vec![x; d]);
     let cube = |name: &str, model: &CubeModel, d: usize, cells: usize| {

@@ -1,4 +1,4 @@
-//! Prints what the whole function gains over separate walks at equal error, and how its largest error compares with its
+//! Prints what the global estimate gains over separate walks at equal error, and how its largest error compares with its
 //! band: processor time of one thread, on Linux.
 //!
 //! ```text
@@ -16,7 +16,7 @@ use fredholm::{
     CircleModel, CubeModel, Estimator, Model, Pairs, Region, RoomModel, Scalar, Solver, SphereModel,
 };
 
-/// Walks of the whole function.
+/// Walks of the global estimate.
 const WALKS: u64 = 1 << 18;
 /// Points of which separate walks are measured, and walks of each.
 const SEPARATE: usize = 16;
@@ -70,7 +70,7 @@ fn images_row(name: &str, model: &CubeModel, cells: usize, degree: usize) {
         for more in [1, 2, 4] {
             let polynomials = solver.clone().score_degree(degree + more);
             let (took, values) = time(|| {
-                let whole = polynomials.whole().expect("a whole function");
+                let whole = polynomials.whole().expect("a global estimate");
                 whole.values(&regions).expect("values")
             });
             print!(
@@ -118,7 +118,7 @@ fn circle_row(name: &str, model: &CircleModel, cells: usize, degree: usize, by: 
 /// best, as on circles.
 fn room_row(name: &str, model: &RoomModel, cells: usize, degree: usize) {
     let fine = Solver::new(model).cells(600).degree(3).walks(1);
-    let fine = fine.whole().expect("a whole function");
+    let fine = fine.whole().expect("a global estimate");
     let exact = |regions: &[Region]| {
         let values = fine.values(regions).expect("values").into_iter();
         values.map(|value| value.iterate).collect()
@@ -167,7 +167,7 @@ fn print_row(
     let (per_walk, deviation) = best.expect("pairs");
 
     let whole = solver.clone().walks(WALKS);
-    let (took, function) = time(|| whole.whole().expect("a whole function"));
+    let (took, function) = time(|| whole.whole().expect("a global estimate"));
     let once = took - setup;
     let many = points(model, 1000);
     let (values_took, values) = time(|| function.values(&many).expect("values"));
@@ -207,7 +207,7 @@ fn main() {
         return;
     }
     println!(
-        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);"
+        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the global estimate (both root mean squares over points);"
     );
     println!(
         "seconds of the set-up, of walks and band, of 1000 values; walks and band in units of as many walks of a point; gain in time over separate walks at equal error for"

@@ -11,12 +11,12 @@ use crate::{Choices, Settings};
 type Method = &'static str;
 
 /// The word for one set of walks for all goals.
-pub(crate) const WHOLE: &str = "whole function";
+pub(crate) const WHOLE: &str = "global estimate";
 
 /// The part of a report on a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChoiceReport {
-    /// "preconditioned" or "plain", of separate walks for every goal, or "whole function", of one set of walks for all.
+    /// "preconditioned" or "plain", of separate walks for every goal, or "global estimate", of one set of walks for all.
     #[serde(deserialize_with = "method")]
     pub method: Method,
     /// Seconds of the set-up on one thread of the machine whose constants the library knows.
@@ -29,13 +29,13 @@ pub struct ChoiceReport {
     pub predicted_states: f64,
     /// Seconds that plain walks alone would take; null if they are not allowed, or if none of a pilot's scored.
     pub predicted_plain_seconds: Option<f64>,
-    /// Seconds that separate walks would take, set-up included, if the whole function is used.
+    /// Seconds that separate walks would take, set-up included, if the global estimate is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_separate_seconds: Option<f64>,
-    /// Seconds that the whole function takes after its set-up, if a pilot looked at it.
+    /// Seconds that the global estimate takes after its set-up, if a pilot looked at it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_whole_seconds: Option<f64>,
-    /// Whether the whole function was walked and given up for separate walks: it took longer than they are predicted to, or has a
+    /// Whether the global estimate was walked and given up for separate walks: it took longer than they are predicted to, or has a
     /// bias beside its error bars.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub whole_given_up: bool,

@@ -11,6 +11,8 @@ mod custom;
 pub mod diagnosis;
 pub mod execute;
 mod kinds;
+#[cfg(doctest)]
+mod manual;
 mod point;
 pub mod report;
 mod solver;

@@ -93,9 +93,9 @@ pub struct Report {
     /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The number of Gauss–Seidel sweeps of the Galerkin system; 0 of a whole function, which does not tell it.
+    /// The number of Gauss–Seidel sweeps of the Galerkin system; 0 of a global estimate, which does not tell it.
     pub sweeps: u32,
-    /// The largest residual of the Galerkin system after the last sweep; NaN of a whole function.
+    /// The largest residual of the Galerkin system after the last sweep; NaN of a global estimate.
     pub residual: f64,
     /// The number of visited states over all goals, starts included; what several goals share counts once.
     pub states: u64,
@@ -127,7 +127,7 @@ pub struct Report {
     /// What resolvent walks knew and found, if these answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolvent: Option<ResolventReport>,
-    /// The report of the whole function, if one set of walks answers all goals; of it the summary is serialised.
+    /// The report of the global estimate, if one set of walks answers all goals; of it the summary is serialised.
     #[serde(
         serialize_with = "whole::summary",
         skip_serializing_if = "Option::is_none"
@@ -194,10 +194,10 @@ pub struct GoalReport {
     pub plain: EstimateReport,
     /// The estimate by preconditioned walks.
     pub preconditioned: EstimateReport,
-    /// Half of the width of the band that holds at all points of the space together, of a point of a whole function.
+    /// Half of the width of the band that holds at all points of the space together, of a point of a global estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<f64>,
-    /// The deterministic part F + T_K v of a whole function.
+    /// The deterministic part F + T_K v of a global estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterate: Option<f64>,
     /// The estimate by preconditioned walks minus the exact value, if that is known.

@@ -20,7 +20,9 @@ use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
+use crate::{
+    Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, Subject, WeightFn,
+};
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::resolvent::ResolventQuestion;
 use fredholm_model::{Ask, Target, goals};
@@ -35,7 +37,7 @@ const LEAST_NODES: usize = 10;
 
 /// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
 ///
-/// What is not said has a default, or is chosen if an error is asked for: cells, degree, pairs, absorption and estimator.
+/// What is not said has a default, or is chosen if an error is asked for: cells, degree and pairs, and what else the kind of equation has.
 /// The same settings and seed give the same bits on every machine and for any number of threads.
 ///
 /// ```
@@ -227,7 +229,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets whether all goals are answered from one set of walks, by the [whole function](Self::whole). If nothing is said, they are
+    /// Sets whether all goals are answered from one set of walks, by the [global estimate](Self::whole). If nothing is said, they are
     /// where an error is asked for and that is predicted to take less time.
     ///
     /// ```
@@ -318,6 +320,9 @@ impl<'m> Solver<'m> {
         if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
             return self.of_model(&*back).solve();
         }
+        if self.settings.method == Some(Method::Resolvent) {
+            return self.solve_by_resolvent(&goals, &exact);
+        }
         if self.settings.global == Some(true) {
             return self.reported(Report::of_whole(
                 &self.whole()?,
@@ -326,29 +331,82 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
-        if self.has_resolvent() {
-            let question = ResolventQuestion {
-                goals: &goals,
-                settings: &self.settings,
-                watch: self.watch,
-            };
-            let answer = self.model.by_resolvent(&question)?;
-            return self.reported(Report::of_resolvent(
-                self.model,
-                &goals,
-                &exact,
-                &self.settings,
-                &answer,
-            ));
+        match self.solve_by_walks(&targets, &goals, &exact) {
+            Err(SolveError::Failed(error)) if error.is_infinite() && self.may_have_resolvent() => {
+                self.solve_by_resolvent(&goals, &exact)
+            }
+            solved => solved,
         }
-        let back = self.way_back(&goals);
+    }
+
+    /// Whether resolvent walks may answer where those of the chain have no variance or no mean: nothing is said that belongs to the
+    /// chain.
+    fn may_have_resolvent(&self) -> bool {
+        let Settings {
+            method: None,
+            pairs: None,
+            lift: None | Some(0),
+            score_degree: None,
+            global: None | Some(false),
+            absorption: None,
+            estimator: None,
+            form: None,
+            sequence: None,
+            forced_steps: None,
+            last_step: None,
+            adjoint: None,
+            allow_infinite_variance: false,
+            ..
+        } = self.settings
+        else {
+            return false;
+        };
+        self.execute.takes_whole() && self.model.resolvents() == Resolvents::Default
+    }
+
+    /// Solves by resolvent walks.
+    fn solve_by_resolvent(
+        &self,
+        goals: &[Goal],
+        exact: &[Option<f64>],
+    ) -> Result<Report, SolveError> {
+        if !self.execute.takes_whole() {
+            return Err(SolveError::Failed(Error::Option {
+                subject: Subject::Problem,
+                message: "resolvent walks are those of one process: leave parts of a run out, or use another `method`"
+                    .to_owned(),
+            }));
+        }
+        let question = ResolventQuestion {
+            goals,
+            settings: &self.settings,
+            watch: self.watch,
+        };
+        let answer = self.model.by_resolvent(&question)?;
+        self.reported(Report::of_resolvent(
+            self.model,
+            goals,
+            exact,
+            &self.settings,
+            &answer,
+        ))
+    }
+
+    /// Solves by walks of the chain.
+    fn solve_by_walks(
+        &self,
+        targets: &[Target],
+        goals: &[Goal],
+        exact: &[Option<f64>],
+    ) -> Result<Report, SolveError> {
+        let back = self.way_back(goals);
         let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole();
         let (is_back, chosen) = match &back {
             Some(back) => choice::solve_by_faster(
                 [self.model, &**back],
-                &targets,
-                &goals,
+                targets,
+                goals,
                 &self.settings,
                 by,
                 may_be_whole,
@@ -356,7 +414,7 @@ impl<'m> Solver<'m> {
             None => {
                 let begun = (None, may_be_whole);
                 let found =
-                    choice::solve_either(self.model, &targets, &goals, &self.settings, by, begun)?;
+                    choice::solve_either(self.model, targets, goals, &self.settings, by, begun)?;
                 (false, found)
             }
         };
@@ -369,7 +427,7 @@ impl<'m> Solver<'m> {
             Some((chosen, Found::Whole(function))) => {
                 return self.reported(Report::of_whole(
                     &function,
-                    &goals,
+                    goals,
                     &self.settings,
                     (Some(&chosen), &self.means),
                 )?);
@@ -378,15 +436,15 @@ impl<'m> Solver<'m> {
                 return Err(Error::Internal("another way that nobody asked for").into());
             }
             None => self
-                .walk(&goals)
+                .walk(goals)
                 .map(|(answer, cells)| (None, answer, cells))?,
         };
         let chosen = chosen.as_ref();
         let report = Report::new(
             &Run {
                 model,
-                goals: &goals,
-                exact: &exact,
+                goals,
+                exact,
                 cells: &cells,
                 settings: chosen.map_or(&self.settings, |chosen| &chosen.settings),
                 choice: chosen.map(|chosen| &chosen.report),
@@ -395,15 +453,6 @@ impl<'m> Solver<'m> {
             answer,
         );
         self.reported(report)
-    }
-
-    /// Whether resolvent walks answer: where they are asked for, or where nothing is said that belongs to walks of a chain.
-    fn has_resolvent(&self) -> bool {
-        match (self.settings.method, self.model.resolvents()) {
-            (Some(method), _) => method == Method::Resolvent,
-            (None, Resolvents::Default) => false,
-            _ => false,
-        }
     }
 
     /// The report as a result: an error if it is not all that was asked for.

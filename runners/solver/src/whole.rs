@@ -1,4 +1,4 @@
-//! The whole function u from one set of walks.
+//! The global estimate of u from one set of walks.
 
 mod coefficients;
 mod looks;
@@ -70,10 +70,10 @@ impl GlobalValue {
     }
 }
 
-/// The whole function u with an error band, from one set of walks: [`Solver::whole`](crate::Solver::whole) makes one.
+/// The global estimate of u with an error band, from one set of walks: [`Solver::whole`](crate::Solver::whole) makes one.
 ///
 /// ũ = F + T_K v + T_K ê, where v is the Galerkin solution and ê what the walks estimate of e = u − v: `core::global` has
-/// the mathematics, and the manual's page `whole.md` says when it is right.
+/// the mathematics, and the manual's page `global.md` says when it is right.
 ///
 /// ```
 /// use fredholm::circle::{Emission, Harmonic};

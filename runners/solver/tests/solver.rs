@@ -204,7 +204,7 @@ fn lifts_gain_and_keep_the_mean() {
         found.std_error.unwrap(),
     );
     assert!(off.abs() < 4.0 * error && error < 1e-4, "{off} {error}");
-    // The whole function.
+    // The global estimate.
     let whole = Solver::new(&rough)
         .cells(2)
         .lift(3)

@@ -1,4 +1,4 @@
-//! The whole function: what it says against known solutions, and its bands against what they promise. `FREDHOLM_LONG`
+//! The global estimate: what it says against known solutions, and its bands against what they promise. `FREDHOLM_LONG`
 //! takes 1,000 seeds of every problem, and 10⁸ states for unbiasedness.
 
 use core::f64::consts::{PI, TAU};
@@ -354,7 +354,7 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Errors are those of the whole function where it is asked for: fewer walks than at most, and no error bar above it.
+/// Errors are those of the global estimate where it is asked for: fewer walks than at most, and no error bar above it.
 #[test]
 fn a_tolerance_holds_at_every_point() {
     let model = circle();
@@ -496,7 +496,7 @@ fn what_cannot_be_is_refused() {
     assert!(whole.functional(&Region::Part(0)).is_err());
 }
 
-/// A whole function of walks that somebody ended is that of the walks so far.
+/// A global estimate of walks that somebody ended is that of the walks so far.
 #[test]
 fn cancelled_walks_are_reported() {
     struct Once;

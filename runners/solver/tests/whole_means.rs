@@ -1,4 +1,4 @@
-//! Means of a whole function over the cells of grids.
+//! Means of a global estimate over the cells of grids.
 
 use core::f64::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! The whole function of rooms and spheres: what it says against fine solutions, and its bands against what they promise.
+//! The global estimate of rooms and spheres: what it says against fine solutions, and its bands against what they promise.
 //! `FREDHOLM_LONG` takes 1,000 seeds, and 10⁸ states for unbiasedness.
 
 use fredholm::room::{FieldRequest, Material, Spot, Stretch, Surfaces};
@@ -148,7 +148,7 @@ fn light_is_in_balance() {
     assert!(u.quadrature_error < 1e-8, "{u:?}");
 }
 
-/// Pixels and stretches of walls are what the whole function says there.
+/// Pixels and stretches of walls are what the global estimate says there.
 #[test]
 fn pictures_are_those_of_a_fine_solution() {
     let model = room(false);

@@ -1,7 +1,7 @@
 //! A room set up for walks: its scene, mesh, matrix and Galerkin solution.
 
+use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, Solution, WithPointwise, rounded};
-use fredholm_core::{Absorption, Estimator, Real, WalkOptions};
 use fredholm_room::{
     Choice, Grading, Matrix, Mesh, RayNeighbour, RaySetup, Room, RoomError, RoomPairs, Scene,
     Tables, min_mass_ratio,
@@ -29,19 +29,6 @@ pub type RoomNeighbour<'c, 'a, F, const B: usize = 1> =
 
 /// The three choices of pairs.
 pub const CHOICES: [Choice; 3] = [Choice::Paper, Choice::Default, Choice::Pointwise];
-
-/// Options of walks as in Heinrich 1995 with q0 = 0.2 and this estimator.
-#[must_use]
-pub fn absorbed(estimator: Estimator, seed: u64) -> WalkOptions {
-    WalkOptions {
-        seed,
-        absorption: Absorption::Constant {
-            probability: 0.2,
-            estimator,
-        },
-        ..WalkOptions::default()
-    }
-}
 
 impl Setup {
     /// Of a drawing with about so many cells of constants, for walks in F.

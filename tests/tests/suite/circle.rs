@@ -4,10 +4,7 @@ use core::f64::consts::TAU;
 
 use fredholm_circle::{Arcs, LitArcs};
 use fredholm_core::galerkin::{AllPointwise, Cells, TransitionMoments};
-use fredholm_core::{
-    Chain, DefaultGenerator, Equation, LastStep, Located, Neighbour, NoDraws, Real, RngUniforms,
-    WalkSeeds,
-};
+use fredholm_core::{Equation, LastStep, Located, Neighbour, NoDraws, Real};
 use fredholm_tests::check::SEEDS;
 use fredholm_tests::circle::{Described, LIGHT, RHO, circle, with_polynomials, with_residual};
 use fredholm_tests::examine;
@@ -100,69 +97,30 @@ fn cells_are_found_at_their_edges() {
     at::<f64>(1_000_000, 997);
 }
 
-#[test]
-fn transition_masses_have_eight_rounding_errors_at_most() {
-    // In f32 the reference is f64 on the same stored point.
-    for cells in [10, 1000, 100_000] {
-        let circle = circle::<f32, f32, _>(&[0.5], cells, LIGHT);
-        let mut worst = 0.0_f64;
-        let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(5, 0).generator(0));
-        let mut x = circle.point(1.0);
-        for turn in 0..2000 {
-            x = circle.step(&x, &mut draws).unwrap();
-            let i = circle.locate(&x);
-            let (c, s) = x.half_angle();
-            let half = f64::from(s).atan2(f64::from(c));
-            for j in [0, 1, cells - 1, cells / 2, turn % cells] {
-                let j = (i + j) % cells;
-                let middle = core::f64::consts::PI * ((j as f64 + 0.5) / cells as f64);
-                let quarter = core::f64::consts::PI / (2.0 * cells as f64);
-                let exact = if i == j {
-                    // 1 − cos A cos B = sin²((A−B)/2) + sin²((A+B)/2)
-                    let b = half - middle;
-                    let square = |x: f64| (0.5 * x).sin().powi(2);
-                    square(quarter - b) + square(quarter + b)
-                } else {
-                    quarter.sin() * (middle - half).sin().abs()
-                };
-                let [[mass]] = circle.moments(&Located { point: x, cell: i }, j);
-                let error = (f64::from(mass) / exact - 1.0).abs() / f64::from(f32::EPSILON);
-                worst = worst.max(error);
-                assert!(error <= 8.0, "n = {cells}, from {i} to {j}: {error} eps");
-            }
-        }
-        println!("n = {cells}: at most {worst:.2} eps");
-    }
-}
-
 /// p_j(x) to 16 digits for the point at an angle, computed with 60 digits elsewhere from the stored
 /// (cos, sin): (n, angle, j, p_j). Neighbouring cells, own cells, and far ones.
 // Angles at an edge of a cell on purpose.
 #[allow(clippy::approx_constant)]
-const MASSES: [(usize, f64, usize, f64); 72] = [
+const MASSES: [(usize, f64, usize, f64); 68] = [
     (10, 0.01, 0, 0.023711396663231334),
     (10, 0.01, 1, 0.07032195547397913),
     (10, 0.01, 2, 0.110061411295018),
     (10, 0.01, 9, 0.025243975223301712),
-    (10, 0.01, 0, 0.023711396663231334),
     (10, 0.01, 3, 0.13902728933555666),
     (10, 0.6283, 0, 0.02447031031760446),
     (10, 0.6283, 1, 0.024473173428064588),
     (10, 0.6283, 2, 0.07102105240104548),
     (10, 0.6283, 9, 0.07101846951306386),
-    (10, 0.6283, 0, 0.02447031031760446),
     (10, 0.6283, 3, 0.11061689593224312),
     (10, 3.2, 5, 0.02037612982525885),
     (10, 3.2, 6, 0.06691952836805955),
     (10, 3.2, 7, 0.10733877417691882),
     (10, 3.2, 4, 0.028972881485492534),
-    (10, 3.2, 5, 0.02037612982525885),
     (10, 3.2, 8, 0.13725095289612566),
     (10, 5.9, 9, 0.012899842815066715),
     (10, 5.9, 0, 0.053445879961945886),
     (10, 5.9, 1, 0.09626215062739521),
     (10, 5.9, 8, 0.04317836095451837),
-    (10, 5.9, 9, 0.012899842815066715),
     (10, 5.9, 2, 0.12965561129159375),
     (1000, 0.0062, 0, 2.40293056320663e-06),
     (1000, 0.0062, 1, 2.5327325487749795e-06),
@@ -215,7 +173,7 @@ const MASSES: [(usize, f64, usize, f64); 72] = [
 ];
 
 #[test]
-fn transition_masses_have_eight_rounding_errors_in_f64_too() {
+fn transition_masses_have_eight_rounding_errors_at_most() {
     let mut worst = 0.0_f64;
     for (cells, angle, j, exact) in MASSES {
         let circle = circle::<f64, f64, _>(&[0.5], cells, LIGHT);

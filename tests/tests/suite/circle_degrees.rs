@@ -12,8 +12,7 @@ use fredholm_core::{
     rounding_floor,
 };
 use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, circle, with_polynomials};
-use fredholm_tests::cube::paper;
-use fredholm_tests::{fit, on_all_cores, run};
+use fredholm_tests::{fit, on_all_cores, paper, run};
 
 /// Ten arcs up to the paper's ρ* = 0.75.
 const RHO: [f64; 10] = [0.3, 0.7, 0.0, 0.55, 0.74, 0.1, 0.62, 0.25, 0.48, 0.4];

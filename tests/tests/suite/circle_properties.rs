@@ -3,10 +3,9 @@
 
 use fredholm_circle::{Circle, CircleError, Harmonic, OwnedTables, Residual};
 use fredholm_core::galerkin::Piecewise;
-use fredholm_core::{Absorption, At, Estimator, Goal, NeighbourOf, Real, Statistics, WalkOptions};
+use fredholm_core::{Absorption, At, Goal, NeighbourOf, Real, Statistics, WalkOptions};
 use fredholm_tests::circle::{DEFAULT, Owned};
-use fredholm_tests::cube::paper;
-use fredholm_tests::run;
+use fredholm_tests::{all_ways, run};
 use proptest::prelude::*;
 
 /// A scene, valid or not.
@@ -96,19 +95,16 @@ proptest! {
 
     #[test]
     fn accepted_scenes_are_solved_and_others_refused(scene in scenes()) {
-        let constant = [Estimator::Absorption, Estimator::Collision].map(|of| paper(of, 1));
-        // Where a wall reflects nearly all, a walk by roulette hardly ends.
-        let roulette = WalkOptions {
-            absorption: Absorption::Roulette,
-            step_limit: 1000,
-            ..constant[1]
-        };
-        for options in [constant[0], constant[1], roulette] {
+        for options in all_ways(1) {
+            // Where a wall reflects nearly all, a walk by roulette hardly ends.
+            let is_roulette = options.absorption == Absorption::Roulette;
+            let step_limit = if is_roulette { 1000 } else { options.step_limit };
+            let options = WalkOptions { step_limit, ..options };
             for solved in [solve::<f64>(&scene, options), solve::<f32>(&scene, options)] {
                 prop_assert_eq!(solved.is_ok(), acceptable(&scene));
                 for statistics in solved.into_iter().flatten() {
                     let ends = statistics.terminations();
-                    let cut_off = if options == roulette { ends.step_limit } else { 0 };
+                    let cut_off = if is_roulette { ends.step_limit } else { 0 };
                     prop_assert_eq!(ends.absorbed + cut_off, 50);
                 }
             }

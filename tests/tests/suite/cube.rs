@@ -1,106 +1,22 @@
-//! What is special to the cube: exact solutions up to five dimensions, tables, rates, refusals.
+//! What is special to the cube: quadrature, model problems, the edges of cells, refusals.
 
 use fredholm_core::galerkin::{
-    Cells, Dense, GalerkinError, GalerkinMatrix, Solution, collatz_wielandt_bounds, rounded,
+    Cells, Dense, GalerkinError, GalerkinMatrix, Solution, collatz_wielandt_bounds,
 };
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Functional, LastStep, Lights, Neighbour, NoNeighbour, Real,
-    Statistics, WalkOptions, WalkSeeds, rounding_floor,
+    At, DefaultGenerator, Estimator, Functional, LastStep, Lights, NoNeighbour, Real, Statistics,
+    WalkOptions, WalkSeeds,
 };
-use fredholm_cube::model::{self, Model};
 use fredholm_cube::{
     Cube, CubeError, CubeRule, CubeScores, Mean, Product, ProductTables, ScalarField, Weighted,
+    model,
 };
-use fredholm_tests::check::{long, means, seeds};
+use fredholm_tests::check::means;
 use fredholm_tests::cube::{
-    ALL, Gauss, OUTSIDE, POINTWISE, Ramp, paper, walked, with_pointwise, with_product, with_smooth,
+    Gauss, OUTSIDE, POINTWISE, Ramp, models, walked, with_pointwise, with_smooth,
 };
-use fredholm_tests::fit;
+use fredholm_tests::paper;
 use fredholm_tests::quadrature::gauss_legendre;
-
-/// Every model problem, with walks of finite variance in one dimension, also at q0 = 0.2.
-fn models() -> [Model; 10] {
-    [
-        model::quadratic(0.6),
-        model::rational(0.9),
-        model::quartic(2.5, 0.5),
-        model::distance(1, 0.75),
-        model::green(1.5, 0.25),
-        model::cosine(1.0),
-        model::steep(0.5),
-        model::quadratic(-0.7),
-        model::distance(3, -0.4),
-        model::cubic(0.45),
-    ]
-}
-
-/// The point, the mean and a weighted mean of every model problem; both estimators of the paper, and roulette.
-fn check_means<F: Real, const D: usize>(cells: usize, walks: u64) {
-    let x0 = core::array::from_fn(|a| F::from_f64(0.9 - 0.13 * a as f64));
-    // w = Π (1 + x_a), so that (u, w) is the D-th power of ∫ (1 + t) u(t) dt.
-    let weight = |x: &[F; D]| x.iter().fold(F::one(), |w, &x| w * (F::one() + x));
-    let w = |x: &[f64; D]| x.iter().fold(1.0, |w, &x| w * (1.0 + x));
-    let rule = gauss_legendre(64);
-    for model in models() {
-        let u = |x: &[F; D]| ScalarField::value(&model.solution, x).to_f64();
-        let weighted: f64 = rule
-            .iter()
-            .map(|&(t, w)| w * (1.0 + t) * ScalarField::value(&model.solution, &[t]))
-            .sum();
-        with_product::<F, D, _, _, _, _>(
-            (model.kernel.0, model.source),
-            cells,
-            ALL,
-            |cube, neighbour, v| {
-                let largest = v.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-                let check = |statistics: Statistics, exact: f64, what: &str| {
-                    let floor = rounding_floor::<F>(largest, exact, model.radius_bound::<D>());
-                    means(&statistics, Some(exact), floor)
-                        .ok()
-                        .unwrap_or_else(|e| {
-                            panic!("{}, D = {D}, {what}, eps {:e}: {e}", model.name, F::EPSILON)
-                        });
-                };
-                let at = neighbour.value(&neighbour.locate(x0)).to_f64();
-                let by_rule = CubeRule::new(cube, 0, 1).unwrap().means(&w).unwrap();
-                let near = rounded::<F>(&by_rule).unwrap();
-                let scores = CubeScores::new(cube, 0).unwrap();
-                let both = (cube, neighbour);
-                for &seed in seeds() {
-                    let roulette = WalkOptions {
-                        seed,
-                        ..WalkOptions::default()
-                    };
-                    // In many dimensions |K| is so small that few walks go on by roulette, too few for an error bar.
-                    let estimators = [Estimator::Absorption, Estimator::Collision].into_iter();
-                    let all = estimators.map(|estimator| paper(estimator, seed));
-                    for options in all.chain((D == 1).then_some(roulette)) {
-                        let point = walked(both, At(x0), Some(at), options, walks);
-                        check(point, u(&x0), "point");
-                        let mean = walked(both, Mean, Some(Mean::of(v, 1)), options, walks);
-                        check(mean, model.mean::<D>(), "mean");
-                        let weighted_mean = Weighted::new(weight, scores, &near, v).unwrap();
-                        let part = walked(both, weighted_mean, None, options, walks);
-                        check(part, weighted.powi(D as i32), "weighted mean");
-                    }
-                }
-            },
-        );
-    }
-}
-
-#[test]
-fn means_are_the_solutions_of_the_model_problems() {
-    check_means::<f64, 1>(32, 20_000);
-    check_means::<f64, 2>(8, 20_000);
-    check_means::<f64, 3>(4, 20_000);
-    let [half, quarter] = if long() { [20_000; 2] } else { [10_000, 5_000] };
-    check_means::<f64, 5>(3, half);
-    check_means::<f32, 1>(32, 20_000);
-    check_means::<f32, 2>(8, 20_000);
-    check_means::<f32, 3>(4, quarter);
-    check_means::<f32, 5>(3, quarter);
-}
 
 #[test]
 fn a_kink_on_the_diagonal_wants_it_pointwise() {
@@ -218,43 +134,6 @@ fn cells_are_found_at_their_edges() {
     // Row-major, the last axis fastest.
     let cube = Cube::<f64, 3, _, _>::new(Product(Gauss), Ramp, 10).unwrap();
     assert_eq!(cube.locate(&[0.15, 0.25, 0.35]), 123);
-}
-
-/// √Var of the mean over X with a smooth kernel falls like n^(−1/d).
-#[test]
-fn the_standard_deviation_falls_like_n_to_the_minus_one_over_d() {
-    fn slope<const D: usize>(per_axis: &[usize]) -> f64 {
-        let points: Vec<(f64, f64)> = per_axis
-            .iter()
-            .map(|&m| {
-                let equation = (Gauss, Ramp);
-                with_product::<f64, D, _, _, _, _>(equation, m, ALL, |cube, neighbour, v| {
-                    let value = Some(Mean::of(v, 1));
-                    let options = paper(Estimator::Absorption, 1);
-                    let statistics = walked((cube, neighbour), Mean, value, options, 100_000);
-                    let [plain, best] = [statistics.plain(), statistics.preconditioned()]
-                        .map(|e| e.std_dev.unwrap());
-                    println!("D = {D}, m = {m}: {plain:.3} {best:.3e}");
-                    ((v.len() as f64).ln(), best.ln())
-                })
-            })
-            .collect();
-        fit::slope(&points)
-    }
-    let slopes = [
-        slope::<1>(&[10, 20, 40, 80, 160]),
-        slope::<2>(&[5, 10, 20, 40]),
-        slope::<3>(&[4, 6, 10, 16]),
-    ];
-    println!("slopes {slopes:.3?}");
-    for (d, slope) in slopes.iter().enumerate() {
-        let theory = -1.0 / (d as f64 + 1.0);
-        assert!(
-            (slope / theory - 1.0).abs() <= 0.15,
-            "d = {}: {slope}",
-            d + 1
-        );
-    }
 }
 
 /// The spectral radius of T_(k²p) over 1 − q0 is below 1 or not as the documentation of `steep` says.
@@ -382,29 +261,4 @@ fn a_last_step_finds_the_source() {
     let plain = walked((&cube, &none), At([0.9]), Some(0.0), options, 20_000);
     let [last, plain] = [last, plain].map(|statistics| deviation(statistics, 0.0243));
     assert!(last < plain, "{last} {plain}");
-}
-
-#[test]
-fn a_weighted_mean_varies_no_more_than_a_mean() {
-    let model = model::rational(0.9);
-    let weight = |x: &[f64; 1]| 1.0 + x[0];
-    let deviation = with_product::<f64, 1, _, _, _, _>(
-        (model.kernel.0, model.source),
-        32,
-        ALL,
-        |cube, neighbour, v| {
-            // Without means φ v is scored walk by walk, and its variance stays.
-            let of = |means: &[f64]| {
-                let scores = CubeScores::new(cube, 0).unwrap();
-                let weighted = Weighted::new(weight, scores, means, v).unwrap();
-                let options = paper(Estimator::Collision, 1);
-                let statistics = walked((cube, neighbour), weighted, None, options, 20_000);
-                statistics.preconditioned().std_dev.unwrap()
-            };
-            let means = CubeRule::new(cube, 0, 1).unwrap().means(&weight).unwrap();
-            [of(&means), of(&[0.0; 32])]
-        },
-    );
-    // ∫ w u has a part of size h = 1/32 left, the walk-by-walk score one of size 1.
-    assert!(deviation[0] < 0.1 * deviation[1], "{deviation:?}");
 }

@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 use std::fs;
 
-use fredholm_circle::{BorrowedTables, CircleError, OwnedTables, Tables as _};
+use fredholm_circle::{BorrowedTables, Cell, CircleError, OwnedTables, Slot, Tables as _};
 use fredholm_core::{
     Absorption, At, Chain, Equation, Estimator, Form, Functional, Goal, Goals, NeighbourOf,
     NoNeighbour, Real, RunOptions, RunOptionsError, Space, Statistics, StopReason, Tolerance,
@@ -499,7 +499,9 @@ fn a_damaged_or_foreign_table_is_refused() {
 fn tables_of_no_circle_are_refused() {
     let own = OwnedTables::<f64>::new(&[0.3, 0.7], 10).unwrap();
     let (cells, slots, constants) = (own.cells(), own.slots(), own.constants());
-    let refused = |cells, slots| BorrowedTables::new(cells, slots, constants).err();
+    let refused = |cells: &[Cell<f64>], slots: &[Slot<f64>]| {
+        BorrowedTables::new(cells, slots, constants).err()
+    };
     assert_eq!(refused(cells, slots), None);
     let length = CircleError::Length {
         expected: 20,

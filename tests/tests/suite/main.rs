@@ -12,7 +12,6 @@ mod embedded;
 mod house;
 mod kit;
 mod long;
-mod pairs_theory;
 mod rayon;
 mod room;
 mod room_colours;

@@ -9,10 +9,10 @@ use fredholm_room::{Choice, Grading, Material, MeanOver, RoomPairs};
 use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{
-    CHOICES, Drawing, SQUARE_VALUE, Setup, absorbed, assert_ok, described, doorway, furnished,
-    glowing, polygon, scenes, square,
+    CHOICES, Drawing, SQUARE_VALUE, Setup, assert_ok, described, doorway, furnished, glowing,
+    polygon, scenes, square,
 };
-use fredholm_tests::{Description, run};
+use fredholm_tests::{Description, absorbed, all_ways, run, seeded};
 
 /// The mean over all walls, and the value at a point: plain, preconditioned and control.
 fn run_means<F: Real>(
@@ -35,21 +35,6 @@ fn run_means<F: Real>(
     })
 }
 
-/// Options with this seed.
-fn seeded(seed: u64) -> WalkOptions {
-    WalkOptions {
-        seed,
-        ..WalkOptions::default()
-    }
-}
-
-/// How walks of rooms end: as walks of light do, and by both estimators of Heinrich 1995.
-fn all_ends() -> [WalkOptions; 3] {
-    let [absorption, collision] =
-        [Estimator::Absorption, Estimator::Collision].map(|estimator| absorbed(estimator, 1));
-    [WalkOptions::default(), absorption, collision]
-}
-
 #[test]
 fn in_a_furnace_all_is_one() {
     fn at<F: Real>(walks: u64) {
@@ -58,7 +43,7 @@ fn in_a_furnace_all_is_one() {
             let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
             let floor = rounding_floor::<F>(1.0, 1.0, 0.85);
             for choice in CHOICES {
-                for options in all_ends() {
+                for options in all_ways(1) {
                     for statistics in run_means::<F>(&setup, choice, options, walks) {
                         let what =
                             format!("{choice:?}, {:?}, eps {:e}", options.absorption, F::EPSILON);

@@ -11,7 +11,8 @@ use fredholm_room::{
     subtract_lights,
 };
 use fredholm_tests::check::{self, long};
-use fredholm_tests::room::{Drawing, absorbed, random};
+use fredholm_tests::room::{Drawing, random};
+use fredholm_tests::{absorbed, all_ways};
 
 const CHANNELS: usize = 3;
 /// u of furnaces in every channel.
@@ -245,15 +246,10 @@ fn furnaces_in_colours() {
     fn check_in<F: Real, const B: usize>(seed: u64) {
         let furnace = Colours::furnace::<F>(seed);
         let sum: f64 = U.iter().zip(WEIGHTS).map(|(u, weight)| u * weight).sum();
-        let ends = [
-            WalkOptions::default(),
-            absorbed(Estimator::Absorption, 1),
-            absorbed(Estimator::Collision, 1),
-        ];
         for last_step in [false, true] {
             let solved = furnace.solved::<B>(60, last_step);
             solved.with::<F, _, B>(|coloured, rays, mean| {
-                for options in ends {
+                for options in all_ways(1) {
                     let [all, alone] = solved.walk(coloured, rays, mean, options, 2000);
                     for ((all, alone), u) in all.iter().zip(&alone).zip(U.into_iter().chain([sum]))
                     {

@@ -3,10 +3,8 @@
 use fredholm_core::{At, Estimator, Goal, NoNeighbour, Real, WalkOptions};
 use fredholm_room::{Choice, Grading, Irradiance, Material, MeanOver, Seen};
 use fredholm_tests::check::{STANDARD_ERRORS, means};
-use fredholm_tests::room::{
-    CHOICES, Drawing, Setup, absorbed, assert_ok, block, furnace, glowing, scenes,
-};
-use fredholm_tests::run;
+use fredholm_tests::room::{CHOICES, Drawing, Setup, assert_ok, block, furnace, glowing, scenes};
+use fredholm_tests::{absorbed, run};
 
 #[test]
 fn irradiance_needs_no_reflectance() {

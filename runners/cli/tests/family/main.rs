@@ -332,11 +332,10 @@ fn setting(chosen: &Chosen<'_>) -> String {
         cut.cells.unwrap_or(0)
     };
     format!(
-        "{cells} {} {} {} {}",
+        "{cells} {} {} {:?}",
         cut.degree,
         walk.pairs.word(),
-        walk.absorption,
-        walk.estimator.word()
+        walk.absorption
     )
 }
 

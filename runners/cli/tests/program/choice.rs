@@ -171,7 +171,7 @@ fn a_target_that_pilots_leave_out_is_reached() {
          target = [{{ name = \"t\", over = \"all\" }}, {}]\nwalk.relative = true\n",
         all.join(", ")
     );
-    let args = ["--target-error", "0.01", "--no-whole", "--json"];
+    let args = ["--target-error", "0.01", "--no-global", "--json"];
     let split = &Folder::new().solve(&problem, &args).quietly(0).json()["split"];
     let of = |key: &str| number(split, key);
     let answer = of("predicted_setup_seconds") + of("predicted_walk_seconds");

@@ -374,8 +374,8 @@ fn what_channels_refuse() {
         );
     }
     let file = folder.file("room.toml", room(None));
-    let ran = common::fredholm(&["solve", &file, "--whole"]);
-    let words = "the whole function from one set of walks has one channel";
+    let ran = common::fredholm(&["solve", &file, "--global"]);
+    let words = "the global estimate from one set of walks has one channel";
     assert!(
         ran.status == Some(2) && ran.stderr.contains(words),
         "{ran:?}"
@@ -441,10 +441,10 @@ fn what_channels_of_rooms_refuse() {
     }
     let file = folder.file("room.toml", flat(None));
     let (png, tables) = (folder.at("room.png"), folder.at("room.bin"));
-    let whole = "the whole function from one set of walks has one channel";
+    let whole = "the global estimate from one set of walks has one channel";
     for (args, words) in [
-        (&["solve", &file, "--whole"][..], whole),
-        (&["render", &file, "--out", &png, "--whole"], whole),
+        (&["solve", &file, "--global"][..], whole),
+        (&["render", &file, "--out", &png, "--global"], whole),
         (
             &["render", &file, "--out", &png, "--profile"],
             "`--profile` has one channel",

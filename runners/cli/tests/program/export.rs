@@ -98,7 +98,8 @@ fn a_device_with_an_exported_scene_has_the_programs_bits() {
     for (degree, scalar, device) in cases {
         let folder = Folder::new();
         let solved = folder.solve(&problem(degree, scalar), &["--json"]);
-        let solved = &list(&solved.warning(0, &[]).json(), "targets")[0];
+        let report = solved.warning(0, &[]).json();
+        let solved = &list(&report, "targets")[0];
         let out = folder.at("table.bin");
         fredholm(&["export", &folder.at("problem.toml"), "--out", &out]).quietly(0);
         let bytes = fs::read(out).unwrap();

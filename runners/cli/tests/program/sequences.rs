@@ -26,7 +26,7 @@ fn assert_agree(a: &Value, b: &Value, error: f64) {
 fn a_sequence_is_chosen_where_it_pays() {
     let folder = Folder::new();
     let solve = |file: &str, flags: &[&str]| {
-        let all: Vec<&str> = [&["--json", "--no-whole"], flags].concat();
+        let all: Vec<&str> = [&["--json", "--no-global"], flags].concat();
         folder.solve(file, &all).quietly(0).json()
     };
     let chosen = solve(KINK, &[]);
@@ -74,7 +74,7 @@ fn a_sequence_that_is_asked_for_is_kept() {
     assert_eq!(flag["targets"], asked["targets"]);
     let over = solve("1e-3", "sequence = 'random'", &["--sequence", "sobol"]);
     assert_eq!(over["targets"], asked["targets"]);
-    let random = solve("1e-5", "sequence = 'random'", &["--no-whole"]);
+    let random = solve("1e-5", "sequence = 'random'", &["--no-global"]);
     assert!(random["sequence"].is_null(), "{random}");
 }
 

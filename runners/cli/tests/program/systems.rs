@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long, limited, refused, wait};
-use crate::parts::{CUBE, EXACT, ROOM, SPHERE, merge, parts, whole};
+use crate::parts::{CUBE, ROOM, SPHERE, merge, parts, whole};
 
 /// A product in three dimensions, whose tables are those of axes.
 const PRODUCT: &str = "[problem]\nkind = 'cube'\ndimension = 3\n\
@@ -55,11 +55,10 @@ fn has_the_same_bits(problem: &str, args: &[&str]) {
 
 #[test]
 fn a_saved_system_has_the_bits_of_its_set_up() {
-    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, EXACT, ROOM, SPHERE, SCENE] {
+    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, ROOM, SPHERE, SCENE] {
         let degrees: &[usize] = match problem {
             SPHERE | POINTWISE => &[0],
             _ if is_long() => &[0, 1, 2],
-            EXACT => &[0],
             _ => &[1],
         };
         for &degree in degrees {
@@ -80,11 +79,9 @@ fn a_saved_system_has_the_bits_of_its_set_up() {
 #[test]
 fn a_saved_system_serves_other_pairs_forms_and_the_whole_function() {
     has_the_same_bits(ROOM, &["--pairs", "pointwise"]);
-    has_the_same_bits(ROOM, &["--pairs", "theory"]);
-    has_the_same_bits(POINTWISE, &["--pairs", "theory"]);
-    has_the_same_bits(CIRCLE, &["--form", "residual"]);
+    has_the_same_bits(CIRCLE, &["--form", "product"]);
     for problem in [CIRCLE, CUBE, ROOM, SPHERE] {
-        has_the_same_bits(problem, &["--whole"]);
+        has_the_same_bits(problem, &["--global"]);
     }
 }
 

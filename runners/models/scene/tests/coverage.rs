@@ -1,6 +1,6 @@
 //! Error bars of scenes are honest: how many intervals of 1.96 standard errors contain the exact value.
 //!
-//! `FREDHOLM_LONG=1`: 1,000 seeds, as in docs/coverage.md; else 100. `--nocapture` prints the shares.
+//! `FREDHOLM_LONG=1`: 1,000 seeds; else 100. `--nocapture` prints the shares.
 
 use fredholm_core::{Absorption, Batch, Estimate, Estimator};
 use fredholm_model::{Goal, Model, Request, Scalar, Settings, WalkOptions};
@@ -105,7 +105,7 @@ fn intervals_contain_the_exact_value() {
                     100.0 * share
                 );
                 // Of twelve shares none is 3.5 standard deviations off in 994 of 1,000 files like this; few walks of skewed
-                // scores cost up to half a per cent of coverage (docs/coverage.md).
+                // scores cost up to half a per cent of coverage.
                 let allowed = 3.5 * (0.95 * 0.05 / n).sqrt() + 0.005;
                 assert!((share - 0.95).abs() < allowed, "{share}");
             }

@@ -1,6 +1,6 @@
-//! One set of walks for all targets, by the whole function, in place of walks of each.
+//! One set of walks for all targets, by the global estimate, in place of walks of each.
 //!
-//! A few walks on the coarsest levels tell what the whole function takes: pilots go on to finer cells while what is left of the
+//! A few walks on the coarsest levels tell what the global estimate takes: pilots go on to finer cells while what is left of the
 //! best prediction leaves time for a set-up, and together take at most [`SHARE`] of what separate walks are predicted to. If it
 //! takes less than these, it is walked; and given up, for separate walks, if it turns out that it does not, or where scores on
 //! polynomials leave a bias.
@@ -19,7 +19,7 @@ use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveErr
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
 const SHARE: f64 = 0.05;
-/// The part of the best whole function's time that a pilot on finer cells may take, once that is ahead of separate walks.
+/// The part of the best global estimate's time that a pilot on finer cells may take, once that is ahead of separate walks.
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
@@ -31,7 +31,7 @@ const LIFT_PAYS: f64 = 2.0;
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
 const FORCED_STEPS: u32 = 4;
-/// The part of the best whole function's time that such a pilot may take.
+/// The part of the best global estimate's time that such a pilot may take.
 const SEQUENCE_SHARE: f64 = 0.1;
 /// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
 const TRUSTED_RATE: f64 = 1.25;
@@ -54,7 +54,7 @@ const ROWS: f64 = 66.0;
 /// The most unknowns of a set-up that nobody asked for.
 const UNKNOWNS: usize = 1 << 15;
 
-/// A whole function that is predicted to take less than walks of all targets.
+/// A global estimate that is predicted to take less than walks of all targets.
 pub(super) struct Joint<'m> {
     settings: Settings,
     ready: Ready<'m>,
@@ -74,7 +74,7 @@ pub(super) struct Joint<'m> {
 /// What was looked at, and what that took.
 #[derive(Default)]
 pub(super) struct Looked<'m> {
-    /// The best whole function, if it is better than separate walks.
+    /// The best global estimate, if it is better than separate walks.
     pub(super) joint: Option<Joint<'m>>,
     /// Seconds that it is predicted to take, if there was a pilot.
     pub(super) seconds: Option<f64>,
@@ -121,7 +121,7 @@ impl<'m> Joint<'m> {
 }
 
 impl<'m> Looked<'m> {
-    /// What was looked at without a whole function.
+    /// What was looked at without a global estimate.
     pub(super) fn lost(self) -> Self {
         let setup = self.joint.as_ref().map_or(0.0, |joint| joint.setup);
         Self {
@@ -132,7 +132,7 @@ impl<'m> Looked<'m> {
         }
     }
 
-    /// The settings and the report of the whole function in place of those of separate walks, or of these with what was
+    /// The settings and the report of the global estimate in place of those of separate walks, or of these with what was
     /// looked at besides.
     pub(super) fn chosen(&self, mut chosen: Chosen<'m>) -> Chosen<'m> {
         let report = &mut chosen.report;
@@ -160,7 +160,7 @@ impl<'m> Looked<'m> {
         chosen
     }
 
-    /// The whole function, if it is predicted to take less than separate walks, does, and has no bias that its error bars do not
+    /// The global estimate, if it is predicted to take less than separate walks, does, and has no bias that its error bars do not
     /// see.
     pub(super) fn walk(
         self,
@@ -186,7 +186,7 @@ pub(super) struct Question<'a, 'm> {
 }
 
 impl<'m> Question<'_, 'm> {
-    /// Whether the whole function answers it, and nobody refuses that.
+    /// Whether the global estimate answers it, and nobody refuses that.
     pub(super) fn is_open(&self) -> bool {
         let settings = self.settings;
         let starts = self.goals.len() + self.model.besides(self.goals);
@@ -198,7 +198,7 @@ impl<'m> Question<'_, 'm> {
             && settings.last_step != Some(true)
     }
 
-    /// Looks for a whole function that takes less than separate walks, which would take so many seconds, after what an earlier look has
+    /// Looks for a global estimate that takes less than separate walks, which would take so many seconds, after what an earlier look has
     /// lost.
     pub(super) fn look(
         &self,
@@ -270,8 +270,8 @@ impl<'m> Question<'_, 'm> {
         Ok(looked)
     }
 
-    /// Lifts whole functions of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
-    /// separate walks. All these pilots together take a quarter of the best whole function at most, or, where separate walks are ahead of
+    /// Lifts global estimates of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
+    /// separate walks. All these pilots together take a quarter of the best global estimate at most, or, where separate walks are ahead of
     /// it, a twentieth of theirs.
     fn try_lift(
         &self,

@@ -168,7 +168,7 @@ pub(crate) fn solve_either<'m>(
         watch,
         states: search.states(),
     };
-    // Seconds that a whole function was predicted to take which was given up.
+    // Seconds that a global estimate was predicted to take which was given up.
     let mut given_up: Option<f64> = None;
     let mut lost = Looked::default();
     if !may_be_joint {
@@ -447,7 +447,7 @@ fn accepted<'m>(
     let mut chosen = setting.applied(settings);
     // Until the error is reached.
     chosen.walks = chosen.walks.or(Some(ENDLESS));
-    let solved = search.solved(setting)?;
+    let solved = search.solved_to_answer(best)?;
     if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
         solved.system.check_variance(&chosen.walk_options())?;
     }

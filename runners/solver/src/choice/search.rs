@@ -94,7 +94,7 @@ pub(crate) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// A search with the absorptions that are open and whose walks have a finite variance.
+    /// A search of what is open, if walks have a finite variance.
     ///
     /// # Errors
     /// [`Error::TwoGoals`], [`Error::InfiniteVariance`].
@@ -391,6 +391,17 @@ impl<'m> Search<'m> {
         let cells = self.partition(setting)?;
         let solved = self.systems.solve(&*cells, setting, &self.sample.goals)?;
         Ok(Some(solved))
+    }
+
+    /// The solved system of a prediction that is to answer: a set-up that no pilot had counts among those of pilots.
+    pub(super) fn solved_to_answer(
+        &mut self,
+        best: &Prediction,
+    ) -> Result<Option<Arc<Solved<'m>>>, Error> {
+        let left = self.remaining_setup(best);
+        let solved = self.solved(&best.setting)?;
+        self.work += left - self.remaining_setup(best);
+        Ok(solved)
     }
 
     /// A pilot with so many walks of each target.

@@ -1,7 +1,7 @@
 //! Quadrature over cells and draws from them, for any equation whose cells are images of a cube.
 
 use fredholm_core::galerkin::{Cells, GalerkinError, reserve};
-use fredholm_core::{Real, Uniforms};
+use fredholm_core::{Located, Real, Uniforms};
 use fredholm_variance::gauss;
 
 use crate::Error;
@@ -77,15 +77,6 @@ impl<P: Copy> Nodes<P> {
         })
     }
 
-    /// The same nodes with other points.
-    pub(super) fn map(&self, point: impl Fn(&P) -> P) -> Self {
-        Self {
-            points: self.points.iter().map(point).collect(),
-            shares: self.shares.clone(),
-            measures: self.measures.clone(),
-        }
-    }
-
     /// The points of a cell, with shares that sum to 1.
     pub(super) fn shares(&self, cell: usize) -> impl Iterator<Item = (P, f64)> {
         let count = self.shares.len();
@@ -148,6 +139,17 @@ impl<'a, E: Cells> Uniform<'a, E> {
 
     pub(super) const fn equation(&self) -> &'a E {
         self.equation
+    }
+
+    /// The share of the space before a point, of one dimension whose cells lie in its order.
+    pub(super) fn before(&self, x: &E::Point) -> f64 {
+        let cell = self.equation.locate(x);
+        let mut t = [E::Scalar::from_f64(0.0); 1];
+        self.equation
+            .parameters(&Located { point: *x, cell }, &mut t);
+        let up_to = |cell: usize| self.up_to.get(cell).copied().unwrap_or(1.0);
+        let from = cell.checked_sub(1).map_or(0.0, up_to);
+        from + (up_to(cell) - from) * t[0].to_f64()
     }
 
     /// The mean of a function of so many coefficients on every cell, of which the first is its mean there.

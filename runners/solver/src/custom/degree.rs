@@ -14,7 +14,7 @@ use fredholm_model::pairs::AnyPairs;
 /// Which pairs are pointwise; all others are in S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kinds {
-    /// As in the paper: all in S, unless the equation has pairs that are better left out.
+    /// As in the paper: see [`Degree::paper`].
     Paper,
     AllInS,
     DiagonalPointwise,
@@ -31,12 +31,14 @@ const DIAGONAL: DiagonalRule = DiagonalRule {
 };
 
 impl Kinds {
-    /// The pairs for an analysis, to which it matters what is left out: nothing.
-    pub(super) const fn any(self) -> AnyPairs<'static> {
-        AnyPairs::Diagonal(match self {
-            Self::Paper | Self::AllInS => IN_S,
-            Self::DiagonalPointwise | Self::AllPointwise => DIAGONAL,
-        })
+    /// The pairs for an analysis, of a degree with these pairs of the paper.
+    pub(crate) const fn any(self, paper: DiagonalRule) -> AnyPairs<'static> {
+        match self {
+            Self::Paper => AnyPairs::Diagonal(paper),
+            Self::AllInS => AnyPairs::Diagonal(IN_S),
+            Self::DiagonalPointwise => AnyPairs::Diagonal(DIAGONAL),
+            Self::AllPointwise => AnyPairs::AllPointwise,
+        }
     }
 }
 
@@ -80,6 +82,11 @@ pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
     /// Whether pairs may be pointwise.
     fn has_integrals(&self) -> bool {
         false
+    }
+
+    /// The pairs of the paper: all in S, unless the equation has pairs that are better left out.
+    fn paper(&self) -> DiagonalRule {
+        IN_S
     }
 
     /// Whether [`matrix`](Self::matrix) has a closed form.
@@ -200,7 +207,7 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         nodes: &Nodes<E::Point>,
         kinds: Kinds,
     ) -> Result<f64, Error> {
-        squared_radius::<_, _, B>(of.equation, of.table()?, nodes, kinds)
+        squared_radius::<_, _, B>(of.equation, of.table()?, nodes, &kinds.any(IN_S))
     }
 }
 
@@ -209,7 +216,7 @@ pub(crate) fn squared_radius<E, C, const B: usize>(
     equation: &E,
     coefficients: &C,
     nodes: &Nodes<E::Point>,
-    kinds: Kinds,
+    pairs: &AnyPairs<'_>,
 ) -> Result<f64, Error>
 where
     E: CustomEquation + TransitionMoments<B>,
@@ -225,11 +232,7 @@ where
     let rounded = Rounded::new(coefficients);
     let points = |cell| nodes.shares(cell).map(|(x, _)| x);
     Ok(second_moment_radius::<_, _, _, B>(
-        equation,
-        &rounded,
-        &kinds.any(),
-        points,
-        square,
+        equation, &rounded, pairs, points, square,
     )?)
 }
 

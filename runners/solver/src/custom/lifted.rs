@@ -259,6 +259,10 @@ impl<E: CustomEquation> Neighbour for LiftedNeighbour<'_, E> {
         E::Scalar::from_f64(self.v(x))
     }
 
+    fn is_pointwise(&self) -> bool {
+        true
+    }
+
     fn source_moments(&self, x: &Located<E::Point>) -> [E::Scalar; 2] {
         let near = self.near(x);
         let difference = self.difference(x, near);

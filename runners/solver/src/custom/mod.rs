@@ -12,7 +12,7 @@ mod whole;
 use core::fmt;
 
 use fredholm_core::galerkin::{
-    Cells, PairIntegral, TransitionMoments, buffer, collatz_wielandt_bounds,
+    Cells, PairIntegral, PairKind, TransitionMoments, buffer, collatz_wielandt_bounds,
 };
 use fredholm_core::global::Stationary;
 use fredholm_core::{Density, Equation, Lights, Space};
@@ -206,7 +206,7 @@ impl<E: CustomEquation> CustomModel<E> {
         self
     }
 
-    /// Starts walks of a [whole function](crate::GlobalEstimate) where the equation says, and scores them in every state of
+    /// Starts walks of a [global estimate](crate::GlobalEstimate) where the equation says, and scores them in every state of
     /// which it knows the density. Otherwise they start uniformly and score in their starts alone. The equation in single
     /// precision says it for itself.
     ///
@@ -448,14 +448,14 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
             let names = (0..).map_while(|number| walks.weight(number).map(str::to_owned));
             names.collect()
         };
-        let has = |walks: &dyn Walks| (walks.integrals(), names(walks));
+        let has = |walks: &dyn Walks| (walks.integrals(), names(walks), walks.has_lights());
         if has(&**single) == has(&self.equations) {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Problem,
-            message: "the equation in single precision needs the degrees, the pair integrals and the weights of that in \
-                      double precision"
+            message: "the equation in single precision needs the degrees, the pair integrals, the weights and the \
+                      lights of that in double precision"
                 .to_owned(),
         })
     }
@@ -595,6 +595,16 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             );
         };
         match pairs {
+            // A sample without a step of these pairs looks as if there were no variance left.
+            Pairs::Paper
+                if degree.functions() > 1 && degree.paper().diagonal == PairKind::Dropped =>
+            {
+                refuse(
+                    Subject::Pairs,
+                    "\"paper\" leaves steps within a cell out: with a `degree` above 0 they are what is left of the \
+                     variance, and so rare that error bars would miss them; use \"default\"",
+                )
+            }
             Pairs::Pointwise if !degree.has_integrals() => refuse(
                 Subject::Pairs,
                 "pointwise pairs need the exact integrals of the kernel over cells: see \

@@ -5,13 +5,13 @@ use std::sync::Mutex;
 use fredholm_core::galerkin::{GalerkinMatrix, Solution, buffer};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::fill_rows;
-use fredholm_variance::{Density, MeanCoefficients, Start as Begin, VarianceSetup};
+use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Solved, Walks, place};
+use super::walk::{How, Lit, Solved, Walks, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
@@ -209,7 +209,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
                 ..plain
             },
             plain,
-            light: 0.0,
+            light: 0.5 * step,
         }
     }
 
@@ -341,6 +341,46 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         }
     }
 
+    /// The densities of starts of all arcs that are asked for, in the order of their goals: even on the nodes there.
+    fn arcs<'a>(
+        &self,
+        uniform: &'a Uniform<'a, E>,
+        quadrature: &Sites<E>,
+        goals: &[Goal],
+    ) -> Result<Vec<impl Fn(&E::Point) -> Density + Sync + use<'a, E>>, Error> {
+        let [low, high] = self
+            .cut
+            .model
+            .coordinates
+            .first()
+            .copied()
+            .unwrap_or([0.0, 1.0]);
+        let arcs = goals.iter().filter_map(|goal| match goal.region {
+            Region::Arc(from, to) => Some([from, to].map(|s| (s - low) / (high - low))),
+            _ => None,
+        });
+        let density = |[from, to]: [f64; 2]| {
+            let is_inside = move |x: &E::Point| (from..=to).contains(&uniform.before(x));
+            let mut measure = 0.0;
+            for site in 0..quadrature.sites() {
+                quadrature.nodes(site, |x, weight| {
+                    measure += if is_inside(&x) { weight } else { 0.0 };
+                });
+            }
+            if measure == 0.0 {
+                return Err(Error::TooMuch {
+                    message: "no point of a diagnosis lies within an arc that is asked for: more `--nodes` help"
+                        .to_owned(),
+                });
+            }
+            Ok(move |x: &E::Point| match is_inside(x) {
+                true => Density::uniform(measure),
+                false => Density::nothing(),
+            })
+        };
+        arcs.map(density).collect()
+    }
+
     /// The spectral radius of T_h²p, which must be below 1; `None` if it is not looked at.
     pub(super) fn check_neighbour(
         &self,
@@ -405,10 +445,10 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let (absorption, degree) = (request.walk.absorption, self.cut.of_degree()?);
-        let equation = self.cut.equation()?;
+        let equation = &self.cut.equation()?;
         let kinds = self.kinds(request.walk.pairs);
         let quadrature = self.cut.sites(nodes)?;
-        let (closed, dense) = (degree.matrix(&equation), self.solved.coefficients());
+        let (closed, dense) = (degree.matrix(equation), self.solved.coefficients());
         let mean = |i, j| match (&closed, &dense) {
             (Some(closed), _) => closed.mean(i, j),
             (None, Some(dense)) => dense.mean(i, j),
@@ -417,62 +457,73 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
         let is_constant = degree.functions() == 1;
-        let uniform = Uniform::new(&equation);
+        let uniform = Uniform::new(equation);
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
+        let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
         let equations = &self.cut.model.equations;
-        equations.with_neighbour(
-            &equation,
-            &self.solved,
-            (kinds, false),
-            &mut |neighbour, v| {
-                let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
-                let density = |weight| {
-                    let weight: &super::walk::Weighted<'_, E> = weight;
-                    move |x: &E::Point| {
-                        let phi = weight.weight(x) * measure;
-                        let start = neighbour.locate(*x);
-                        let value = weight.control_estimate(&start, phi, neighbour.value(&start));
-                        Density {
-                            functional: phi / measure,
-                            square: phi * phi / measure,
-                            initial: 1.0 / measure,
-                            fluctuation: value - weight.of_means,
-                            known: 0.0,
-                        }
+        let last_step = request.walk.last_step;
+        let lights = equations.lights.as_deref().filter(|_| last_step);
+        let known = |goal: &Goal| Ok(known_of(equation, lights, &goal.region)?.unwrap_or(0.0));
+        let known: Vec<f64> = request
+            .goals
+            .iter()
+            .map(known)
+            .collect::<Result<_, Error>>()?;
+        let lit = Lit { equation, lights };
+        let how = (kinds, last_step);
+        equations.with_neighbour(equation, &self.solved, how, &mut |neighbour, v| {
+            let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
+            let density = |weight| {
+                let weight: &super::walk::Weighted<'_, E> = weight;
+                move |x: &E::Point| {
+                    let phi = weight.weight(x) * measure;
+                    let start = neighbour.locate(*x);
+                    let value = weight.control_estimate(&start, phi, neighbour.value(&start));
+                    Density {
+                        functional: phi / measure,
+                        square: phi * phi / measure,
+                        initial: 1.0 / measure,
+                        fluctuation: value - weight.of_means,
+                        known: lights.map_or(0.0, |lights| phi * lights.known(equation, x)),
                     }
-                };
-                let densities: Vec<_> = weighted.iter().map(density).collect();
-                let mut weights = densities.iter();
-                let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
-                for goal in request.goals {
-                    starts.push(match &goal.region {
-                        Region::Point(x) => Begin::At(place(&equation, x)?),
-                        Region::Weight(_) => match weights.next() {
-                            Some(density) => Begin::Density(density),
-                            None => return Err(Error::Internal("a weight has no means")),
-                        },
-                        _ => Begin::Density(&everywhere),
-                    });
                 }
-                let setting = VarianceSetup {
-                    equation: &equation,
-                    neighbour,
-                    pairs: kinds.any(),
-                    quadrature: &quadrature,
-                    absorption,
-                };
-                then(&Examined {
-                    model: &setting.with_starts(&starts)?,
-                    coefficients: is_constant.then_some(means),
-                    hides: None,
-                    pieces: None,
-                    goals: request.goals,
-                    known: &[],
-                    place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
-                })
-            },
-        )
+            };
+            let densities: Vec<_> = weighted.iter().map(density).collect();
+            let mut weights = densities.iter();
+            let mut arcs = arcs.iter();
+            let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
+            for goal in request.goals {
+                starts.push(match &goal.region {
+                    Region::Point(x) => Begin::At(place(equation, x)?),
+                    Region::Weight(_) => match weights.next() {
+                        Some(density) => Begin::Density(density),
+                        None => return Err(Error::Internal("a weight has no means")),
+                    },
+                    Region::Arc(..) => match arcs.next() {
+                        Some(density) => Begin::Density(density),
+                        None => return Err(Error::Internal("an arc has no density")),
+                    },
+                    _ => Begin::Density(&everywhere),
+                });
+            }
+            let setting = VarianceSetup {
+                equation: &lit,
+                neighbour,
+                pairs: kinds.any(degree.paper()),
+                quadrature: &quadrature,
+                absorption,
+            };
+            then(&Examined {
+                model: &setting.with_starts(&starts)?,
+                coefficients: is_constant.then_some(means),
+                hides: None,
+                pieces: None,
+                goals: request.goals,
+                known: &known,
+                place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
+            })
+        })
     }
 
     fn lift<'s>(mut self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>

@@ -62,7 +62,7 @@ pub(super) struct How {
     pub(super) neighbour_second_moment_radius: Option<f64>,
 }
 
-/// What the walks of a whole function score on.
+/// What the walks of a global estimate score on.
 #[derive(Clone, Copy)]
 pub(super) enum ScoredOn<'a> {
     /// These functions of every cell.
@@ -90,7 +90,7 @@ pub(super) trait Walks: Send + Sync {
         then: &mut Then<'_>,
     ) -> Result<(), Error>;
 
-    /// Walks of a whole function that score on these.
+    /// Walks of a global estimate that score on these.
     fn whole_job(
         &self,
         solved: &Solved,
@@ -104,6 +104,9 @@ pub(super) trait Walks: Send + Sync {
 
     /// Whether pairs may be pointwise, for every degree.
     fn integrals(&self) -> Vec<bool>;
+
+    /// Whether last steps may lead to the light.
+    fn has_lights(&self) -> bool;
 }
 
 /// A weighted integral ∫ w u dμ: Φ = w, walks start uniformly.
@@ -657,5 +660,9 @@ impl<E: CustomEquation> Walks for Equations<E> {
     fn integrals(&self) -> Vec<bool> {
         let degrees = self.degrees.iter();
         degrees.map(|degree| degree.has_integrals()).collect()
+    }
+
+    fn has_lights(&self) -> bool {
+        self.lights.is_some()
     }
 }

@@ -1,4 +1,4 @@
-//! The whole function of an equation of a crate of its own.
+//! The global estimate of an equation of a crate of its own.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ const PARTS: usize = 64;
 /// Seconds of a node besides its kernel, for every function.
 const FUNCTION_SECONDS: f64 = 5e-9;
 
-/// Walks of a whole function, but for what they start from.
+/// Walks of a global estimate, but for what they start from.
 pub(super) struct GlobalWalks<'a, E: CustomEquation> {
     pub(super) equation: &'a E,
     pub(super) neighbour: &'a Boxed<'a, E>,
@@ -66,7 +66,7 @@ impl<E: CustomEquation> GlobalWalks<'_, E> {
     }
 }
 
-/// What a whole function's walks of an equation start from. It is object safe.
+/// What a global estimate's walks of an equation start from. It is object safe.
 pub(super) trait AnyStarts<E: CustomEquation>: Send + Sync {
     /// Hands on these walks.
     fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error>;

@@ -175,7 +175,7 @@ impl GoalDiagnosis {
                 format!(", most at {} ({})", place.from, percent(place.share))
             });
             advice.push(format!(
-                "{} of the variance comes from the difference of the sources, where walks end{at}: \
+                "{} of the variance comes from the difference of the sources{at}: \
                  v is no closer to u there; more cells or a higher `degree`",
                 percent(shares.sources)
             ));

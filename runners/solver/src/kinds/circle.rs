@@ -53,7 +53,10 @@ impl CircleModel {
         let levels: Vec<usize> = (3..=10)
             .map(|k| (1_usize << k).next_multiple_of(unit.max(1)))
             .collect();
-        let single = of_scalar::<f32>(reflectance.clone(), emission.clone());
+        let mut single = of_scalar::<f32>(reflectance.clone(), emission.clone());
+        if let Emission::Arcs(_) = emission {
+            single = single.with_lights(false);
+        }
         let model = of_scalar::<f64>(reflectance.clone(), emission.clone())
             .with_f32(single)
             .named("circle")
@@ -119,6 +122,11 @@ where
         .with_starts()
 }
 
+/// Steps within a cell are left out.
+const PAPER: DiagonalRule = DiagonalRule {
+    diagonal: PairKind::Dropped,
+};
+
 /// K', v and walks of the circle in closed form, with B functions on a cell and these reflectances.
 struct ClosedForms<const B: usize>(Vec<f64>);
 
@@ -150,7 +158,7 @@ impl<const B: usize> ClosedForms<B> {
                 let moments = system.residual_moments::<F>(of.solution)?;
                 return then(&Residual::<_, B>::new(circle.tables(), &v, &moments)?, &v);
             }
-            Kinds::Paper => PairKind::Dropped,
+            Kinds::Paper => PAPER.diagonal,
             Kinds::DiagonalPointwise => PairKind::Pointwise,
             Kinds::AllInS => PairKind::Galerkin,
         };
@@ -171,6 +179,10 @@ macro_rules! closed_forms {
 
             fn has_integrals(&self) -> bool {
                 true
+            }
+
+            fn paper(&self) -> DiagonalRule {
+                PAPER
             }
 
             fn is_closed(&self) -> bool {
@@ -225,7 +237,8 @@ macro_rules! closed_forms {
                 kinds: Kinds,
             ) -> Result<f64, Error> {
                 let wide = self.wide(of.equation.cells())?;
-                squared_radius::<_, _, B>(of.equation, &wide.system::<B>(), nodes, kinds)
+                let pairs = kinds.any(PAPER);
+                squared_radius::<_, _, B>(of.equation, &wide.system::<B>(), nodes, &pairs)
             }
         }
     };

@@ -1,4 +1,4 @@
-//! The means over the cells of a scene, in the report of its whole function.
+//! The means over the cells of a scene, in the report of its global estimate.
 
 use fredholm_model::MeshCell;
 

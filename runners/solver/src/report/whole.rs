@@ -1,4 +1,4 @@
-//! The report of a whole function at some regions.
+//! The report of a global estimate at some regions.
 
 use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
@@ -15,7 +15,7 @@ use crate::{
     Settings,
 };
 
-/// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
+/// The report of a global estimate: its summary, and its values at the regions that were asked for. The serialised names are
 /// stable; fields may be added.
 ///
 /// ```
@@ -43,7 +43,7 @@ pub struct GlobalReport {
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
-    /// The means over all cells of a scene: its whole function has no values at points.
+    /// The means over all cells of a scene: its global estimate has no values at points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mesh: Vec<GlobalGoalReport>,
     /// Means over the cells that were asked for: in columns, and in no document.
@@ -54,7 +54,7 @@ pub struct GlobalReport {
     pub coefficients: Option<GlobalCoefficients>,
 }
 
-/// The value of a whole function at one region.
+/// The value of a global estimate at one region.
 #[derive(Clone, Debug, Serialize)]
 pub struct GlobalGoalReport {
     /// The goal's name.
@@ -296,7 +296,7 @@ impl GlobalReport {
         } else {
             "v"
         };
-        head.extend(["exact", iterate, "whole function", "band ±"].map(own));
+        head.extend(["exact", iterate, "global estimate", "band ±"].map(own));
         if has_errors {
             head.extend([own("error"), "z".to_owned()]);
         }
@@ -466,7 +466,7 @@ impl GlobalEstimate<'_> {
     }
 }
 
-/// The summary of a whole function, in the report of all goals.
+/// The summary of a global estimate, in the report of all goals.
 pub(super) fn summary<S: serde::Serializer>(
     whole: &Option<Box<GlobalReport>>,
     to: S,
@@ -475,7 +475,7 @@ pub(super) fn summary<S: serde::Serializer>(
 }
 
 impl Report {
-    /// The report of a whole function in the form of that of separate walks: all goals have the same walks.
+    /// The report of a global estimate in the form of that of separate walks: all goals have the same walks.
     pub(crate) fn of_whole(
         function: &GlobalEstimate<'_>,
         goals: &[Goal],
@@ -541,7 +541,7 @@ impl GlobalGoalReport {
         };
         GoalReport {
             name: self.name.clone(),
-            // A whole function has one.
+            // A global estimate has one.
             channel: None,
             at: self.at.clone(),
             position: self.position.clone(),

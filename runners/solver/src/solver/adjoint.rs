@@ -78,7 +78,7 @@ impl Solver<'_> {
         }
         Err(Error::Option {
             subject: Subject::Adjoint,
-            message: "walks from the sources answer targets, and neither tell a whole function nor are swept or predicted: \
+            message: "walks from the sources answer targets, and neither tell a global estimate nor are swept or predicted: \
                       leave `adjoint` out"
                 .to_owned(),
         })

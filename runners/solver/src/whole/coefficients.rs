@@ -1,11 +1,11 @@
-//! The coefficients of a whole function, for those who evaluate it elsewhere.
+//! The coefficients of a global estimate, for those who evaluate it elsewhere.
 
 use fredholm_core::global::over_replicates;
 use serde::Serialize;
 
 use super::GlobalEstimate;
 
-/// The coefficients of v and ê of a whole function ũ = F + T_K (v + ê) on equal cells, of circles and cubes: for those who
+/// The coefficients of v and ê of a global estimate ũ = F + T_K (v + ê) on equal cells, of cubes: for those who
 /// evaluate it elsewhere. The serialised names are stable; fields may be added.
 ///
 /// With t from −1 to 1 along every axis of a cell, its functions are products of √(2b + 1) P_b(t) of total degree `degree` or

@@ -1,4 +1,4 @@
-//! The regions at which error bars are looked at while walks of a whole function go on.
+//! The regions at which error bars are looked at while walks of a global estimate go on.
 
 use fredholm_core::global::over_replicates;
 use fredholm_model::{GlobalField, GlobalQuantity, IMAGE_HEAD};

@@ -1,4 +1,4 @@
-//! Means of a whole function over the cells of a mesh.
+//! Means of a global estimate over the cells of a mesh.
 
 use fredholm_model::{GlobalQuantity, IMAGE_HEAD};
 use fredholm_variance::gauss;

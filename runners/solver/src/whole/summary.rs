@@ -1,11 +1,11 @@
-//! What a whole function is made of, and how good it is.
+//! What a global estimate is made of, and how good it is.
 
 use core::fmt::{self, Display};
 
 use fredholm_model::numbers::short;
 use serde::Serialize;
 
-/// What a whole function is made of, and how good it is. The serialised names are stable; fields may be added.
+/// What a global estimate is made of, and how good it is. The serialised names are stable; fields may be added.
 ///
 /// ```
 /// use fredholm::{CubeModel, Solver};

@@ -1,4 +1,4 @@
-//! The walks of a whole function, and the function that they make.
+//! The walks of a global estimate, and the function that they make.
 
 use std::time::Instant;
 
@@ -38,7 +38,7 @@ const SEQUENCE_RATE: f64 = 1.5;
 /// By how many times more walks than an error bar says the next stage goes on: that is itself uncertain by 9 %.
 const MORE: f64 = 1.1;
 
-/// What the walks of a whole function depend on.
+/// What the walks of a global estimate depend on.
 pub(crate) struct Whole<'a, 'm> {
     pub(crate) model: &'m dyn Model,
     pub(crate) settings: &'a Settings,
@@ -94,7 +94,7 @@ impl<'m> Whole<'_, 'm> {
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
+                message: "the global estimate from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
                           kernel has an integral, and equations of a crate of its own: ask for targets without it"
                     .to_owned(),
             });
@@ -156,7 +156,7 @@ impl<'m> Whole<'_, 'm> {
             None => Err(Error::Option {
                 subject: Subject::Degree,
                 message: format!(
-                    "walks of a whole function score on polynomials of a higher degree than v, and {most} is the highest \
+                    "walks of a global estimate score on polynomials of a higher degree than v, and {most} is the highest \
                      here: use a `degree` of at most {}",
                     most - 1
                 ),

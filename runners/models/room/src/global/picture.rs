@@ -1,4 +1,4 @@
-//! The numbers of a picture from a whole function: every pixel and every stretch of wall from one set of walks.
+//! The numbers of a picture from a global estimate: every pixel and every stretch of wall from one set of walks.
 
 use std::time::Instant;
 
@@ -49,7 +49,7 @@ impl RoomModel {
             return Err(Error::Option {
                 subject: Subject::Degree,
                 message: format!(
-                    "walks of a whole function score on polynomials of a higher degree than v: use a `degree` of at most {}",
+                    "walks of a global estimate score on polynomials of a higher degree than v: use a `degree` of at most {}",
                     MOST_DEGREE - 1
                 ),
             });

@@ -1,4 +1,4 @@
-//! `fredholm solve --whole`: its numbers, its files, and what is refused.
+//! `fredholm solve --global`: its numbers, its files, and what is refused.
 
 use crate::common;
 
@@ -17,7 +17,10 @@ const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * x1 
 fn all_targets_come_from_one_set_of_walks() {
     let folder = Folder::new();
     for (file, targets) in [(CIRCLE, 6), (CUBE, 11)] {
-        let report = folder.solve(file, &["--whole", "--json"]).quietly(0).json();
+        let report = folder
+            .solve(file, &["--global", "--json"])
+            .quietly(0)
+            .json();
         let all = list(&report, "targets");
         assert_eq!(all.len(), targets);
         // 64 replicates of equally many.
@@ -51,7 +54,7 @@ fn files_have_the_numbers_of_the_document() {
     let folder = Folder::new();
     let [json, csv, svg] = ["a.json", "a.csv", "a.svg"].map(|name| folder.at(name));
     let printed = folder
-        .solve(CIRCLE, &["--whole", "--out", &json])
+        .solve(CIRCLE, &["--global", "--out", &json])
         .quietly(0);
     assert!(
         printed.stdout.contains("F + T_K v") && printed.stdout.contains("at all points together")
@@ -59,7 +62,7 @@ fn files_have_the_numbers_of_the_document() {
     let document: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
     folder
-        .solve(CIRCLE, &["--whole", "--out", &csv, "--threads", "1"])
+        .solve(CIRCLE, &["--global", "--out", &csv, "--threads", "1"])
         .quietly(0);
     let text = std::fs::read_to_string(&csv).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
@@ -72,7 +75,9 @@ fn files_have_the_numbers_of_the_document() {
             assert_eq!(found.to_bits(), number(target, name).to_bits(), "{name}");
         }
     }
-    folder.solve(CIRCLE, &["--whole", "--out", &svg]).quietly(0);
+    folder
+        .solve(CIRCLE, &["--global", "--out", &svg])
+        .quietly(0);
     let picture = std::fs::read_to_string(&svg).unwrap();
     assert!(picture.contains("band of all points together"));
     let keys = keys(&document);
@@ -112,7 +117,7 @@ fn the_coefficients_are_the_function() {
     let folder = Folder::new();
     let out = folder.at("wf.json");
     let solved = |file: &str| {
-        folder.solve(file, &["--whole", "--out", &out]).quietly(0);
+        folder.solve(file, &["--global", "--out", &out]).quietly(0);
         let text = std::fs::read_to_string(&out).unwrap();
         let document: serde_json::Value = serde_json::from_str(&text).unwrap();
         let all = &document["coefficients"];
@@ -241,7 +246,7 @@ fn arrays_and_meshes_have_the_numbers_of_the_document() {
     let folder = Folder::new();
     let [npz, vtu] = ["u.npz", "u.vtu"].map(|name| folder.at(name));
     for (method, value) in [
-        ("--whole", "/estimate"),
+        ("--global", "/estimate"),
         ("--seed=2", "/preconditioned/estimate"),
     ] {
         let solve = |out: &str| {
@@ -267,8 +272,8 @@ fn arrays_and_meshes_have_the_numbers_of_the_document() {
         solve(&vtu);
         let mesh = std::fs::read_to_string(&vtu).unwrap();
         assert_eq!(array(&mesh, "estimate"), estimates[..9]);
-        assert_eq!(mesh.contains("Name=\"mean\""), method == "--whole");
-        if method == "--whole" {
+        assert_eq!(mesh.contains("Name=\"mean\""), method == "--global");
+        if method == "--global" {
             means_are_those_of_squares(&mesh, number(&list(&json, "targets")[9], "estimate"));
         }
         // Four squares that turn left, and are a quarter each.
@@ -312,7 +317,7 @@ fn arrays_and_meshes_have_the_numbers_of_the_document() {
 fn an_error_that_is_asked_for_holds_at_every_point() {
     let folder = Folder::new();
     let options = [
-        "--whole",
+        "--global",
         "--json",
         "--target-error",
         "2e-3",
@@ -322,7 +327,7 @@ fn an_error_that_is_asked_for_holds_at_every_point() {
     let report = folder.solve(CIRCLE, &options).quietly(0).json();
     assert!(number(&report, "largest_std_error") <= 2e-3);
     assert!(number(&report, "walks") < 1e6);
-    let never = ["--whole", "--target-error", "1e-12", "--walks", "2000"];
+    let never = ["--global", "--target-error", "1e-12", "--walks", "2000"];
     let ran = folder.solve(CIRCLE, &never);
     assert_eq!(ran.status, Some(3));
     assert!(
@@ -341,7 +346,7 @@ fn a_file_says_where_results_go() {
                    files = ['u.csv', 'u.json', 'u.npz', 'u.vtu', 'u.svg']\n";
     let read = |name: &str| std::fs::read_to_string(folder.at(name)).unwrap();
     let lines = |name: &str| read(name).lines().count();
-    for options in [&["--whole"][..], &[]] {
+    for options in [&["--global"][..], &[]] {
         let ran = folder.solve(problem, options);
         assert_eq!(ran.status, Some(0), "{ran:?}");
         assert_eq!(lines("u.csv"), 21);
@@ -393,21 +398,16 @@ fn what_has_no_whole_function_says_so() {
         assert_eq!(ran.status, Some(2), "{ran:?}");
         assert!(ran.stderr.contains(words), "{ran:?}");
     };
-    refused(&room, &["--whole"], "use a `degree` of at most 3");
-    refused(CIRCLE, &["--score-degree", "2"], "--whole");
+    refused(&room, &["--global"], "use a `degree` of at most 3");
+    refused(CIRCLE, &["--score-degree", "2"], "--global");
     refused(
         CIRCLE,
-        &["--whole", "--score-degree", "0"],
+        &["--global", "--score-degree", "0"],
         "of a higher degree than v",
-    );
-    refused(
-        CIRCLE,
-        &["--whole", "--pairs", "theory"],
-        "chooses pairs for targets",
     );
 }
 
-/// A furnace in section: what a whole function says of heat, in JSON, as a table and as CSV.
+/// A furnace in section: what a global estimate says of heat, in JSON, as a table and as CSV.
 #[test]
 fn rooms_have_fluxes_from_the_same_walks() {
     const ROOM: &str = "[problem]\nkind = 'room'\n\
@@ -420,16 +420,19 @@ fn rooms_have_fluxes_from_the_same_walks() {
         [[target]]\nname = 'air'\nat = [1, 0.5]\n";
     let folder = Folder::new();
     let csv = folder.at("u.csv");
-    let ran = folder.solve(ROOM, &["--whole", "--out", &csv]).quietly(0);
+    let ran = folder.solve(ROOM, &["--global", "--out", &csv]).quietly(0);
     for words in [
-        "whole function, W/m2",
+        "global estimate, W/m2",
         "net flux out of",
         "0 (given)",
         "mean radiant temperature, K",
     ] {
         assert!(ran.stdout.contains(words), "{}", ran.stdout);
     }
-    let json = folder.solve(ROOM, &["--whole", "--json"]).quietly(0).json();
+    let json = folder
+        .solve(ROOM, &["--global", "--json"])
+        .quietly(0)
+        .json();
     let balance = &json["energy_balance"];
     assert!(
         number(balance, "estimate").abs() < 4.5 * number(balance, "std_error"),
@@ -478,7 +481,7 @@ fn meshes_have_colours_in_gltf() {
     let scene = SCENE.replace(of_points, "");
     // Four squares, and four on each of six faces.
     for (file, cells) in [(CUBE, 4), (&scene, 24)] {
-        let args = ["--whole", "--walks", "2048", "--out", &glb];
+        let args = ["--global", "--walks", "2048", "--out", &glb];
         folder.solve(file, &args).quietly(0);
         let bytes = std::fs::read(&glb).unwrap();
         let text = String::from_utf8_lossy(&bytes);
@@ -500,7 +503,7 @@ fn a_scene_has_means_over_cells() {
     let of_points = "[[target]]\nname = 'a'\nat = [0.5, 0.5, 1]\n";
     let file = folder.file("scene.toml", SCENE.replace(of_points, ""));
     let out = |name: &str| folder.at(name);
-    let solve = |args: &[&str]| fredholm(&[&["solve", &file, "--whole"], args].concat());
+    let solve = |args: &[&str]| fredholm(&[&["solve", &file, "--global"], args].concat());
     for name in ["u.vtu", "u.csv", "u.npz"] {
         solve(&["--walks", "2048", "--out", &out(name)]).quietly(0);
     }
@@ -539,7 +542,7 @@ fn a_scene_has_means_over_cells() {
     assert!(corners.len() == 4 && (u - 0.5 * h).abs() < 1e-14);
 
     let words = ["\"a\" is a point"];
-    refused(&folder.solve(SCENE, &["--whole"]), &words);
-    let words = ["no target is a point: `--whole` has all cells"];
+    refused(&folder.solve(SCENE, &["--global"]), &words);
+    let words = ["no target is a point: `--global` has all cells"];
     refused(&fredholm(&["solve", &file, "--out", &out("u.vtu")]), &words);
 }
