@@ -8,8 +8,13 @@ use super::{CellPoint, Regular, Resolvent, ResolventTables};
 use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, reserve};
 use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
 
-/// Random points of a pair of cells by which |K − K_n| is known there: with 4, or one node, the tail of scores is heavy.
+/// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
 const PAIR_DRAWS: u32 = 12;
+/// Those of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
+const ALL_DRAWS: usize = 1 << 14;
+/// Those of a cell with itself that are near to x = y, and how near they are.
+const RIDGE_DRAWS: u32 = 64;
+const RIDGE_GRADING: i32 = 4;
 /// Random points of a cell by which g and r₀ are known there.
 const CELL_DRAWS: u32 = 32;
 /// The part of its largest that |g| has at least in a table of steps: where g is 0 the solution may not be.
@@ -258,9 +263,9 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     }
 }
 
-/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): as far as K grows like |x − y|^−a
-/// towards x = y, such that K times the share of a point is bounded. 1: it does not.
-pub fn grading<E: Regular>(equation: &E) -> i32 {
+/// The exponent a with which K grows like |x − y|^−a towards x = y, as some points tell; 0 where it does not grow. That of a logarithm is
+/// about 0.1.
+pub fn singularity<E: Regular>(equation: &E) -> f64 {
     let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 2);
     let mut draws: RngUniforms<DefaultGenerator> = RngUniforms(seeds.generator(0));
     let mut exponents = [0.0; GRADING_LOOKS];
@@ -289,10 +294,17 @@ pub fn grading<E: Regular>(equation: &E) -> i32 {
     }
     exponents.sort_unstable_by(f64::total_cmp);
     let median = exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0);
-    if !(median > LEAST_EXPONENT) {
+    if median > LEAST_EXPONENT { median } else { 0.0 }
+}
+
+/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): such that K times the share of a point is
+/// bounded where K grows like |x − y|^−a. 1: they are uniform.
+#[must_use]
+pub fn grading(exponent: f64, dimension: usize) -> i32 {
+    if !(exponent > 0.0) {
         return 1;
     }
-    let share = 1.0 - median / E::DIMENSION as f64;
+    let share = 1.0 - exponent / dimension as f64;
     match share > 0.0 {
         true => (1.0 / share + 1.0).min(f64::from(MOST_GRADING)) as i32,
         false => MOST_GRADING,
@@ -323,16 +335,34 @@ impl<E: Regular> Resolvent<'_, E> {
     pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) {
         let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS);
         let mut draws = RngUniforms(seeds.generator(cell as u64));
+        let cells = row.len();
+        let count = PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32);
+        let near = RIDGE_DRAWS.max((ALL_DRAWS / cells.max(1)) as u32);
         for (into, out) in row.iter_mut().enumerate() {
             let mut sum = 0.0;
-            for _ in 0..PAIR_DRAWS {
+            for _ in 0..count {
                 let x = self.drawn(cell, &mut draws);
                 let (y, share) = self.draw_from(&x, into, &mut draws);
                 let difference = share * self.difference(&x, &y);
                 sum += difference * difference;
             }
-            *out = Real::sqrt(sum / f64::from(PAIR_DRAWS));
+            *out = Real::sqrt(sum / f64::from(count));
+            if into == cell && self.tables.grading == 1 {
+                *out = out.max(self.ridge(cell, near, &mut draws));
+            }
         }
+    }
+
+    /// The root mean square of D over the pair of a cell with itself, from draws that are dense near x = y: a narrow ridge there is what
+    /// kernels have most, and few uniform points meet it.
+    fn ridge(&self, cell: usize, count: u32, draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
+        let squares = (0..count).map(|_| {
+            let x = self.drawn(cell, draws);
+            let (y, share) = self.draw_near(&x, RIDGE_GRADING, draws);
+            let difference = self.difference(&x, &y);
+            share * difference * difference
+        });
+        Real::sqrt(squares.sum::<f64>() / f64::from(count))
     }
 
     fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {

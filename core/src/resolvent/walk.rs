@@ -284,10 +284,20 @@ impl<E: Regular> Resolvent<'_, E> {
         into: usize,
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
-        let power = self.tables.grading;
-        if power <= 1 || z.cell != into {
+        if self.tables.grading <= 1 || z.cell != into {
             return (self.draw(into, draws), 1.0);
         }
+        self.draw_near(z, self.tables.grading, draws)
+    }
+
+    /// A point of the cell of z whose distance from it is a uniform number to a power, with its share.
+    #[inline]
+    pub(super) fn draw_near<U: Uniforms<f64>>(
+        &self,
+        z: &CellPoint<E::Point>,
+        power: i32,
+        draws: &mut U,
+    ) -> (CellPoint<E::Point>, f64) {
         // Rounding tells points apart that are as far as that.
         let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
         let nearest = 4.0 * epsilon * self.tables.measures.len() as f64;
@@ -305,7 +315,7 @@ impl<E: Regular> Resolvent<'_, E> {
             let distance = (length * power_of(at, power)).max(nearest);
             *t = (*t + from * distance).clamp(0.0, 1.0);
         }
-        (self.at(into, own), share)
+        (self.at(z.cell, own), share)
     }
 
     /// An estimate of W (u − g)(y): by roulette the walk goes on, or the estimate is 0.

@@ -120,16 +120,15 @@ fn refused(looks: &[Look]) -> Error {
     let Some(best) = looks.iter().min_by(|a, b| a.radius.total_cmp(&b.radius)) else {
         return Error::NoSetting;
     };
+    let most = looks.iter().map(|look| look.unknowns).fold(0.0, f64::max);
     let Look {
-        unknowns,
-        radius,
-        condition,
-        ..
+        radius, condition, ..
     } = best;
     Error::Regular {
         message: format!(
-            "the kernel is not known well enough on {unknowns} unknowns: the spectral radius of (1 + |R|)|K - K_n| is {radius:.2}, and it \
-             must be below {MOST_RADIUS} (the condition number of the equation is {condition:.1e}); give more `cells` or another `degree`"
+            "the kernel is not known well enough on up to {most} unknowns: the spectral radius of (1 + |R|)|K - K_n| is {radius:.2} at \
+             best, and it must be below {MOST_RADIUS} (the condition number of the equation is {condition:.1e}); give more `cells` or \
+             another `degree`"
         ),
     }
 }

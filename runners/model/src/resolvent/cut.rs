@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::{Cells, buffer, functions};
 use fredholm_core::resolvent::{
     AxisNode, CellPoint, GalerkinRows, GroupScores, Peak, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, RestDensity, RoundSum, grading,
+    ResolventTables, RestDensity, RoundSum, grading, singularity,
 };
 use fredholm_core::{Density, Equation, Located, Real, Space, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
@@ -15,6 +15,8 @@ use crate::{Error, Goal, Region};
 
 /// Columns of the inverse that one thread makes in one go.
 const COLUMNS: usize = 16;
+/// The exponent of |x − y| over d from which on a kernel is taken to have no integral.
+const LEAST_INFINITE: f64 = 0.995;
 /// The condition number from which on nothing is known of a solution: rounding is as large as that.
 const MOST_CONDITION: f64 = 1e14;
 /// The number of the goal of draws that all goals share.
@@ -196,7 +198,15 @@ where
     };
     // Of one node more on the right: no two of them are the same.
     let rules = [rule(degree + 1)?, rule(degree + 2)?];
-    let near = grading(&equation);
+    let exponent = singularity(&equation);
+    if exponent >= LEAST_INFINITE * E::DIMENSION as f64 {
+        return Err(Error::Regular {
+            message: format!(
+                "the kernel has no integral: it grows like |x - y|^-{exponent:.2} at x = y"
+            ),
+        });
+    }
+    let near = grading(exponent, E::DIMENSION);
     let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?.with_grading(near);
     let width = cells * own;
     let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
