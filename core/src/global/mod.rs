@@ -13,7 +13,7 @@
 //! ũ(x) = F(x) + (T_K v)(x) + Σ_jb ê_jb ∫_Xj K(x,y) ψ_jb(y) dμ(y),      ê_jb = 1/μ(X_j) ∫_Xj e ψ_jb dμ.
 //! ```
 //!
-//! Heinrich 1998 has the idea of estimating a whole function with the smoothness that it has.
+//! Heinrich 1998 has the idea of estimating a function with the smoothness that it has.
 //!
 //! # Every state is a start
 //!

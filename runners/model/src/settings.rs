@@ -54,8 +54,8 @@ pub struct Settings {
     pub shadow_cuts: Option<bool>,
     /// Walks for each goal; with a tolerance the most.
     pub walks: Option<u64>,
-    /// q0, the probability that a walk is absorbed in a state. If it is open walks end by roulette, or as is best for a global
-    /// estimate.
+    /// q0, the probability that a walk is absorbed in a state. If it is open, [`absorption`](Self::absorption()) says how walks end;
+    /// those of a global estimate, and those of a sequence that is chosen, have the q0 that is best for them.
     pub absorption: Option<f64>,
     /// The estimator: what a walk with constant absorption scores.
     #[serde(with = "open_choice")]
@@ -127,7 +127,7 @@ impl Default for Settings {
 impl Settings {
     /// Walks of each goal where nothing is said of them.
     pub const WALKS: u64 = 100_000;
-    /// q0 where an estimator or a form is asked for that needs one and nothing is said of it: that of Heinrich 1995.
+    /// q0 where an estimator, a form or a sequence is asked for that needs one and nothing is said of it: that of Heinrich 1995.
     pub const ABSORPTION: f64 = 0.2;
     /// Walks of a batch where nothing is said of it, and they are pseudo-random.
     pub const BATCH: u64 = 4096;
@@ -209,15 +209,17 @@ impl Settings {
         }
     }
 
-    /// How walks end: by roulette, unless q0, the absorption estimator or the product form is asked for. Weights of the product
-    /// form are those of h, and roulette by those of k may leave it no finite variance.
+    /// How walks end: by roulette, unless q0, the paper's method, the absorption estimator, the product form or a sequence is asked for. Weights of the
+    /// product form are those of h, and roulette by those of k may leave it no finite variance. Where walks draw from a sequence,
+    /// roulette makes jumps of what they score, all over the cube, and a constant q0 in planes along its sides.
     #[must_use]
     pub fn absorption(&self) -> Absorption {
-        let is_paper = self.method == Some(Method::Paper)
+        let is_constant = self.method == Some(Method::Paper)
             || self.estimator == Some(Estimator::Absorption)
-            || self.form == Some(Form::Product);
+            || self.form == Some(Form::Product)
+            || self.sequence == Some(Sequence::Sobol);
         let probability = match self.absorption {
-            None if is_paper => Some(Self::ABSORPTION),
+            None if is_constant => Some(Self::ABSORPTION),
             said => said,
         };
         probability.map_or(Absorption::Roulette, |probability| Absorption::Constant {

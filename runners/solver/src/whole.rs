@@ -17,7 +17,7 @@ use crate::{Error, Goal, Model, Region};
 pub use coefficients::GlobalCoefficients;
 pub(crate) use looks::Looks;
 pub use summary::GlobalSummary;
-pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole};
+pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole, best_absorption};
 
 /// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
 /// normal distribution. More make every value dearer.

@@ -402,7 +402,7 @@ fn a_tolerance_holds_at_every_point() {
 #[test]
 fn what_walks_need_not_score_lowers_error_bars() {
     let model = circle();
-    let solver = Solver::new(&model).cells(400);
+    let solver = Solver::new(&model).cells(400).absorption(0.2);
     for estimator in [Estimator::Absorption, Estimator::Collision] {
         let scaled = |walks: u64| {
             let whole = solver.clone().estimator(estimator).walks(walks).whole();
@@ -449,7 +449,8 @@ fn values_without_a_projection_have_no_floor() {
         (&circle as &dyn Model, 4, [0.3, 1.1, 2.5, 3.3, 4.4, 6.0]),
         (&interval, 2, [0.0, 0.1, 0.35, 0.5, 0.8, 1.0]),
     ] {
-        let solver = Solver::new(model).cells(cells).walks(1 << 20);
+        let solver = Solver::new(model).cells(cells).absorption(0.2);
+        let solver = solver.walks(1 << 20);
         let off = |x: f64, value: &fredholm::GlobalValue| {
             let exact = model.exact(&model.point(&[x])).unwrap().unwrap();
             ((value.estimate - exact) / value.std_error.unwrap()).abs()

@@ -1,4 +1,4 @@
-//! The whole function of scenes: means over cells against separate walks and balances, and bands against what they promise.
+//! The global estimate of scenes: means over cells against separate walks and balances, and bands against what they promise.
 //! `FREDHOLM_LONG` takes 1,000 seeds, and a hundred times as many walks.
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};

@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
 
-/// Every comparison is within 4.9 standard errors and the rounding floor: there are about 400 of
-/// them, and one is beyond that by chance in 2,500 sets of seeds.
+/// Every comparison is within 4.9 standard errors and twice the rounding floor, as v and scores are rounded each: there are about
+/// 400 of them, and one is beyond that by chance in 2,500 sets of seeds.
 const STANDARD_ERRORS: f64 = 4.9;
 
 /// Equations with known solutions (Atkinson and Shampine 2008, and their tensor products): dimension,
@@ -124,7 +124,7 @@ fn check(ran: &Ran, what: &str) {
         let floor = number(target, "rounding_floor");
         for estimate in ["plain", "preconditioned"] {
             let found = &target[estimate];
-            let allowed = STANDARD_ERRORS * number(found, "std_error") + floor;
+            let allowed = STANDARD_ERRORS * number(found, "std_error") + 2.0 * floor;
             let difference = (number(found, "estimate") - exact).abs();
             assert!(difference <= allowed, "{what}, {estimate}: {target}");
         }
@@ -205,7 +205,7 @@ fn walks_without_mean_or_variance_are_refused() {
     let words = [
         "variance of a walk is infinite",
         "estimated spectral radius of 1.02",
-        "`absorption` below 1.80e-1",
+        "leave `absorption` out, or use one below 1.80e-1",
         "--allow-infinite-variance",
         "absorption = 0.2",
     ];

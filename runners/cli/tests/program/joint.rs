@@ -74,7 +74,7 @@ fn many_targets_share_walks_where_that_is_faster() {
 /// A polynomial solution: all walks of the global estimate agree to rounding, and v is exact.
 /// Where little error is left a global estimate of few cells is lifted, and agrees with separate walks.
 #[test]
-fn whole_functions_are_lifted_where_that_is_faster() {
+fn global_estimates_are_lifted_where_that_is_faster() {
     let folder = Folder::new();
     let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
                 source = '1 + x1'\n[walk]\ntarget_error = 1e-8\n[[target]]\nname = 'u'\ngrid = [6, 6]\n";
@@ -182,7 +182,7 @@ fn random(number: u64) -> String {
 }
 
 #[test]
-fn a_whole_function_that_is_given_up_is_told() {
+fn a_global_estimate_that_is_given_up_is_told() {
     let folder = Folder::new();
     // Jumps of a kernel in two dimensions are off the edges of cells, which rules of T_K do not see; few points tell less of it than
     // all do.

@@ -405,7 +405,7 @@ fn grey() -> String {
 
 /// Pixels of a global estimate are those of walks of their own, within the error bars of both, and so are profiles.
 #[test]
-fn a_whole_function_serves_all_pixels() {
+fn a_global_estimate_serves_all_pixels() {
     let folder = Folder::new();
     let both = |args: &[&str], own: &str, columns: [usize; 2]| {
         let mine = [&["--global"], args].concat();
@@ -427,7 +427,7 @@ fn a_whole_function_serves_all_pixels() {
 }
 
 #[test]
-fn the_errors_of_a_whole_function_are_a_picture() {
+fn the_errors_of_a_global_estimate_are_a_picture() {
     let folder = Folder::new();
     let errors = folder.at("errors.png");
     let args = ["--global", "--width", "300", "--errors", &errors, "--json"];

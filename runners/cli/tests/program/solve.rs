@@ -280,7 +280,7 @@ fn flags_override_the_file() {
 fn cells_are_found_where_there_are_none() {
     let problem = circle_with("cells = 20\n", "").replace("[0.3, 0.7]", "[0.3, 0.7, 0.1]");
     let ran = Folder::new().solve(&problem, &["--json"]).quietly(0);
-    assert_eq!(ran.json()["cells"], 102);
+    assert_eq!(ran.json()["cells"], 513);
 }
 
 #[test]

@@ -96,13 +96,7 @@ fn the_printed_file_is_checked_and_solved() {
         fredholm(&["init", "sphere"]).quietly(0).stdout,
     );
     let check = fredholm(&["check", &file]).quietly(0).stdout;
-    for part in [
-        "is valid",
-        "200 (10 bands of 20 sectors)",
-        "memory",
-        "time",
-        "targets",
-    ] {
+    for part in ["is valid", "cells      200\n", "memory", "time", "targets"] {
         assert!(check.contains(part), "{part}: {check}");
     }
     let text = fredholm(&["solve", &file, "--walks", "2000"])

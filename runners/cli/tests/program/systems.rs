@@ -77,7 +77,7 @@ fn a_saved_system_has_the_bits_of_its_set_up() {
 }
 
 #[test]
-fn a_saved_system_serves_other_pairs_forms_and_the_whole_function() {
+fn a_saved_system_serves_other_pairs_forms_and_global_estimates() {
     has_the_same_bits(ROOM, &["--pairs", "pointwise"]);
     has_the_same_bits(CIRCLE, &["--form", "product"]);
     for problem in [CIRCLE, CUBE, ROOM, SPHERE] {

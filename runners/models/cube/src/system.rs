@@ -265,7 +265,6 @@ impl<const D: usize> CubeSystem<'_, D> {
                     then(&Examined {
                         model: &setting.with_starts(starts)?,
                         coefficients: is_constant.then_some(coefficients),
-                        hides: None,
                         pieces: None,
                         goals: request.goals,
                         known: &[],

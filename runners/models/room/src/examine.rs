@@ -53,7 +53,6 @@ impl RoomSystem<'_> {
                 then(&Examined {
                     model: &setting.with_starts(starts)?,
                     coefficients: None,
-                    hides: Some(&|from, into| self.hides(&quadrature, from, into)),
                     pieces: Some(&pieces),
                     goals: request.goals,
                     known: &known,
@@ -115,32 +114,6 @@ impl RoomSystem<'_> {
             });
         }
         then(&starts)
-    }
-
-    /// The surface that a ray between two sites meets before the other, if one does.
-    fn hides(
-        &self,
-        quadrature: &RoomQuadrature<'_, '_>,
-        from: usize,
-        into: usize,
-    ) -> Option<String> {
-        let [mut starts, mut ends] = [Vec::new(), Vec::new()];
-        quadrature.nodes(from, |x, _| starts.push(x));
-        quadrature.nodes(into, |y, _| ends.push(y));
-        let rays = starts.iter().flat_map(|x| ends.iter().map(move |y| (x, y)));
-        let scene = &self.cut.model.scene;
-        let between = |(x, y): (&Point<f64>, &Point<f64>)| {
-            let ([a, b], [c, d]) = (x.position(), y.position());
-            let distance = (c - a).hypot(d - b);
-            let direction = [(c - a) / distance, (d - b) / distance];
-            let wall = u32::try_from(x.wall()).ok()?;
-            let hit = scene.geometry().cast(wall, x.position(), direction)?;
-            (hit.wall as usize != y.wall() && hit.distance < distance).then_some(hit.wall)
-        };
-        let wall = rays.into_iter().find_map(between)?;
-        let place = scene.place(wall as usize)?;
-        let name = self.cut.model.surfaces.names.get(place.surface);
-        name.map(|name| format!("{name:?}"))
     }
 
     /// The place of every site: its wall, where on it in fractions of it, and its length.

@@ -148,7 +148,6 @@ impl SceneSystem<'_> {
                 let name = surface.and_then(|surface| model.names.get(surface));
                 name.map_or_else(|| "the sky".to_owned(), Clone::clone)
             },
-            hides: None,
             pieces: None,
         })
     }

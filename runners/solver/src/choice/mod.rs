@@ -380,6 +380,7 @@ fn next<'m>(
         {
             refuse_without_end(settings, &drawn.prediction)?;
             chosen.settings.sequence = Some(Sequence::Sobol);
+            chosen.settings.absorption = search.absorption_of_sequences();
             chosen.settings.forced_steps = Some(drawn.forced_steps);
             chosen.settings.batch = Some(drawn.batch);
             if let Some(lifted) = drawn.lifted {

@@ -61,6 +61,8 @@ pub(crate) struct Search<'m> {
     watch: &'m dyn SolveObserver,
     /// The number of states of a walk, about.
     states: f64,
+    /// The constant absorption of walks that draw from a sequence: roulette makes jumps of what they score, all over the cube.
+    of_sequences: Option<f64>,
     sample: Sample,
     families: Vec<Family>,
     known: Known,
@@ -112,6 +114,7 @@ impl<'m> Search<'m> {
             tolerance,
             watch,
             states: f64::NAN,
+            of_sequences: None,
             sample: Sample::new(model, targets)?,
             families: Vec::new(),
             known: Known::default(),
@@ -376,6 +379,11 @@ impl<'m> Search<'m> {
     /// The number of states of a walk, about.
     pub(super) const fn states(&self) -> f64 {
         self.states
+    }
+
+    /// The absorption of walks that draw from a sequence.
+    pub(super) const fn absorption_of_sequences(&self) -> Option<f64> {
+        self.of_sequences
     }
 
     /// The equation.

@@ -14,7 +14,9 @@ use super::quadrature::Sites;
 use super::walk::{How, Lit, Solved, Walks, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
-use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
+use crate::{
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
+};
 use fredholm_core::{Absorption, Form, Located, NoDraws};
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
@@ -461,6 +463,15 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
         let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
+        // Around a closed curve cells lie in the order of the coordinate, to which their measures are proportional.
+        let ends = Model::around(self.cut.model).map(|[from, to]| {
+            let (mut below, mut ends) = (0.0, vec![from]);
+            for cell in 0..cells {
+                below += equation.measure(cell);
+                ends.push(from + (to - from) * below / measure);
+            }
+            ends
+        });
         let equations = &self.cut.model.equations;
         let last_step = request.walk.last_step;
         let lights = equations.lights.as_deref().filter(|_| last_step);
@@ -517,11 +528,13 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
             then(&Examined {
                 model: &setting.with_starts(&starts)?,
                 coefficients: is_constant.then_some(means),
-                hides: None,
                 pieces: None,
                 goals: request.goals,
                 known: &known,
-                place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
+                place: &|site| {
+                    let cell = neighbour.locate(quadrature.inside(site)).cell;
+                    group(cell, cells).name(ends.as_deref())
+                },
             })
         })
     }
@@ -557,13 +570,29 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
     }
 }
 
-/// The cells with which a cell is summed, for people.
-fn group(cell: usize, cells: usize) -> String {
+/// Neighbouring cells that are summed.
+struct Group {
+    first: usize,
+    last: usize,
+}
+
+/// The cells with which a cell is summed.
+fn group(cell: usize, cells: usize) -> Group {
     let width = cells.div_ceil(PLACES).max(1);
     let first = cell / width * width;
-    match (first + width).min(cells) - 1 {
-        last if last > first => format!("cells {first} to {last}"),
-        _ => format!("cell {first}"),
+    let last = (first + width).min(cells) - 1;
+    Group { first, last }
+}
+
+impl Group {
+    /// For people: where a coordinate has them, by the ends of all cells.
+    fn name(&self, ends: Option<&[f64]>) -> String {
+        let Self { first, last } = *self;
+        match ends.and_then(|ends| ends.get(first..last + 2)) {
+            Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
+            _ if last > first => format!("cells {first} to {last}"),
+            _ => format!("cell {first}"),
+        }
     }
 }
 
@@ -573,9 +602,12 @@ mod tests {
 
     #[test]
     fn few_cells_are_places_of_their_own() {
-        assert_eq!(group(3, 10), "cell 3");
-        assert_eq!(group(99, 100), "cells 98 to 99");
-        assert_eq!(group(6, 100), "cells 0 to 6");
-        assert_eq!(group(16, 17), "cell 16");
+        let name = |cell, cells| group(cell, cells).name(None);
+        assert_eq!(name(3, 10), "cell 3");
+        assert_eq!(name(99, 100), "cells 98 to 99");
+        assert_eq!(name(6, 100), "cells 0 to 6");
+        assert_eq!(name(16, 17), "cell 16");
+        let ends: Vec<f64> = (0..=20).map(|end| 0.1 * f64::from(end)).collect();
+        assert_eq!(group(3, 20).name(Some(&ends)), "[0.20, 0.40]");
     }
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use fredholm_core::{Estimator, Form};
 use fredholm_variance::{
-    Analysis, Contribution, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
+    Analysis, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
 };
 use serde::Serialize;
 
@@ -29,8 +29,6 @@ use places::{Summed, shares_of_sites};
 const PAIR: usize = 64 + 8 + 40;
 /// The number of goals that are looked at in detail: the points of a grid are many, and much alike.
 pub const DETAILED: usize = 3;
-/// The number of pairs of sites that are asked for what is between them.
-const MOST_PAIRS: usize = 200;
 
 /// The results of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
@@ -231,28 +229,6 @@ impl Inquiry<'_> {
     }
 }
 
-/// What stands between the pairs that contribute most, where something does between a tenth of them.
-fn hider(of: &Examined<'_>, contributions: &[Contribution]) -> Option<String> {
-    let hides = of.hides?;
-    let mut all = 0.0;
-    let mut shares: Vec<(String, f64)> = Vec::new();
-    for contribution in contributions.iter().take(MOST_PAIRS) {
-        let Some(into) = contribution.into else {
-            continue;
-        };
-        all += contribution.variance;
-        let Some(name) = hides(contribution.from, into) else {
-            continue;
-        };
-        match shares.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, share)) => *share += contribution.variance,
-            None => shares.push((name, contribution.variance)),
-        }
-    }
-    let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (most.1 > 0.1 * all).then_some(most.0)
-}
-
 /// Says where the variance of a goal comes from, if that is finite, and what a picture of it shows.
 fn detail(
     of: &Examined<'_>,
@@ -269,8 +245,7 @@ fn detail(
         Some(pieces) => Picture::walls(pieces, &shares_of_sites(contributions, sites)),
         None => summed.table(),
     };
-    let hidden_by = hider(of, contributions);
-    target.detail(&attribution.parts, summed, hidden_by);
+    target.detail(&attribution.parts, summed);
     Ok(Some(picture))
 }
 

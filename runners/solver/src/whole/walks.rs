@@ -86,6 +86,14 @@ impl Walked {
     }
 }
 
+/// The best constant absorption of walks that score in every state. With scores of residuals that hardly depend on each other the
+/// variance is proportional to 1/(1 − r/s), where r is the radius of T_k²p and s = 1 − q0, and the work to 1/(1 − s): their product is
+/// least at s = √r. Two digits of it are enough, and can be read.
+pub(crate) fn best_absorption(radius: f64) -> f64 {
+    let best = (1.0 - Real::sqrt(radius)).clamp(LEAST_ABSORPTION, MOST_ABSORPTION);
+    format!("{best:.1e}").parse().unwrap_or(best)
+}
+
 impl<'m> Whole<'_, 'm> {
     /// Sets up.
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
@@ -172,14 +180,9 @@ impl<'m> Whole<'_, 'm> {
         }
     }
 
-    /// The best constant absorption of walks that score in every state. With scores of residuals that hardly depend on each other the
-    /// variance is proportional to 1/(1 − r/s), where r is the radius of T_k²p and s = 1 − q0, and the work to 1/(1 − s): their product is
-    /// least at s = √r. Two digits of it are enough, and can be read.
     fn absorption(&self, cells: &dyn Partitioned<'_>) -> Result<Absorption, Error> {
-        let best = 1.0 - Real::sqrt(cells.plain_radius()?);
-        let best = best.clamp(LEAST_ABSORPTION, MOST_ABSORPTION);
         Ok(Absorption::Constant {
-            probability: format!("{best:.1e}").parse().unwrap_or(best),
+            probability: best_absorption(cells.plain_radius()?),
             estimator: self.settings.estimator.unwrap_or(Estimator::Collision),
         })
     }

@@ -149,6 +149,7 @@ fn walked(
     let solver = Solver::new(model)
         .cells(8)
         .degree(degree)
+        .absorption(0.1)
         .estimator(estimator);
     let whole = solver.walks(walks).whole().unwrap();
     let mut values = whole.grid(40).unwrap();

@@ -1,6 +1,6 @@
 //! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
 
-use fredholm::{CubeModel, CustomModel, Pairs, Solver};
+use fredholm::{CubeModel, CustomModel, Estimator, Pairs, Solver};
 use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
 use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
 
@@ -174,6 +174,7 @@ fn pointwise_pairs_leave_less_variance() {
     let custom = CustomModel::from_cells(Laplace::new).with_pair_integrals::<1>();
     let with = |pairs| {
         let solver = Solver::new(&custom).at(0.3).mean().cells(8).pairs(pairs);
+        let solver = solver.absorption(0.2).estimator(Estimator::Absorption);
         let report = solver.clone().walks(50_000).solve().unwrap();
         let deviations: Vec<f64> = report
             .goals

@@ -7,6 +7,7 @@ use super::super::setting::Setting;
 use super::{CONFIRM, Search};
 use fredholm_model::LastSteps;
 
+use crate::whole::best_absorption;
 use crate::{Discretisation, Error, Pairs};
 
 /// The most bytes of a set-up that nobody asked for.
@@ -22,7 +23,7 @@ fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
 
 impl Search<'_> {
     /// Refuses walks of infinite variance, before anything expensive is set up, and tells about how long walks are: with roulette
-    /// 1/(1 − ρ) states, where ρ² is the radius of T_k²p.
+    /// 1/(1 − ρ) states, where ρ² is the radius of T_k²p; and how walks of a sequence end.
     ///
     /// # Errors
     /// [`Error::InfiniteVariance`].
@@ -32,6 +33,10 @@ impl Search<'_> {
         if !self.settings.allow_infinite_variance {
             cells.check_variance(&self.settings.walk_options())?;
         }
+        self.of_sequences = match self.settings.absorption {
+            None => Some(best_absorption(cells.plain_radius()?)),
+            said => said,
+        };
         self.states = match self.settings.absorption().probability() {
             Some(q) => 1.0 / q,
             None => 1.0 / (1.0 - Real::sqrt(cells.plain_radius()?).min(LONGEST)),
