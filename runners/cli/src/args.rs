@@ -411,7 +411,7 @@ pub(crate) struct SolveArgs {
     /// Stop walking after this time with what has been done by then; the set-up is not counted
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
-    /// The method, where another one than the best that the equation has is wanted
+    /// The method [default: walks]
     #[arg(long = "method", value_name = "NAME", value_parser = choices::<fredholm::Method>())]
     pub(crate) by: Option<fredholm::Method>,
     /// The numbers that walks draw

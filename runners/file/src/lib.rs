@@ -80,7 +80,7 @@ pub struct Galerkin {
 /// The random walks: `[walk]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
-    /// The method; without one, the best that the equation has.
+    /// The method; without one, walks of the chain.
     pub method: Option<Placed<Method>>,
     /// The number of walks for each target.
     pub walks: Placed<u64>,

@@ -247,15 +247,6 @@ impl Error {
         }
     }
 
-    /// Whether walks of the chain have no finite variance, or no mean.
-    #[must_use]
-    pub const fn is_infinite(&self) -> bool {
-        matches!(
-            self,
-            Self::InfiniteVariance { .. } | Self::InfiniteNeighbour { .. } | Self::NoMean
-        )
-    }
-
     /// Whether other input would help, rather than another machine or version.
     #[must_use]
     pub const fn is_of_input(&self) -> bool {

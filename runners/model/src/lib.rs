@@ -34,8 +34,8 @@ pub use global::{
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
-    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, Resolvents, System, Then,
-    WithJob, WithStarts,
+    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
+    WithStarts,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};

@@ -167,18 +167,17 @@ pub trait Model: Send + Sync {
         LastSteps::Never
     }
 
-    /// Whether it is given by kernel and source, so that resolvent walks solve it.
-    fn resolvents(&self) -> Resolvents {
-        Resolvents::Never
-    }
-
     /// Answers goals by resolvent walks.
     ///
     /// # Errors
-    /// [`Error`]; [`Error::Internal`]: the equation is not given by kernel and source ([`Model::resolvents`]).
+    /// [`Error`]; [`Error::Option`]: the equation is not given by kernel and source.
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
         let _ = question;
-        Err(Error::Internal("an equation without kernel and source"))
+        Err(Error::Option {
+            subject: crate::Subject::Problem,
+            message: "resolvent walks are of equations whose kernel is a function on pairs of points: leave `method` out"
+                .to_owned(),
+        })
     }
 
     /// Whether its neighbour equation depends on how pairs are treated. Where it comes from steps alone it does not.
@@ -309,17 +308,6 @@ pub trait Model: Send + Sync {
         self.exchange()
             .map_or(0, |surfaces| surfaces.besides(goals))
     }
-}
-
-/// Whether resolvent walks solve an equation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Resolvents {
-    /// They do not.
-    Never,
-    /// They do where they are asked for.
-    Asked,
-    /// They do unless something else is asked for.
-    Default,
 }
 
 /// A deterministic solution.

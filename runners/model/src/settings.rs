@@ -26,7 +26,7 @@ const LONGEST: u64 = 1 << 24;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// The method. If it is open, equations by kernel and source have resolvent walks, and all others walks of their chain.
+    /// The method; walks of the chain if it is open.
     #[serde(default, with = "open_choice")]
     pub method: Option<Method>,
     /// Cells; of a cube per axis.

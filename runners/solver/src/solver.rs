@@ -23,10 +23,10 @@ use crate::systems::{SystemStore, Systems};
 use crate::{
     Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, Subject, WeightFn,
 };
+use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::resolvent::ResolventQuestion;
 use fredholm_model::{Ask, Target, goals};
-use fredholm_model::{Request, Resolvents};
 
 pub use error::SolveError;
 
@@ -181,7 +181,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets the method; otherwise it is the best that the equation has.
+    /// Sets the method; otherwise it is walks of the chain.
     pub fn method(mut self, method: Method) -> Self {
         self.settings.method = Some(method);
         self
@@ -331,37 +331,7 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
-        match self.solve_by_walks(&targets, &goals, &exact) {
-            Err(SolveError::Failed(error)) if error.is_infinite() && self.may_have_resolvent() => {
-                self.solve_by_resolvent(&goals, &exact)
-            }
-            solved => solved,
-        }
-    }
-
-    /// Whether resolvent walks may answer where those of the chain have no variance or no mean: nothing is said that belongs to the
-    /// chain.
-    fn may_have_resolvent(&self) -> bool {
-        let Settings {
-            method: None,
-            pairs: None,
-            lift: None | Some(0),
-            score_degree: None,
-            global: None | Some(false),
-            absorption: None,
-            estimator: None,
-            form: None,
-            sequence: None,
-            forced_steps: None,
-            last_step: None,
-            adjoint: None,
-            allow_infinite_variance: false,
-            ..
-        } = self.settings
-        else {
-            return false;
-        };
-        self.execute.takes_whole() && self.model.resolvents() == Resolvents::Default
+        self.solve_by_walks(&targets, &goals, &exact)
     }
 
     /// Solves by resolvent walks.

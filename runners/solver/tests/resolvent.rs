@@ -248,24 +248,6 @@ fn weights_and_single_precision() {
     }
 }
 
-/// Where walks of the chain have no variance these answer, unless something is said that belongs to the chain.
-#[test]
-fn they_answer_where_the_chain_has_no_variance() {
-    let case = CASES.iter().find(|case| case.name == "2 exp(-(x - y)^2)").unwrap();
-    let model = case.model();
-    let solver = Solver::new(&model).at(case.at);
-    let report = solver.clone().solve_to(1e-6).unwrap();
-    assert_eq!(report.method, "resolvent");
-    assert!(off(&report, 0, case.value).abs() < 4.9);
-    let chain = solver.method(Method::Walks).solve_to(1e-6);
-    assert!(matches!(
-        chain,
-        Err(SolveError::Failed(Error::InfiniteVariance { .. }))
-    ));
-    let small = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-    assert_eq!(Solver::new(&small).mean().solve_to(1e-3).unwrap().method, "walks");
-}
-
 #[test]
 fn the_same_bits_on_any_number_of_threads() {
     let values = |threads: usize| {

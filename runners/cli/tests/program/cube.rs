@@ -243,9 +243,10 @@ fn what_is_not_finite_is_shown_with_its_point() {
             "finite number is needed",
         ],
     );
+    // Its square is not integrable.
     refused(
         &solve("kernel = '0.1 / (x - y)'", "1", ""),
-        &["no integral", "like |x - y|^-1.00"],
+        &["variance of a walk is infinite", "like |x - y|^-1.00"],
     );
     refused(
         &solve("kernel_factors = ['sqrt(x - y)']", "1", ""),

@@ -40,7 +40,7 @@ use extended::Known;
 use fredholm_model::Deterministic;
 use fredholm_model::cost::{Cost, PointwisePairs};
 use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
-use fredholm_model::{About, Prepared, Request, Resolvents, Then};
+use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
     System, WalkOptions, in_scalar,
@@ -276,13 +276,6 @@ impl Model for CubeModel {
                 (0.5 - exponent).max(singular::LEAST_ORDER)
             }
             _ => self.smooth_order(discretisation.degree),
-        }
-    }
-
-    fn resolvents(&self) -> Resolvents {
-        match self.dimension {
-            1..=4 => Resolvents::Default,
-            _ => Resolvents::Asked,
         }
     }
 

@@ -26,7 +26,7 @@ use fredholm_model::EquationError;
 use fredholm_model::resolvent::{
     self, ByDensity, ResolventAnswer, ResolventQuestion, ResolventSizes,
 };
-use fredholm_model::{About, LastSteps, Resolvents};
+use fredholm_model::{About, LastSteps};
 use system::CustomPartition;
 use walk::{Equations, OwnLights, Walks, place};
 use whole::{OwnStarts, UniformStarts};
@@ -501,14 +501,6 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     fn last_steps(&self) -> LastSteps {
         self.last_steps
-    }
-
-    fn resolvents(&self) -> Resolvents {
-        // What has a chain of its own making, with lights and closed forms, is a contraction by nature.
-        match self.equations.lights {
-            Some(_) => Resolvents::Asked,
-            None => Resolvents::Default,
-        }
     }
 
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {

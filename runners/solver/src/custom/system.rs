@@ -20,7 +20,7 @@ use crate::{
 use fredholm_core::{Absorption, Form, Located, NoDraws};
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{GlobalSystem, Request, Then, WalkOptions};
+use fredholm_model::{GlobalSystem, Request, SavedSystem, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -314,6 +314,28 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         }))
     }
 
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let unknowns = self.unknowns();
+        let coefficients = match self.is_closed() {
+            true => Some(0),
+            false => unknowns.checked_mul(unknowns),
+        };
+        let solution = saved.fitting(unknowns, coefficients, Some(0))?;
+        let functions = self.of_degree()?.functions();
+        Ok(Box::new(CustomSystem {
+            cut: *self,
+            solved: Solved {
+                cells: self.asked,
+                degree: self.degree,
+                entries: saved.coefficients.into_owned(),
+                shape: [self.all, functions],
+                solution,
+                lifted: None,
+            },
+            radii: Mutex::default(),
+        }))
+    }
+
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         self.walks()?.plain_job(self.asked, request, then)
     }
@@ -558,6 +580,13 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         Self: 's,
     {
         Ok(Box::new(CustomWhole::new(*self)?))
+    }
+
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        let Solved {
+            solution, entries, ..
+        } = &self.solved;
+        Some(SavedSystem::new(solution, entries))
     }
 
     fn tables(&self, _: Pairs) -> Result<TableBuilder, Error> {
