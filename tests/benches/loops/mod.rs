@@ -52,7 +52,8 @@ impl Setup {
     pub fn engine(&self, walks: u64) -> Statistics {
         let circle = Circle::new(&self.tables, LIGHT).unwrap();
         let system = circle.system::<1>();
-        let neighbour = Piecewise::<_, _, _, _, _, 1>::new(&circle, &system, PAPER, &self.v, &self.g);
+        let neighbour =
+            Piecewise::<_, _, _, _, _, 1>::new(&circle, &system, PAPER, &self.v, &self.g);
         let neighbour = neighbour.unwrap();
         let start = At(circle.point(START));
         let goals = [Goal::new(start, Some(self.v[self.cell(START)]))];
