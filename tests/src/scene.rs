@@ -6,7 +6,7 @@ use fredholm_core::galerkin::{Basis, Cells as _};
 use fredholm_core::sampled::{
     Sampled, SampledSetup, SampledStep, SampledTables, SetupOptions, StepControl, StepEvents,
 };
-use fredholm_core::{Chain, Equation, LastStep, Lights, Located, Neighbour, Real, Space, Uniforms};
+use fredholm_core::{Equation, LastStep, Lights, Located, Neighbour, Real, Space};
 use fredholm_scene::{
     CellTables, Cells, Enclosure, Material, Point, Radiosity, Scene, Side, Surface, Tables,
     form_factor_of_point, shapes,
@@ -80,10 +80,6 @@ pub enum Fault {
     Integral,
     /// The probabilities of the control's events are 5 % too large.
     EventProbability,
-    /// The last step of the control sees a light 5 % too bright.
-    LastStep,
-    /// The control has no last step.
-    NoLastStep,
 }
 
 /// What walks in a scene need, in their scalar.
@@ -347,9 +343,6 @@ where
     fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let own = self.owned.sampled.tables();
         offers.neighbour_by_steps("from rays", &self.by_rays::<_, B>(own, self.radiosity));
-        if E::LAST_STEP && self.owned.place.is_convex() {
-            offers.neighbour_by_steps("to the light", &self.to_the_light::<B>(1.0));
-        }
     }
 }
 
@@ -365,83 +358,6 @@ impl<'a, F: Real, E> Described<'a, F, E> {
         V: StepEvents<2, Scalar = F, Point = Point<F>>,
     {
         Sampled::with_events(self.radiosity, events, tables, STEPS).expect("its tables")
-    }
-
-    /// The neighbour equation of the same v whose G looks at the light, times a factor.
-    fn to_the_light<const B: usize>(&self, brightness: f64) -> ToTheLight<'_, F, E, B> {
-        let own = self.owned.sampled.tables();
-        ToTheLight {
-            described: self,
-            v: self.by_rays::<_, B>(own, self.radiosity),
-            brightness: F::from_f64(brightness),
-        }
-    }
-}
-
-/// The neighbour equation of v = d + v_2 with h = k, where d = T_K F_s is what the lights give: G is drawn by a step to y, and a
-/// last step to a light from there, whose mean is d(y).
-struct ToTheLight<'a, F: Real, E, const B: usize> {
-    described: &'a Described<'a, F, E>,
-    v: Sampled<'a, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>,
-    /// 1 unless it is wrong.
-    brightness: F,
-}
-
-/// Numbers of which the type is not known.
-struct Drawn<'a, F>(&'a mut dyn Uniforms<F>);
-
-impl<F> Uniforms<F> for Drawn<'_, F> {
-    fn uniform(&mut self) -> F {
-        self.0.uniform()
-    }
-}
-
-impl<F: Real, E, const B: usize> ToTheLight<'_, F, E, B> {
-    /// d(y), where nothing hides a light.
-    fn light(&self, y: &Point<F>) -> F {
-        let radiosity = self.described.radiosity;
-        let geometry = radiosity.geometry();
-        let given = LIGHTS.iter().map(|&light| {
-            let emission = geometry.faces()[light as usize].emission.to_f64();
-            emission * self.described.form_factor_of_face(y, light)
-        });
-        geometry.faces()[y.face as usize].reflectance * F::from_f64(given.sum())
-    }
-}
-
-impl<F: Real, E, const B: usize> Space for ToTheLight<'_, F, E, B> {
-    type Scalar = F;
-    type Point = Point<F>;
-}
-
-impl<F: Real, E, const B: usize> Neighbour for ToTheLight<'_, F, E, B> {
-    type Value = F;
-
-    fn locate(&self, x: Point<F>) -> Located<Point<F>> {
-        self.v.locate(x)
-    }
-
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: &F) -> F {
-        *k
-    }
-
-    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> F {
-        let radiosity = self.described.radiosity;
-        let mut draws = Drawn(draws);
-        let seen = radiosity.step(&x.point, &mut draws).map_or(F::zero(), |y| {
-            let light = self.brightness * radiosity.light(&y, &mut draws);
-            let rest = self.value(&self.locate(y)) - self.light(&y);
-            radiosity.kernel(&x.point, &y) * (light + rest)
-        });
-        self.value(x) - seen
-    }
-
-    fn value(&self, x: &Located<Point<F>>) -> F {
-        self.v.value(x)
-    }
-
-    fn is_pointwise(&self) -> bool {
-        true
     }
 }
 
@@ -503,14 +419,9 @@ pub fn broken(fault: Option<Fault>, seed: u64) -> Report {
         report.push("neighbour equation", "a scene", found);
     };
     match fault {
-        None => {
-            look(&described.by_rays::<_, B>(own, &radiosity));
-            look(&described.to_the_light::<B>(1.0));
-        }
+        None => look(&described.by_rays::<_, B>(own, &radiosity)),
         Some(Fault::Integral) => look(&described.by_rays::<_, B>(tables, &radiosity)),
         Some(Fault::EventProbability) => look(&described.by_rays::<_, B>(own, &likely)),
-        Some(Fault::LastStep) => look(&described.to_the_light::<B>(1.05)),
-        Some(Fault::NoLastStep) => look(&described.to_the_light::<B>(0.0)),
     }
     report
 }

@@ -124,7 +124,17 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize, walks: u64
     let weight = |x: &[F; D]| x.iter().fold(F::one(), |w, &x| w * (F::one() + x));
     let w = |x: &[f64; D]| x.iter().fold(1.0, |w, &x| w * (1.0 + x));
     let nodes = fredholm_tests::quadrature::gauss_legendre(64);
-    for model in models().into_iter().step_by(if B == 1 { 1 } else { 3 }) {
+    // In five dimensions an error bar takes 15 γ² walks, γ the skewness of what a step brings: 14,000 to 178,000 for the others of the
+    // list, and 2,000 at most for these.
+    let all = models();
+    let numbers = match (B, D) {
+        (1, 5) => &[1, 3, 4, 5, 9][..],
+        (1, _) => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9],
+        (_, 5) => &[3, 9],
+        _ => &[0, 3, 6, 9],
+    };
+    for &number in numbers {
+        let model = all[number];
         let u = |t: f64| ScalarField::value(&model.solution, &[t]);
         let weighted: f64 = nodes.iter().map(|&(t, w)| w * (1.0 + t) * u(t)).sum();
         let equation = (model.kernel.0, model.source);

@@ -15,7 +15,6 @@ use fredholm_core::{
 };
 use fredholm_tests::check::{self, Among, SEEDS, seeds};
 use fredholm_tests::galerkin::Tables;
-use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::report::{CHECKS, SCALARS};
 use fredholm_tests::scene;
 use fredholm_tests::toy::{Coloured, Toy};
@@ -24,7 +23,9 @@ use fredholm_tests::{
     on_all_cores,
 };
 
+mod corner;
 mod steps;
+use corner::Corner;
 
 /// What is broken, the check that must catch it, and what the kit finds with a seed.
 type Entry = (&'static str, &'static str, fn(u64) -> Report);
@@ -61,11 +62,8 @@ const BROKEN: &[Entry] = &[
     ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
     ("the same in three channels", "neighbour equation", |seed| coloured(Fault::StepIntegral, seed)),
     ("the probability of a step's event 5 % too large", "neighbour equation", |seed| with(Fault::EventProbability, seed)),
-    ("the control's last step sees a light 5 % too bright", "neighbour equation", |seed| with(Fault::LastStep, seed)),
     ("in a scene, the integral of a control of rays 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::Integral), seed)),
     ("in a scene, the probability of meeting a face 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::EventProbability), seed)),
-    ("in a scene, the control's last step sees a light 5 % too bright", "neighbour equation", |seed| scene::broken(Some(scene::Fault::LastStep), seed)),
-    ("in a scene, the control has no last step", "neighbour equation", |seed| scene::broken(Some(scene::Fault::NoLastStep), seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
     ("k is told to be 0 where it is not", "means", |seed| with(Fault::Size, seed)),
@@ -114,7 +112,6 @@ enum Fault {
     NeighbourKernel,
     StepIntegral,
     EventProbability,
-    LastStep,
     Narrow,
     Hole,
     Size,
@@ -443,90 +440,6 @@ impl<N: Neighbour> Neighbour for LargeKernel<'_, N> {
     }
     fn value(&self, x: &Located<N::Point>) -> N::Value {
         self.inner.value(x)
-    }
-}
-
-/// u(x) = ½ ∫ p(x,y) u(y) dy + 1 on [0, 1], where a step leads to the left half with probability x.
-/// It is right in all parts; but as x goes to 0 the masses of the left half vanish, so that they do
-/// not belong in S.
-struct Corner;
-
-impl Space for Corner {
-    type Scalar = f64;
-    type Point = f64;
-}
-impl Chain for Corner {
-    fn step<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> Option<f64> {
-        let xi = uniforms.uniform();
-        Some(if xi < *x {
-            0.5 * xi / x
-        } else {
-            0.5 + 0.5 * (xi - x) / (1.0 - x)
-        })
-    }
-}
-impl Density for Corner {
-    fn density(&self, x: &f64, y: &f64) -> f64 {
-        2.0 * if *y < 0.5 { *x } else { 1.0 - x }
-    }
-}
-impl Equation for Corner {
-    type Value = f64;
-    fn kernel(&self, _: &f64, _: &f64) -> f64 {
-        0.5
-    }
-    fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
-        1.0
-    }
-}
-impl Cells for Corner {
-    const DIMENSION: usize = 1;
-
-    fn cells(&self) -> usize {
-        CELLS
-    }
-    fn locate(&self, x: &f64) -> usize {
-        ((x * CELLS as f64) as usize).min(CELLS - 1)
-    }
-    fn measure(&self, _: usize) -> f64 {
-        1.0 / CELLS as f64
-    }
-    fn point(&self, cell: usize, t: &[f64]) -> f64 {
-        (cell as f64 + t[0]) / CELLS as f64
-    }
-    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
-        t[0] = x.point * CELLS as f64 - x.cell as f64;
-    }
-    fn at(&self, x: &[f64]) -> Option<f64> {
-        x.first().copied()
-    }
-}
-impl Basis for Corner {}
-impl TransitionMoments for Corner {
-    fn moments(&self, x: &Located<f64>, j: usize) -> [[f64; 1]; 1] {
-        let middle = (j as f64 + 0.5) / CELLS as f64;
-        [[self.density(&x.point, &middle) / CELLS as f64]]
-    }
-}
-impl Description for Corner {
-    type Equation = Self;
-
-    fn equation(&self) -> &Self {
-        self
-    }
-    fn contains(&self, cell: usize, x: &f64) -> bool {
-        (x * CELLS as f64 - cell as f64 - 0.5).abs() <= 0.5 + 1e-14
-    }
-    fn nodes(&self, _: &f64, cell: usize) -> Vec<(f64, f64)> {
-        let rule = gauss_legendre(4).into_iter();
-        rule.map(|(t, w)| (self.point(cell, &[t]), w * self.measure(cell)))
-            .collect()
-    }
-}
-
-impl Neighbours for Corner {
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        offers.pairs("all in S", ALL);
     }
 }
 

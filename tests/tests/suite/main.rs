@@ -19,7 +19,6 @@ mod room_covered;
 mod room_degrees;
 mod room_factors;
 mod room_one_ray;
-mod room_rates;
 mod room_rays;
 mod room_scene;
 mod room_seen;

@@ -318,15 +318,15 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
             60_001,
             Some(Tolerance::Absolute(1.5e-3)),
             Done,
-            [2400, 5600],
+            [4000, 6400],
         ),
-        (60_001, Some(Tolerance::Relative(3e-4)), Done, [2400, 5600]),
+        (60_001, Some(Tolerance::Relative(3e-4)), Done, [2400, 6400]),
         // The mean needs more walks, the point does not.
         (
             4001,
             Some(Tolerance::Absolute(1.5e-3)),
             ToleranceNotReached,
-            [2400, 4001],
+            [4000, 4001],
         ),
         // Too few batches for an error bar.
         (

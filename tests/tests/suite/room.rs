@@ -9,8 +9,8 @@ use fredholm_room::{Choice, Grading, Material, MeanOver, RoomPairs};
 use fredholm_tests::check::{self, STANDARD_ERRORS, long, means, neighbour_equation};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{
-    CHOICES, Drawing, SQUARE_VALUE, Setup, assert_ok, described, doorway, furnished, glowing,
-    polygon, scenes, square,
+    CHOICES, SQUARE_VALUE, Setup, assert_ok, described, doorway, furnished, glowing, polygon,
+    scenes, square,
 };
 use fredholm_tests::{Description, absorbed, all_ways, run, seeded};
 
@@ -195,59 +195,6 @@ fn polygons_approach_the_circle() {
         println!("order {order:.3}, Richardson {richardson:.2e} ± {error:.1e}");
         assert!((order - 2.0).abs() < 0.1);
         assert!(richardson.abs() < 4.0 * error);
-    }
-}
-
-#[test]
-fn through_a_doorway_plain_and_preconditioned_agree() {
-    let drawing = doorway();
-    let setup = Setup::new::<f64>(&drawing, 600, Grading::default()).unwrap();
-    for seed in 1..=3 {
-        for statistics in run_means::<f64>(&setup, Choice::Default, seeded(seed), 50_000) {
-            let [plain, best] = [statistics.plain(), statistics.preconditioned()];
-            let [a, b] = [plain, best].map(|e| e.std_error.unwrap());
-            let difference = (plain.estimate - best.estimate).abs();
-            println!(
-                "{:.5} ± {a:.1e}, {:.6} ± {b:.1e}",
-                plain.estimate, best.estimate
-            );
-            assert!(difference < 4.0 * (a * a + b * b).sqrt());
-            assert!(b < a / 20.0);
-        }
-    }
-}
-
-#[test]
-fn an_irregular_pentagon_agrees_with_a_fine_deterministic_solution() {
-    let corners = [[0.0, 0.0], [2.0, -0.3], [2.7, 1.1], [1.2, 2.2], [-0.4, 1.0]];
-    let mut drawing = Drawing::new("pentagon");
-    for (k, ends) in [[0, 1], [1, 2], [2, 3], [3, 4], [4, 0]]
-        .into_iter()
-        .enumerate()
-    {
-        let reflectance = 0.3 + 0.1 * k as f64;
-        drawing = drawing.line(&ends.map(|e| corners[e]), reflectance, f64::from(k == 1));
-    }
-    let mean = |cells: usize| {
-        let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
-        let value = setup.with::<f64, _>(Choice::Default, |room, _, v| {
-            MeanOver::everything(room).of(v)
-        });
-        (setup, value)
-    };
-    // Means of Galerkin solutions converge faster than the solutions: what a finer mesh changes
-    // bounds what is left.
-    let [(_, coarse), (_, fine)] = [mean(600), mean(1200)];
-    let floor = 2.0 * (fine - coarse).abs();
-    assert!(floor < 1e-5, "{coarse} {fine}");
-    let (setup, _) = mean(200);
-    for choice in CHOICES {
-        let [all, _] = run_means::<f64>(&setup, choice, absorbed(Estimator::Collision, 1), 50_000);
-        assert_ok(
-            &drawing,
-            &format!("{choice:?}"),
-            means(&all, Some(fine), floor),
-        );
     }
 }
 

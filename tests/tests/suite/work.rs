@@ -24,9 +24,7 @@ use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE, solved};
 use fredholm_tests::room::{CHOICES, Drawing, Setup, block, square, yard};
 use fredholm_tests::{Objects, all_ways};
 
-fn walks() -> u64 {
-    std::env::var("WORK_WALKS").map_or(1000, |w| w.parse().unwrap())
-}
+const WALKS: u64 = 1000;
 /// What the walks are called.
 const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
 
@@ -58,7 +56,7 @@ impl<P: Copy + Send + Sync> Lines<'_, P> {
         let objects = Objects::new(equation, &neighbour, &goal);
         for (way, options) in WAYS.into_iter().zip(all_ways(1)) {
             counts.reset();
-            let mut batch = [Batch::new(0, walks(), walks())];
+            let mut batch = [Batch::new(0, WALKS, WALKS)];
             objects.job(options).run(0, &mut batch, u64::MAX).unwrap();
             let statistics = batch[0].statistics();
             writeln!(

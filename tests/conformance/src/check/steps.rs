@@ -35,7 +35,7 @@ where
     struct Sums {
         value: f64,
         found: f64,
-        /// Of standard errors.
+        /// The squares of standard errors.
         squares: f64,
         rounding: f64,
     }

@@ -2,9 +2,8 @@
 
 use core::num::NonZeroU32;
 
-use fredholm_core::galerkin::Cells;
 use fredholm_core::sampled::{NoEvents, Sampled, SampledStep, StepControl, StepEvents};
-use fredholm_core::{Chain, Channels, Equation, Located, Neighbour, Real, Space, Uniforms, Value};
+use fredholm_core::{Channels, Equation, Real, Value};
 use fredholm_tests::{Neighbours, Offers};
 
 use super::{Broken, CELLS, Fault};
@@ -53,7 +52,6 @@ impl<F: Real> Broken<F> {
         };
         let neighbour = Sampled::<_, 1, 1, _>::with_events(self, self, tables, NonZeroU32::MIN);
         offers.neighbour("from steps with events", &neighbour.expect("its tables"));
-        offers.neighbour("to the light", &ToTheLight { problem: self, v });
     }
 }
 
@@ -64,66 +62,6 @@ impl<F: Real> Neighbours for Broken<F, Channels<F, 3>> {
         let tables = controlled(&v, &integrals);
         let neighbour = Sampled::<_, 1, 1, NoEvents<Self>>::new(self, tables, NonZeroU32::MIN);
         offers.neighbour("from steps", &neighbour.expect("its tables"));
-    }
-}
-
-/// The neighbour equation of v + d with h = k, where d is what a light gives: G is drawn by a step to y, and a look from there at
-/// the light.
-struct ToTheLight<'a, F> {
-    problem: &'a Broken<F>,
-    v: &'a [F],
-}
-
-/// Numbers of which the type is not known.
-struct Drawn<'a, F>(&'a mut dyn Uniforms<F>);
-
-impl<F> Uniforms<F> for Drawn<'_, F> {
-    fn uniform(&mut self) -> F {
-        self.0.uniform()
-    }
-}
-
-/// d.
-fn light<F: Real>(x: F) -> F {
-    F::from_f64(0.3) + x * x
-}
-
-impl<F: Real> Space for ToTheLight<'_, F> {
-    type Scalar = F;
-    type Point = F;
-}
-
-impl<F: Real> Neighbour for ToTheLight<'_, F> {
-    type Value = F;
-
-    fn locate(&self, x: F) -> Located<F> {
-        let cell = self.problem.locate(&x);
-        Located { point: x, cell }
-    }
-
-    fn kernel(&self, _: &Located<F>, _: &Located<F>, k: &F) -> F {
-        *k
-    }
-
-    fn source(&self, x: &Located<F>, draws: &mut dyn Uniforms<F>) -> F {
-        let seen = self
-            .problem
-            .step(&x.point, &mut Drawn(draws))
-            .map_or(F::zero(), |y| {
-                let at = self.locate(y);
-                let of_light = light(y) * self.problem.factor(Fault::LastStep, 1.05);
-                let of_v = self.value(&at) - light(y);
-                self.problem.kernel(&x.point, &y) * (of_light + of_v)
-            });
-        self.value(x) - seen
-    }
-
-    fn value(&self, x: &Located<F>) -> F {
-        light(x.point) + self.v.get(x.cell).copied().unwrap_or(F::NAN)
-    }
-
-    fn is_pointwise(&self) -> bool {
-        true
     }
 }
 

@@ -14,8 +14,8 @@ use super::lift::{self, Lifted};
 use super::{PAYS, PILOT_SECONDS, Search};
 use crate::{Error, Model, Sequence, Settings};
 
-/// The share of the time of pseudo-random walks that trials may take: a sequence often takes a tenth of it.
-const SHARE: f64 = 0.1;
+/// The share of the time of pseudo-random walks that trials may take.
+const SHARE: f64 = 0.05;
 /// The part of the time of all pilots that trials may take beside them, before the best pseudo-random walks are known.
 const BESIDE: f64 = 0.2;
 /// Walks of a replicate of the first trial of a setting, and how many times as many the next trial has.
