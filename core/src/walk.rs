@@ -55,6 +55,14 @@ pub enum Estimator {
 }
 
 /// How walks end: see the [module](crate::walk()) for what each costs.
+///
+/// ```
+/// use fredholm_core::{Absorption, Estimator};
+///
+/// let as_in_the_paper = Absorption::Constant { probability: 0.2, estimator: Estimator::Absorption };
+/// assert_eq!(as_in_the_paper.probability(), Some(0.2));
+/// assert_eq!(Absorption::default(), Absorption::Roulette);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Absorption {

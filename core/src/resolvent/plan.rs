@@ -108,7 +108,7 @@ pub struct Peak {
 pub struct RoundSum {
     /// The estimate of all integrals.
     pub value: f64,
-    /// Its variance.
+    /// The variance of the estimate.
     pub variance: f64,
     /// The sum of the squares of the strata's variances, each over its degrees of freedom (Satterthwaite 1946).
     pub squares: f64,

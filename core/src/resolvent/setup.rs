@@ -10,9 +10,9 @@ use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
 
 /// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
 const PAIR_DRAWS: u32 = 12;
-/// Those of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
+/// Random points of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
 const ALL_DRAWS: usize = 1 << 14;
-/// Those of a cell with itself that are near to x = y, and how near they are.
+/// Random points of a cell with itself that are near to x = y, at least, and how near they are.
 const RIDGE_DRAWS: u32 = 64;
 const RIDGE_GRADING: i32 = 4;
 /// Random points of a cell by which g and r₀ are known there.
@@ -167,7 +167,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         })
     }
 
-    /// The same with nodes within a cell that draw near to x ([`grading`]).
+    /// These coefficients with nodes within a cell that draw near to x ([`grading`]).
     #[must_use]
     pub const fn with_grading(mut self, grading: i32) -> Self {
         self.grading = grading;
@@ -316,9 +316,9 @@ pub fn grading(exponent: f64, dimension: usize) -> i32 {
 pub struct ResolventLooks {
     /// The root mean square of D over every pair of cells, n × n numbers.
     pub differences: Vec<f64>,
-    /// That of g over every cell.
+    /// The root mean square of g over every cell.
     pub values: Vec<f64>,
-    /// That of r₀ over every cell.
+    /// The root mean square of r₀ over every cell.
     pub rests: Vec<f64>,
     /// [`ResolventTables::steps`].
     pub steps: Vec<f64>,

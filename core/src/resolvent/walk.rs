@@ -40,7 +40,7 @@ pub struct CellPoint<P> {
     pub point: P,
     /// The number of its cell.
     pub cell: usize,
-    /// Its parameters in the cell, and zeros.
+    /// The parameters of the point in its cell, and zeros.
     pub parameters: [f64; MOST_DIMENSIONS],
     /// ψ_0 … ψ_(B−1) in the point, and zeros.
     pub functions: [f64; MOST_FUNCTIONS],
@@ -112,7 +112,7 @@ pub struct Trace {
 pub struct Resolvent<'a, E> {
     /// The equation.
     pub equation: &'a E,
-    /// Its numbers.
+    /// The numbers of the solved equation.
     pub tables: ResolventTables<'a>,
 }
 

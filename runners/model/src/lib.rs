@@ -17,6 +17,7 @@ mod model;
 pub mod numbers;
 mod options;
 pub mod pairs;
+mod question;
 pub mod resolvent;
 mod saved;
 mod settings;

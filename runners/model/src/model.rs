@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
-use crate::resolvent::{ResolventAnswer, ResolventQuestion};
+use crate::question::{ResolventAnswer, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{

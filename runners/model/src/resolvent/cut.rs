@@ -1,17 +1,18 @@
-//! A solved equation, and its walks.
+//! A solved equation.
 
-use fredholm_core::galerkin::{Cells, buffer, functions};
+use fredholm_core::galerkin::{buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellPoint, GalerkinRows, GroupScores, Peak, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, RestDensity, RoundSum, grading, singularity,
+    AxisNode, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks, ResolventTables,
+    grading, singularity,
 };
-use fredholm_core::{Density, Equation, Located, Real, Space, WalkSeeds};
+use fredholm_core::{Located, Real};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_variance::gauss;
 use nalgebra::{DMatrix, DMatrixViewMut};
 
-use super::ResolventEstimate;
-use crate::{Error, Goal, Region};
+use super::walks::{Sums, Walks};
+use super::{Functional, RegularKind, ResolventEstimate};
+use crate::{Error, Goal};
 
 /// Columns of the inverse that one thread makes in one go.
 const COLUMNS: usize = 16;
@@ -19,94 +20,6 @@ const COLUMNS: usize = 16;
 const LEAST_INFINITE: f64 = 0.995;
 /// The condition number from which on nothing is known of a solution: rounding is as large as that.
 const MOST_CONDITION: f64 = 1e14;
-/// The number of the goal of draws that all goals share.
-const SHARED: u64 = u32::MAX as u64;
-
-/// The equation of a chain as one of kernel and source, K = k p.
-#[derive(Clone, Copy, Debug)]
-pub struct ByDensity<E>(pub E);
-
-impl<E: Space> Space for ByDensity<E> {
-    type Scalar = E::Scalar;
-    type Point = E::Point;
-}
-
-impl<E: Cells> Cells for ByDensity<E> {
-    const DIMENSION: usize = E::DIMENSION;
-
-    fn cells(&self) -> usize {
-        self.0.cells()
-    }
-
-    fn locate(&self, x: &E::Point) -> usize {
-        self.0.locate(x)
-    }
-
-    fn measure(&self, cell: usize) -> f64 {
-        self.0.measure(cell)
-    }
-
-    #[inline]
-    fn point(&self, cell: usize, t: &[f64]) -> E::Point {
-        self.0.point(cell, t)
-    }
-
-    fn parameters(&self, x: &Located<E::Point>, t: &mut [E::Scalar]) {
-        self.0.parameters(x, t);
-    }
-
-    fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
-        self.0.at(coordinates)
-    }
-}
-
-impl<E> Regular for ByDensity<E>
-where
-    E: Cells + Density + Equation<Value = <E as Space>::Scalar>,
-{
-    #[inline]
-    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
-        self.0.kernel(x, y) * self.0.density(x, y)
-    }
-
-    #[inline]
-    fn source(&self, x: &E::Point) -> E::Scalar {
-        self.0.source(x, &mut fredholm_core::NoDraws)
-    }
-}
-
-/// A functional in points of the equation.
-pub enum Functional<'a, P> {
-    /// The value at a point.
-    Point(P),
-    /// The mean over the whole space.
-    Mean,
-    /// ∫ w u dμ.
-    Weight(Box<dyn Fn(&P) -> f64 + Sync + 'a>),
-}
-
-impl<P> core::fmt::Debug for Functional<'_, P> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Point(_) => "Point",
-            Self::Mean => "Mean",
-            Self::Weight(_) => "Weight",
-        })
-    }
-}
-
-/// A kind of equation that resolvent walks solve.
-pub trait RegularKind<E: Regular>: Sync {
-    /// What a region asks for.
-    ///
-    /// # Errors
-    /// [`Error::Region`].
-    fn functional<'s>(
-        &'s self,
-        equation: &E,
-        region: &Region,
-    ) -> Result<Functional<'s, E::Point>, Error>;
-}
 
 /// What is known of a solved equation before any walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,19 +72,19 @@ pub trait ResolventWalks {
 }
 
 /// A solved equation.
-struct Cut<'k, E: Regular, K> {
-    equation: E,
-    kind: &'k K,
-    functions: usize,
-    measures: Vec<f64>,
-    kernel: Vec<f64>,
-    resolvent: Vec<f64>,
-    source: Vec<f64>,
-    correction: Vec<f64>,
-    looks: ResolventLooks,
-    condition: f64,
-    grading: i32,
-    rules: [Vec<AxisNode>; 2],
+pub(super) struct Cut<'k, E: Regular, K> {
+    pub(super) equation: E,
+    pub(super) kind: &'k K,
+    pub(super) functions: usize,
+    pub(super) measures: Vec<f64>,
+    pub(super) kernel: Vec<f64>,
+    pub(super) resolvent: Vec<f64>,
+    pub(super) source: Vec<f64>,
+    pub(super) correction: Vec<f64>,
+    pub(super) looks: ResolventLooks,
+    pub(super) condition: f64,
+    pub(super) grading: i32,
+    pub(super) rules: [Vec<AxisNode>; 2],
 }
 
 /// Solves an equation with polynomials of a degree.
@@ -314,14 +227,14 @@ where
     E: Regular<Point: Send + Sync> + Sync,
     K: RegularKind<E>,
 {
-    fn resolvent(&self) -> Resolvent<'_, E> {
+    pub(super) fn resolvent(&self) -> Resolvent<'_, E> {
         Resolvent {
             equation: &self.equation,
             tables: self.tables(),
         }
     }
 
-    fn tables(&self) -> ResolventTables<'_> {
+    pub(super) fn tables(&self) -> ResolventTables<'_> {
         ResolventTables {
             functions: self.functions,
             measures: &self.measures,
@@ -422,19 +335,19 @@ where
 }
 
 /// What a goal asks for.
-struct Asked<'c, P> {
+pub(super) struct Asked<'c, P> {
     /// w, and the coefficients of the functional itself unless it is a point.
-    weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
     /// The part that takes no walks.
-    known: f64,
-    point: Option<CellPoint<P>>,
-    rest: Option<Rest<'c, P>>,
+    pub(super) known: f64,
+    pub(super) point: Option<CellPoint<P>>,
+    pub(super) rest: Option<Rest<'c, P>>,
 }
 
 /// A weight, and its polynomials.
-struct Rest<'c, P> {
-    weight: Box<dyn Fn(&P) -> f64 + Sync + 'c>,
-    polynomial: Vec<f64>,
+pub(super) struct Rest<'c, P> {
+    pub(super) weight: Box<dyn Fn(&P) -> f64 + Sync + 'c>,
+    pub(super) polynomial: Vec<f64>,
 }
 
 impl<E, K> ResolventCut for Cut<'_, E, K>
@@ -477,182 +390,5 @@ where
                 walks.with_plan(goal, |plan| plan.map_or(0.0, |plan| plan.std_dev()))?;
         }
         Ok(Box::new(walks))
-    }
-}
-
-/// Rounds of one goal so far.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    /// Σ of the rounds' weights.
-    weights: f64,
-    value: f64,
-    variance: f64,
-    squares: f64,
-    points: u64,
-}
-
-/// Walks of some goals.
-struct Walks<'c, 'k, E: Regular, K> {
-    cut: &'c Cut<'k, E, K>,
-    asked: Vec<Asked<'c, E::Point>>,
-    shared: Plan<'c, E::Point>,
-    /// The standard deviation of a point of what a goal has for itself.
-    own: Vec<f64>,
-    /// Where tables of a goal's own were too small.
-    peaks: Vec<Vec<Peak>>,
-    sums: Vec<Sums>,
-    points: u64,
-    steps: u64,
-}
-
-impl<'c, E, K> Walks<'c, '_, E, K>
-where
-    E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
-{
-    /// The plan of what a goal has for itself, if it has something.
-    fn with_plan<T>(
-        &self,
-        goal: usize,
-        then: impl FnOnce(Option<Plan<'_, E::Point>>) -> T,
-    ) -> Result<T, Error> {
-        let (cut, asked) = (self.cut, &self.asked[goal]);
-        let (looks, tables) = (&cut.looks, cut.tables());
-        if let Some(point) = &asked.point {
-            return Ok(then(Some(Plan::at(looks, &tables, point)?)));
-        }
-        let Some(rest) = &asked.rest else {
-            return Ok(then(None));
-        };
-        let resolvent = cut.resolvent();
-        let density = |x: &CellPoint<E::Point>| {
-            (rest.weight)(&x.point) - resolvent.series(&rest.polynomial, x)
-        };
-        let sizes = (0..cut.measures.len()).map(|cell| resolvent.root_mean_square(cell, &density));
-        let sizes: Vec<f64> = sizes.collect();
-        Ok(then(Some(Plan::rest(
-            looks,
-            &tables,
-            RestDensity(&density),
-            &sizes,
-        )?)))
-    }
-
-    /// The scores of all groups of a round, on all threads.
-    fn scores(
-        &self,
-        plan: &Plan<'_, E::Point>,
-        points: f64,
-        seeds: WalkSeeds,
-        watch: &dyn Observer,
-    ) -> Result<Vec<GroupScores>, Error> {
-        let round = plan.round(points, seeds)?;
-        let resolvent = self.cut.resolvent();
-        let mut groups = vec![GroupScores::default(); round.groups()];
-        fill_rows(&mut groups, 1, |number, out| {
-            if watch.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            let scores = round.scores(number, &resolvent, &self.cut.looks);
-            watch.walked(scores.points);
-            out.fill(scores);
-            Ok(())
-        })?;
-        Ok(groups)
-    }
-}
-
-impl<E, K> ResolventWalks for Walks<'_, '_, E, K>
-where
-    E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
-{
-    fn std_devs(&self) -> (f64, Vec<f64>) {
-        (self.shared.std_dev(), self.own.clone())
-    }
-
-    fn known(&self) -> Vec<f64> {
-        self.asked.iter().map(|own| own.known).collect()
-    }
-
-    fn round(
-        &mut self,
-        round: u32,
-        points: f64,
-        seed: u64,
-        watch: &dyn Observer,
-    ) -> Result<(), Error> {
-        let goals = self.asked.len();
-        let many = (goals as f64).sqrt();
-        let all = many * self.shared.std_dev() + self.own.iter().sum::<f64>();
-        let share = |std_dev: f64| {
-            if all > 0.0 {
-                points * std_dev / all
-            } else {
-                0.0
-            }
-        };
-        let seeds = |goal: u64| WalkSeeds::new(seed, u64::from(round) << 32 | goal);
-        let of_all = share(many * self.shared.std_dev());
-        let shared = self.scores(&self.shared, of_all, seeds(SHARED), watch)?;
-        let mut own = Vec::with_capacity(goals);
-        for (goal, std_dev) in (0_u64..).zip(&self.own) {
-            let peaks = &self.peaks[goal as usize];
-            let scores = self.with_plan(goal as usize, |plan| {
-                let Some(mut plan) = plan else {
-                    return Ok(Vec::new());
-                };
-                plan.raise(peaks.iter().copied());
-                self.scores(&plan, share(*std_dev), seeds(goal), watch)
-            })??;
-            own.push(scores);
-        }
-        let functions = self.cut.functions;
-        let weight = points * points;
-        for (goal, groups) in own.iter().enumerate() {
-            let mut sum = RoundSum::default();
-            let weights = &self.asked[goal].weights;
-            for group in shared.iter().chain(groups) {
-                sum.add(group, functions, weights);
-            }
-            let to = &mut self.sums[goal];
-            to.weights += weight;
-            to.value += weight * sum.value;
-            to.variance += weight.powi(2) * sum.variance;
-            to.squares += weight.powi(4) * sum.squares;
-            to.points += shared
-                .iter()
-                .chain(groups)
-                .map(|group| group.points)
-                .sum::<u64>();
-            let peaks = groups.iter().filter_map(|group| group.peak);
-            self.peaks[goal].extend(peaks);
-            self.points += groups.iter().map(|group| group.points).sum::<u64>();
-            self.steps += groups.iter().map(|group| group.steps).sum::<u64>();
-        }
-        self.points += shared.iter().map(|group| group.points).sum::<u64>();
-        self.steps += shared.iter().map(|group| group.steps).sum::<u64>();
-        self.shared
-            .raise(shared.iter().filter_map(|group| group.peak));
-        Ok(())
-    }
-
-    fn estimates(&self) -> Vec<ResolventEstimate> {
-        let all = self.asked.iter().zip(&self.sums);
-        all.map(|(asked, sums)| ResolventEstimate {
-            value: asked.known + sums.value / sums.weights,
-            known: asked.known,
-            std_error: sums.variance.sqrt() / sums.weights,
-            freedom: match sums.squares > 0.0 {
-                true => sums.variance.powi(2) / sums.squares,
-                false => f64::INFINITY,
-            },
-            points: sums.points,
-        })
-        .collect()
-    }
-
-    fn counts(&self) -> [u64; 2] {
-        [self.points, self.steps]
     }
 }

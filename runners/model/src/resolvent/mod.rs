@@ -5,18 +5,18 @@
 
 mod choose;
 mod cut;
+mod regular;
+mod walks;
 
-use core::fmt;
 use std::time::Instant;
 
 use fredholm_core::{StopReason, Tolerance};
-use fredholm_rayon::Observer;
 
-use crate::{Error, Goal, MOST_SECONDS, Settings};
+pub use crate::question::{ResolventAnswer, ResolventEstimate, ResolventQuestion};
+use crate::{Error, MOST_SECONDS, Settings};
 
-pub use cut::{
-    ByDensity, CutFigures, Functional, RegularKind, ResolventCut, ResolventWalks, cut_of,
-};
+pub use cut::{CutFigures, ResolventCut, ResolventWalks, cut_of};
+pub use regular::{ByDensity, Functional, RegularKind};
 
 /// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
 pub const MOST_RADIUS: f64 = 0.3;
@@ -35,26 +35,6 @@ const FIRST_SECONDS: f64 = 1.0;
 /// Every round has so many times the points of the one before.
 const GROWTH: f64 = 4.0;
 
-/// What resolvent walks are asked for.
-#[derive(Clone, Copy)]
-pub struct ResolventQuestion<'a> {
-    /// The goals.
-    pub goals: &'a [Goal],
-    /// The settings; of these cells, degree, points, tolerance, time limit and seed are heeded.
-    pub settings: &'a Settings,
-    /// Who sees what the solution is at, and may cancel it.
-    pub watch: &'a dyn Observer,
-}
-
-impl fmt::Debug for ResolventQuestion<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ResolventQuestion")
-            .field("goals", &self.goals)
-            .field("settings", &self.settings)
-            .finish_non_exhaustive()
-    }
-}
-
 /// How large a cut equation may be, and what its functions take.
 #[derive(Clone, Debug)]
 pub struct ResolventSizes {
@@ -64,58 +44,6 @@ pub struct ResolventSizes {
     pub dimension: usize,
     /// Seconds of a value of K, and of F.
     pub seconds: [f64; 2],
-}
-
-/// The estimate of a goal by resolvent walks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ResolventEstimate {
-    /// The estimate of (u, Φ).
-    pub value: f64,
-    /// The part that takes no walks.
-    pub known: f64,
-    /// The standard error.
-    pub std_error: f64,
-    /// The degrees of freedom of the standard error.
-    pub freedom: f64,
-    /// The points in which it was sampled.
-    pub points: u64,
-}
-
-/// Answer of resolvent walks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ResolventAnswer {
-    /// The estimate of every goal.
-    pub estimates: Vec<ResolventEstimate>,
-    /// Cells as they are asked for.
-    pub cells: usize,
-    /// The degree of the polynomials on a cell.
-    pub degree: usize,
-    /// The unknowns.
-    pub unknowns: usize,
-    /// The spectral radius of (1 + |R_n|)|K − K_n|.
-    pub radius: f64,
-    /// The condition number of I − K' in the maximum norm.
-    pub condition: f64,
-    /// The number of all points.
-    pub points: u64,
-    /// The number of all steps beyond the first.
-    pub steps: u64,
-    /// The number of rounds.
-    pub rounds: u32,
-    /// Why they ended.
-    pub stop: StopReason,
-    /// Seconds of the set-up, the choice among it.
-    pub setup_seconds: f64,
-    /// Seconds of the walks.
-    pub walk_seconds: f64,
-}
-
-impl ResolventAnswer {
-    /// The error that rounding leaves of a value, which more points do not lower.
-    #[must_use]
-    pub fn floor(&self, value: f64) -> f64 {
-        self.condition * f64::EPSILON * value.abs()
-    }
 }
 
 /// Student's quantile of 95 % with so many degrees of freedom, over that of the normal distribution: an error bar of few counts for as
