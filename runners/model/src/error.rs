@@ -414,7 +414,6 @@ macro_rules! from {
     };
 }
 from!(
-    Galerkin(GalerkinError),
     Circle(CircleError),
     Room(RoomError),
     Sphere(SphereError),
@@ -422,6 +421,15 @@ from!(
     Variance(VarianceError),
     Run(RunError)
 );
+
+impl From<GalerkinError> for Error {
+    fn from(error: GalerkinError) -> Self {
+        match error {
+            GalerkinError::Radius => Self::NoMean,
+            error => Self::Galerkin(error),
+        }
+    }
+}
 
 impl From<CubeError> for Error {
     fn from(error: CubeError) -> Self {

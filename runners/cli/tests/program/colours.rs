@@ -448,7 +448,7 @@ fn what_channels_of_rooms_refuse() {
         ),
         (
             &["diagnose", &file],
-            "variances of a room are predicted for one channel",
+            "there are no predictions of variances of a room in several channels",
         ),
         (
             &["export", &file, "--out", &tables],

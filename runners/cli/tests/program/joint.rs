@@ -196,8 +196,8 @@ fn a_global_estimate_that_is_given_up_is_told() {
     assert_eq!(split["whole_given_up"], true);
 }
 
-/// Where one set of walks takes a second and separate walks a minute, pilots of separate walks end soon: they took 12 seconds, and the
-/// walks of a global estimate had a bias.
+/// Where one set of walks takes less than separate walks, pilots take no longer than the answer, half as long again at most: they took
+/// 12 seconds for one of a second.
 #[test]
 fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let folder = Folder::new();
@@ -206,11 +206,9 @@ fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let split = folder.solve(file, &["--json"]).quietly(0).json()["split"].clone();
     assert_eq!(split["method"], "global estimate", "{split}");
     let of = |field| number(&split, field);
-    assert!(of("predicted_pilot_seconds") < 1.5, "{split}");
-    assert!(
-        of("predicted_walk_seconds") < 0.1 * of("predicted_separate_seconds"),
-        "{split}"
-    );
+    let walks = of("predicted_walk_seconds");
+    assert!(of("predicted_pilot_seconds") < 1.5 * walks, "{split}");
+    assert!(walks < of("predicted_separate_seconds"), "{split}");
 }
 
 /// Problems with an even number were looked at while the decision was made. Times are measured on one thread and printed: of the

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{Folder, Ran, assert_svg, fredholm, number};
+use common::{Folder, Ran, assert_svg, fredholm, number, refused};
 
 /// A room of 2 by 1 with an obstacle and a thin baffle. The lamp is the left wall: u = 1 on it and 0
 /// elsewhere.
@@ -43,14 +43,6 @@ fn render(folder: &Folder, problem: &str, name: &str, args: &[&str]) -> Ran {
     let file = folder.file("problem.toml", problem);
     let out = folder.at(name);
     fredholm(&[&["render", &file, "-o", &out], args].concat())
-}
-
-fn refused(ran: &Ran, words: &[&str]) {
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    assert_eq!(ran.stdout, "", "{ran:?}");
-    for word in words {
-        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
-    }
 }
 
 /// Width, height, and red, green, blue of every pixel.

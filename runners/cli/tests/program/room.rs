@@ -2,9 +2,7 @@
 
 use crate::common;
 
-use std::path::{Path, PathBuf};
-
-use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
+use common::{Folder, assert_svg, example, fredholm, is_long, list, number, refused};
 use fredholm_room::Material;
 use fredholm_tests::room::{Drawing, Published, SQUARE_VALUE, published, square};
 
@@ -14,23 +12,6 @@ const EXAMPLES: [&str; 4] = [
     "furnace.toml",
     "facet.toml",
 ];
-
-/// The folder of the examples.
-fn examples() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples")
-}
-
-fn example(name: &str) -> String {
-    examples().join(name).to_str().unwrap().to_owned()
-}
-
-fn refused(ran: &Ran, words: &[&str]) {
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    assert_eq!(ran.stdout, "", "{ran:?}");
-    for word in words {
-        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
-    }
-}
 
 /// A drawing as a problem file, its surfaces called S1, S2, ….
 fn file_of(drawing: &Drawing) -> String {
