@@ -233,11 +233,10 @@ impl<'m> Search<'m> {
 
     /// Seconds of a set-up before walks: of what is lifted there is one already.
     fn before_walks(&self, trial: &Trial<'_>) -> f64 {
-        let setup = match trial.lifted {
+        match trial.lifted {
             None => self.remaining_setup(&trial.random),
             Some(_) => 0.0,
-        };
-        setup
+        }
     }
 
     /// Seconds with luck.
