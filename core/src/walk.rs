@@ -55,6 +55,12 @@ pub enum Estimator {
 }
 
 /// How walks end: see the [module](crate::walk()) for what each costs.
+///
+/// ```
+/// use fredholm_core::{Absorption, Estimator};
+///
+/// assert_eq!(Absorption::default().estimator(), Estimator::Collision);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Absorption {
